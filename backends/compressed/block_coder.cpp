@@ -1,0 +1,74 @@
+#include "compressed/block_coder.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace plait {
+
+BlockCoder::BlockCoder(const std::string& codec, const std::string& filter,
+                       std::size_t component_bytes, std::uint64_t max_raw_bytes)
+    : codec_(make_codec(codec)),
+      filters_(make_filter_chain(filter, component_bytes)),
+      stored_(max_encoded_bytes(max_raw_bytes)) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(filters_.size(), 2); ++i)
+    filtered_[i].resize(max_raw_bytes);
+}
+
+EncodedBlock BlockCoder::encode(std::span<const std::byte> raw) {
+  std::span<const std::byte> source = raw;
+  for (std::size_t i = 0; i < filters_.size(); ++i) {
+    const std::span<std::byte> filtered(filtered_[i % 2].data(), raw.size());
+    filters_[i]->encode(source, filtered);
+    source = filtered;
+  }
+  const std::span<std::byte> target(stored_.data(), max_encoded_bytes(raw.size()));
+  const auto stored_bytes = codec_->compress(source, target);
+  if (!stored_bytes || *stored_bytes == 0) return {BlockEncoding::kRaw, raw};
+  return {BlockEncoding::kEncoded, target.first(*stored_bytes)};
+}
+
+std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
+  return std::span(stored_).first(stored_bytes);
+}
+
+void BlockCoder::decode(std::span<const std::byte> stored, std::span<std::byte> raw) {
+  if (filters_.empty()) return codec_->decompress(stored, raw);
+  std::size_t stage = filters_.size() - 1;
+  std::span<std::byte> source(filtered_[stage % 2].data(), raw.size());
+  codec_->decompress(stored, source);
+  for (; stage > 0; --stage) {
+    const std::span<std::byte> target(filtered_[(stage - 1) % 2].data(), raw.size());
+    filters_[stage]->decode(source, target);
+    source = target;
+  }
+  filters_[0]->decode(source, raw);
+}
+
+CoderPool::CoderPool(std::string codec, std::string filter, std::size_t component_bytes,
+                     std::uint64_t max_raw_bytes)
+    : codec_(std::move(codec)),
+      filter_(std::move(filter)),
+      component_bytes_(component_bytes),
+      max_raw_bytes_(max_raw_bytes) {
+  give_back(take());  // the first one now: options that cannot be had are refused at open
+}
+
+std::unique_ptr<BlockCoder> CoderPool::take() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      auto coder = std::move(idle_.back());
+      idle_.pop_back();
+      return coder;
+    }
+    idle_.reserve(++made_count_);
+  }
+  return std::make_unique<BlockCoder>(codec_, filter_, component_bytes_, max_raw_bytes_);
+}
+
+void CoderPool::give_back(std::unique_ptr<BlockCoder> coder) noexcept {
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(coder));
+}
+
+}  // namespace plait

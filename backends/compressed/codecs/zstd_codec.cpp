@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+#include <zstd.h>
+#include <zstd_errors.h>
+
+#include <charconv>
+
+#include "compressed/codecs/codec.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+struct FreeContext {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
+/// One zstd frame with its content size and without zstd's own checksum: the block has one.
+class ZstdCodec final : public Codec {
+ public:
+  explicit ZstdCodec(int level) : level_(level) {}
+
+  std::size_t bound(std::size_t raw_bytes) const override { return ZSTD_compressBound(raw_bytes); }
+
+  std::optional<std::size_t> compress(std::span<const std::byte> raw,
+                                      std::span<std::byte> into) override {
+    if (!compressor_) {
+      compressor_.reset(ZSTD_createCCtx());
+      if (!compressor_)
+        throw Error(ErrorCode::kOutOfMemory, "encode zstd: no memory for a context");
+      ZSTD_CCtx_setParameter(compressor_.get(), ZSTD_c_compressionLevel, level_);
+    }
+    const std::size_t stored =
+        ZSTD_compress2(compressor_.get(), into.data(), into.size(), raw.data(), raw.size());
+    if (!ZSTD_isError(stored)) return stored;
+    if (ZSTD_getErrorCode(stored) == ZSTD_error_dstSize_tooSmall) return std::nullopt;
+    throw Error(ErrorCode::kOutOfMemory, fmt::format("encode zstd: {}", ZSTD_getErrorName(stored)));
+  }
+
+  void decompress(std::span<const std::byte> stored, std::span<std::byte> raw) override {
+    if (!decompressor_) {
+      decompressor_.reset(ZSTD_createDCtx());
+      if (!decompressor_)
+        throw Error(ErrorCode::kOutOfMemory, "decode zstd: no memory for a context");
+    }
+    const unsigned long long declared = ZSTD_getFrameContentSize(stored.data(), stored.size());
+    if (declared != raw.size())
+      throw Error(
+          ErrorCode::kCorruption,
+          fmt::format("decode zstd: expected a frame of {} bytes, found {}", raw.size(),
+                      declared >= ZSTD_CONTENTSIZE_ERROR ? "none" : std::to_string(declared)));
+    const std::size_t decoded = ZSTD_decompressDCtx(decompressor_.get(), raw.data(), raw.size(),
+                                                    stored.data(), stored.size());
+    if (ZSTD_isError(decoded))
+      throw Error(ErrorCode::kCorruption, fmt::format("decode zstd: expected {} bytes, found: {}",
+                                                      raw.size(), ZSTD_getErrorName(decoded)));
+    if (decoded != raw.size())
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("decode zstd: expected {} bytes, found {}", raw.size(), decoded));
+  }
+
+ private:
+  int level_;
+  std::unique_ptr<ZSTD_CCtx, FreeContext> compressor_;
+  std::unique_ptr<ZSTD_DCtx, FreeContext> decompressor_;
+};
+
+}  // namespace
+
+std::unique_ptr<Codec> make_zstd_codec(std::optional<std::string_view> level) {
+  int value = ZSTD_defaultCLevel();
+  if (level) {
+    const char* const end = level->data() + level->size();
+    const auto [stop, failure] = std::from_chars(level->data(), end, value);
+    if (failure != std::errc() || stop != end || value < ZSTD_minCLevel() ||
+        value > ZSTD_maxCLevel())
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}", *level,
+                              ZSTD_minCLevel(), ZSTD_maxCLevel()));
+  }
+  return std::make_unique<ZstdCodec>(value);
+}
+
+}  // namespace plait

@@ -1,0 +1,163 @@
+#include "compressed/compressed_backend.h"
+
+#include <fmt/format.h>
+#include <lz4.h>
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include "compressed/block_coder.h"
+#include "compressed/extent_allocator.h"
+#include "level_file.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// Refuses entries that no write() of this backend makes, before any of them costs memory.
+void check_entries(const LevelSpec& level) {
+  for (std::uint64_t block = 0; block < level.table.size(); ++block) {
+    const BlockEntry& entry = level.table[block];
+    const std::uint64_t raw_bytes = level.geometry.block_bytes(block);
+    if (entry.encoding == BlockEncoding::kNeverWritten ||
+        (entry.encoding == BlockEncoding::kRaw && entry.stored_bytes == raw_bytes) ||
+        (entry.encoding == BlockEncoding::kEncoded &&
+         entry.stored_bytes <= max_encoded_bytes(raw_bytes)))
+      continue;
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: block {}: expected {} raw bytes or at most {} encoded ones, "
+                            "found {} bytes of encoding {}",
+                            level.path.native(), block, raw_bytes, max_encoded_bytes(raw_bytes),
+                            entry.stored_bytes, static_cast<std::uint32_t>(entry.encoding)));
+  }
+}
+
+File open_file(const LevelSpec& level) {
+  check_level(level, LZ4_MAX_INPUT_SIZE);
+  check_entries(level);
+  return {level.path, level.mode};
+}
+
+class CompressedBackend final : public Backend {
+ public:
+  explicit CompressedBackend(const LevelSpec& level)
+      : geometry_(level.geometry),
+        table_(level.table),
+        mode_(level.mode),
+        coders_(level.options.codec, level.options.filter, level.component_bytes,
+                geometry_.max_block_bytes()),
+        file_(open_file(level)),
+        extents_(std::as_const(table_).entries(), file_.size(), file_.path()) {}
+
+  BackendTraits traits() const noexcept override { return kCompressedTraits; }
+
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    check_request(geometry_, blocks, into.size());
+    CoderPool::Lease coder(coders_);
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
+      const std::span<std::byte> raw = into.first(geometry_.block_bytes(block));
+      into = into.subspan(raw.size());
+      const BlockEntry& entry = table_[block];
+      switch (entry.encoding) {
+        case BlockEncoding::kNeverWritten:
+          std::ranges::fill(raw, std::byte{0});
+          break;
+        case BlockEncoding::kRaw:
+          file_.read_at(entry.offset, raw);
+          table_.check(block, raw, file_.path());
+          break;
+        case BlockEncoding::kEncoded: {
+          const std::span<std::byte> stored = coder->stored_buffer(entry.stored_bytes);
+          file_.read_at(entry.offset, stored);
+          table_.check(block, stored, file_.path());
+          decode(*coder, block, stored, raw);
+        }
+      }
+    }
+  }
+
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    check_writable(file_, mode_);
+    check_request(geometry_, blocks, from.size());
+    CoderPool::Lease coder(coders_);
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
+      const std::span<const std::byte> raw = from.first(geometry_.block_bytes(block));
+      from = from.subspan(raw.size());
+      write_encoded(block, coder->encode(raw));
+    }
+  }
+
+  std::byte* address(std::uint64_t) override { return nullptr; }
+
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    const std::uint64_t first = std::min(blocks.first, table_.size());
+    const std::uint64_t end = first + std::min(blocks.count, table_.size() - first);
+    for (std::uint64_t block = first; block < end; ++block) {
+      const BlockEntry& entry = table_[block];
+      if (entry.encoding != BlockEncoding::kNeverWritten)
+        advise_file(file_, {entry.offset, entry.stored_bytes}, advice);
+    }
+  }
+
+  /// Nothing to do: write() handed everything over.
+  void flush(BlockRange) override {}
+  void sync() override { file_.sync(); }
+
+  std::uint64_t stored_bytes() const override {
+    const std::lock_guard lock(mutex_);
+    return extents_.end_bytes();
+  }
+
+ private:
+  /// A new extent first, then the bytes, then the table: an error leaves the block as it was.
+  void write_encoded(std::uint64_t block, const EncodedBlock& encoded) {
+    const std::uint64_t offset = [&] {
+      const std::lock_guard lock(mutex_);
+      return extents_.allocate(encoded.bytes.size());
+    }();
+    try {
+      file_.write_at(offset, encoded.bytes);
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      extents_.release(offset, encoded.bytes.size());
+      throw;
+    }
+    const BlockEntry former = table_[block];
+    table_.seal(block, offset, encoded.encoding, encoded.bytes);
+    const std::lock_guard lock(mutex_);
+    extents_.replace(block, former);
+  }
+
+  void decode(BlockCoder& coder, std::uint64_t block, std::span<const std::byte> stored,
+              std::span<std::byte> raw) const {
+    try {
+      coder.decode(stored, raw);
+    } catch (const Error& failure) {
+      throw Error(failure.code(),
+                  fmt::format("read {}: block {} at byte {}: {}", file_.path().native(), block,
+                              table_[block].offset, failure.what()));
+    }
+  }
+
+  const LevelGeometry& geometry_;
+  BlockTable& table_;
+  OpenMode mode_;
+  CoderPool coders_;
+  File file_;
+  mutable std::mutex mutex_;  ///< guards extents_
+  ExtentAllocator extents_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> open_compressed_backend(const LevelSpec& level) {
+  return std::make_unique<CompressedBackend>(level);
+}
+
+void validate_compressed_options(const BackendOptions& options) {
+  make_codec(options.codec);
+  make_filter_chain(options.filter, 1);
+}
+
+}  // namespace plait

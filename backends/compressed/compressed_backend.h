@@ -1,0 +1,21 @@
+// backends/compressed/compressed_backend.h: every block through a filter chain and a codec, in an
+// extent of its own size. The level file is nothing but these extents, in the order in which they
+// were written; the block table says where they are.
+#pragma once
+
+#include <memory>
+
+#include "plait/backend.h"
+
+namespace plait {
+
+constexpr BackendTraits kCompressedTraits{.direct = false, .compressed = true, .durable = true};
+
+/// Errors: as ExtentAllocator, make_codec and make_filter_chain; kCorruption for an entry that
+/// cannot be of its block; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
+std::unique_ptr<Backend> open_compressed_backend(const LevelSpec& level);
+
+/// Whether there are such a codec and such a filter.
+void validate_compressed_options(const BackendOptions& options);
+
+}  // namespace plait

@@ -1,0 +1,140 @@
+#include "level_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <system_error>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+void check_fixed_entries(const LevelSpec& level) {
+  const LevelGeometry& geometry = level.geometry;
+  for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+    const BlockEntry& entry = level.table[block];
+    if (entry.encoding == BlockEncoding::kNeverWritten) continue;
+    if (entry.encoding == BlockEncoding::kRaw && entry.offset == geometry.block_offset(block) &&
+        entry.stored_bytes == geometry.block_bytes(block))
+      continue;
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: block {}: expected {} raw bytes at byte {}, found {} bytes "
+                            "of encoding {} at byte {}",
+                            level.path.native(), block, geometry.block_bytes(block),
+                            geometry.block_offset(block), entry.stored_bytes,
+                            static_cast<std::uint32_t>(entry.encoding), entry.offset));
+  }
+}
+
+}  // namespace
+
+std::uint64_t fixed_file_bytes(const LevelGeometry& geometry) {
+  return (geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+}
+
+File open_fixed_file(const LevelSpec& level, Allocation allocation) {
+  // The block table counts a block's stored bytes in 32 bits.
+  check_level(level, std::numeric_limits<std::uint32_t>::max());
+  const std::uint64_t bytes = fixed_file_bytes(level.geometry);
+  if (level.mode != OpenMode::kCreate) check_fixed_entries(level);
+  File file(level.path, level.mode);
+  if (level.mode != OpenMode::kCreate) {
+    if (file.size() != bytes)
+      throw Error(ErrorCode::kCorruption, fmt::format("open {}: expected {} bytes, found {}",
+                                                      level.path.native(), bytes, file.size()));
+    return file;
+  }
+  try {
+    file.resize(bytes);
+    if (allocation == Allocation::kPreallocated) file.preallocate(bytes);
+  } catch (...) {
+    std::error_code ignored;  // the first error is the one to report
+    std::filesystem::remove(level.path, ignored);
+    throw;
+  }
+  return file;
+}
+
+void check_level(const LevelSpec& level, std::uint64_t max_block_bytes) {
+  if (level.table.size() != level.geometry.block_count())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("open {}: expected a table of {} blocks, found {}", level.path.native(),
+                            level.geometry.block_count(), level.table.size()));
+  if (level.geometry.max_block_bytes() > max_block_bytes)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("open {}: expected blocks of at most {} bytes, found {}", level.path.native(),
+                    max_block_bytes, level.geometry.max_block_bytes()));
+}
+
+void check_request(const LevelGeometry& geometry, BlockRange blocks, std::size_t span_bytes) {
+  if (blocks.first > geometry.block_count() || blocks.count > geometry.block_count() - blocks.first)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("access level {}: expected blocks below {}, found {} from {}",
+                            geometry.level(), geometry.block_count(), blocks.count, blocks.first));
+  const std::uint64_t expected = geometry.range_bytes(blocks.first, blocks.count);
+  if (span_bytes != expected)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("access level {} blocks {} to {}: expected {} bytes, found {}",
+                            geometry.level(), blocks.first, blocks.first + blocks.count, expected,
+                            span_bytes));
+}
+
+void check_writable(const File& file, OpenMode mode) {
+  if (mode == OpenMode::kRead)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("write {}: the level was opened for reading", file.path().native()));
+}
+
+ByteRange fixed_bytes(const LevelGeometry& geometry, BlockRange blocks) noexcept {
+  const std::uint64_t first = std::min(blocks.first, geometry.block_count());
+  const std::uint64_t count = std::min(blocks.count, geometry.block_count() - first);
+  return {geometry.block_offset(first), geometry.range_bytes(first, count)};
+}
+
+void seal_raw(const LevelGeometry& geometry, BlockTable& table, BlockRange blocks,
+              std::span<const std::byte> from) {
+  for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
+    const std::uint64_t bytes = geometry.block_bytes(block);
+    table.seal(block, geometry.block_offset(block), BlockEncoding::kRaw, from.first(bytes));
+    from = from.subspan(bytes);
+  }
+}
+
+void check_raw(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
+               std::span<std::byte> into, const std::filesystem::path& path) {
+  for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
+    const std::span<std::byte> raw = into.first(geometry.block_bytes(block));
+    if (table[block].encoding == BlockEncoding::kNeverWritten)
+      std::fill(raw.begin(), raw.end(), std::byte{0});
+    else
+      table.check(block, raw, path);
+    into = into.subspan(raw.size());
+  }
+}
+
+void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {
+  if (bytes.count == 0) return;  // to posix_fadvise no length means all of the file
+  int value = POSIX_FADV_NORMAL;
+  switch (advice) {
+    case Advice::kWillNeed:
+      value = POSIX_FADV_WILLNEED;
+      break;
+    case Advice::kDontNeed:
+      value = POSIX_FADV_DONTNEED;
+      break;
+    case Advice::kSequential:
+      value = POSIX_FADV_SEQUENTIAL;
+      break;
+    case Advice::kRandom:
+      value = POSIX_FADV_RANDOM;
+      break;
+  }
+  ::posix_fadvise(file.descriptor(), static_cast<off_t>(bytes.first),
+                  static_cast<off_t>(bytes.count), value);
+}
+
+}  // namespace plait

@@ -1,0 +1,125 @@
+#include "mmap/mmap_backend.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <boost/interprocess/exceptions.hpp>
+#include <boost/interprocess/file_mapping.hpp>
+#include <boost/interprocess/mapped_region.hpp>
+#include <cerrno>
+#include <system_error>
+
+#include "level_file.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+namespace interprocess = boost::interprocess;
+
+interprocess::mapped_region map_file(const File& file, OpenMode mode, std::uint64_t bytes) {
+  if (bytes == 0) return {};
+  try {
+    const auto access =
+        mode == OpenMode::kRead ? interprocess::read_only : interprocess::read_write;
+    // The region outlives its file_mapping, which only holds a descriptor.
+    return {interprocess::file_mapping(file.path().c_str(), access), access, 0, bytes};
+  } catch (const interprocess::interprocess_exception& failure) {
+    std::error_code ignored;  // the failure to map is the one to report
+    if (mode == OpenMode::kCreate) std::filesystem::remove(file.path(), ignored);
+    throw Error(ErrorCode::kIo,
+                fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()));
+  }
+}
+
+class MmapBackend final : public Backend {
+ public:
+  explicit MmapBackend(const LevelSpec& level)
+      : geometry_(level.geometry),
+        table_(level.table),
+        mode_(level.mode),
+        file_(open_fixed_file(level, Allocation::kPreallocated)),
+        region_(map_file(file_, mode_, fixed_file_bytes(geometry_))) {}
+
+  BackendTraits traits() const noexcept override { return kMmapTraits; }
+
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    check_request(geometry_, blocks, into.size());
+    std::copy_n(address(blocks.first), into.size(), into.begin());
+    check_raw(geometry_, table_, blocks, into, file_.path());
+  }
+
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    check_writable(file_, mode_);
+    check_request(geometry_, blocks, from.size());
+    std::copy(from.begin(), from.end(), address(blocks.first));
+    seal_raw(geometry_, table_, blocks, from);
+  }
+
+  std::byte* address(std::uint64_t block) override {
+    return static_cast<std::byte*>(region_.get_address()) + geometry_.block_offset(block);
+  }
+
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    const ByteRange bytes = fixed_bytes(geometry_, blocks);
+    std::uint64_t first = bytes.first / kPageBytes * kPageBytes;
+    std::uint64_t end = bytes.first + bytes.count;
+    int value = MADV_NORMAL;
+    switch (advice) {
+      case Advice::kWillNeed:
+        value = MADV_WILLNEED;
+        break;
+      case Advice::kSequential:
+        value = MADV_SEQUENTIAL;
+        break;
+      case Advice::kRandom:
+        value = MADV_RANDOM;
+        break;
+      case Advice::kDontNeed:
+        // Cannot lose data: the pages of a shared file mapping stay in the page cache, dirty or
+        // not. Only whole pages, because the neighbouring block may still be in use.
+        value = MADV_DONTNEED;
+        first = (bytes.first + kPageBytes - 1) / kPageBytes * kPageBytes;
+        end = end / kPageBytes * kPageBytes;
+        break;
+    }
+    if (first < end)
+      ::madvise(static_cast<std::byte*>(region_.get_address()) + first, end - first, value);
+  }
+
+  void flush(BlockRange blocks) override {
+    const ByteRange bytes = fixed_bytes(geometry_, blocks);
+    // Stores into the mapping are the system's already; this starts the way to the disk, which
+    // msync(MS_ASYNC) does not on Linux. Where it is not supported sync() does all of it.
+    if (bytes.count == 0 || mode_ == OpenMode::kRead) return;
+    if (::sync_file_range(file_.descriptor(), static_cast<off_t>(bytes.first),
+                          static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
+        errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
+      throw system_error("flush", file_.path().native(), errno);
+  }
+
+  void sync() override {
+    if (mode_ == OpenMode::kRead || region_.get_size() == 0) return;
+    if (!region_.flush(0, 0, false)) throw system_error("sync", file_.path().native(), errno);
+    file_.sync();
+  }
+
+  std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
+
+ private:
+  const LevelGeometry& geometry_;
+  BlockTable& table_;
+  OpenMode mode_;
+  File file_;
+  interprocess::mapped_region region_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level) {
+  return std::make_unique<MmapBackend>(level);
+}
+
+}  // namespace plait

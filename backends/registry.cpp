@@ -1,0 +1,34 @@
+#include "plait/backends/registry.h"
+
+#include "compressed/compressed_backend.h"
+#include "memory/memory_backend.h"
+#include "mmap/mmap_backend.h"
+#include "pread/pread_backend.h"
+
+namespace plait {
+namespace {
+
+/// Backends without options accept whatever is set for others.
+void validate_nothing(const BackendOptions&) {}
+
+BackendRegistry built_in() {
+  BackendRegistry registry;
+  registry.add({"memory", "in memory only, gone with the process", kMemoryTraits,
+                open_memory_backend, validate_nothing});
+  registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
+                open_pread_backend, validate_nothing});
+  registry.add({"mmap", "raw files, mapped; the operating system pages", kMmapTraits,
+                open_mmap_backend, validate_nothing});
+  registry.add({"compressed", "filter and codec per block (--filter, --codec)", kCompressedTraits,
+                open_compressed_backend, validate_compressed_options});
+  return registry;
+}
+
+}  // namespace
+
+const BackendRegistry& default_backends() {
+  static const BackendRegistry registry = built_in();
+  return registry;
+}
+
+}  // namespace plait

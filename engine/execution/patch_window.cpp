@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <list>
+
+#include "paging/frame_pool.h"
+#include "plait/error.h"
+#include "plait/patch.h"
+
+namespace plait {
+
+struct PatchWindow::Pins {
+  struct Pin {
+    std::size_t level;
+    std::uint64_t block;
+    PinnedBlock pinned;
+  };
+  std::list<Pin> in_order;  ///< of pinning: the first goes first
+  std::vector<std::vector<std::uint32_t>> used_by;  ///< [level][block] last face that needs it, + 1
+  std::vector<Access> access;                       ///< [level]
+  std::uint64_t window_bytes = 0, pinned_bytes = 0;
+
+  std::uint64_t frame_bytes(const PatchWindow& window, std::size_t level) const {
+    return FramePool::frame_bytes(window.levels_[level].file->geometry.max_block_bytes());
+  }
+};
+
+PatchWindow::PatchWindow(Store& store, AttributeId attribute, Reach reach,
+                         std::uint64_t window_bytes)
+    : store_(&store), attribute_(attribute), reach_(reach), pins_(std::make_unique<Pins>()) {
+  pins_->window_bytes = window_bytes;
+}
+
+PatchWindow::~PatchWindow() = default;
+
+void PatchWindow::activate(int readable, int first_writable, int last_writable) {
+  const int base_level = store_->base_level();
+  const int finest = store_->attributes()[attribute_].finest_level - base_level;
+  if (readable < 0 || readable > finest)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("activate level {} of '{}': expected {} to {}", readable,
+                            store_->attributes()[attribute_].schema.name, 0, finest));
+  pins_->in_order.clear();
+  pins_->pinned_bytes = 0;
+  pins_->used_by.clear();
+  pins_->access.clear();
+  levels_.assign(1, Level{});
+  pins_->used_by.emplace_back();
+  pins_->access.push_back(Access::kRead);
+  for (int level = 1; level <= readable; ++level) {
+    LevelFile& file = store_->level_file(attribute_, base_level + level);
+    levels_.push_back({&file, std::vector<std::byte*>(file.geometry.block_count(), nullptr)});
+    pins_->used_by.emplace_back(file.geometry.block_count(), 0);
+    pins_->access.push_back(level >= first_writable && level <= last_writable
+                                ? Access::kUpdate
+                                : Access::kRead);
+  }
+  store_->pager().set_policy(EvictionPolicy::kWindow);
+}
+
+void PatchWindow::enter(FaceId face) {
+  const Topology mesh = store_->base().topology();
+  const std::uint32_t stamp = face + 1;
+  const auto need = [&](EdgeId edge) {
+    for (std::size_t number = 1; number < levels_.size(); ++number) {
+      Level& level = levels_[number];
+      const std::uint64_t block = level.file->geometry.block_of(edge);
+      pins_->used_by[number][block] = stamp;
+      if (level.blocks[block]) continue;
+      const std::uint64_t bytes = pins_->frame_bytes(*this, number);
+      for (auto pin = pins_->in_order.begin();
+           pin != pins_->in_order.end() && pins_->pinned_bytes + bytes > pins_->window_bytes;) {
+        if (pins_->used_by[pin->level][pin->block] == stamp) {
+          ++pin;
+          continue;
+        }
+        levels_[pin->level].blocks[pin->block] = nullptr;
+        pins_->pinned_bytes -= pins_->frame_bytes(*this, pin->level);
+        pin = pins_->in_order.erase(pin);
+      }
+      pins_->in_order.push_back(
+          {number, block, store_->pager().pin(*level.file, block, pins_->access[number])});
+      level.blocks[block] = pins_->in_order.back().pinned.bytes().data();
+      pins_->pinned_bytes += bytes;
+    }
+  };
+  for (const EdgeId edge : mesh.face_edges[face]) need(edge);
+  if (reach_ == Reach::kOwn) return;
+  for (int side = 0; side < 3; ++side) {
+    const FaceSide beyond = mesh.across(FaceSide(face, side));
+    if (!beyond.exists()) continue;
+    for (int turn = 1; turn <= 2; ++turn) {
+      const FaceSide outer(beyond.face(), (beyond.side() + turn) % 3);
+      need(mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())]);
+      const FaceSide further = reach_ == Reach::kRing ? mesh.across(outer) : FaceSide();
+      if (!further.exists()) continue;
+      for (const EdgeId edge : mesh.face_edges[further.face()]) need(edge);
+    }
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,100 @@
+#include "plait/sweep.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "execution/sweep_window.h"
+#include "plait/error.h"
+#include "plait/layout.h"
+
+namespace plait {
+
+std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge) const noexcept {
+  const Attribute& attribute = accesses_[access];
+  const Level& at = attribute.levels[static_cast<std::size_t>(level - attribute.first_level)];
+  const std::uint64_t block = at.geometry->block_of(edge);
+  return {at.blocks[block] + (at.geometry->slot_offset(edge) - at.geometry->block_offset(block)),
+          at.geometry->slot_bytes(edge)};
+}
+
+namespace {
+
+void check(const SweepPass& pass, const SweepOptions& options) {
+  if (options.threads < 1 || options.threads > 1024)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("sweep '{}': {} threads, expected 1 to 1024", pass.name,
+                            options.threads));
+  for (const LevelAccess& access : pass.accesses)
+    if (access.access != Access::kRead && access.reach != Reach::kOwn)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("sweep '{}': writes beyond the edge's own slot", pass.name));
+}
+
+std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chunk) {
+  std::uint64_t most = 0;
+  for (EdgeId first = 0; first < edge_count; first += std::min(chunk, edge_count - first)) {
+    window.plan(first, first + std::min(chunk, edge_count - first));
+    most = std::max(most, window.planned_bytes());
+  }
+  return most;
+}
+
+}  // namespace
+
+std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads) {
+  SweepWindow window(store, pass);
+  return window_bytes_of(window, static_cast<EdgeId>(store.base().edge_count()),
+                         window.chunk_edges(threads));
+}
+
+void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
+  check(pass, options);
+  SweepWindow window(store, pass);
+  const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
+  const EdgeId chunk = window.chunk_edges(options.threads);
+  const std::uint64_t needed_bytes = window_bytes_of(window, edge_count, chunk);
+  if (needed_bytes > store.pager().budget_bytes())
+    throw Error(ErrorCode::kBudget,
+                fmt::format("sweep '{}': the window needs {} bytes of frames and the budget is {}; "
+                            "the layout '{}' has stencils that span {} edges, and a block holds "
+                            "{} bytes: raise the budget, take smaller blocks or another layout",
+                            pass.name, needed_bytes, store.pager().budget_bytes(),
+                            store.options().layout, measure_spans(store.base()).loop.span,
+                            store.options().block_bytes));
+  store.pager().set_policy(EvictionPolicy::kWindow);
+
+  std::optional<tbb::task_arena> arena;
+  if (options.threads > 1) arena.emplace(options.threads);
+  const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edge_count - first); };
+  window.plan(0, chunk_end(0));
+  for (EdgeId first = 0; first < edge_count;) {
+    const EdgeId after = chunk_end(first);
+    window.advance();
+    if (after < edge_count) {
+      window.plan(after, chunk_end(after));
+      window.prefetch();
+    }
+    const SweepView& view = window.view();
+    if (arena)
+      arena->execute([&] {
+        tbb::parallel_for(tbb::blocked_range<EdgeId>(first, after),
+                          [&](const tbb::blocked_range<EdgeId>& range) {
+                            const int worker = tbb::this_task_arena::current_thread_index();
+                            for (EdgeId edge = range.begin(); edge < range.end(); ++edge)
+                              pass.kernel(view, edge, worker);
+                          });
+      });
+    else
+      for (EdgeId edge = first; edge < after; ++edge) pass.kernel(view, edge, 0);
+    first = after;
+    if (options.proceed && !options.proceed(first, edge_count))
+      throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
+  }
+}
+
+}  // namespace plait

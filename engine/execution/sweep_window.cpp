@@ -1,0 +1,95 @@
+#include "execution/sweep_window.h"
+
+#include <algorithm>
+
+#include "execution/stencil.h"
+#include "paging/frame_pool.h"
+
+namespace plait {
+
+SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
+  for (const LevelAccess& access : pass.accesses) {
+    std::vector<Level>& levels = levels_.emplace_back();
+    SweepView::Attribute& seen = view_.accesses_.emplace_back();
+    seen.first_level = access.first_level;
+    for (int number = access.first_level; number <= access.last_level; ++number) {
+      LevelFile& file = store.level_file(access.attribute, number);
+      Level& level = levels.emplace_back();
+      level.file = &file;
+      level.access = access.access;
+      level.planned_in.assign(file.geometry.block_count(), 0);
+      seen.levels.push_back({&file.geometry, {}});
+      seen.levels.back().blocks.assign(file.geometry.block_count(), nullptr);
+    }
+  }
+}
+
+EdgeId SweepWindow::chunk_edges(int threads) const {
+  constexpr EdgeId kMaxEdges = 4096, kMinEdgesPerThread = 8;
+  EdgeId edges = kMaxEdges;
+  for (const std::vector<Level>& levels : levels_)
+    for (const Level& level : levels)
+      edges = std::min(edges, EdgeId{1} << std::min(level.file->geometry.slots_per_block_log2(), 12));
+  EdgeId wanted = 1;
+  while (wanted < kMinEdgesPerThread * static_cast<EdgeId>(threads)) wanted *= 2;
+  return std::max(edges, wanted);
+}
+
+void SweepWindow::plan(EdgeId first, EdgeId after) {
+  ++plan_number_;
+  const Topology mesh = store_.base().topology();
+  for (std::size_t access = 0; access < levels_.size(); ++access) {
+    for (Level& level : levels_[access]) {
+      level.planned.clear();
+      const LevelGeometry& geometry = level.file->geometry;
+      for (EdgeId edge = first; edge < after; ++edge)
+        for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach, [&](EdgeId needed) {
+          const std::uint64_t block = geometry.block_of(needed);
+          if (level.planned_in[block] == plan_number_) return;
+          level.planned_in[block] = plan_number_;
+          level.planned.push_back(block);
+        });
+    }
+  }
+}
+
+std::uint64_t SweepWindow::planned_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const std::vector<Level>& levels : levels_)
+    for (const Level& level : levels)
+      bytes += level.planned.size() *
+               FramePool::frame_bytes(level.file->geometry.max_block_bytes());
+  return bytes;
+}
+
+void SweepWindow::prefetch() {
+  for (const std::vector<Level>& levels : levels_)
+    for (const Level& level : levels)
+      if (level.access != Access::kWrite)
+        for (const std::uint64_t block : level.planned)
+          store_.pager().prefetch(*level.file, {block, 1});
+}
+
+void SweepWindow::advance() {
+  for (std::size_t access = 0; access < levels_.size(); ++access)
+    for (std::size_t i = 0; i < levels_[access].size(); ++i) {
+      Level& level = levels_[access][i];
+      std::erase_if(level.pinned, [&](const auto& pin) {
+        if (level.planned_in[pin.first] == plan_number_) return false;
+        view_.accesses_[access].levels[i].blocks[pin.first] = nullptr;
+        return true;
+      });
+    }
+  for (std::size_t access = 0; access < levels_.size(); ++access)
+    for (std::size_t i = 0; i < levels_[access].size(); ++i) {
+      Level& level = levels_[access][i];
+      std::vector<std::byte*>& blocks = view_.accesses_[access].levels[i].blocks;
+      for (const std::uint64_t block : level.planned) {
+        if (blocks[block]) continue;
+        level.pinned.emplace_back(block, store_.pager().pin(*level.file, block, level.access));
+        blocks[block] = level.pinned.back().second.bytes().data();
+      }
+    }
+}
+
+}  // namespace plait

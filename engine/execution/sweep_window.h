@@ -1,0 +1,46 @@
+// The blocks that a sweep holds at once.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "plait/sweep.h"
+
+namespace plait {
+
+/// Pins what a run of edges needs and lets go of what it does not. One thread.
+class SweepWindow {
+ public:
+  SweepWindow(Store& store, const SweepPass& pass);
+
+  /// Edges that are worked on together: those of one block of the finest level, but enough of them
+  /// to keep `threads` threads busy.
+  EdgeId chunk_edges(int threads) const;
+
+  /// Finds the blocks that the edges [first, after) need. The next advance() pins these.
+  void plan(EdgeId first, EdgeId after);
+  std::uint64_t planned_bytes() const;
+  /// Announces the planned blocks that are not pinned yet to their backends.
+  void prefetch();
+  /// Unpins what is not planned, then pins what is.
+  void advance();
+
+  const SweepView& view() const { return view_; }
+
+ private:
+  struct Level {
+    LevelFile* file = nullptr;
+    Access access = Access::kRead;
+    std::vector<std::uint32_t> planned_in;  ///< [block] number of the last plan that needs it
+    std::vector<std::uint64_t> planned;     ///< blocks
+    std::vector<std::pair<std::uint64_t, PinnedBlock>> pinned;
+  };
+
+  Store& store_;
+  const SweepPass& pass_;
+  std::vector<std::vector<Level>> levels_;  ///< [access][level - first level]
+  std::uint32_t plan_number_ = 0;
+  SweepView view_;
+};
+
+}  // namespace plait

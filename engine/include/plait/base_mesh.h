@@ -1,0 +1,79 @@
+// plait/base_mesh.h: the irregular triangle mesh at level 0, resident in memory.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/topology.h"
+#include "plait/vector3.h"
+
+namespace plait {
+
+/// Triangles as a file gives them: no promise about their quality.
+struct IndexedMesh {
+  std::vector<Vector3<double>> positions;
+  std::vector<std::array<VertexId, 3>> faces;
+};
+
+/// An oriented 2-manifold, with or without border, any genus, any number of components.
+/// Immutable and safe to read from any number of threads.
+class BaseMesh {
+ public:
+  BaseMesh() = default;
+
+  /// Builds the connectivity of `mesh` in O(V + F + sum of d log d) for valences d.
+  /// Faces keep their order and their rotation; edges are numbered by first use (face by face,
+  /// sides 2, 0, 1: ab, bc, ca). Unused vertices are dropped, and components whose faces disagree
+  /// in orientation are flipped to that of their first face; each adds a line to `warnings` if
+  /// that is given. `source` (a file name) begins every error message.
+  /// Errors: kInvalidArgument naming the first bad element: an index out of range, a position that
+  /// is not finite, a face that names a vertex twice, an edge of more than two faces, a vertex
+  /// whose faces form more than one fan, an orientation that cannot be made consistent.
+  static BaseMesh build(IndexedMesh mesh, std::string_view source = "mesh",
+                        std::vector<std::string>* warnings = nullptr);
+
+  /// The same mesh with its faces in the order given (order[new] = old) and its edges renumbered
+  /// by first use. Vertices, face rotations and edge frames stay, so slot contents do too.
+  /// REQUIRES: `order` is a permutation of the faces.
+  BaseMesh with_face_order(std::span<const FaceId> order) const;
+
+  std::uint64_t vertex_count() const { return positions_.size(); }
+  std::uint64_t edge_count() const { return edges_.size(); }
+  std::uint64_t face_count() const { return faces_.size(); }
+  std::uint64_t border_edge_count() const { return border_edges_.size(); }
+
+  std::span<const Vector3<double>> positions() const { return positions_; }
+  std::span<const Edge> edges() const { return edges_; }
+  std::span<const EdgeId> border_edges() const { return border_edges_; }
+  std::span<const std::array<VertexId, 3>> faces() const { return faces_; }
+  std::span<const std::array<EdgeId, 3>> face_edges() const { return face_edges_; }
+
+  /// Views into this object, valid while it lives and is not moved from.
+  Topology topology() const {
+    return {faces_, face_edges_, edges_, vertex_corners_, border_edges_};
+  }
+
+  /// Heap bytes held.
+  std::uint64_t memory_bytes() const;
+
+ private:
+  std::vector<Vector3<double>> positions_;
+  std::vector<std::array<VertexId, 3>> faces_;
+  std::vector<std::array<EdgeId, 3>> face_edges_;
+  std::vector<Edge> edges_;
+  std::vector<FaceSide> vertex_corners_;
+  std::vector<EdgeId> border_edges_;
+};
+
+/// Vertices, edges and faces at a level of refinement: V' = V + E, E' = 2E + 3F, F' = 4F for an
+/// interior-only mesh, and with borders E' = 2E + 3F all the same.
+struct LevelCounts {
+  std::uint64_t vertices, edges, faces;
+};
+LevelCounts counts_at_level(const BaseMesh& mesh, int level);
+
+}  // namespace plait

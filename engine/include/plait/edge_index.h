@@ -1,0 +1,166 @@
+// plait/edge_index.h: where a vertex of a semi-regular mesh is stored.
+//
+//   face index (face, level, i, j)          i, j >= 0, i + j <= 2^level
+//        c (0,2^L)                           corner a = (0,0), b = (2^L,0), c = (0,2^L)
+//        |  `.                               weights k0 = 2^L - i - j, k1 = i, k2 = j
+//        |     `.
+//   a (0,0)----b (2^L,0)
+//
+//   edge index (edge, level, row, column)   row, column in [0, n), n = 2^(level-1)
+//
+// Every vertex but the corners is born at one level l on one base edge. In the frame of side x of
+// the face, row and column count from the edge's start and end: k_(x+1) = 2 row + 1 and
+// k_(x+2) = 2 column + 1 at level l. The face's own half has row + column <= n - 1, equality on
+// the edge itself; from the face beyond the edge both coordinates are n - 1 - x.
+//
+// Source: I. Guskov, "Non-replicating indexing for out-of-core processing of semi-regular
+// triangular surface meshes", section 2. Pinned by tests/engine/index/edge_index_test.cpp.
+// All functions are constexpr, branch-light, thread-safe and never fail; levels run to kMaxLevel.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "plait/topology.h"
+
+namespace plait {
+
+constexpr int kMaxLevel = 20;
+
+struct FaceIndex {
+  FaceId face = 0;
+  int level = 0;
+  std::int64_t i = 0, j = 0;
+  friend constexpr bool operator==(const FaceIndex&, const FaceIndex&) = default;
+};
+
+struct EdgeIndex {
+  EdgeId edge = 0;
+  int level = 1;
+  std::int64_t row = 0, column = 0;
+  friend constexpr bool operator==(const EdgeIndex&, const EdgeIndex&) = default;
+};
+
+/// An edge index in the frame of one side of one face, before the edge's own frame is known.
+struct SideIndex {
+  int side = 0;
+  int level = 1;
+  std::int64_t row = 0, column = 0;
+  friend constexpr bool operator==(const SideIndex&, const SideIndex&) = default;
+};
+
+/// Rows (and columns) of a slot: 2^(level-1). REQUIRES: level >= 1.
+constexpr std::int64_t slot_side(int level) { return std::int64_t{1} << (level - 1); }
+
+/// Records in the slot of an interior edge (n x n) or of a border edge (the triangle n(n+1)/2).
+constexpr std::uint64_t slot_records(int level, bool border = false) {
+  const auto n = static_cast<std::uint64_t>(slot_side(level));
+  return border ? n * (n + 1) / 2 : n * n;
+}
+
+/// Position of (row, column) inside its slot, in records. Rows follow each other; in a border slot
+/// row r has n - r columns.
+constexpr std::int64_t slot_position(int level, bool border, std::int64_t row,
+                                     std::int64_t column) {
+  const std::int64_t n = slot_side(level);
+  return border ? row * n - row * (row - 1) / 2 + column : row * n + column;
+}
+
+/// Whether (i, j) at `level` is a corner of the face: a base vertex.
+constexpr bool is_corner(int level, std::int64_t i, std::int64_t j) {
+  const std::int64_t size = std::int64_t{1} << level;
+  return (i == 0 || i == size) && (j == 0 || j == size);
+}
+
+/// Which corner (0, 1, 2) a corner point is. REQUIRES: is_corner(level, i, j).
+constexpr int corner_of(std::int64_t i, std::int64_t j) { return i > 0 ? 1 : j > 0 ? 2 : 0; }
+
+/// The point at a corner of the face.
+constexpr FaceIndex corner_point(FaceId face, int level, int corner) {
+  const std::int64_t size = std::int64_t{1} << level;
+  return {face, level, corner == 1 ? size : 0, corner == 2 ? size : 0};
+}
+
+/// Face coordinates to the frame of a side. REQUIRES: the point is in the face and no corner.
+constexpr SideIndex to_side(int level, std::int64_t i, std::int64_t j) {
+  const int shift = std::countr_zero(static_cast<std::uint64_t>(i | j));
+  const int born = level - shift;
+  const std::int64_t k[3] = {(std::int64_t{1} << born) - (i >> shift) - (j >> shift), i >> shift,
+                             j >> shift};
+  // Exactly one of the three weights is even: that of the corner opposite the side.
+  const int side = (k[1] & 1) == 0 ? 1 : (k[2] & 1) == 0 ? 2 : 0;
+  return {side, born, (k[(side + 1) % 3] - 1) / 2, (k[(side + 2) % 3] - 1) / 2};
+}
+
+/// The inverse: face coordinates, at the level at which the vertex is born, of a point of the
+/// face's own half (row + column <= n - 1).
+constexpr FaceIndex from_side(FaceId face, const SideIndex& index) {
+  std::int64_t k[3] = {};
+  k[(index.side + 1) % 3] = 2 * index.row + 1;
+  k[(index.side + 2) % 3] = 2 * index.column + 1;
+  k[index.side] = (std::int64_t{1} << index.level) - 2 * (index.row + index.column) - 2;
+  return {face, index.level, k[1], k[2]};
+}
+
+/// Face index to edge index. REQUIRES: the point is in the face and no corner.
+constexpr EdgeIndex edge_index(const Topology& mesh, const FaceIndex& point) {
+  const SideIndex at = to_side(point.level, point.i, point.j);
+  const EdgeId edge = mesh.face_edges[point.face][static_cast<std::size_t>(at.side)];
+  if (mesh.is_own(point.face, at.side)) return {edge, at.level, at.row, at.column};
+  const std::int64_t last = slot_side(at.level) - 1;
+  return {edge, at.level, last - at.row, last - at.column};
+}
+
+/// Edge index to face index, at the level of birth: in the edge's own face where it lies there
+/// (points on the edge itself do), else in the other face.
+constexpr FaceIndex face_index(const Topology& mesh, const EdgeIndex& index) {
+  const Edge& edge = mesh.edges[index.edge];
+  const std::int64_t last = slot_side(index.level) - 1;
+  if (index.row + index.column <= last)
+    return from_side(edge.own.face(), {edge.own.side(), index.level, index.row, index.column});
+  return from_side(edge.other.face(),
+                   {edge.other.side(), index.level, last - index.row, last - index.column});
+}
+
+/// The same point at another level of refinement. REQUIRES: it exists there.
+constexpr FaceIndex at_level(const FaceIndex& point, int level) {
+  return level >= point.level
+             ? FaceIndex{point.face, level, point.i << (level - point.level),
+                         point.j << (level - point.level)}
+             : FaceIndex{point.face, level, point.i >> (point.level - level),
+                         point.j >> (point.level - level)};
+}
+
+/// Which side of the face a point beyond it lies across: the side opposite its negative weight,
+/// or -1 for a point of the face.
+constexpr int side_beyond(const FaceIndex& point) {
+  const std::int64_t k0 = (std::int64_t{1} << point.level) - point.i - point.j;
+  return k0 < 0 ? 0 : point.i < 0 ? 1 : point.j < 0 ? 2 : -1;
+}
+
+/// A point of the face's lattice continued beyond side x, in the coordinates of the face there.
+/// REQUIRES: there is a face across side x, and the point unfolds into it.
+constexpr FaceIndex unfold(const Topology& mesh, const FaceIndex& point, int side) {
+  const FaceSide beyond = mesh.across(FaceSide(point.face, side));
+  const std::int64_t size = std::int64_t{1} << point.level;
+  const std::int64_t k[3] = {size - point.i - point.j, point.i, point.j};
+  std::int64_t there[3] = {};
+  there[(beyond.side() + 1) % 3] = size - k[(side + 1) % 3];
+  there[(beyond.side() + 2) % 3] = size - k[(side + 2) % 3];
+  there[beyond.side()] = -k[side];
+  return {beyond.face(), point.level, there[1], there[2]};
+}
+
+/// A point beyond the face, in the face into which it unfolds, across one side after another. Its
+/// face is kNoId if a border cuts it off. REQUIRES: no base vertex other than of valence 6 lies on
+/// the way; points of stencils around vertices that are not base vertices satisfy that.
+constexpr FaceIndex unfold_fully(const Topology& mesh, FaceIndex point) {
+  for (int side = side_beyond(point); side >= 0; side = side_beyond(point)) {
+    if (!mesh.across(FaceSide(point.face, side)).exists()) return {kNoId, point.level, 0, 0};
+    point = unfold(mesh, point, side);
+  }
+  return point;
+}
+
+}  // namespace plait

@@ -1,0 +1,44 @@
+// plait/error.h: the one exception type of the library.
+//
+// A message names, in this order: the verb, the file, the place in it (byte offset, line or
+// element), what was expected and what was found. Each layer adds its noun once.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace plait {
+
+enum class ErrorCode : std::uint8_t {
+  kNotFound,         ///< a file, store, attribute or level that is not there
+  kInvalidArgument,  ///< a value that the caller chose, out of its range; or a refused input file
+  kCorruption,       ///< stored bytes that fail their checksum or contradict each other
+  kNotSupported,     ///< asked for and cannot be had: a backend, a codec, a feature flag
+  kIo,               ///< the operating system refused a file operation
+  kNoSpace,          ///< the disk or the quota is full
+  kOutOfMemory,      ///< an allocation failed
+  kBudget,           ///< the memory budget is too small; the message says what would do
+  kBusy,             ///< somebody else holds the store
+  kBadState,         ///< a call that the object's state forbids
+  kCancelled,        ///< the caller asked to stop
+};
+
+/// The name of a code as messages and JSON show it ("not_found", "no_space", ...).
+std::string_view to_string(ErrorCode code) noexcept;
+
+class Error : public std::runtime_error {
+ public:
+  Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ErrorCode code() const noexcept { return code_; }
+
+ private:
+  ErrorCode code_;
+};
+
+/// An Error from `errno_value`: ENOSPC and EDQUOT become kNoSpace, ENOENT kNotFound, the rest kIo.
+/// The message is "VERB PATH: TEXT OF ERRNO".
+Error system_error(std::string_view verb, std::string_view path, int errno_value);
+
+}  // namespace plait

@@ -1,0 +1,53 @@
+// plait/file.h: the one door to the operating system's files. Every read, write and sync of a
+// store goes through here, so that tests can stand in it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace plait {
+
+enum class OpenMode : std::uint8_t {
+  kRead,       ///< must exist
+  kReadWrite,  ///< must exist
+  kCreate,     ///< read and write; must not exist
+};
+
+/// A file descriptor. Whole transfers only: interrupted and short ones are continued, and a read
+/// past the end is an error. Positioned calls are safe from any number of threads.
+class File {
+ public:
+  File() = default;
+  File(const std::filesystem::path& path, OpenMode mode);
+  ~File();
+  File(File&& other) noexcept;
+  File& operator=(File&& other) noexcept;
+
+  bool is_open() const noexcept { return descriptor_ >= 0; }
+  const std::filesystem::path& path() const noexcept { return path_; }
+  int descriptor() const noexcept { return descriptor_; }
+
+  /// Errors: kIo; kCorruption where the file ends before the last byte asked for.
+  void read_at(std::uint64_t offset, std::span<std::byte> into) const;
+  /// Errors: kIo, kNoSpace.
+  void write_at(std::uint64_t offset, std::span<const std::byte> from);
+  std::uint64_t size() const;
+  void resize(std::uint64_t bytes);
+  /// Makes the first `bytes` bytes exist on the disk, so that a full one is an error now
+  /// (posix_fallocate).
+  void preallocate(std::uint64_t bytes);
+  void sync();
+  /// Reports what the destructor would have to swallow.
+  void close();
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+};
+
+/// Makes the names in a directory durable.
+void sync_directory(const std::filesystem::path& directory);
+
+}  // namespace plait

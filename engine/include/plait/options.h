@@ -1,0 +1,35 @@
+// plait/options.h: options of a store. A value out of range is refused, never clamped.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "plait/backend.h"
+
+namespace plait {
+
+enum class Durability : std::uint8_t {
+  kCommit,  ///< commit() returns when the version is on the disk
+  kNone,    ///< scratch: commit() publishes without waiting for the disk
+};
+
+struct StoreOptions {
+  // Behaviour
+  std::string backend = "pread";       ///< a name in the registry
+  BackendOptions backend_options;      ///< codec and filter
+  std::string layout = "given";        ///< recorded in the manifest: the order of `base`
+  std::string scheme;                  ///< recorded: what made the levels ("loop", ...); may be empty
+  int base_level = 0;                  ///< how often `base` was refined already (rebase)
+  Durability durability = Durability::kCommit;
+
+  // Performance
+  std::uint64_t block_bytes = 1 << 20;      ///< unit of I/O; 4 KiB to 1 GiB, a power of two
+  std::uint64_t budget_bytes = 256u << 20;  ///< all frames; at least 64 KiB
+};
+
+struct OpenOptions {
+  bool writable = false;
+  std::uint64_t budget_bytes = 256u << 20;
+};
+
+}  // namespace plait

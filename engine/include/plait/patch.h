@@ -1,0 +1,137 @@
+// plait/patch.h: the transparent executor: a program's own loops over patches, coarse to fine,
+// with at(level, i, j), while the store decides what is in memory (Guskov's paper, section 4).
+//
+// The same source runs over StorePatches and over InCoreMesh (plait/in_core_mesh.h); the concept
+// PatchMesh says what it may rely on.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "plait/edge_index.h"
+#include "plait/store.h"
+#include "plait/sweep.h"
+
+namespace plait {
+
+/// What a program written for patches may use. `at` takes any vertex of the face at `level`, and
+/// points beyond a side that unfold into a face there; references stay valid while the patch is the
+/// mesh's current one. `exists` tells whether a border cuts such a point off.
+template <class Mesh>
+concept PatchMesh = requires(Mesh mesh, FaceId face, int level, std::int64_t i, int side) {
+  typename Mesh::Record;
+  { mesh.topology() } -> std::convertible_to<Topology>;
+  { mesh.base_records() } -> std::convertible_to<std::span<typename Mesh::Record>>;
+  mesh.activate(level, level, level);
+  { mesh.patch(face).at(level, i, i) } -> std::same_as<typename Mesh::Record&>;
+  { mesh.patch(face).owns(side) } -> std::convertible_to<bool>;
+  { mesh.patch(face).is_border(side) } -> std::convertible_to<bool>;
+  { mesh.patch(face).exists(level, i, i) } -> std::convertible_to<bool>;
+};
+
+/// Type-free half of StorePatches: pins the blocks of the current face's stencil (its edges and
+/// those of the faces across them; with Reach::kRing also of the faces around these) and keeps
+/// older ones pinned up to a share of the budget.
+class PatchWindow {
+ public:
+  PatchWindow(Store& store, AttributeId attribute, Reach reach, std::uint64_t window_bytes);
+  ~PatchWindow();
+  PatchWindow(const PatchWindow&) = delete;
+  PatchWindow& operator=(const PatchWindow&) = delete;
+
+  /// Levels 1 to `readable`, counted from the base mesh, may be read; of these, levels
+  /// `first_writable` to `last_writable` may also be written. Ends all pins.
+  void activate(int readable, int first_writable, int last_writable);
+  /// Makes `face` current. Errors: kBudget, and those of Pager::pin.
+  void enter(FaceId face);
+  Store& store() const { return *store_; }
+  AttributeId attribute() const { return attribute_; }
+
+  struct Level {
+    LevelFile* file = nullptr;
+    std::vector<std::byte*> blocks;  ///< [block] address while pinned
+  };
+  const Level& level(int number) const { return levels_[static_cast<std::size_t>(number)]; }
+
+ private:
+  struct Pins;
+  Store* store_;
+  AttributeId attribute_;
+  Reach reach_;
+  std::vector<Level> levels_;  ///< [level from the base mesh]
+  std::unique_ptr<Pins> pins_;
+};
+
+/// One attribute of a store as a PatchMesh. Levels count from the store's base mesh. One thread.
+template <class RecordType>
+class StorePatches {
+ public:
+  using Record = RecordType;
+
+  class Patch {
+   public:
+    FaceId face() const { return face_; }
+    bool owns(int side) const { return mesh_->topology_.is_own(face_, side); }
+    bool is_border(int side) const {
+      return !mesh_->topology_.across(FaceSide(face_, side)).exists();
+    }
+    Record& at(int level, std::int64_t i, std::int64_t j) const {
+      return mesh_->at({face_, level, i, j});
+    }
+    bool exists(int level, std::int64_t i, std::int64_t j) const {
+      return unfold_fully(mesh_->topology_, {face_, level, i, j}).face != kNoId;
+    }
+
+   private:
+    friend class StorePatches;
+    Patch(StorePatches* mesh, FaceId face) : mesh_(mesh), face_(face) {}
+    StorePatches* mesh_;
+    FaceId face_;
+  };
+
+  /// `window_bytes` is the share of the store's budget to keep pinned; a face's own blocks are
+  /// pinned in any case. Errors: kInvalidArgument if the attribute holds other records.
+  StorePatches(Store& store, AttributeId attribute, std::uint64_t window_bytes,
+               Reach reach = Reach::kFaces)
+      : base_records_(store.base_records<Record>(attribute)),
+        window_(std::make_unique<PatchWindow>(store, attribute, reach, window_bytes)),
+        topology_(store.base().topology()) {}
+
+  Topology topology() const { return topology_; }
+  std::span<Record> base_records() const { return base_records_; }
+  /// See PatchWindow::activate.
+  void activate(int readable, int first_writable, int last_writable) {
+    window_->activate(readable, first_writable, last_writable);
+  }
+  /// Makes `face` the current patch.
+  Patch patch(FaceId face) {
+    window_->enter(face);
+    return Patch(this, face);
+  }
+
+ private:
+  Record& at(FaceIndex point) {
+    point = unfold_fully(topology_, point);
+    if (is_corner(point.level, point.i, point.j))
+      return base_records_[topology_.faces[point.face]
+                                          [static_cast<std::size_t>(corner_of(point.i, point.j))]];
+    const EdgeIndex index = edge_index(topology_, point);
+    const PatchWindow::Level& level = window_->level(index.level);
+    const LevelGeometry& geometry = level.file->geometry;
+    const std::uint64_t block = geometry.block_of(index.edge);
+    const bool border = topology_.edges[index.edge].is_border();
+    auto* slot = reinterpret_cast<Record*>(level.blocks[block] + geometry.slot_offset(index.edge) -
+                                           geometry.block_offset(block));
+    return slot[slot_position(index.level, border, index.row, index.column)];
+  }
+
+  std::span<Record> base_records_;
+  std::unique_ptr<PatchWindow> window_;
+  Topology topology_;
+};
+
+}  // namespace plait

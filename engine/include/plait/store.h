@@ -1,0 +1,116 @@
+// plait/store.h: a semi-regular mesh in a directory: base mesh in memory, one file per level and
+// attribute, paged under one budget.
+//
+// Threads: one thread at a time may call non-const functions; executors use threads of their own.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/attribute.h"
+#include "plait/backend.h"
+#include "plait/base_mesh.h"
+#include "plait/error.h"
+#include "plait/options.h"
+#include "plait/pager.h"
+
+namespace plait {
+
+using AttributeId = std::uint32_t;  ///< position in Store::attributes()
+
+struct AttributeInfo {
+  AttributeSchema schema;
+  int finest_level = 0;  ///< levels base_level+1 .. finest_level have files
+};
+
+struct BlockAddress {
+  AttributeId attribute;
+  int level;
+  std::uint64_t block;
+};
+
+class Store {
+ public:
+  /// A new store of `base` in layout order, with no attribute yet. With an empty `path` nothing
+  /// touches the disk; the backend must then not be durable. The directory is complete and
+  /// openable from the first commit() on. Errors: kInvalidArgument, kNotSupported, kIo, kNoSpace;
+  /// kInvalidArgument if `path` exists.
+  static Store create(const std::filesystem::path& path, BaseMesh base,
+                      const StoreOptions& options, const BackendRegistry& backends);
+
+  /// The last committed version. One writer or many readers.
+  /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming
+  /// the holder.
+  static Store open(const std::filesystem::path& path, const OpenOptions& options,
+                    const BackendRegistry& backends);
+
+  Store(Store&&) noexcept;
+  Store& operator=(Store&&) noexcept;
+  /// Loses what was not committed. Never throws.
+  ~Store();
+
+  const std::filesystem::path& path() const;
+  const BaseMesh& base() const;
+  const StoreOptions& options() const;  ///< as created (an opened store: as its manifest says)
+  const StoreUuid& uuid() const;
+  std::uint64_t sequence() const;  ///< commits so far
+  BackendTraits backend_traits() const;
+
+  /// Level numbers count from the mesh that the user gave. The base mesh of the store is that one
+  /// refined `base_level()` times (0 unless slots would be larger than max_slot_bytes); the levels
+  /// up to base_level() are in memory with it.
+  int base_level() const;
+  int finest_level() const;  ///< of the attribute with most levels
+
+  std::span<const AttributeInfo> attributes() const;
+  /// Errors: kNotFound naming the attributes there are.
+  AttributeId attribute(std::string_view name) const;
+  bool has_attribute(std::string_view name) const;
+  /// Errors: kInvalidArgument if the name is taken or ill-formed.
+  AttributeId add_attribute(AttributeSchema schema);
+  /// One level more for this attribute; reads as zeros until written.
+  void add_level(AttributeId attribute);
+  /// Removes `attribute` and calls `replacement` by its name.
+  void replace_attribute(AttributeId attribute, AttributeId replacement);
+
+  /// Level base_level(): one record per base vertex, in memory.
+  template <class Record>
+  std::span<Record> base_records(AttributeId attribute) {
+    check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
+    const std::span<std::byte> bytes = base_bytes(attribute);
+    return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
+  }
+  std::span<std::byte> base_bytes(AttributeId attribute);
+
+  /// The open file of a level. REQUIRES: base_level() < level <= finest level of the attribute.
+  LevelFile& level_file(AttributeId attribute, int level);
+  const LevelFile& level_file(AttributeId attribute, int level) const;
+  /// Errors: kInvalidArgument naming both types.
+  void check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const;
+
+  Pager& pager();
+
+  /// Publishes all levels and attributes as the next version, durably unless options().durability
+  /// is kNone. Errors: kIo, kNoSpace; kBadState after a failed write.
+  void commit();
+  /// Releases the lock and reports what the destructor would have to swallow.
+  void close();
+
+  PagingStatistics statistics() const;
+  /// Everything the store takes on disk, or in memory for one without a path.
+  std::uint64_t stored_bytes() const;
+
+  struct Implementation;
+
+ private:
+  explicit Store(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace plait

@@ -1,0 +1,81 @@
+// plait/sweep.h: the sweep executor: passes over a store, edge by edge in layout order.
+//
+// A pass declares what it reads and writes; the executor pins those blocks, calls the kernel for
+// every edge from several threads, and lets the window move on. A kernel computes the slots of
+// one edge: every vertex has exactly one edge, so no two calls write the same bytes and the result
+// does not depend on threads, blocks or budget.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "plait/store.h"
+
+namespace plait {
+
+/// Which slots a kernel may touch when it works at an edge.
+enum class Reach : std::uint8_t {
+  kOwn,    ///< the edge's own
+  kFaces,  ///< also those of the other edges of its two faces: the Loop stencil
+  kRing,   ///< also those of the faces across these: the Butterfly stencil
+};
+
+struct LevelAccess {
+  AttributeId attribute = 0;
+  int first_level = 1, last_level = 0;  ///< nothing if last < first
+  Access access = Access::kRead;        ///< kWrite and kUpdate need Reach::kOwn
+  Reach reach = Reach::kOwn;
+};
+
+/// Pinned slots, as a kernel sees them. Valid during the call.
+class SweepView {
+ public:
+  /// Slot of `edge` at `level` of the access with this number in SweepPass::accesses.
+  /// REQUIRES: declared and within reach of the edge that the kernel was called for.
+  std::span<std::byte> slot(std::size_t access, int level, EdgeId edge) const noexcept;
+
+  template <class Record>
+  std::span<Record> records(std::size_t access, int level, EdgeId edge) const noexcept {
+    const std::span<std::byte> bytes = slot(access, level, edge);
+    return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
+  }
+
+ private:
+  friend class SweepWindow;
+  struct Level {
+    const LevelGeometry* geometry = nullptr;
+    std::vector<std::byte*> blocks;  ///< [block] address while pinned
+  };
+  struct Attribute {
+    int first_level = 1;
+    std::vector<Level> levels;
+  };
+  std::vector<Attribute> accesses_;
+};
+
+struct SweepPass {
+  std::string name;  ///< for progress and errors: "odd vertices of level 3"
+  std::vector<LevelAccess> accesses;
+  /// Called once per edge; `worker` is in [0, threads). Must not throw.
+  std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel;
+};
+
+struct SweepOptions {
+  int threads = 1;  ///< 1 to 1024
+  /// Called between blocks on the calling thread; false ends the sweep with kCancelled.
+  std::function<bool(std::uint64_t edges_done, std::uint64_t edge_count)> proceed;
+};
+
+/// Bytes of frames that the pass pins at once at its widest place: the smallest budget that does.
+std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads = 1);
+
+/// Runs the pass over all edges. Every block is read at most once as long as the budget covers the
+/// window and the span of the layout; write-only blocks are never read.
+/// Errors: kBudget before anything is touched, saying what is needed and for which span; kCancelled;
+/// those of Pager::pin.
+void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
+
+}  // namespace plait

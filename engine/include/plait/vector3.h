@@ -1,0 +1,42 @@
+// plait/vector3.h: three numbers with the arithmetic of a vector. float32 x 3 and float64 x 3
+// records are read and written as this type.
+#pragma once
+
+#include <cmath>
+
+namespace plait {
+
+template <class Real>
+struct Vector3 {
+  Real x, y, z;
+
+  friend constexpr bool operator==(const Vector3&, const Vector3&) = default;
+  constexpr Real& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+  constexpr const Real& operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  friend constexpr Vector3 operator+(Vector3 a, Vector3 b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend constexpr Vector3 operator-(Vector3 a, Vector3 b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend constexpr Vector3 operator*(Real s, Vector3 a) { return {s * a.x, s * a.y, s * a.z}; }
+};
+
+template <class Real>
+constexpr Real dot(Vector3<Real> a, Vector3<Real> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+template <class Real>
+constexpr Vector3<Real> cross(Vector3<Real> a, Vector3<Real> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// `a` at length one; the zero vector stays zero.
+template <class Real>
+Vector3<Real> normalized(Vector3<Real> a) {
+  const Real length = std::sqrt(dot(a, a));
+  return length > Real(0) ? Vector3<Real>{a.x / length, a.y / length, a.z / length} : a;
+}
+
+}  // namespace plait

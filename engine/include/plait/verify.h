@@ -1,0 +1,35 @@
+// plait/verify.h: reads everything that a store has committed and checks it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "plait/store.h"
+
+namespace plait {
+
+struct DamagedBlock {
+  std::string attribute;
+  int level = 0;
+  std::uint64_t block = 0;
+  std::uint64_t file_offset = 0;
+  EdgeId first_edge = 0, edge_after = 0;  ///< [first_edge, edge_after)
+  std::string reason;
+};
+
+struct VerifyReport {
+  std::uint64_t blocks = 0, bytes = 0;  ///< read and checked; raw bytes
+  std::uint64_t never_written = 0;      ///< blocks that read as zeros
+  std::vector<DamagedBlock> damaged;    ///< at most 1,000; see damaged_count
+  std::uint64_t damaged_count = 0;
+};
+
+/// Reads every block of every level through its backend, one after another, past the pager.
+/// Damage goes into the report; only what keeps it from going on is thrown (kIo, kCancelled).
+VerifyReport verify(Store& store,
+                    const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+
+}  // namespace plait

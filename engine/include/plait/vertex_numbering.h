@@ -1,0 +1,64 @@
+// plait/vertex_numbering.h: all vertices of a refined mesh in one sequence, computed, not stored:
+// base vertices first, then level by level in slot order. What export writes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "plait/base_mesh.h"
+#include "plait/edge_index.h"
+#include "plait/level_geometry.h"
+
+namespace plait {
+
+/// Levels count from the base mesh. Immutable; `base` must outlive it.
+class VertexNumbering {
+ public:
+  VertexNumbering(const BaseMesh& base, int levels) : mesh_(base.topology()) {
+    first_.push_back(0);
+    first_.push_back(base.vertex_count());
+    geometry_.emplace_back();
+    for (int level = 1; level <= levels; ++level) {
+      geometry_.emplace_back(base.edge_count(), base.border_edges(), level, 1, 1);
+      first_.push_back(first_.back() + geometry_.back().total_bytes());
+    }
+  }
+
+  std::uint64_t vertex_count() const { return first_.back(); }
+  /// Number of the first vertex born at `level`.
+  std::uint64_t first_of(int level) const { return first_[static_cast<std::size_t>(level)]; }
+
+  std::uint64_t number(const FaceIndex& point) const {
+    if (is_corner(point.level, point.i, point.j))
+      return mesh_.faces[point.face][static_cast<std::size_t>(corner_of(point.i, point.j))];
+    const EdgeIndex at = edge_index(mesh_, point);
+    const auto level = static_cast<std::size_t>(at.level);
+    return first_[level] + geometry_[level].slot_offset(at.edge) +
+           static_cast<std::uint64_t>(slot_position(
+               at.level, mesh_.edges[at.edge].is_border(), at.row, at.column));
+  }
+
+ private:
+  Topology mesh_;
+  std::vector<std::uint64_t> first_;     ///< [level]
+  std::vector<LevelGeometry> geometry_;  ///< [level], records of one byte
+};
+
+struct FacePoint {
+  std::int64_t i, j;
+};
+
+/// Calls visit(std::array<FacePoint, 3>) for the 4^level triangles of a face, counterclockwise.
+template <class Visit>
+void for_each_triangle(int level, Visit visit) {
+  const std::int64_t size = std::int64_t{1} << level;
+  for (std::int64_t j = 0; j < size; ++j)
+    for (std::int64_t i = 0; i + j < size; ++i) {
+      visit(std::array<FacePoint, 3>{{{i, j}, {i + 1, j}, {i, j + 1}}});
+      if (i + j + 1 < size)
+        visit(std::array<FacePoint, 3>{{{i + 1, j}, {i + 1, j + 1}, {i, j + 1}}});
+    }
+}
+
+}  // namespace plait

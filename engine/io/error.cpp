@@ -1,0 +1,36 @@
+#include "plait/error.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <system_error>
+
+namespace plait {
+
+std::string_view to_string(ErrorCode code) noexcept {
+  switch (code) {
+    case ErrorCode::kNotFound: return "not_found";
+    case ErrorCode::kInvalidArgument: return "invalid_argument";
+    case ErrorCode::kCorruption: return "corruption";
+    case ErrorCode::kNotSupported: return "not_supported";
+    case ErrorCode::kIo: return "io";
+    case ErrorCode::kNoSpace: return "no_space";
+    case ErrorCode::kOutOfMemory: return "out_of_memory";
+    case ErrorCode::kBudget: return "budget";
+    case ErrorCode::kBusy: return "busy";
+    case ErrorCode::kBadState: return "bad_state";
+    case ErrorCode::kCancelled: return "cancelled";
+  }
+  return "unknown";
+}
+
+Error system_error(std::string_view verb, std::string_view path, int errno_value) {
+  const ErrorCode code = errno_value == ENOSPC || errno_value == EDQUOT ? ErrorCode::kNoSpace
+                         : errno_value == ENOENT                        ? ErrorCode::kNotFound
+                         : errno_value == ENOMEM                        ? ErrorCode::kOutOfMemory
+                                                                        : ErrorCode::kIo;
+  return Error(code, fmt::format("{} {}: {}", verb, path,
+                                 std::generic_category().message(errno_value)));
+}
+
+}  // namespace plait

@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+#include "layout/hilbert.h"
+#include "layout/reverse_cuthill_mckee.h"
+#include "plait/error.h"
+#include "plait/layout.h"
+
+namespace plait {
+namespace {
+
+/// The bounding box of the vertices. Halved, so that no finite position overflows a difference.
+struct HalvedBox {
+  Vector3<double> lowest{}, extent{};
+
+  explicit HalvedBox(std::span<const Vector3<double>> positions) {
+    if (positions.empty()) return;
+    Vector3<double> highest = lowest = positions.front();
+    for (const Vector3<double>& p : positions) {
+      for (int axis = 0; axis < 3; ++axis) {
+        lowest[axis] = std::min(lowest[axis], p[axis]);
+        highest[axis] = std::max(highest[axis], p[axis]);
+      }
+    }
+    lowest = 0.5 * lowest;
+    extent = 0.5 * highest - lowest;
+  }
+};
+
+double centroid(const BaseMesh& mesh, FaceId face, int axis) {
+  const auto& [a, b, c] = mesh.faces()[face];
+  const std::span<const Vector3<double>> p = mesh.positions();
+  return p[a][axis] / 3 + p[b][axis] / 3 + p[c][axis] / 3;
+}
+
+/// The faces by ascending key, equal ones in their old order.
+template <class Key>
+std::vector<FaceId> sorted_by(std::vector<std::pair<Key, FaceId>> keyed_faces) {
+  std::sort(keyed_faces.begin(), keyed_faces.end());
+  std::vector<FaceId> order(keyed_faces.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = keyed_faces[i].second;
+  return order;
+}
+
+std::vector<FaceId> spatial_order(const BaseMesh& mesh) {
+  const Vector3<double> extent = HalvedBox(mesh.positions()).extent;
+  int longest = 0;
+  for (int axis = 1; axis < 3; ++axis)
+    if (extent[axis] > extent[longest]) longest = axis;
+  std::vector<std::pair<double, FaceId>> keyed_faces(mesh.face_count());
+  for (FaceId face = 0; face < keyed_faces.size(); ++face)
+    keyed_faces[face] = {centroid(mesh, face, longest), face};
+  return sorted_by(std::move(keyed_faces));
+}
+
+std::vector<FaceId> hilbert_order(const BaseMesh& mesh) {
+  const HalvedBox box(mesh.positions());
+  // One scale for all axes: cells are cubes, and the curve is as local in space as it can be.
+  const double size = std::max({box.extent.x, box.extent.y, box.extent.z});
+  constexpr double kLastCell = (1 << layout::kHilbertBits) - 1;
+  std::vector<std::pair<std::uint64_t, FaceId>> keyed_faces(mesh.face_count());
+  for (FaceId face = 0; face < keyed_faces.size(); ++face) {
+    std::array<std::uint32_t, 3> cell{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double offset = 0.5 * centroid(mesh, face, axis) - box.lowest[axis];
+      // Rounding may put a centroid a little outside; in a box of no size every cell is 0.
+      if (offset > 0)
+        cell[static_cast<std::size_t>(axis)] =
+            static_cast<std::uint32_t>(std::min(offset / size, 1.0) * kLastCell);
+    }
+    keyed_faces[face] = {layout::hilbert_key(cell), face};
+  }
+  return sorted_by(std::move(keyed_faces));
+}
+
+}  // namespace
+
+std::vector<FaceId> face_order(const BaseMesh& mesh, LayoutKind kind) {
+  switch (kind) {
+    case LayoutKind::kGiven:
+      break;
+    case LayoutKind::kSpatial:
+      return spatial_order(mesh);
+    case LayoutKind::kHilbert:
+      return hilbert_order(mesh);
+    case LayoutKind::kRcm:
+      return layout::reverse_cuthill_mckee(mesh.topology());
+    case LayoutKind::kAutomatic:
+      throw Error(ErrorCode::kInvalidArgument,
+                  "order faces: \"auto\" is a choice among orders; expected one of them");
+  }
+  std::vector<FaceId> order(mesh.face_count());
+  std::iota(order.begin(), order.end(), FaceId{0});
+  return order;
+}
+
+}  // namespace plait

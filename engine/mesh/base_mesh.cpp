@@ -1,0 +1,163 @@
+#include "plait/base_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "connectivity.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+[[noreturn]] void refuse(std::string_view source, const std::string& what) {
+  throw Error(ErrorCode::kInvalidArgument, fmt::format("{}: {}", source, what));
+}
+
+void check_sizes(const IndexedMesh& mesh, std::string_view source) {
+  if (mesh.positions.size() > kMaxVertices)
+    refuse(source, fmt::format("expected at most {} vertices, found {}", kMaxVertices,
+                               mesh.positions.size()));
+  if (mesh.faces.size() > kMaxFaces)
+    refuse(source,
+           fmt::format("expected at most {} faces, found {}", kMaxFaces, mesh.faces.size()));
+  if (mesh.faces.empty()) refuse(source, "expected at least one face, found none");
+}
+
+void check_elements(const IndexedMesh& mesh, std::string_view source) {
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    const Vector3<double>& p = mesh.positions[vertex];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      refuse(source, fmt::format("vertex {}: expected a finite position, found ({}, {}, {})",
+                                 vertex, p.x, p.y, p.z));
+  }
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    const FaceVertices& corners = mesh.faces[face];
+    for (const VertexId vertex : corners)
+      if (vertex >= mesh.positions.size())
+        refuse(source, fmt::format("face {}: expected vertices below {}, found {}", face,
+                                   mesh.positions.size(), vertex));
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+      refuse(source, fmt::format("face {}: expected three different vertices, found {} {} {}", face,
+                                 corners[0], corners[1], corners[2]));
+  }
+}
+
+/// Takes out vertices without a corner and renumbers the rest. Returns how many went.
+std::uint64_t drop_unused_vertices(IndexedMesh& mesh, std::vector<FaceSide>& vertex_corners) {
+  std::vector<VertexId> renumbered(vertex_corners.size());
+  VertexId kept = 0;
+  for (std::size_t vertex = 0; vertex < vertex_corners.size(); ++vertex) {
+    renumbered[vertex] = kept;
+    if (!vertex_corners[vertex].exists()) continue;
+    vertex_corners[kept] = vertex_corners[vertex];
+    mesh.positions[kept] = mesh.positions[vertex];
+    ++kept;
+  }
+  const std::uint64_t dropped = vertex_corners.size() - kept;
+  vertex_corners.resize(kept);
+  mesh.positions.resize(kept);
+  mesh.positions.shrink_to_fit();
+  for (FaceVertices& face : mesh.faces)
+    for (VertexId& vertex : face) vertex = renumbered[vertex];
+  return dropped;
+}
+
+std::vector<EdgeId> find_border_edges(std::span<const Edge> edges, std::uint64_t count) {
+  std::vector<EdgeId> result;
+  result.reserve(count);
+  for (EdgeId edge = 0; edge < edges.size(); ++edge)
+    if (edges[edge].is_border()) result.push_back(edge);
+  return result;
+}
+
+void warn(std::vector<std::string>* warnings, std::string text) {
+  if (warnings != nullptr) warnings->push_back(std::move(text));
+}
+
+}  // namespace
+
+BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
+                         std::vector<std::string>* warnings) {
+  check_sizes(mesh, source);
+  check_elements(mesh, source);
+
+  MatchedSides sides = match_sides(mesh.faces, mesh.positions.size(), source);
+  if (!sides.oriented) {
+    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
+    warn(warnings, fmt::format("{}: {} of {} faces flipped to the orientation of the first face of "
+                               "their component",
+                               source, flipped, mesh.faces.size()));
+  }
+
+  BaseMesh result;
+  result.vertex_corners_ =
+      find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), source);
+  // Only now, so that all messages above name vertices as the input does.
+  if (std::find(result.vertex_corners_.begin(), result.vertex_corners_.end(), FaceSide()) !=
+      result.vertex_corners_.end()) {
+    const std::size_t before = mesh.positions.size();
+    const std::uint64_t dropped = drop_unused_vertices(mesh, result.vertex_corners_);
+    warn(warnings,
+         fmt::format("{}: {} of {} vertices dropped: no face uses them", source, dropped, before));
+  }
+  result.positions_ = std::move(mesh.positions);
+  result.faces_ = std::move(mesh.faces);
+  result.edges_ = number_edges(result.faces_, sides.twins, sides.border_count);
+  result.face_edges_ = std::move(sides.twins);
+  result.border_edges_ = find_border_edges(result.edges_, sides.border_count);
+  return result;
+}
+
+BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
+  std::vector<FaceId> renumbered(faces_.size(), kNoId);
+  if (order.size() != faces_.size())
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("reorder faces: expected {} faces, found {}", faces_.size(), order.size()));
+  for (FaceId face = 0; face < order.size(); ++face) {
+    if (order[face] >= faces_.size() || renumbered[order[face]] != kNoId)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("reorder faces: entry {}: expected a face that is not yet placed, "
+                              "found {}",
+                              face, order[face]));
+    renumbered[order[face]] = face;
+  }
+  const auto moved = [&](FaceSide side) {
+    return side.exists() ? FaceSide(renumbered[side.face()], side.side()) : FaceSide();
+  };
+
+  BaseMesh result;
+  result.positions_ = positions_;
+  result.faces_.resize(faces_.size());
+  result.face_edges_.resize(faces_.size());
+  result.edges_.reserve(edges_.size());
+  std::vector<EdgeId> edge_renumbered(edges_.size(), kNoId);
+  for (FaceId face = 0; face < order.size(); ++face) {
+    result.faces_[face] = faces_[order[face]];
+    for (const std::size_t side : {2u, 0u, 1u}) {
+      const EdgeId old_edge = face_edges_[order[face]][side];
+      EdgeId& edge = edge_renumbered[old_edge];
+      if (edge == kNoId) {
+        edge = static_cast<EdgeId>(result.edges_.size());
+        const Edge& old = edges_[old_edge];
+        result.edges_.push_back({old.start, old.end, moved(old.own), moved(old.other)});
+      }
+      result.face_edges_[face][side] = edge;
+    }
+  }
+  result.vertex_corners_.reserve(vertex_corners_.size());
+  for (const FaceSide corner : vertex_corners_) result.vertex_corners_.push_back(moved(corner));
+  result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
+  return result;
+}
+
+std::uint64_t BaseMesh::memory_bytes() const {
+  const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
+  return bytes(positions_) + bytes(faces_) + bytes(face_edges_) + bytes(edges_) +
+         bytes(vertex_corners_) + bytes(border_edges_);
+}
+
+}  // namespace plait

@@ -1,0 +1,216 @@
+#include "connectivity.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// Sides in the order in which they number edges: ab, bc, ca.
+constexpr std::array<int, 3> kSideOrder = {2, 0, 1};
+
+auto& entry(auto&& table, FaceSide side) {
+  return table[side.face()][static_cast<std::size_t>(side.side())];
+}
+
+FaceSide from_code(std::uint32_t code) {
+  FaceSide side;
+  side.code = code;
+  return side;
+}
+
+VertexId opposite_vertex(std::span<const FaceVertices> faces, FaceSide half_edge) {
+  return faces[half_edge.face()][static_cast<std::size_t>(half_edge.side())];
+}
+
+[[noreturn]] void refuse_shared_edge(VertexId low, std::span<const std::uint64_t> same_edge,
+                                     std::string_view source) {
+  const auto face_at = [&](std::size_t at) {
+    return from_code(static_cast<std::uint32_t>(same_edge[at])).face();
+  };
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}",
+                  source, low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
+                  face_at(2), same_edge.size() > 3 ? ", ..." : ""));
+}
+
+}  // namespace
+
+MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
+                         std::string_view source) {
+  std::vector<std::uint32_t> bucket(vertex_count, 0);
+  for (const FaceVertices& face : faces)
+    for (std::size_t side = 0; side < 3; ++side)
+      ++bucket[std::min(face[(side + 1) % 3], face[(side + 2) % 3])];
+  std::uint32_t sum = 0;
+  for (std::uint32_t& count : bucket) count = std::exchange(sum, sum + count);
+
+  // (higher vertex, half-edge code) in one word, so that a bucket sorts without a look at faces.
+  const auto entries = std::make_unique_for_overwrite<std::uint64_t[]>(sum);
+  for (FaceId face = 0; face < faces.size(); ++face)
+    for (int side = 0; side < 3; ++side) {
+      const FaceVertices& corners = faces[face];
+      const VertexId start = corners[static_cast<std::size_t>((side + 1) % 3)];
+      const VertexId end = corners[static_cast<std::size_t>((side + 2) % 3)];
+      entries[bucket[std::min(start, end)]++] =
+          std::uint64_t{std::max(start, end)} << 32 | FaceSide(face, side).code;
+    }
+
+  MatchedSides result;
+  result.twins.resize(faces.size());
+  std::uint32_t first = 0;
+  for (VertexId low = 0; low < vertex_count; ++low) {
+    const std::uint32_t last = bucket[low];
+    std::sort(&entries[first], &entries[last]);
+    while (first < last) {
+      std::uint32_t next = first + 1;
+      while (next < last && entries[next] >> 32 == entries[first] >> 32) ++next;
+      const FaceSide one = from_code(static_cast<std::uint32_t>(entries[first]));
+      if (next - first == 1) {
+        entry(result.twins, one) = kNoId;
+        ++result.border_count;
+      } else if (next - first == 2) {
+        const FaceSide two = from_code(static_cast<std::uint32_t>(entries[first + 1]));
+        entry(result.twins, one) = two.code;
+        entry(result.twins, two) = one.code;
+        if (start_vertex(faces, one) == start_vertex(faces, two)) {
+          result.oriented = false;
+          if (opposite_vertex(faces, one) == opposite_vertex(faces, two))
+            throw Error(ErrorCode::kInvalidArgument,
+                        fmt::format("{}: face {}: expected a new face, found face {} once more",
+                                    source, two.face(), one.face()));
+        }
+      } else {
+        refuse_shared_edge(low, {&entries[first], next - first}, source);
+      }
+      first = next;
+    }
+  }
+  return result;
+}
+
+std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::span<SideCodes> twins,
+                                          std::string_view source) {
+  enum State : std::uint8_t { kUnseen, kKept, kFlipped };
+  std::vector<std::uint8_t> state(faces.size(), kUnseen);
+  std::vector<FaceId> queue;
+  for (FaceId seed = 0; seed < faces.size(); ++seed) {
+    if (state[seed] != kUnseen) continue;
+    state[seed] = kKept;
+    queue.assign(1, seed);
+    for (std::size_t head = 0; head < queue.size(); ++head) {
+      const FaceId face = queue[head];
+      for (int side = 0; side < 3; ++side) {
+        const FaceSide here(face, side);
+        const FaceSide beyond = from_code(entry(twins, here));
+        if (!beyond.exists()) continue;
+        const bool agree = start_vertex(faces, here) != start_vertex(faces, beyond);
+        const auto wanted = agree == (state[face] == kKept) ? kKept : kFlipped;
+        if (state[beyond.face()] == kUnseen) {
+          state[beyond.face()] = wanted;
+          queue.push_back(beyond.face());
+        } else if (state[beyond.face()] != wanted) {
+          const FaceVertices& corners = faces[face];
+          throw Error(
+              ErrorCode::kInvalidArgument,
+              fmt::format("{}: edge {}-{}: expected faces {} and {} to have one orientation, found "
+                          "none for their component: it has only one side",
+                          source, corners[static_cast<std::size_t>((side + 1) % 3)],
+                          corners[static_cast<std::size_t>((side + 2) % 3)],
+                          std::min(face, beyond.face()), std::max(face, beyond.face())));
+        }
+      }
+    }
+  }
+
+  std::uint64_t flipped = 0;
+  for (FaceId face = 0; face < faces.size(); ++face) {
+    for (std::uint32_t& twin : twins[face]) {
+      const FaceSide beyond = from_code(twin);
+      if (beyond.exists() && state[beyond.face()] == kFlipped)
+        twin = FaceSide(beyond.face(), (3 - beyond.side()) % 3).code;
+    }
+    if (state[face] != kFlipped) continue;
+    std::swap(faces[face][1], faces[face][2]);
+    std::swap(twins[face][1], twins[face][2]);
+    ++flipped;
+  }
+  return flipped;
+}
+
+std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
+                                          std::span<const SideCodes> twins,
+                                          std::uint64_t vertex_count, std::string_view source) {
+  constexpr std::uint32_t kAfterBorder = 0;
+  struct Fan {
+    /// Smaller is a better place to start: kAfterBorder, else 1 + the next corner's vertex.
+    std::uint32_t rank = kNoId;
+    std::uint32_t corner_count = 0;
+  };
+  std::vector<Fan> fans(vertex_count);
+  std::vector<FaceSide> result(vertex_count);
+  for (FaceId face = 0; face < faces.size(); ++face)
+    for (int corner = 0; corner < 3; ++corner) {
+      const VertexId vertex = faces[face][static_cast<std::size_t>(corner)];
+      Fan& fan = fans[vertex];
+      ++fan.corner_count;
+      const bool after_border = entry(twins, FaceSide(face, (corner + 2) % 3)) == kNoId;
+      const std::uint32_t rank =
+          after_border ? kAfterBorder : 1 + faces[face][static_cast<std::size_t>((corner + 1) % 3)];
+      if (rank >= fan.rank) continue;
+      fan.rank = rank;
+      result[vertex] = FaceSide(face, corner);
+    }
+
+  for (VertexId vertex = 0; vertex < vertex_count; ++vertex) {
+    const FaceSide first = result[vertex];
+    if (!first.exists()) continue;
+    std::uint32_t reached = 0;
+    FaceSide corner = first;
+    do {
+      ++reached;
+      const FaceSide beyond =
+          from_code(entry(twins, FaceSide(corner.face(), (corner.side() + 1) % 3)));
+      corner = beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
+    } while (corner.exists() && corner != first);
+    if (reached != fans[vertex].corner_count)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
+                              "in that of face {}",
+                              source, vertex, fans[vertex].corner_count, reached, first.face()));
+  }
+  return result;
+}
+
+std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<SideCodes> twins,
+                               std::uint64_t border_count) {
+  std::vector<Edge> edges;
+  edges.reserve((3 * faces.size() + border_count) / 2);
+  for (FaceId face = 0; face < faces.size(); ++face)
+    for (const int side : kSideOrder) {
+      const FaceSide here(face, side);
+      std::uint32_t& code = entry(twins, here);
+      const FaceSide beyond = from_code(code);
+      // An earlier face has already put the edge in the place of its own twin.
+      if (beyond.exists() && beyond.face() < face) {
+        code = entry(twins, beyond);
+        continue;
+      }
+      const VertexId start = start_vertex(faces, here);
+      const VertexId end = faces[face][static_cast<std::size_t>((side + 2) % 3)];
+      code = static_cast<std::uint32_t>(edges.size());
+      if (!beyond.exists() || start < end)
+        edges.push_back({start, end, here, beyond});
+      else
+        edges.push_back({end, start, beyond, here});
+    }
+  return edges;
+}
+
+}  // namespace plait

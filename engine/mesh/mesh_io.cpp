@@ -1,0 +1,98 @@
+#include "plait/mesh_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <new>
+#include <stdexcept>
+
+#include "connectivity.h"
+#include "plait/error.h"
+#include "readers.h"
+
+namespace plait {
+namespace {
+
+using Reader = IndexedMesh (*)(Input&, Warnings*);
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+/// The format's extension, that of the compression taken off.
+std::string format_extension(const std::filesystem::path& path) {
+  const std::string last = lower_extension(path);
+  return last == ".gz" || last == ".zst" ? lower_extension(path.stem()) : last;
+}
+
+Reader find_reader(Input& input) {
+  constexpr std::size_t kLookBytes = 16;
+  input.ensure(kLookBytes);
+  const std::string_view start = input.unread().substr(0, kLookBytes);
+  const std::string_view word = start.substr(0, start.find_first_of(" \t\r\n#"));
+  if (word == "ply") return read_ply;
+  if (is_off_keyword(word)) return read_off;
+  const std::string extension = format_extension(input.path());
+  if (extension == ".obj") return read_obj;
+  if (extension == ".off") return read_off;
+  input.refuse_at_byte(
+      0, fmt::format("expected PLY or OFF content or a name that ends in .obj, found {}",
+                     start.empty() ? "an empty file" : in_quotes(start)));
+}
+
+template <class Element>
+void release_excess(std::vector<Element>& elements) {
+  if (elements.capacity() - elements.size() > elements.size() / 8) elements.shrink_to_fit();
+}
+
+[[noreturn]] void out_of_memory(const std::filesystem::path& path) {
+  throw Error(ErrorCode::kOutOfMemory,
+              fmt::format("read {}: expected the mesh to fit into memory, found too little",
+                          path.native()));
+}
+
+}  // namespace
+
+bool FaceFans::add(VertexId vertex) {
+  if (corners_ == 0) first_ = vertex;
+  if (corners_ == 3) ++polygons_;
+  if (corners_ >= 2) {
+    if (triangles_.size() >= kMaxFaces) return false;
+    triangles_.push_back({first_, previous_, vertex});
+  }
+  previous_ = vertex;
+  ++corners_;
+  return true;
+}
+
+void FaceFans::report(const Input& input, Warnings* warnings) const {
+  if (polygons_ > 0 && warnings != nullptr)
+    warnings->push_back(fmt::format("{}: {} faces of more than three corners fanned into triangles",
+                                    input.path().native(), polygons_));
+}
+
+IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warnings) try {
+  Input input(path);
+  IndexedMesh mesh = find_reader(input)(input, warnings);
+  release_excess(mesh.positions);
+  release_excess(mesh.faces);
+  return mesh;
+} catch (const std::bad_alloc&) {
+  out_of_memory(path);
+} catch (const std::length_error&) {
+  out_of_memory(path);
+}
+
+BaseMesh read_base_mesh(const std::filesystem::path& path, Warnings* warnings) {
+  IndexedMesh mesh = read_indexed_mesh(path, warnings);
+  try {
+    return BaseMesh::build(std::move(mesh), path.native(), warnings);
+  } catch (const std::bad_alloc&) {
+    out_of_memory(path);
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,46 @@
+// zstd_frames.h: whether a zstd stream ends where a frame ends. Boost's zstd filter takes a
+// stream cut short for a whole one (and serves less), so the bytes on their way to it are followed
+// here. Only sizes are read, nothing is decoded and nothing is kept.
+//
+//   frame: magic(4) descriptor(1) [window(1)] [dictionary(0,1,2,4)] [content size(0,1,2,4,8)]
+//          { block header(3) content } until a block says last   [checksum(4)]
+//   skippable frame: magic 184D2A5x(4) size(4) content
+//
+// Source: Y. Collet, M. Kucherawy, RFC 8878, section 3.1. Pinned by mesh_io_test.cpp, "cut".
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace plait {
+
+class ZstdFrames {
+ public:
+  /// Whether bytes that begin a file begin a zstd frame of either kind.
+  static bool starts_with_frame(std::string_view bytes) noexcept;
+
+  /// Takes the next bytes of the stream. Malformed ones are the decoder's to find.
+  void follow(std::string_view bytes) noexcept;
+
+  /// Whether the bytes so far end at the end of a frame, one at least.
+  bool at_end() const noexcept {
+    return part_ == Part::kMagic && filled_ == 0 && skip_ == 0 && any_frame_;
+  }
+
+ private:
+  enum class Part : std::uint8_t { kMagic, kDescriptor, kBlockHeader, kSkippableSize };
+
+  std::size_t part_bytes() const noexcept;
+  void take_part() noexcept;
+
+  Part part_ = Part::kMagic;
+  std::array<unsigned char, 4> bytes_{};  ///< what came of the part so far
+  std::size_t filled_ = 0;
+  std::uint64_t skip_ = 0;  ///< bytes before the part begins that say nothing
+  bool checksum_ = false;
+  bool any_frame_ = false;
+};
+
+}  // namespace plait

@@ -1,0 +1,32 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <utility>
+
+#include "plait/backend.h"
+#include "plait/error.h"
+
+namespace plait {
+
+void BackendRegistry::add(Entry entry) {
+  std::string name = entry.name;
+  if (name.empty() || !entries_.try_emplace(name, std::move(entry)).second)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add backend \"{}\": expected a name that is free", name));
+}
+
+const BackendRegistry::Entry& BackendRegistry::find(std::string_view name) const {
+  const auto found = entries_.find(name);
+  if (found == entries_.end())
+    throw Error(ErrorCode::kNotSupported, fmt::format("open backend \"{}\": expected one of {}",
+                                                      name, fmt::join(names(), ", ")));
+  return found->second;
+}
+
+std::vector<std::string> BackendRegistry::names() const {
+  std::vector<std::string> result;
+  for (const auto& [name, entry] : entries_) result.push_back(name);
+  return result;
+}
+
+}  // namespace plait

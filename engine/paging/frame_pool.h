@@ -1,0 +1,45 @@
+// Memory for frames: recycled by size, handed back to the system only when another size needs it.
+// On virtual machines a fresh page costs more than the disk transfer into it, so a frame's pages
+// are touched once and then kept.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+namespace plait {
+
+/// One thread at a time (the pager's lock).
+class FramePool {
+ public:
+  explicit FramePool(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
+  ~FramePool();
+  FramePool(const FramePool&) = delete;
+  FramePool& operator=(const FramePool&) = delete;
+
+  static std::uint64_t frame_bytes(std::uint64_t block_bytes) {
+    return (block_bytes + kAlignment - 1) / kAlignment * kAlignment;
+  }
+
+  /// Memory for a frame, or nullptr if the budget has no room. `bytes` is a frame_bytes() value.
+  std::byte* take(std::uint64_t bytes);
+  void give_back(std::byte* memory, std::uint64_t bytes);
+  /// Accounts for (and frees) a frame whose memory is a backend's own.
+  bool reserve(std::uint64_t bytes);
+  void unreserve(std::uint64_t bytes) { used_bytes_ -= bytes; }
+
+  std::uint64_t budget_bytes() const { return budget_bytes_; }
+  std::uint64_t used_bytes() const { return used_bytes_; }  ///< in frames that are taken
+  std::uint64_t peak_bytes() const { return peak_bytes_; }
+
+ private:
+  static constexpr std::uint64_t kAlignment = 4096;
+  bool make_room(std::uint64_t bytes);
+
+  std::uint64_t budget_bytes_;
+  std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
+  std::map<std::uint64_t, std::vector<std::byte*>> idle_;
+};
+
+}  // namespace plait

@@ -1,0 +1,21 @@
+// base.mesh: positions as imported and faces in layout order. Byte table: docs/format.md.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "plait/base_mesh.h"
+
+namespace plait {
+
+struct StoredSize {
+  std::uint64_t bytes = 0, checksum = 0;
+};
+
+/// Creates the file and syncs it.
+StoredSize write_base_mesh_file(const std::filesystem::path& path, const BaseMesh& mesh);
+
+/// Errors: kCorruption for a wrong size, checksum or header, or a mesh that BaseMesh refuses.
+BaseMesh read_base_mesh_file(const std::filesystem::path& path, const StoredSize& expected);
+
+}  // namespace plait

@@ -1,0 +1,69 @@
+#include <algorithm>
+#include <cstring>
+
+#include "plait/convert.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// Walks the blocks of a level in order, holding one at a time.
+class BlockCursor {
+ public:
+  BlockCursor(Pager& pager, LevelFile& file, Access access)
+      : pager_(pager), file_(file), access_(access) {}
+  std::span<std::byte> slot(EdgeId edge) {
+    const std::uint64_t block = file_.geometry.block_of(edge);
+    if (!pinned_ || block != block_) {
+      pinned_ = {};
+      pinned_ = pager_.pin(file_, block, access_);
+      block_ = block;
+    }
+    return pinned_.bytes().subspan(
+        file_.geometry.slot_offset(edge) - file_.geometry.block_offset(block),
+        file_.geometry.slot_bytes(edge));
+  }
+
+ private:
+  Pager& pager_;
+  LevelFile& file_;
+  Access access_;
+  std::uint64_t block_ = 0;
+  PinnedBlock pinned_;
+};
+
+}  // namespace
+
+void copy_levels(Store& from, Store& to,
+                 const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+  std::uint64_t total_bytes = 0, done_bytes = 0;
+  for (AttributeId id = 0; id < from.attributes().size(); ++id)
+    for (int level = from.base_level() + 1; level <= from.attributes()[id].finest_level; ++level)
+      total_bytes += from.level_file(id, level).geometry.total_bytes();
+
+  const auto edges = static_cast<EdgeId>(from.base().edge_count());
+  for (AttributeId id = 0; id < from.attributes().size(); ++id) {
+    const AttributeInfo& info = from.attributes()[id];
+    const AttributeId copy = to.add_attribute(info.schema);
+    std::ranges::copy(from.base_bytes(id), to.base_bytes(copy).begin());
+    for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
+      to.add_level(copy);
+      const LevelGeometry& geometry = from.level_file(id, level).geometry;
+      BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
+      BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);
+      std::uint64_t block = 0;
+      for (EdgeId edge = 0; edge < edges; ++edge) {
+        const std::span<std::byte> slot = source.slot(edge);
+        std::memcpy(target.slot(edge).data(), slot.data(), slot.size());
+        if (const std::uint64_t now = geometry.block_of(edge); now != block || edge + 1 == edges) {
+          done_bytes += geometry.block_bytes(block);
+          if (proceed && !proceed(std::min(done_bytes, total_bytes), total_bytes))
+            throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
+          block = now;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,60 @@
+// What Store holds, shared by the files that implement it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plait/store.h"
+#include "store/base_mesh_file.h"
+#include "store/lock.h"
+#include "store/manifest.h"
+
+namespace plait {
+
+struct Store::Implementation {
+  struct Attribute {
+    std::uint32_t number = 0;  ///< in file names and checksums; never given twice
+    std::vector<std::byte> base_bytes;
+    std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
+  };
+
+  Implementation(std::uint64_t budget_bytes) : pager(budget_bytes) {}
+  ~Implementation();
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  bool on_disk() const { return !path.empty(); }
+  std::filesystem::path level_path(std::uint32_t number, int level) const;
+  std::filesystem::path base_path(std::uint32_t number, std::uint64_t version) const;
+  std::filesystem::path tables_path(std::uint64_t version) const;
+  /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
+  std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
+                                        int level, OpenMode mode,
+                                        std::span<const BlockEntry> entries);
+  Manifest manifest() const;
+  void write_version();
+  void read_version(const Manifest& manifest, OpenMode mode);
+
+  std::filesystem::path path;
+  BaseMesh base;
+  StoreOptions options;
+  BackendRegistry::Entry backend;
+  StoreUuid uuid{};
+  std::uint64_t sequence = 0;
+  std::uint32_t next_number = 0;
+  StoredSize base_mesh_size;
+  bool writable = false;
+  StoreLock lock;
+  std::vector<AttributeInfo> infos;
+  std::vector<Attribute> attributes;
+  std::vector<std::filesystem::path> obsolete;  ///< files to remove after the next commit
+  Pager pager;  ///< last: it refers to the level files
+};
+
+/// Serialised block tables of all levels (docs/format.md, "tables.S").
+std::vector<std::byte> encode_tables(const Store::Implementation& store);
+
+}  // namespace plait

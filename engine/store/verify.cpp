@@ -1,0 +1,52 @@
+#include "plait/verify.h"
+
+#include <vector>
+
+#include "plait/error.h"
+
+namespace plait {
+
+VerifyReport verify(Store& store,
+                    const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+  constexpr std::size_t kMaxReported = 1000;
+  std::uint64_t total_bytes = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      total_bytes += store.level_file(id, level).geometry.total_bytes();
+
+  VerifyReport report;
+  std::vector<std::byte> buffer;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const AttributeInfo& info = store.attributes()[id];
+    for (int level = store.base_level() + 1; level <= info.finest_level; ++level) {
+      LevelFile& file = store.level_file(id, level);
+      buffer.resize(file.geometry.max_block_bytes());
+      for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
+        const std::uint64_t bytes = file.geometry.block_bytes(block);
+        ++report.blocks;
+        report.bytes += bytes;
+        if (file.table[block].encoding == BlockEncoding::kNeverWritten) ++report.never_written;
+        try {
+          // A direct backend's own bytes are what the pager hands out, also where a block was never
+          // written and must be zeros; its read() would put zeros there.
+          if (const std::byte* const address = file.backend->address(block))
+            file.table.check(block, {address, bytes}, file.path);
+          else
+            file.backend->read({block, 1}, std::span(buffer).first(bytes));
+        } catch (const Error& error) {
+          if (error.code() != ErrorCode::kCorruption) throw;
+          ++report.damaged_count;
+          if (report.damaged.size() < kMaxReported)
+            report.damaged.push_back({info.schema.name, level, block, file.table[block].offset,
+                                      file.geometry.first_edge(block),
+                                      file.geometry.edge_after(block), error.what()});
+        }
+        if (proceed && !proceed(report.bytes, total_bytes))
+          throw Error(ErrorCode::kCancelled, "verify: cancelled");
+      }
+    }
+  }
+  return report;
+}
+
+}  // namespace plait

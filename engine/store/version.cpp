@@ -1,0 +1,199 @@
+// Writing and reading one committed version: tables, base records, manifest slot.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <system_error>
+
+#include "plait/error.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/store_state.h"
+
+namespace plait {
+namespace {
+
+constexpr char kTablesMagic[] = "plaitblk";
+constexpr std::size_t kTablesHeaderBytes = 16;
+
+/// Creates the file anew, whatever an earlier run left under its name.
+void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes,
+                      bool durable) {
+  std::error_code ignored;
+  std::filesystem::remove(path, ignored);
+  File file(path, OpenMode::kCreate);
+  file.write_at(0, bytes);
+  if (durable) file.sync();
+  file.close();
+}
+
+std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::uint64_t bytes,
+                                       std::uint64_t checksum) {
+  const File file(path, OpenMode::kRead);
+  if (file.size() != bytes)
+    throw Error(ErrorCode::kCorruption, fmt::format("open {}: {} bytes, expected {}", path.native(),
+                                                    file.size(), bytes));
+  std::vector<std::byte> content(bytes);
+  file.read_at(0, content);
+  if (const std::uint64_t found = checksum_of(content); found != checksum)
+    throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
+                                                    path.native(), found, checksum));
+  return content;
+}
+
+void check_entries(std::span<const BlockEntry> entries, const LevelGeometry& geometry,
+                   const std::filesystem::path& path) {
+  for (std::uint64_t block = 0; block < entries.size(); ++block) {
+    const BlockEntry& entry = entries[block];
+    const bool right =
+        entry.encoding == BlockEncoding::kNeverWritten
+            ? entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0
+        : entry.encoding == BlockEncoding::kRaw
+            ? entry.stored_bytes == geometry.block_bytes(block)
+            : entry.encoding == BlockEncoding::kEncoded && entry.stored_bytes > 0 &&
+                  entry.stored_bytes < geometry.block_bytes(block);
+    if (!right || entry.offset > (std::uint64_t{1} << 62))
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("open {}: the table entry of block {} is out of range",
+                              path.native(), block));
+  }
+}
+
+}  // namespace
+
+std::filesystem::path Store::Implementation::base_path(std::uint32_t number,
+                                                       std::uint64_t version) const {
+  return path / fmt::format("attribute{}.base.{}", number, version);
+}
+
+std::filesystem::path Store::Implementation::tables_path(std::uint64_t version) const {
+  return path / fmt::format("tables.{}", version);
+}
+
+std::vector<std::byte> encode_tables(const Store::Implementation& store) {
+  std::vector<std::byte> bytes(kTablesHeaderBytes);
+  std::memcpy(bytes.data(), kTablesMagic, 8);
+  save(std::span(bytes), 8, std::uint32_t{1});
+  for (const auto& attribute : store.attributes)
+    for (const auto& level : attribute.levels) {
+      const auto entries = std::as_bytes(level->table.entries());
+      bytes.insert(bytes.end(), entries.begin(), entries.end());
+    }
+  return bytes;
+}
+
+Manifest Store::Implementation::manifest() const {
+  Manifest result;
+  result.uuid = uuid;
+  result.sequence = sequence;
+  result.vertex_count = base.vertex_count();
+  result.edge_count = base.edge_count();
+  result.face_count = base.face_count();
+  result.border_edge_count = base.border_edge_count();
+  result.block_bytes = options.block_bytes;
+  result.base_level = options.base_level;
+  result.next_attribute_number = next_number;
+  result.base_mesh_bytes = base_mesh_size.bytes;
+  result.base_mesh_checksum = base_mesh_size.checksum;
+  result.backend = options.backend;
+  result.codec = options.backend_options.codec;
+  result.filter = options.backend_options.filter;
+  result.layout = options.layout;
+  result.scheme = options.scheme;
+  for (std::size_t i = 0; i < attributes.size(); ++i)
+    result.attributes.push_back({infos[i].schema, attributes[i].number, infos[i].finest_level, 0});
+  return result;
+}
+
+void Store::Implementation::write_version() {
+  const bool durable = options.durability == Durability::kCommit;
+  if (durable)
+    for (const Attribute& attribute : attributes)
+      for (const auto& level : attribute.levels) level->backend->sync();
+
+  Manifest next = manifest();
+  ++next.sequence;
+  for (std::size_t i = 0; i < attributes.size(); ++i) {
+    write_whole_file(base_path(attributes[i].number, next.sequence), attributes[i].base_bytes,
+                     durable);
+    next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
+  }
+  const std::vector<std::byte> tables = encode_tables(*this);
+  write_whole_file(tables_path(next.sequence), tables, durable);
+  next.tables_bytes = tables.size();
+  next.tables_checksum = checksum_of(tables);
+  if (durable) sync_directory(path);
+
+  const std::filesystem::path manifest_path = path / "manifest";
+  const bool fresh = !std::filesystem::exists(manifest_path);
+  File file(manifest_path, fresh ? OpenMode::kCreate : OpenMode::kReadWrite);
+  if (fresh) file.resize(2 * kManifestSlotBytes);
+  write_manifest(file, next);
+  if (durable) file.sync();
+  file.close();
+  if (durable && fresh) {
+    sync_directory(path);
+    sync_directory(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
+  }
+
+  // The slot of version sequence - 1 was just overwritten: its files have no name any more.
+  std::error_code ignored;
+  if (sequence > 0) {
+    std::filesystem::remove(tables_path(sequence - 1), ignored);
+    for (const Attribute& attribute : attributes)
+      std::filesystem::remove(base_path(attribute.number, sequence - 1), ignored);
+  }
+  for (const std::filesystem::path& file_path : obsolete)
+    std::filesystem::remove(file_path, ignored);
+  obsolete.clear();
+  sequence = next.sequence;
+}
+
+void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode) {
+  const std::filesystem::path manifest_path = path / "manifest";
+  if (base.vertex_count() != manifest.vertex_count || base.edge_count() != manifest.edge_count ||
+      base.face_count() != manifest.face_count ||
+      base.border_edge_count() != manifest.border_edge_count)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: its counts are not those of base.mesh ({} vertices, {} "
+                            "edges, {} faces)",
+                            manifest_path.native(), base.vertex_count(), base.edge_count(),
+                            base.face_count()));
+  const std::filesystem::path tables_file = tables_path(manifest.sequence);
+  const std::vector<std::byte> tables =
+      read_whole_file(tables_file, manifest.tables_bytes, manifest.tables_checksum);
+  std::span<const std::byte> rest(tables);
+  const auto refuse = [&](std::string_view reason) {
+    return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", tables_file.native(), reason));
+  };
+  if (rest.size() < kTablesHeaderBytes || std::memcmp(rest.data(), kTablesMagic, 8) != 0 ||
+      load<std::uint32_t>(rest, 8) != 1)
+    throw refuse("no header of block tables");
+  rest = rest.subspan(kTablesHeaderBytes);
+
+  for (const ManifestAttribute& stored : manifest.attributes) {
+    Attribute attribute;
+    attribute.number = stored.number;
+    attribute.base_bytes =
+        read_whole_file(base_path(stored.number, manifest.sequence),
+                        base.vertex_count() * stored.schema.record_bytes(), stored.base_checksum);
+    for (int level = manifest.base_level + 1; level <= stored.finest_level; ++level) {
+      const LevelGeometry geometry(base.edge_count(), base.border_edges(),
+                                   level - manifest.base_level, stored.schema.record_bytes(),
+                                   manifest.block_bytes);
+      if (rest.size() / sizeof(BlockEntry) < geometry.block_count())
+        throw refuse("it ends before its last level");
+      std::vector<BlockEntry> entries(geometry.block_count());
+      const std::size_t bytes = entries.size() * sizeof(BlockEntry);
+      if (bytes > 0) std::memcpy(entries.data(), rest.data(), bytes);
+      rest = rest.subspan(bytes);
+      check_entries(entries, geometry, tables_file);
+      attribute.levels.push_back(open_level(attribute, stored.schema, level, mode, entries));
+    }
+    infos.push_back({stored.schema, stored.finest_level});
+    attributes.push_back(std::move(attribute));
+  }
+  if (!rest.empty()) throw refuse("it goes on after its last level");
+}
+
+}  // namespace plait

@@ -1,0 +1,87 @@
+// The modified Butterfly scheme.
+//
+// D. Zorin, P. Schroeder, W. Sweldens, "Interpolating Subdivision for Meshes with Arbitrary
+// Topology", SIGGRAPH 1996; the eight-point stencil is N. Dyn's, D. Levin's and J. Gregory's (1990)
+// with tension 0. Ends on a border count as regular, a wing missing beyond a border is the
+// continuation of the triangle inside. Pinned by tests/kernels/schemes_test.cpp.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "butterfly/extraordinary_rings.h"
+#include "diamond/diamond.h"
+#include "plait/kernels/loop_base.h"
+#include "plait/kernels/ring_table.h"
+#include "plait/topology.h"
+#include "plait/vector3.h"
+
+namespace plait::butterfly {
+
+/// Regular odd vertex between A and B, opposite C and D; wings over AC and DB, over CB and AD.
+template <class Real>
+constexpr Real odd(Real a, Real b, Real c, Real d, Real wing_ac, Real wing_db, Real wing_cb,
+                   Real wing_ad) {
+  return Real(0.5) * (a + b) + Real(0.125) * (c + d) -
+         Real(0.0625) * ((wing_ac + wing_db) + (wing_cb + wing_ad));
+}
+
+/// Odd vertex on a border: the four-point rule along it.
+template <class Real>
+constexpr Real odd_border(Real before, Real a, Real b, Real after) {
+  return Real(0.5625) * (a + b) - Real(0.0625) * (before + after);
+}
+
+/// The vertex next to border vertex `vertex` along the border that is not on `edge`.
+template <class Real>
+Vector3<Real> along_border(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
+                           VertexId vertex, EdgeId edge) {
+  EdgeId first = kNoId, last = kNoId;
+  for_each_spoke(mesh, vertex, [&](EdgeId spoke) {
+    if (first == kNoId) first = spoke;
+    last = spoke;
+  });
+  return rings.next_to(mesh, first == edge ? last : first, vertex);
+}
+
+/// The slot at level diamond.level() + 1. `diamond` has its halo; `coarse` and `extraordinary` hold
+/// the rings at diamond.level().
+template <class Real>
+void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
+              const ExtraordinaryRings<Real>& extraordinary, EdgeId edge,
+              const Diamond<Vector3<Real>>& diamond, Vector3<Real>* slot) noexcept {
+  const std::int64_t n = diamond.size();
+  const VertexId start = mesh.edges[edge].start, end = mesh.edges[edge].end;
+  const bool border = mesh.edges[edge].is_border();
+  for (std::int64_t row = 0; row < n; ++row) {
+    for (std::int64_t column = 0; column < (border ? n - row : n); ++column) {
+      const Vector3<Real>& a = *diamond.at(row, column + 1);
+      const Vector3<Real>& b = *diamond.at(row + 1, column);
+      // A is the edge's end in the corner (0, n-1) of the slot, B its start in (n-1, 0).
+      const bool at_end = row == 0 && column == n - 1, at_start = row == n - 1 && column == 0;
+      Vector3<Real>& to = *slot++;
+      if (border && row + column == n - 1) {
+        const Vector3<Real> before =
+            at_end ? along_border(mesh, coarse, end, edge) : *diamond.at(row - 1, column + 2);
+        const Vector3<Real> after =
+            at_start ? along_border(mesh, coarse, start, edge) : *diamond.at(row + 2, column - 1);
+        to = loop::by_axis<Real>(odd_border<Real>, before, a, b, after);
+        continue;
+      }
+      const bool odd_end = at_end && extraordinary.contains(end);
+      const bool odd_start = at_start && extraordinary.contains(start);
+      if (odd_end || odd_start) {
+        to = extraordinary.odd(edge, odd_start, odd_end);
+        continue;
+      }
+      to = loop::by_axis<Real>(odd<Real>, a, b, *diamond.at(row, column),
+                               *diamond.at(row + 1, column + 1), *diamond.at(row - 1, column + 1),
+                               *diamond.at(row + 2, column), *diamond.at(row + 1, column - 1),
+                               *diamond.at(row, column + 2));
+    }
+  }
+}
+
+}  // namespace plait::butterfly

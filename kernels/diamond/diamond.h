@@ -1,0 +1,129 @@
+// The two faces of an edge as one regular grid.
+//
+//        end (0,N)------(N,N) apex of the other face
+//           | \   other   |            points (p, q), 0 <= p, q <= N = 2^level
+//           |   \         |            p and q are the weights of the edge's start and end,
+//           |     \       |            in the other face N minus these
+//           |  own  \     |            the edge is the diagonal p + q = N
+//   apex (0,0)------(N,0) start
+//
+// Neighbours of a point, counterclockwise: (+1,0) (0,+1) (-1,+1) (-1,0) (0,-1) (+1,-1). The
+// vertices in the edge's slot at level l are the points with p = (2 row + 1) 2^(level-l) and
+// q = (2 column + 1) 2^(level-l), so their one-rings never leave the grid: gather once, then every
+// rule is plain arithmetic on an array. A border edge has only its own half.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "plait/edge_index.h"
+#include "plait/sweep.h"
+#include "plait/topology.h"
+
+namespace plait {
+
+/// Storage is kept from edge to edge. One per thread.
+template <class Record>
+class Diamond {
+ public:
+  /// Makes a grid of `level`, with one more row of points around it. Contents are undefined.
+  void resize(int level) {
+    level_ = level;
+    size_ = std::int64_t{1} << level;
+    stride_ = size_ + 3;
+    points_.resize(static_cast<std::size_t>(stride_ * stride_));
+  }
+
+  int level() const { return level_; }
+  std::int64_t size() const { return size_; }
+  std::int64_t stride() const { return stride_; }  ///< from (p, q) to (p + 1, q)
+  Record* at(std::int64_t p, std::int64_t q) {
+    return points_.data() + (p + 1) * stride_ + (q + 1);
+  }
+  const Record* at(std::int64_t p, std::int64_t q) const {
+    return points_.data() + (p + 1) * stride_ + (q + 1);
+  }
+
+ private:
+  int level_ = 0;
+  std::int64_t size_ = 1, stride_ = 4;
+  std::vector<Record> points_;
+};
+
+/// Where a gather takes its records from: an access of a sweep that reaches the edge's faces.
+/// Levels count from the base mesh here.
+template <class Record>
+struct SlotSource {
+  const SweepView& view;
+  std::size_t access;
+  int base_level;
+  std::span<const Record> slot(int level, EdgeId edge) const {
+    return view.records<const Record>(access, base_level + level, edge);
+  }
+};
+
+/// The vertices that one face has in the slots of one of its sides, copied into the half of the
+/// diamond that the face is, as seen from `side`. `turned` says that the face is the other one.
+template <class Record>
+void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSide side, bool turned,
+                 int slots_of, int level, Diamond<Record>& diamond) {
+  const FaceId face = side.face();
+  const EdgeId edge = mesh.face_edges[face][static_cast<std::size_t>(slots_of)];
+  const bool own = mesh.is_own(face, slots_of);
+  const bool border = mesh.edges[edge].is_border();
+  const Record* slot = source.slot(level, edge).data();
+  const std::int64_t n = slot_side(level), size = diamond.size(), stride = diamond.stride();
+  const std::int64_t scale = std::int64_t{1} << (diamond.level() - level);
+  const std::size_t start = static_cast<std::size_t>((side.side() + 1) % 3),
+                    end = static_cast<std::size_t>((side.side() + 2) % 3),
+                    along = static_cast<std::size_t>((slots_of + 2) % 3),
+                    apex = static_cast<std::size_t>(slots_of);
+  // One column further, the weight at the end of the slot's side grows and that opposite it shrinks.
+  std::int64_t step[3] = {};
+  step[along] = 2 * scale;
+  step[apex] = -2 * scale;
+  const std::int64_t grid_step = (turned ? -1 : 1) * (step[start] * stride + step[end]);
+  for (std::int64_t row = 0; row < n; ++row) {
+    std::int64_t weight[3] = {};
+    weight[(apex + 1) % 3] = (2 * row + 1) * scale;
+    weight[along] = scale;
+    weight[apex] = size - weight[(apex + 1) % 3] - scale;
+    Record* to = turned ? diamond.at(size - weight[start], size - weight[end])
+                        : diamond.at(weight[start], weight[end]);
+    if (own) {
+      const Record* from = slot + slot_position(level, border, row, 0);
+      for (std::int64_t column = 0; column < n - row; ++column) to[column * grid_step] = from[column];
+    } else {
+      const Record* from = slot + (n - 1 - row) * n + (n - 1);
+      for (std::int64_t column = 0; column < n - row; ++column)
+        to[column * grid_step] = from[-column];
+    }
+  }
+}
+
+/// Fills `diamond` for `edge` with the vertices born at levels `first` to `last` (0: the base
+/// vertices) at their places in a grid of `diamond.level()`.
+template <class Record>
+void gather(const Topology& mesh, const SlotSource<Record>& source, std::span<const Record> base,
+            EdgeId edge, int first, int last, Diamond<Record>& diamond) {
+  const std::int64_t size = diamond.size();
+  for (const bool turned : {false, true}) {
+    const FaceSide side = turned ? mesh.edges[edge].other : mesh.edges[edge].own;
+    if (!side.exists()) continue;
+    if (first == 0) {
+      const auto& corners = mesh.faces[side.face()];
+      const auto corner = [&](int turn) {
+        return base[corners[static_cast<std::size_t>((side.side() + turn) % 3)]];
+      };
+      *diamond.at(turned ? size : 0, turned ? size : 0) = corner(0);
+      *diamond.at(turned ? 0 : size, turned ? size : 0) = corner(1);
+      *diamond.at(turned ? size : 0, turned ? 0 : size) = corner(2);
+    }
+    for (int level = std::max(first, 1); level <= last; ++level)
+      for (int slots_of = 0; slots_of < 3; ++slots_of)
+        gather_side(mesh, source, side, turned, slots_of, level, diamond);
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,74 @@
+// plait/kernels/ring_table.h: the one-ring of every base vertex at one level, kept in memory: on
+// each edge the vertex next to its start and the one next to its end. The ring at a level is all that a base vertex needs of it,
+// whatever its valence, so no wheel of slots is ever held at once.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plait/edge_index.h"
+#include "plait/topology.h"
+
+namespace plait {
+
+template <class Record>
+class RingTable {
+ public:
+  explicit RingTable(std::uint64_t edge_count) : spokes_(edge_count) {}
+
+  /// At level 0 a base vertex's neighbours are base vertices.
+  void set_from_base(const Topology& mesh, std::span<const Record> base) {
+    for (std::size_t edge = 0; edge < spokes_.size(); ++edge)
+      spokes_[edge] = {base[mesh.edges[edge].end], base[mesh.edges[edge].start]};
+  }
+  /// From the edge's slot at `level`. Edges may be set from different threads.
+  void set_from_slot(const Topology& mesh, EdgeId edge, int level,
+                     std::span<const Record> slot) noexcept {
+    const std::int64_t last = slot_side(level) - 1;
+    const bool border = mesh.edges[edge].is_border();
+    spokes_[edge] = {slot[static_cast<std::size_t>(slot_position(level, border, last, 0))],
+                     slot[static_cast<std::size_t>(slot_position(level, border, 0, last))]};
+  }
+  void set(EdgeId edge, const Record& next_to_start, const Record& next_to_end) noexcept {
+    spokes_[edge] = {next_to_start, next_to_end};
+  }
+
+  /// The vertex next to `vertex` on `edge`, one of whose ends it is.
+  const Record& next_to(const Topology& mesh, EdgeId edge, VertexId vertex) const {
+    return spokes_[edge][mesh.edges[edge].end == vertex];
+  }
+
+ private:
+  std::vector<std::array<Record, 2>> spokes_;
+};
+
+/// Calls visit(EdgeId spoke) counterclockwise around a base vertex: from its border to its border,
+/// or from the neighbour of smallest index once around. Returns the valence.
+template <class Visit>
+int for_each_spoke(const Topology& mesh, VertexId vertex, Visit visit) {
+  const FaceSide first = mesh.vertex_corners[vertex];
+  int valence = 0;
+  FaceSide corner = first;
+  do {
+    visit(mesh.face_edges[corner.face()][static_cast<std::size_t>((corner.side() + 2) % 3)]);
+    ++valence;
+    const FaceSide next = mesh.next_corner(corner);
+    if (!next.exists()) {
+      visit(mesh.face_edges[corner.face()][static_cast<std::size_t>((corner.side() + 1) % 3)]);
+      return valence + 1;
+    }
+    corner = next;
+  } while (corner != first);
+  return valence;
+}
+
+/// Whether a base vertex lies on the border.
+inline bool is_border_vertex(const Topology& mesh, VertexId vertex) {
+  const FaceSide corner = mesh.vertex_corners[vertex];
+  return mesh.edges[mesh.face_edges[corner.face()][static_cast<std::size_t>((corner.side() + 2) % 3)]]
+      .is_border();
+}
+
+}  // namespace plait

@@ -1,0 +1,64 @@
+// plait/kernels/subdivide.h: refine a store level by level.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+#include "plait/base_mesh.h"
+#include "plait/store.h"
+
+namespace plait {
+
+enum class Scheme : std::uint8_t {
+  kLoop,       ///< approximating, in place: coarser vertices move with every level
+  kButterfly,  ///< modified Butterfly, interpolating
+  kMidpoint,   ///< linear
+};
+std::string_view to_string(Scheme scheme) noexcept;
+/// Errors: kInvalidArgument naming the schemes there are.
+Scheme scheme_from_name(std::string_view name);
+
+enum class ExecutorKind : std::uint8_t { kSweep, kTransparent };
+std::string_view to_string(ExecutorKind executor) noexcept;
+/// Errors: kInvalidArgument naming the executors there are.
+ExecutorKind executor_from_name(std::string_view name);
+
+struct SubdivideProgress {
+  std::string_view phase;  ///< "level 3: odd vertices", "normals"; valid during the call
+  std::uint64_t vertices_done, vertices_total;  ///< over the whole run, weighted by vertices
+};
+
+struct SubdivideOptions {
+  Scheme scheme = Scheme::kLoop;
+  ExecutorKind executor = ExecutorKind::kSweep;
+  int levels = 1;        ///< the level to reach
+  bool normals = false;  ///< adds the attribute "normal", float32 x 3, unit length
+  bool limit = false;    ///< projects positions to the limit surface (Loop only)
+  int threads = 1;       ///< transparent uses one, whatever is asked for
+  std::function<bool(const SubdivideProgress&)> proceed;  ///< false cancels
+};
+
+/// Gives a store that has no attribute yet its base positions: attribute "position", float32 x 3 or
+/// float64 x 3 (`double_precision`), from base().positions().
+void add_base_positions(Store& store, bool double_precision = false);
+
+/// Refines attribute "position" from its finest level to `options.levels`. Does not commit.
+/// Errors: kInvalidArgument, kNotSupported (limit without Loop), kBudget naming what is needed,
+/// kCancelled, kIo and kNoSpace.
+void subdivide(Store& store, const SubdivideOptions& options);
+
+/// Bytes that the subdivision keeps beside the budget: two records per base edge (the rings of the
+/// base vertices) and scratch per thread.
+std::uint64_t subdivide_resident_bytes(const BaseMesh& base, const SubdivideOptions& options,
+                                       bool double_precision = false);
+
+/// How often a mesh must be refined beforehand so that no slot of `record_bytes` records is larger
+/// than `max_slot_bytes` at `levels`.
+int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot_bytes);
+
+/// `mesh` refined `times` times in memory: the base mesh of a store whose slots would be too large
+/// without. Level numbers stay: pass `times` as StoreOptions::base_level.
+BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision = false);
+
+}  // namespace plait

@@ -1,0 +1,94 @@
+// Loop's rules on the diamond of an edge: what the sweep executor evaluates.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "diamond/diamond.h"
+#include "plait/kernels/loop_rules.h"
+#include "plait/edge_index.h"
+#include "plait/vector3.h"
+
+namespace plait::loop {
+
+/// The slot at level diamond.level() + 1 from the coarser mesh in `diamond`. An odd vertex sits in a
+/// cell of the grid: A and B on the cell's diagonal along the edge, C and D on the other.
+template <class Real>
+void odd_slot(const Diamond<Vector3<Real>>& diamond, bool border, Vector3<Real>* slot) noexcept {
+  static_assert(sizeof(Vector3<Real>) == 3 * sizeof(Real));
+  const std::int64_t n = diamond.size();
+  for (std::int64_t row = 0; row < n; ++row) {
+    const std::int64_t columns = border ? n - 1 - row : n;
+    const Real* lower = &diamond.at(row, 0)->x;
+    const Real* upper = &diamond.at(row + 1, 0)->x;
+    Real* to = &slot->x;
+    for (std::int64_t k = 0; k < 3 * columns; ++k)
+      to[k] = odd(lower[k + 3], upper[k], lower[k], upper[k + 3]);
+    slot += columns;
+    if (border) {
+      // The last one of a border slot's row lies on the border itself.
+      const Vector3<Real>& a = *diamond.at(row, n - row);
+      const Vector3<Real>& b = *diamond.at(row + 1, n - 1 - row);
+      *slot++ = Real(0.5) * (a + b);
+    }
+  }
+}
+
+/// The sums of opposite pairs around (p, q).
+template <class Real>
+struct Pairs {
+  Vector3<Real> first, second, third;
+};
+template <class Real>
+Pairs<Real> pairs_around(const Vector3<Real>* v, std::int64_t stride) noexcept {
+  return {v[stride] + v[-stride], v[1] + v[-1], v[1 - stride] + v[stride - 1]};
+}
+
+/// Calls rule(Record&, p, q, on_border) for every record of the slot at `level`, with its place in
+/// a grid of `grid_level`.
+template <class Record, class Rule>
+void for_each_in_slot(int level, int grid_level, bool border, Record* slot, Rule rule) {
+  const std::int64_t n = slot_side(level);
+  const std::int64_t scale = std::int64_t{1} << (grid_level - level);
+  for (std::int64_t row = 0; row < n; ++row)
+    for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
+      rule(*slot++, (2 * row + 1) * scale, (2 * column + 1) * scale,
+           border && row + column == n - 1);
+}
+
+/// Moves the slot at `level` < diamond.level(), which holds the new odd vertices.
+template <class Real>
+void even_slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
+               Vector3<Real>* slot) noexcept {
+  const std::int64_t stride = diamond.stride();
+  for_each_in_slot(level, diamond.level(), border, slot,
+                   [&](Vector3<Real>& v, std::int64_t p, std::int64_t q, bool on_border) {
+                     const Vector3<Real>* centre = diamond.at(p, q);
+                     if (on_border) {
+                       v = by_axis<Real>(even_border<Real>, v, centre[1 - stride],
+                                         centre[stride - 1]);
+                     } else {
+                       const Pairs<Real> pairs = pairs_around(centre, stride);
+                       v = by_axis<Real>(even<Real>, v, pairs.first, pairs.second, pairs.third);
+                     }
+                   });
+}
+
+/// Limit positions of the slot at `level`; `diamond` holds the whole finest mesh.
+template <class Real>
+void limit_slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
+                Vector3<Real>* slot) noexcept {
+  const std::int64_t stride = diamond.stride();
+  for_each_in_slot(level, diamond.level(), border, slot,
+                   [&](Vector3<Real>& to, std::int64_t p, std::int64_t q, bool on_border) {
+                     const Vector3<Real>* v = diamond.at(p, q);
+                     if (on_border) {
+                       to = by_axis<Real>(limit_border<Real>, *v, v[1 - stride], v[stride - 1]);
+                     } else {
+                       const Pairs<Real> pairs = pairs_around(v, stride);
+                       to = by_axis<Real>(limit<Real>, *v, pairs.first, pairs.second, pairs.third);
+                     }
+                   });
+}
+
+}  // namespace plait::loop

@@ -1,0 +1,121 @@
+// Unit normals of a Loop surface by its tangent masks.
+//
+// Interior: t1 = sum cos(2 pi i/n) p_i, t2 = sum sin(2 pi i/n) p_i (C. Loop 1987; H. Hoppe et al.,
+// "Piecewise Smooth Surface Reconstruction", 1994). For n = 6 these are combinations of the
+// differences of opposite neighbours, so turning the ring by half leaves every bit as it is.
+//
+// Border, neighbours p_1 .. p_k counterclockwise from border to border: along it p_1 - p_k; across
+// it the left eigenvector of the plain border rules (odd 1/2 1/2, even 1/8 3/4 1/8) to the
+// eigenvalue lambda = 3/8 + cos(theta)/4, theta = pi/(k-1):
+//   y_i = sin((i-1) theta) at p_2 .. p_(k-1), a at p_1 and p_k, c at v, where
+//   a (lambda - 1/2) = (y_2 + c)/8 and c (lambda - 3/4) = 3/8 sum(y) + a.
+// For k = 4 that is Hoppe's (-2, -1, 2, 2, -1); for k = 2 the eigenvalue is 1/4 and the mask
+// p_1 + p_2 - 2 v. Pinned by tests/kernels/normals_test.cpp.
+//
+// All sums are of differences to v or between neighbours: in float32 the rounding of positions, a
+// few units in the last place of a coordinate over the length of the local edges, limits the angle.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "diamond/diamond.h"
+#include "plait/kernels/loop_base.h"
+#include "loop/loop_diamond.h"
+#include "plait/topology.h"
+#include "plait/vector3.h"
+#include "plait/kernels/ring_table.h"
+
+namespace plait::normals {
+
+/// A vector's direction in float32. Where the square of its length leaves float's comfortable range
+/// (tiny or huge model units) the length is taken in double.
+template <class Real>
+Vector3<float> direction(Vector3<Real> v) {
+  const Real square = dot(v, v);
+  if (square > Real(1e-30) && square < Real(1e30)) {
+    const Real length = std::sqrt(square);
+    return {float(v.x / length), float(v.y / length), float(v.z / length)};
+  }
+  return loop::narrow<float>(normalized(loop::widen(v)));
+}
+
+/// From the differences of opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
+template <class Real>
+Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
+  return direction(cross(d0 + Real(0.5) * (d1 - d2), d1 + d2));
+}
+
+/// On a border with three faces: neighbours p_1 .. p_4.
+template <class Real>
+Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2,
+                              Vector3<Real> p3, Vector3<Real> p4) {
+  const Vector3<Real> across = Real(2) * ((p2 - v) + (p3 - v)) - ((p1 - v) + (p4 - v));
+  return direction(cross(p1 - p4, across));
+}
+
+/// Weights of the mask across a border of `neighbours` >= 3 neighbours.
+struct BorderMask {
+  double theta, end_weight;
+};
+inline BorderMask border_mask(int neighbours) {
+  const double theta = std::numbers::pi / (neighbours - 1);
+  const double lambda = 0.375 + 0.25 * std::cos(theta);
+  const double sum = 1 / std::tan(theta / 2), second = std::sin(theta);
+  // From c = 8 a (lambda - 1/2) - y_2 put into the second equation.
+  const double end_weight = (0.375 * sum + second * (lambda - 0.75)) /
+                            (8 * (lambda - 0.5) * (lambda - 0.75) - 1);
+  return {theta, end_weight};
+}
+
+/// Normals of the base vertices; `rings` holds the finest level's.
+template <class Real>
+void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
+          std::span<const Vector3<Real>> positions, std::span<Vector3<float>> normals) {
+  for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
+    const Vector3<double> v = loop::widen(positions[vertex]);
+    const int valence = for_each_spoke(mesh, vertex, [](EdgeId) {});
+    Vector3<double> first{}, second{};
+    int i = 0;
+    const auto difference = [&](EdgeId edge) {
+      return loop::widen(rings.next_to(mesh, edge, vertex)) - v;
+    };
+    if (!is_border_vertex(mesh, vertex)) {
+      for_each_spoke(mesh, vertex, [&](EdgeId edge) {
+        const double angle = 2 * std::numbers::pi * i++ / valence;
+        first = first + std::cos(angle) * difference(edge);
+        second = second + std::sin(angle) * difference(edge);
+      });
+    } else {
+      const BorderMask mask = valence > 2 ? border_mask(valence) : BorderMask{0, 1};
+      for_each_spoke(mesh, vertex, [&](EdgeId edge) {
+        const Vector3<double> d = difference(edge);
+        const bool at_first = i == 0, at_last = i == valence - 1;
+        if (at_first) first = first + d;
+        if (at_last) first = first - d;
+        second = second +
+                 (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
+        ++i;
+      });
+    }
+    normals[vertex] = direction(cross(first, second));
+  }
+}
+
+/// Normals of the slot at `level`; `diamond` holds the whole finest mesh.
+template <class Real>
+void slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
+          Vector3<float>* to) noexcept {
+  const std::int64_t stride = diamond.stride();
+  loop::for_each_in_slot(
+      level, diamond.level(), border, to,
+      [&](Vector3<float>& normal, std::int64_t p, std::int64_t q, bool on_border) {
+        const Vector3<Real>* v = diamond.at(p, q);
+        if (on_border)
+          normal = regular_border(*v, v[1 - stride], v[-stride], v[-1], v[stride - 1]);
+        else
+          normal = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
+      });
+}
+
+}  // namespace plait::normals

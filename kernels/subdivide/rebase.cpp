@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <utility>
+
+#include "butterfly/butterfly_patches.h"
+#include "midpoint/midpoint_patches.h"
+#include "plait/edge_index.h"
+#include "plait/error.h"
+#include "plait/in_core_mesh.h"
+#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/vertex_numbering.h"
+
+namespace plait {
+namespace {
+
+template <class Real>
+BaseMesh refine_in_core(const BaseMesh& base, int times, Scheme scheme) {
+  using Record = Vector3<Real>;
+  InCoreMesh<Record> mesh(base, times);
+  const std::span<Record> records = mesh.base_records();
+  for (std::size_t vertex = 0; vertex < records.size(); ++vertex)
+    records[vertex] = loop::narrow<Real>(base.positions()[vertex]);
+  RingTable<Record> rings(base.edge_count());
+  rings.set_from_base(mesh.topology(), records);
+  for (int level = 1; level <= times; ++level) switch (scheme) {
+      case Scheme::kLoop:
+        loop_refine_patches(mesh, level);
+        break;
+      case Scheme::kMidpoint:
+        midpoint_odd_patches(mesh, level, rings);
+        break;
+      case Scheme::kButterfly:
+        butterfly_odd_patches(mesh, level, rings);
+        break;
+    }
+
+  const VertexNumbering numbering(base, times);
+  IndexedMesh refined;
+  refined.positions.resize(numbering.vertex_count());
+  refined.faces.reserve(base.face_count() << (2 * times));
+  const std::int64_t size = std::int64_t{1} << times;
+  for (FaceId face = 0; face < base.face_count(); ++face) {
+    const auto patch = mesh.patch(face);
+    const auto number = [&](std::int64_t i, std::int64_t j) {
+      return static_cast<VertexId>(numbering.number({face, times, i, j}));
+    };
+    for (std::int64_t j = 0; j <= size; ++j)
+      for (std::int64_t i = 0; i + j <= size; ++i)
+        refined.positions[number(i, j)] = loop::widen(patch.at(times, i, j));
+    for_each_triangle(times, [&](const std::array<FacePoint, 3>& corners) {
+      refined.faces.push_back({number(corners[0].i, corners[0].j),
+                               number(corners[1].i, corners[1].j),
+                               number(corners[2].i, corners[2].j)});
+    });
+  }
+  return BaseMesh::build(std::move(refined), "refined base mesh");
+}
+
+}  // namespace
+
+int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot_bytes) {
+  if (levels < 1) return 0;
+  int refined_levels = levels;
+  while (refined_levels > 1 && slot_records(refined_levels) * record_bytes > max_slot_bytes)
+    --refined_levels;
+  return levels - refined_levels;
+}
+
+BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision) {
+  const LevelCounts counts = counts_at_level(mesh, times);
+  if (counts.vertices >= kNoId || counts.faces >= kNoId / 3)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("refine the base mesh {} times: {} faces are too many for one", times,
+                            counts.faces));
+  return double_precision ? refine_in_core<double>(mesh, times, scheme)
+                          : refine_in_core<float>(mesh, times, scheme);
+}
+
+}  // namespace plait

@@ -1,0 +1,58 @@
+// The passes that make up a subdivision, each by either executor. Levels count from the base mesh.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "plait/kernels/ring_table.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/store.h"
+#include "plait/vector3.h"
+
+namespace plait {
+
+/// What all passes of one run share.
+template <class Real>
+struct SubdivisionRun {
+  SubdivisionRun(Store& store_to_refine, const SubdivideOptions& run_options, AttributeId id)
+      : store(store_to_refine),
+        options(run_options),
+        position(id),
+        rings(store.base().edge_count()) {}
+
+  Store& store;
+  const SubdivideOptions& options;
+  AttributeId position;
+  /// Rings of the base vertices at the finest level done.
+  RingTable<Vector3<Real>> rings;
+  std::uint64_t vertices_before = 0, vertices_total = 0;
+
+  /// Reports `done` of `count` equal parts of a pass over `vertices` vertices; throws kCancelled.
+  void report(std::string_view phase, std::uint64_t vertices, std::uint64_t done,
+              std::uint64_t count) const;
+};
+
+/// Vertices born at `level`, and their rings.
+template <class Real>
+void make_odd(SubdivisionRun<Real>& run, int level);
+/// Loop: moves the vertices born before `level`, base vertices included.
+template <class Real>
+void move_even(SubdivisionRun<Real>& run, int level);
+/// Fills attributes `normal` (float32 x 3) and `limit` (as the positions) over all levels to
+/// `level`; kNoId leaves one out.
+template <class Real>
+void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, AttributeId limit);
+/// Rings of the base vertices at `level`, read from the store.
+template <class Real>
+void read_rings(SubdivisionRun<Real>& run, int level);
+
+/// The same by the transparent executor.
+template <class Real>
+void make_odd_transparent(SubdivisionRun<Real>& run, int level);
+template <class Real>
+void move_even_transparent(SubdivisionRun<Real>& run, int level);
+template <class Real>
+void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId normal,
+                              AttributeId limit);
+
+}  // namespace plait

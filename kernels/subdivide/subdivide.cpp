@@ -1,0 +1,119 @@
+#include "plait/kernels/subdivide.h"
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "plait/edge_index.h"
+#include "plait/error.h"
+#include "subdivide/steps.h"
+
+namespace plait {
+namespace {
+
+void check(const Store& store, const SubdivideOptions& options) {
+  if (options.levels < store.base_level() || options.levels > kMaxLevel)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("subdivide to level {}: expected {} to {}", options.levels,
+                            store.base_level(), kMaxLevel));
+  if (options.threads < 1 || options.threads > 1024)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("subdivide: {} threads, expected 1 to 1024", options.threads));
+  if (options.limit && options.scheme != Scheme::kLoop)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("subdivide: limit positions are Loop's; the scheme is {}",
+                            to_string(options.scheme)));
+  for (const char* name : {"normal", "limit"})
+    if (store.has_attribute(name))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("subdivide: the store has an attribute '{}' already", name));
+}
+
+/// Vertices that the whole run computes, even ones as often as they move.
+std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& options,
+                               int first_level) {
+  const std::uint64_t interior = store.base().edge_count() - store.base().border_edge_count();
+  const auto born = [&](int level) {
+    return interior * slot_records(level) +
+           store.base().border_edge_count() * slot_records(level, true);
+  };
+  std::uint64_t total = 0;
+  for (int level = first_level; level <= options.levels - store.base_level(); ++level) {
+    total += born(level);
+    if (options.scheme == Scheme::kLoop)
+      for (int older = 1; older < level; ++older) total += born(older);
+  }
+  if (options.normals || options.limit)
+    for (int level = 1; level <= options.levels - store.base_level(); ++level) total += born(level);
+  return total;
+}
+
+template <class Real>
+void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
+  const bool sweeping = options.executor == ExecutorKind::kSweep;
+  const int base_level = store.base_level();
+  const int done = store.attributes()[position].finest_level - base_level;
+  const int levels = options.levels - base_level;
+  SubdivisionRun<Real> run(store, options, position);
+  run.vertices_total = planned_vertices(store, options, done + 1);
+  read_rings(run, done);
+
+  for (int level = done + 1; level <= levels; ++level) {
+    store.add_level(position);
+    sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
+    if (options.scheme == Scheme::kLoop)
+      sweeping ? move_even(run, level) : move_even_transparent(run, level);
+  }
+  if (!options.normals && !options.limit) return;
+
+  const auto add = [&](bool wanted, const AttributeSchema& schema) {
+    if (!wanted) return kNoId;
+    const AttributeId id = store.add_attribute(schema);
+    for (int level = 1; level <= levels; ++level) store.add_level(id);
+    return id;
+  };
+  const AttributeId normal = add(options.normals, schema_of<Vector3<float>>("normal"));
+  const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
+  sweeping ? make_surface(run, levels, normal, limit)
+           : make_surface_transparent(run, levels, normal, limit);
+  if (limit != kNoId) store.replace_attribute(position, limit);
+}
+
+template <class Real>
+void fill_base(Store& store) {
+  const AttributeId position = store.add_attribute(schema_of<Vector3<Real>>("position"));
+  const std::span<Vector3<Real>> records = store.base_records<Vector3<Real>>(position);
+  for (std::size_t vertex = 0; vertex < records.size(); ++vertex) {
+    const Vector3<double>& from = store.base().positions()[vertex];
+    records[vertex] = {static_cast<Real>(from.x), static_cast<Real>(from.y),
+                       static_cast<Real>(from.z)};
+  }
+}
+
+}  // namespace
+
+void add_base_positions(Store& store, bool double_precision) {
+  double_precision ? fill_base<double>(store) : fill_base<float>(store);
+}
+
+void subdivide(Store& store, const SubdivideOptions& options) {
+  check(store, options);
+  const AttributeId position = store.attribute("position");
+  const AttributeSchema& schema = store.attributes()[position].schema;
+  if (schema.type == ComponentType::kFloat64 && schema.components == 3)
+    return run_subdivision<double>(store, options, position);
+  store.check_type(position, ComponentType::kFloat32, 3);
+  run_subdivision<float>(store, options, position);
+}
+
+std::uint64_t subdivide_resident_bytes(const BaseMesh& base, const SubdivideOptions& options,
+                                       bool double_precision) {
+  const std::uint64_t record_bytes = double_precision ? 24 : 12;
+  // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
+  const bool butterfly = options.scheme == Scheme::kButterfly;
+  const std::uint64_t side = (std::uint64_t{1} << options.levels) + 3;
+  return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) * base.edge_count() +
+         static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
+}
+
+}  // namespace plait

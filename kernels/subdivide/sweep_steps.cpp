@@ -1,0 +1,200 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "butterfly/butterfly_rules.h"
+#include "butterfly/halo.h"
+#include "diamond/diamond.h"
+#include "loop/loop_diamond.h"
+#include "midpoint/midpoint_diamond.h"
+#include "normals/normal_rules.h"
+#include "plait/error.h"
+#include "plait/kernels/loop_base.h"
+#include "plait/sweep.h"
+#include "subdivide/steps.h"
+
+namespace plait {
+namespace {
+
+template <class Real>
+std::vector<Diamond<Vector3<Real>>> diamonds(const SubdivisionRun<Real>& run, int level) {
+  std::vector<Diamond<Vector3<Real>>> result(static_cast<std::size_t>(run.options.threads));
+  for (auto& diamond : result) diamond.resize(level);
+  return result;
+}
+
+template <class Real>
+void run_pass(SubdivisionRun<Real>& run, const SweepPass& pass, std::uint64_t vertices) {
+  SweepOptions options;
+  options.threads = run.options.threads;
+  options.proceed = [&](std::uint64_t done, std::uint64_t count) {
+    run.report(pass.name, vertices, done, count);
+    return true;
+  };
+  sweep(run.store, pass, options);
+  run.vertices_before += vertices;
+}
+
+std::uint64_t vertices_born(const Store& store, int first, int last) {
+  std::uint64_t vertices = 0;
+  for (int level = first; level <= last; ++level)
+    vertices +=
+        (store.base().edge_count() - store.base().border_edge_count()) * slot_records(level) +
+        store.base().border_edge_count() * slot_records(level, true);
+  return vertices;
+}
+
+}  // namespace
+
+template <class Real>
+void SubdivisionRun<Real>::report(std::string_view phase, std::uint64_t vertices,
+                                  std::uint64_t done, std::uint64_t count) const {
+  if (!options.proceed) return;
+  const auto part = static_cast<std::uint64_t>(static_cast<double>(vertices) *
+                                               (static_cast<double>(done) / double(count)));
+  if (!options.proceed({phase, vertices_before + part, vertices_total}))
+    throw Error(ErrorCode::kCancelled, fmt::format("subdivide, {}: cancelled", phase));
+}
+
+template <class Real>
+void make_odd(SubdivisionRun<Real>& run, int level) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  const Topology mesh = store.base().topology();
+  const int base_level = store.base_level();
+  const std::span<const Record> base = store.base_records<Record>(run.position);
+  const bool butterfly = run.options.scheme == Scheme::kButterfly;
+  std::vector<Diamond<Record>> grids = diamonds(run, level - 1);
+
+  // Butterfly reads the coarser rings while it makes the finer ones.
+  const RingTable<Record> coarse = butterfly ? run.rings : RingTable<Record>(0);
+  std::optional<butterfly::ExtraordinaryRings<Real>> extraordinary;
+  if (butterfly) extraordinary.emplace(mesh, coarse, base);
+
+  SweepPass pass;
+  pass.name = fmt::format("level {}: odd vertices", base_level + level);
+  pass.accesses = {{run.position, base_level + 1, base_level + level - 1, Access::kRead,
+                    butterfly ? Reach::kRing : Reach::kFaces},
+                   {run.position, base_level + level, base_level + level, Access::kWrite}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
+    const SlotSource<Record> source{view, 0, base_level};
+    gather(mesh, source, base, edge, 0, level - 1, diamond);
+    const std::span<Record> slot = view.records<Record>(1, base_level + level, edge);
+    const bool border = mesh.edges[edge].is_border();
+    switch (run.options.scheme) {
+      case Scheme::kLoop:
+        loop::odd_slot(diamond, border, slot.data());
+        break;
+      case Scheme::kMidpoint:
+        midpoint::odd_slot(diamond, border, slot.data());
+        break;
+      case Scheme::kButterfly:
+        butterfly::fill_halo(mesh, source, base, edge, diamond);
+        butterfly::odd_slot(mesh, coarse, *extraordinary, edge, diamond, slot.data());
+        break;
+    }
+    run.rings.set_from_slot(mesh, edge, level, std::span<const Record>(slot));
+  };
+  run_pass(run, pass, vertices_born(store, level, level));
+}
+
+template <class Real>
+void move_even(SubdivisionRun<Real>& run, int level) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  const Topology mesh = store.base().topology();
+  const int base_level = store.base_level();
+  const std::span<Record> base = store.base_records<Record>(run.position);
+  if (level > 1) {
+    std::vector<Diamond<Record>> grids = diamonds(run, level);
+    SweepPass pass;
+    pass.name = fmt::format("level {}: even vertices", base_level + level);
+    pass.accesses = {
+        {run.position, base_level + level, base_level + level, Access::kRead, Reach::kFaces},
+        {run.position, base_level + 1, base_level + level - 1, Access::kUpdate}};
+    pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+      Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
+      gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
+             level, level, diamond);
+      for (int born = 1; born < level; ++born)
+        loop::even_slot(diamond, born, mesh.edges[edge].is_border(),
+                        view.records<Record>(1, base_level + born, edge).data());
+    };
+    run_pass(run, pass, vertices_born(store, 1, level - 1));
+  }
+  loop::even_base(mesh, run.rings, base);
+}
+
+template <class Real>
+void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, AttributeId limit) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  const Topology mesh = store.base().topology();
+  const int base_level = store.base_level();
+  const std::span<const Record> base = store.base_records<Record>(run.position);
+  std::vector<Diamond<Record>> grids = diamonds(run, level);
+
+  SweepPass pass;
+  pass.name = normal == kNoId  ? "limit positions"
+              : limit == kNoId ? "normals"
+                               : "normals and limit positions";
+  pass.accesses = {
+      {run.position, base_level + 1, base_level + level, Access::kRead, Reach::kFaces}};
+  const std::size_t normal_access = pass.accesses.size();
+  if (normal != kNoId)
+    pass.accesses.push_back({normal, base_level + 1, base_level + level, Access::kWrite});
+  const std::size_t limit_access = pass.accesses.size();
+  if (limit != kNoId)
+    pass.accesses.push_back({limit, base_level + 1, base_level + level, Access::kWrite});
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, level, diamond);
+    const bool border = mesh.edges[edge].is_border();
+    for (int born = 1; born <= level; ++born) {
+      if (normal != kNoId)
+        normals::slot(diamond, born, border,
+                      view.records<Vector3<float>>(normal_access, base_level + born, edge).data());
+      if (limit != kNoId)
+        loop::limit_slot(diamond, born, border,
+                         view.records<Record>(limit_access, base_level + born, edge).data());
+    }
+  };
+  if (level > 0) run_pass(run, pass, vertices_born(store, 1, level));
+  if (normal != kNoId)
+    normals::base(mesh, run.rings, base, store.base_records<Vector3<float>>(normal));
+  if (limit != kNoId) loop::limit_base(mesh, run.rings, base, store.base_records<Record>(limit));
+}
+
+template <class Real>
+void read_rings(SubdivisionRun<Real>& run, int level) {
+  using Record = Vector3<Real>;
+  const Topology mesh = run.store.base().topology();
+  if (level == 0) {
+    run.rings.set_from_base(mesh, run.store.template base_records<Record>(run.position));
+    return;
+  }
+  const int number = run.store.base_level() + level;
+  SweepPass pass;
+  pass.name = fmt::format("level {}: rings of the base vertices", number);
+  pass.accesses = {{run.position, number, number, Access::kRead, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+    run.rings.set_from_slot(mesh, edge, level, view.records<const Record>(0, number, edge));
+  };
+  run_pass(run, pass, 0);
+}
+
+template struct SubdivisionRun<float>;
+template struct SubdivisionRun<double>;
+template void make_odd(SubdivisionRun<float>&, int);
+template void make_odd(SubdivisionRun<double>&, int);
+template void move_even(SubdivisionRun<float>&, int);
+template void move_even(SubdivisionRun<double>&, int);
+template void make_surface(SubdivisionRun<float>&, int, AttributeId, AttributeId);
+template void make_surface(SubdivisionRun<double>&, int, AttributeId, AttributeId);
+template void read_rings(SubdivisionRun<float>&, int);
+template void read_rings(SubdivisionRun<double>&, int);
+
+}  // namespace plait

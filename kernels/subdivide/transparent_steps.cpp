@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "butterfly/butterfly_patches.h"
+#include "midpoint/midpoint_patches.h"
+#include "normals/normal_rules.h"
+#include "plait/error.h"
+#include "plait/kernels/loop_patches.h"
+#include "plait/patch.h"
+#include "subdivide/steps.h"
+
+namespace plait {
+namespace {
+
+/// Progress between faces; every face would be too often.
+template <class Real>
+BeforeFace reporter(const SubdivisionRun<Real>& run, std::string phase, std::uint64_t vertices) {
+  const std::uint64_t faces = run.store.base().face_count();
+  return [&run, phase = std::move(phase), vertices, faces](FaceId face) {
+    if (face % 256 == 0) run.report(phase, vertices, face, faces);
+  };
+}
+
+/// Vertices born at levels 1 to `level` of a closed mesh, near enough for a progress bar.
+std::uint64_t about_vertices(const Store& store, int first, int last) {
+  std::uint64_t vertices = 0;
+  for (int level = first; level <= last; ++level)
+    vertices += store.base().edge_count() * slot_records(level);
+  return vertices;
+}
+
+}  // namespace
+
+template <class Real>
+void make_odd_transparent(SubdivisionRun<Real>& run, int level) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  const Scheme scheme = run.options.scheme;
+  const std::uint64_t vertices = about_vertices(store, level, level);
+  const BeforeFace before_face =
+      reporter(run, fmt::format("level {}: odd vertices", store.base_level() + level), vertices);
+  StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2,
+                            scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces);
+  switch (scheme) {
+    case Scheme::kLoop:
+      loop_odd_patches(mesh, level, run.rings, before_face);
+      break;
+    case Scheme::kMidpoint:
+      midpoint_odd_patches(mesh, level, run.rings, before_face);
+      break;
+    case Scheme::kButterfly:
+      butterfly_odd_patches(mesh, level, run.rings, before_face);
+      break;
+  }
+  run.vertices_before += vertices;
+}
+
+template <class Real>
+void move_even_transparent(SubdivisionRun<Real>& run, int level) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  if (level > 1) {
+    const std::uint64_t vertices = about_vertices(store, 1, level - 1);
+    StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2);
+    loop_even_patches(
+        mesh, level,
+        reporter(run, fmt::format("level {}: even vertices", store.base_level() + level),
+                 vertices));
+    run.vertices_before += vertices;
+  }
+  loop::even_base(store.base().topology(), run.rings, store.base_records<Record>(run.position));
+}
+
+template <class Real>
+void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId normal,
+                              AttributeId limit) {
+  using Record = Vector3<Real>;
+  Store& store = run.store;
+  const Topology topology = store.base().topology();
+  const std::uint64_t vertices = about_vertices(store, 1, level);
+  const BeforeFace before_face = reporter(run, "normals and limit positions", vertices);
+  const std::uint64_t share = store.pager().budget_bytes() / 4;
+  StorePatches<Record> positions(store, run.position, share);
+  positions.activate(level, 1, 0);
+  std::unique_ptr<StorePatches<Vector3<float>>> normals_mesh;
+  std::unique_ptr<StorePatches<Record>> limits_mesh;
+  if (normal != kNoId) {
+    normals_mesh =
+        std::make_unique<StorePatches<Vector3<float>>>(store, normal, share, Reach::kOwn);
+    normals_mesh->activate(level, 1, level);
+  }
+  if (limit != kNoId) {
+    limits_mesh = std::make_unique<StorePatches<Record>>(store, limit, share, Reach::kOwn);
+    limits_mesh->activate(level, 1, level);
+  }
+  for (FaceId face = 0; face < topology.faces.size(); ++face) {
+    before_face(face);
+    const auto patch = positions.patch(face);
+    const auto normal_patch =
+        normals_mesh ? std::optional(normals_mesh->patch(face)) : std::nullopt;
+    const auto limit_patch = limits_mesh ? std::optional(limits_mesh->patch(face)) : std::nullopt;
+    for (int born = 1; born <= level; ++born)
+      for_each_owned(
+          patch, born, [&](int side, std::int64_t row, std::int64_t column, bool border) {
+            const PatchFrame frame(patch, {side, born, row, column}, level);
+            const FaceIndex place = from_side(face, {side, born, row, column});
+            const Record& v = frame.at(0, 0);
+            if (normal_patch)
+              normal_patch->at(born, place.i, place.j) =
+                  border ? normals::regular_border(v, frame.at(-1, 1), frame.at(-1, 0),
+                                                   frame.at(0, -1), frame.at(1, -1))
+                         : normals::regular(frame.at(1, 0) - frame.at(-1, 0),
+                                            frame.at(0, 1) - frame.at(0, -1),
+                                            frame.at(-1, 1) - frame.at(1, -1));
+            if (limit_patch)
+              limit_patch->at(born, place.i, place.j) =
+                  border ? loop::by_axis<Real>(loop::limit_border<Real>, v, frame.at(-1, 1),
+                                               frame.at(1, -1))
+                         : loop::by_axis<Real>(
+                               loop::limit<Real>, v, frame.at(1, 0) + frame.at(-1, 0),
+                               frame.at(0, 1) + frame.at(0, -1), frame.at(-1, 1) + frame.at(1, -1));
+          });
+  }
+  run.vertices_before += vertices;
+  const std::span<const Record> base = store.base_records<Record>(run.position);
+  if (normal != kNoId)
+    normals::base(topology, run.rings, base, store.base_records<Vector3<float>>(normal));
+  if (limit != kNoId)
+    loop::limit_base(topology, run.rings, base, store.base_records<Record>(limit));
+}
+
+template void make_odd_transparent(SubdivisionRun<float>&, int);
+template void make_odd_transparent(SubdivisionRun<double>&, int);
+template void move_even_transparent(SubdivisionRun<float>&, int);
+template void move_even_transparent(SubdivisionRun<double>&, int);
+template void make_surface_transparent(SubdivisionRun<float>&, int, AttributeId, AttributeId);
+template void make_surface_transparent(SubdivisionRun<double>&, int, AttributeId, AttributeId);
+
+}  // namespace plait

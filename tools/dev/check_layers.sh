@@ -1,0 +1,179 @@
+#!/usr/bin/env bash
+# Fails on an #include that goes against the layers, and on a source file that is not built.
+#
+#   tools, bench, tests, examples -> kernels, backends -> engine
+#   inside engine/:  base <- io, index <- mesh <- layout <- paging <- store <- execution
+#
+# `base` and the tables below say it exactly. A public header of the engine that is missing from
+# its table is an error: whoever adds one decides its layer here.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+# engine/include/plait/: which layer each public header is the face of.
+declare -A layer_of_header=(
+  [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
+  [file.h]=io
+  [edge_index.h]=index
+  [base_mesh.h]=mesh [mesh_io.h]=mesh
+  [layout.h]=layout
+  [backend.h]=paging [block_table.h]=paging [level_geometry.h]=paging [pager.h]=paging
+  [vertex_numbering.h]=paging
+  [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [verify.h]=store
+  [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
+)
+
+# Folders of engine/, and the other folders, with all that each may include. Layout and index are
+# pure computation, hence no io for them.
+engine_layers='base io index mesh layout paging store execution'
+declare -A may_include=(
+  [base]='base'
+  [io]='base io'
+  [index]='base index'
+  [mesh]='base io index mesh'
+  [layout]='base index mesh layout'
+  [paging]='base io index mesh layout paging'
+  [store]='base io index mesh layout paging store'
+  [execution]="$engine_layers"
+  [backends]="$engine_layers backends"
+  [kernels]="$engine_layers kernels"
+  [tools]="$engine_layers backends kernels tools"
+  [bench]="$engine_layers backends kernels bench"
+  [examples]="$engine_layers backends kernels examples"
+  [tests]="$engine_layers backends kernels tools tests"
+)
+
+# Headers of the system that a layer must not use: the library never prints, and what is pure does
+# no file operations.
+declare -A forbidden_system_header=(
+  [base]='iostream|fstream|cstdio|unistd\.h|fcntl\.h|sys/.*|boost/(iostreams|interprocess)/.*'
+  [io]='iostream'
+  [mesh]='iostream'
+  [paging]='iostream'
+  [store]='iostream'
+  [execution]='iostream'
+  [backends]='iostream'
+  [kernels]='iostream'
+)
+forbidden_system_header[index]=${forbidden_system_header[base]}
+forbidden_system_header[layout]=${forbidden_system_header[base]}
+
+failures=0
+fail() {
+  echo "check_layers: $*" >&2
+  failures=$((failures + 1))
+}
+
+# layer FILE: sets `found_layer` to the layer of a file of ours, or to nothing.
+layer() {
+  local inner
+  found_layer=
+  case $1 in
+    engine/include/plait/*) found_layer=${layer_of_header[${1#engine/include/plait/}]:-} ;;
+    engine/*/*)
+      inner=${1#engine/}
+      found_layer=${inner%%/*}
+      ;;
+    *) found_layer=${1%%/*} ;;
+  esac
+  [ -n "${may_include[${found_layer:-none}]:-}" ] || found_layer=
+}
+
+# resolve FROM NAME: sets `found_file` to the file of ours that FROM means by NAME, or to nothing.
+resolve() {
+  local from=$1 name=$2 component=${1%%/*} folder
+  local folders=("${from%/*}" engine/include backends/include kernels/include "$component")
+  # Tests look inside what they test.
+  [ "$component" != tests ] || folders+=(engine backends kernels tools)
+  found_file=
+  for folder in "${folders[@]}"; do
+    if [ -f "$folder/$name" ]; then
+      found_file=$folder/$name
+      return
+    fi
+  done
+}
+
+check_include() {
+  local from=$1 line=$2 text=$3 own_layer=$4 name
+  name=${text#*[<\"]}
+  name=${name%%[>\"]*}
+  case $text in
+    *\<plait/* | *\"*) ;;
+    *)
+      if [[ -n ${forbidden_system_header[$own_layer]:-} &&
+        $name =~ ^(${forbidden_system_header[$own_layer]})$ ]]; then
+        fail "$from:$line: layer '$own_layer' must not include <$name>"
+      fi
+      if [[ $name == tbb/* && ! -f tools/dev/tsan/$name ]]; then
+        fail "$from:$line: <$name> has no stand-in for the thread sanitizer in tools/dev/tsan"
+      fi
+      return
+      ;;
+  esac
+  if [[ $name == *../* ]]; then
+    fail "$from:$line: include '$name' climbs out of its folder; name it from the component's root"
+    return
+  fi
+  resolve "$from" "$name"
+  if [ -z "$found_file" ]; then
+    fail "$from:$line: include '$name' is no file that '${from%%/*}' can see"
+    return
+  fi
+  if [[ $from == */include/plait/* && $found_file != */include/plait/* ]]; then
+    fail "$from:$line: public header includes the private $found_file"
+  fi
+  layer "$found_file"
+  if [ -z "$found_layer" ]; then
+    return # reported where the file itself is looked at
+  fi
+  case " ${may_include[$own_layer]} " in
+    *" $found_layer "*) ;;
+    *) fail "$from:$line: layer '$own_layer' must not include $found_file of layer '$found_layer'" ;;
+  esac
+}
+
+folders=()
+for folder in engine backends kernels tools bench examples tests; do
+  [ ! -d "$folder" ] || folders+=("$folder")
+done
+
+file_count=0
+while IFS= read -r file; do
+  file_count=$((file_count + 1))
+  layer "$file"
+  if [ -z "$found_layer" ]; then
+    fail "$file: no layer; give it one in tools/dev/check_layers.sh"
+    continue
+  fi
+  own_layer=$found_layer
+  while IFS=: read -r line text; do
+    check_include "$file" "$line" "$text" "$own_layer"
+  done < <(grep -nE '^[[:blank:]]*#[[:blank:]]*include[[:blank:]]*[<"]' "$file" || true)
+done < <(find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | LC_ALL=C sort)
+
+# A source that no CMakeLists.txt names is never compiled, and a test in it never fails.
+while IFS= read -r file; do
+  folder=${file%/*}
+  named=no
+  while :; do
+    pattern=${file#"$folder"/}
+    pattern="(^|[[:blank:](\"/])${pattern//./\\.}([[:blank:])\"]|\$)"
+    if [ -f "$folder/CMakeLists.txt" ] &&
+      sed 's/#.*//' "$folder/CMakeLists.txt" | grep -qE "$pattern"; then
+      named=yes
+      break
+    fi
+    [[ $folder == */* ]] || break
+    folder=${folder%/*}
+  done
+  [ "$named" = yes ] || fail "$file: named in no CMakeLists.txt, so it is never built"
+done < <(find "${folders[@]}" -type f -name '*.cpp' | LC_ALL=C sort)
+
+if [ "$file_count" -eq 0 ]; then
+  fail "found no source file"
+fi
+if [ "$failures" -gt 0 ]; then
+  echo "check_layers: $failures of these in $file_count files" >&2
+  exit 1
+fi
+echo "check_layers: $file_count files in order"

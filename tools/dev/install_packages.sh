@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that plait needs, those only that are missing.
+#
+#   tools/dev/install_packages.sh [build] [tests] [checks]     default: build tests
+#
+# This list is the one place where packages are named. It needs root, or sudo, only when something
+# is missing. On a system without dpkg it names the packages and leaves the rest to CMake.
+set -euo pipefail
+
+build_packages=(
+  g++ cmake ninja-build pkg-config ccache
+  libboost-dev libboost-iostreams-dev libboost-graph-dev libtbb-dev libfmt-dev
+  libzstd-dev liblz4-dev zlib1g-dev libxxhash-dev libpng-dev
+  libcli11-dev nlohmann-json3-dev
+)
+tests_packages=(catch2)
+# Versions are fixed here: another clang-format lays the same code out differently.
+checks_packages=(clang-format-14 clang-tidy-14)
+
+groups=("$@")
+[ ${#groups[@]} -gt 0 ] || groups=(build tests)
+wanted=()
+for group in "${groups[@]}"; do
+  case $group in
+    build) wanted+=("${build_packages[@]}") ;;
+    tests) wanted+=("${tests_packages[@]}") ;;
+    checks) wanted+=("${checks_packages[@]}") ;;
+    *)
+      echo "install_packages: unknown group '$group'; there are build, tests, checks" >&2
+      exit 2
+      ;;
+  esac
+done
+
+if ! command -v dpkg-query >/dev/null; then
+  echo "install_packages: not a Debian system; needed are: ${wanted[*]}" >&2
+  exit 0
+fi
+
+missing=()
+for package in "${wanted[@]}"; do
+  status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
+  # Several architectures of one package give the word once each.
+  case $status in
+    installed*) ;;
+    *) missing+=("$package") ;;
+  esac
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  if ! command -v sudo >/dev/null; then
+    echo "install_packages: not root and no sudo; please install: ${missing[*]}" >&2
+    exit 1
+  fi
+  as_root=(sudo)
+fi
+
+echo "installing ${missing[*]}"
+apt_get=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0)
+"${apt_get[@]}" update
+"${apt_get[@]}" install --yes --no-install-recommends "${missing[@]}" >/dev/null
