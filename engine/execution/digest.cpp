@@ -50,9 +50,14 @@ class SlotHasher {
 std::string Digest::to_string() const { return fmt::format("{:016x}{:016x}", high, low); }
 
 Digest digest(Store& store, const DigestOptions& options) {
-  if (options.level != -1 && (options.level < 0 || options.level > store.finest_level()))
-    throw Error(ErrorCode::kInvalidArgument, fmt::format("digest level {}: expected 0 to {}",
-                                                         options.level, store.finest_level()));
+  if (options.level != -1 &&
+      (options.level < store.base_level() || options.level > store.finest_level()))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("digest level {}: expected {} to {}", options.level, store.base_level(),
+                            store.finest_level()));
+  if (options.threads < 1 || options.threads > 1024)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("digest: {} threads, expected 1 to 1024", options.threads));
   const auto wanted = [&](int level) { return options.level == -1 || options.level == level; };
   std::vector<SlotHasher> hashers(static_cast<std::size_t>(options.threads));
   std::uint64_t total = 0, before = 0;

@@ -15,7 +15,7 @@ struct PatchWindow::Pins {
     std::uint64_t block;
     PinnedBlock pinned;
   };
-  std::list<Pin> in_order;  ///< of pinning: the first goes first
+  std::list<Pin> in_order;                          ///< of pinning: the first goes first
   std::vector<std::vector<std::uint32_t>> used_by;  ///< [level][block] last face that needs it, + 1
   std::vector<Access> access;                       ///< [level]
   std::uint64_t window_bytes = 0, pinned_bytes = 0;
@@ -40,6 +40,12 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("activate level {} of '{}': expected {} to {}", readable,
                             store_->attributes()[attribute_].schema.name, 0, finest));
+  for (int level = std::max(1, first_writable); level <= std::min(readable, last_writable); ++level)
+    if (!store_->level_file(attribute_, base_level + level).writable)
+      throw Error(
+          ErrorCode::kBadState,
+          fmt::format("activate level {} of '{}' for writing: {} was opened for reading", level,
+                      store_->attributes()[attribute_].schema.name, store_->path().native()));
   pins_->in_order.clear();
   pins_->pinned_bytes = 0;
   pins_->used_by.clear();
@@ -51,9 +57,8 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
     LevelFile& file = store_->level_file(attribute_, base_level + level);
     levels_.push_back({&file, std::vector<std::byte*>(file.geometry.block_count(), nullptr)});
     pins_->used_by.emplace_back(file.geometry.block_count(), 0);
-    pins_->access.push_back(level >= first_writable && level <= last_writable
-                                ? Access::kUpdate
-                                : Access::kRead);
+    pins_->access.push_back(level >= first_writable && level <= last_writable ? Access::kUpdate
+                                                                              : Access::kRead);
   }
   store_->pager().set_policy(EvictionPolicy::kWindow);
 }

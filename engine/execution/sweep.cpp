@@ -24,15 +24,24 @@ std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge)
 
 namespace {
 
-void check(const SweepPass& pass, const SweepOptions& options) {
-  if (options.threads < 1 || options.threads > 1024)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("sweep '{}': {} threads, expected 1 to 1024", pass.name,
-                            options.threads));
-  for (const LevelAccess& access : pass.accesses)
-    if (access.access != Access::kRead && access.reach != Reach::kOwn)
+void check_accesses(const Store& store, const SweepPass& pass) {
+  for (const LevelAccess& access : pass.accesses) {
+    if (access.last_level < access.first_level) continue;
+    const bool known = access.attribute < store.attributes().size();
+    if (!known || access.first_level <= store.base_level() ||
+        access.last_level > store.attributes()[access.attribute].finest_level)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("sweep '{}': attribute {} has no levels {} to {}", pass.name,
+                              access.attribute, access.first_level, access.last_level));
+    if (access.access == Access::kRead) continue;
+    if (access.reach != Reach::kOwn)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("sweep '{}': writes beyond the edge's own slot", pass.name));
+    if (!store.level_file(access.attribute, access.first_level).writable)
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("sweep '{}': writes to {}, which was opened for reading", pass.name,
+                              store.path().native()));
+  }
 }
 
 std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chunk) {
@@ -47,29 +56,36 @@ std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chu
 }  // namespace
 
 std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads) {
+  check_accesses(store, pass);
   SweepWindow window(store, pass);
   return window_bytes_of(window, static_cast<EdgeId>(store.base().edge_count()),
                          window.chunk_edges(threads));
 }
 
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
-  check(pass, options);
+  if (options.threads < 1 || options.threads > 1024)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("sweep '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
+  check_accesses(store, pass);
   SweepWindow window(store, pass);
   const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
   const EdgeId chunk = window.chunk_edges(options.threads);
   const std::uint64_t needed_bytes = window_bytes_of(window, edge_count, chunk);
   if (needed_bytes > store.pager().budget_bytes())
-    throw Error(ErrorCode::kBudget,
-                fmt::format("sweep '{}': the window needs {} bytes of frames and the budget is {}; "
-                            "the layout '{}' has stencils that span {} edges, and a block holds "
-                            "{} bytes: raise the budget, take smaller blocks or another layout",
-                            pass.name, needed_bytes, store.pager().budget_bytes(),
-                            store.options().layout, measure_spans(store.base()).loop.span,
-                            store.options().block_bytes));
+    throw Error(
+        ErrorCode::kBudget,
+        fmt::format("sweep '{}': the window needs {} bytes of frames and the budget is {}; "
+                    "the layout '{}' has stencils that span {} edges, and a block holds "
+                    "{} bytes: raise the budget, take smaller blocks or another layout",
+                    pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
+                    measure_spans(store.base()).loop.span, store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow);
 
+  // No more than the machine runs at once: TBB would print a warning and ignore the rest.
+  const int concurrency = std::min(options.threads, tbb::this_task_arena::max_concurrency());
   std::optional<tbb::task_arena> arena;
-  if (options.threads > 1) arena.emplace(options.threads);
+  if (concurrency > 1) arena.emplace(concurrency);
   const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edge_count - first); };
   window.plan(0, chunk_end(0));
   for (EdgeId first = 0; first < edge_count;) {

@@ -29,7 +29,8 @@ EdgeId SweepWindow::chunk_edges(int threads) const {
   EdgeId edges = kMaxEdges;
   for (const std::vector<Level>& levels : levels_)
     for (const Level& level : levels)
-      edges = std::min(edges, EdgeId{1} << std::min(level.file->geometry.slots_per_block_log2(), 12));
+      edges =
+          std::min(edges, EdgeId{1} << std::min(level.file->geometry.slots_per_block_log2(), 12));
   EdgeId wanted = 1;
   while (wanted < kMinEdgesPerThread * static_cast<EdgeId>(threads)) wanted *= 2;
   return std::max(edges, wanted);
@@ -57,8 +58,8 @@ std::uint64_t SweepWindow::planned_bytes() const {
   std::uint64_t bytes = 0;
   for (const std::vector<Level>& levels : levels_)
     for (const Level& level : levels)
-      bytes += level.planned.size() *
-               FramePool::frame_bytes(level.file->geometry.max_block_bytes());
+      bytes +=
+          level.planned.size() * FramePool::frame_bytes(level.file->geometry.max_block_bytes());
   return bytes;
 }
 

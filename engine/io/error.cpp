@@ -9,17 +9,28 @@ namespace plait {
 
 std::string_view to_string(ErrorCode code) noexcept {
   switch (code) {
-    case ErrorCode::kNotFound: return "not_found";
-    case ErrorCode::kInvalidArgument: return "invalid_argument";
-    case ErrorCode::kCorruption: return "corruption";
-    case ErrorCode::kNotSupported: return "not_supported";
-    case ErrorCode::kIo: return "io";
-    case ErrorCode::kNoSpace: return "no_space";
-    case ErrorCode::kOutOfMemory: return "out_of_memory";
-    case ErrorCode::kBudget: return "budget";
-    case ErrorCode::kBusy: return "busy";
-    case ErrorCode::kBadState: return "bad_state";
-    case ErrorCode::kCancelled: return "cancelled";
+    case ErrorCode::kNotFound:
+      return "not_found";
+    case ErrorCode::kInvalidArgument:
+      return "invalid_argument";
+    case ErrorCode::kCorruption:
+      return "corruption";
+    case ErrorCode::kNotSupported:
+      return "not_supported";
+    case ErrorCode::kIo:
+      return "io";
+    case ErrorCode::kNoSpace:
+      return "no_space";
+    case ErrorCode::kOutOfMemory:
+      return "out_of_memory";
+    case ErrorCode::kBudget:
+      return "budget";
+    case ErrorCode::kBusy:
+      return "busy";
+    case ErrorCode::kBadState:
+      return "bad_state";
+    case ErrorCode::kCancelled:
+      return "cancelled";
   }
   return "unknown";
 }
@@ -29,8 +40,8 @@ Error system_error(std::string_view verb, std::string_view path, int errno_value
                          : errno_value == ENOENT                        ? ErrorCode::kNotFound
                          : errno_value == ENOMEM                        ? ErrorCode::kOutOfMemory
                                                                         : ErrorCode::kIo;
-  return Error(code, fmt::format("{} {}: {}", verb, path,
-                                 std::generic_category().message(errno_value)));
+  return Error(code,
+               fmt::format("{} {}: {}", verb, path, std::generic_category().message(errno_value)));
 }
 
 }  // namespace plait

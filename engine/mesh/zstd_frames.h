@@ -6,7 +6,8 @@
 //          { block header(3) content } until a block says last   [checksum(4)]
 //   skippable frame: magic 184D2A5x(4) size(4) content
 //
-// Source: Y. Collet, M. Kucherawy, RFC 8878, section 3.1. Pinned by mesh_io_test.cpp, "cut".
+// Source: Y. Collet, M. Kucherawy, RFC 8878, section 3.1. Pinned by
+// tests/engine/mesh/mesh_io_test.cpp, ReadIndexedMesh_ZstdWithEveryHeaderForm.
 #pragma once
 
 #include <array>

@@ -289,8 +289,7 @@ void Pager::Implementation::discard() noexcept {
 void Pager::Implementation::set_policy(EvictionPolicy policy) {
   eviction_ = make_eviction(policy);
   for (std::uint32_t entry = 0; entry < frames_.size(); ++entry)
-    if (frames_[entry].level && frames_[entry].pins == 0)
-      make_evictable(entry, 0);
+    if (frames_[entry].level && frames_[entry].pins == 0) make_evictable(entry, 0);
 }
 
 PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept

@@ -5,31 +5,45 @@ namespace plait {
 std::size_t component_bytes(ComponentType type) noexcept {
   switch (type) {
     case ComponentType::kInt8:
-    case ComponentType::kUint8: return 1;
+    case ComponentType::kUint8:
+      return 1;
     case ComponentType::kInt16:
-    case ComponentType::kUint16: return 2;
+    case ComponentType::kUint16:
+      return 2;
     case ComponentType::kFloat32:
     case ComponentType::kInt32:
-    case ComponentType::kUint32: return 4;
+    case ComponentType::kUint32:
+      return 4;
     case ComponentType::kFloat64:
     case ComponentType::kInt64:
-    case ComponentType::kUint64: return 8;
+    case ComponentType::kUint64:
+      return 8;
   }
   return 0;
 }
 
 std::string_view to_string(ComponentType type) noexcept {
   switch (type) {
-    case ComponentType::kFloat32: return "float32";
-    case ComponentType::kFloat64: return "float64";
-    case ComponentType::kInt8: return "int8";
-    case ComponentType::kInt16: return "int16";
-    case ComponentType::kInt32: return "int32";
-    case ComponentType::kInt64: return "int64";
-    case ComponentType::kUint8: return "uint8";
-    case ComponentType::kUint16: return "uint16";
-    case ComponentType::kUint32: return "uint32";
-    case ComponentType::kUint64: return "uint64";
+    case ComponentType::kFloat32:
+      return "float32";
+    case ComponentType::kFloat64:
+      return "float64";
+    case ComponentType::kInt8:
+      return "int8";
+    case ComponentType::kInt16:
+      return "int16";
+    case ComponentType::kInt32:
+      return "int32";
+    case ComponentType::kInt64:
+      return "int64";
+    case ComponentType::kUint8:
+      return "uint8";
+    case ComponentType::kUint16:
+      return "uint16";
+    case ComponentType::kUint32:
+      return "uint32";
+    case ComponentType::kUint64:
+      return "uint64";
   }
   return "unknown";
 }

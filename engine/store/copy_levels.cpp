@@ -51,16 +51,14 @@ void copy_levels(Store& from, Store& to,
       const LevelGeometry& geometry = from.level_file(id, level).geometry;
       BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
       BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);
-      std::uint64_t block = 0;
       for (EdgeId edge = 0; edge < edges; ++edge) {
         const std::span<std::byte> slot = source.slot(edge);
         std::memcpy(target.slot(edge).data(), slot.data(), slot.size());
-        if (const std::uint64_t now = geometry.block_of(edge); now != block || edge + 1 == edges) {
-          done_bytes += geometry.block_bytes(block);
-          if (proceed && !proceed(std::min(done_bytes, total_bytes), total_bytes))
-            throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
-          block = now;
-        }
+        const std::uint64_t block = geometry.block_of(edge);
+        if (edge + 1 != geometry.edge_after(block)) continue;
+        done_bytes += geometry.block_bytes(block);
+        if (proceed && !proceed(done_bytes, total_bytes))
+          throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
       }
     }
   }

@@ -31,12 +31,11 @@ StoreLock::StoreLock(const std::filesystem::path& path, bool exclusive, bool cre
   while (result != 0 && errno == EINTR);
   if (result != 0) {
     if (errno != EWOULDBLOCK) throw system_error("lock", path.native(), errno);
-    throw Error(ErrorCode::kBusy,
-                exclusive
-                    ? fmt::format("open {} for writing: in use by readers or by writer {}",
-                                  path.native(), holder_text(file_))
-                    : fmt::format("open {}: being written by {}", path.native(),
-                                  holder_text(file_)));
+    throw Error(
+        ErrorCode::kBusy,
+        exclusive ? fmt::format("open {} for writing: in use by readers or by writer {}",
+                                path.native(), holder_text(file_))
+                  : fmt::format("open {}: being written by {}", path.native(), holder_text(file_)));
   }
   if (exclusive) {
     const std::string text = std::to_string(::getpid());

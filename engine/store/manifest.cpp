@@ -25,8 +25,8 @@ constexpr std::size_t kTextBytes = 16, kNameBytes = 32;
 
 bool is_attribute_name(std::string_view name) {
   return !name.empty() && name.size() < kNameBytes && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           c == '_' || c == '-';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
   });
 }
 
@@ -54,8 +54,8 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   save(bytes, 112, manifest.tables_bytes);
   save(bytes, 120, manifest.tables_checksum);
   std::size_t offset = 128;
-  for (const std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter,
-                                  &manifest.layout, &manifest.scheme}) {
+  for (const std::string* text :
+       {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout, &manifest.scheme}) {
     if (!save_text(bytes, offset, kTextBytes, *text))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("write manifest: the name '{}' is longer than {} characters", *text,
@@ -122,8 +122,8 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   require(base_level <= kMaxLevel, "base level", base_level);
   manifest.base_level = static_cast<int>(base_level);
   std::size_t offset = 128;
-  for (std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout,
-                            &manifest.scheme}) {
+  for (std::string* text :
+       {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout, &manifest.scheme}) {
     *text = load_text(slot, offset, kTextBytes);
     require(text->size() < kTextBytes, "a name's length", text->size());
     offset += kTextBytes;

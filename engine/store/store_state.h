@@ -51,7 +51,7 @@ struct Store::Implementation {
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<std::filesystem::path> obsolete;  ///< files to remove after the next commit
-  Pager pager;  ///< last: it refers to the level files
+  Pager pager;                                  ///< last: it refers to the level files
 };
 
 /// Serialised block tables of all levels (docs/format.md, "tables.S").

@@ -27,12 +27,7 @@ VerifyReport verify(Store& store,
         report.bytes += bytes;
         if (file.table[block].encoding == BlockEncoding::kNeverWritten) ++report.never_written;
         try {
-          // A direct backend's own bytes are what the pager hands out, also where a block was never
-          // written and must be zeros; its read() would put zeros there.
-          if (const std::byte* const address = file.backend->address(block))
-            file.table.check(block, {address, bytes}, file.path);
-          else
-            file.backend->read({block, 1}, std::span(buffer).first(bytes));
+          file.backend->read({block, 1}, std::span(buffer).first(bytes));
         } catch (const Error& error) {
           if (error.code() != ErrorCode::kCorruption) throw;
           ++report.damaged_count;

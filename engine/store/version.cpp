@@ -31,8 +31,8 @@ std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::u
                                        std::uint64_t checksum) {
   const File file(path, OpenMode::kRead);
   if (file.size() != bytes)
-    throw Error(ErrorCode::kCorruption, fmt::format("open {}: {} bytes, expected {}", path.native(),
-                                                    file.size(), bytes));
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: {} bytes, expected {}", path.native(), file.size(), bytes));
   std::vector<std::byte> content(bytes);
   file.read_at(0, content);
   if (const std::uint64_t found = checksum_of(content); found != checksum)
@@ -45,17 +45,16 @@ void check_entries(std::span<const BlockEntry> entries, const LevelGeometry& geo
                    const std::filesystem::path& path) {
   for (std::uint64_t block = 0; block < entries.size(); ++block) {
     const BlockEntry& entry = entries[block];
-    const bool right =
-        entry.encoding == BlockEncoding::kNeverWritten
-            ? entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0
-        : entry.encoding == BlockEncoding::kRaw
-            ? entry.stored_bytes == geometry.block_bytes(block)
-            : entry.encoding == BlockEncoding::kEncoded && entry.stored_bytes > 0 &&
-                  entry.stored_bytes < geometry.block_bytes(block);
+    const bool right = entry.encoding == BlockEncoding::kNeverWritten
+                           ? entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0
+                       : entry.encoding == BlockEncoding::kRaw
+                           ? entry.stored_bytes == geometry.block_bytes(block)
+                           : entry.encoding == BlockEncoding::kEncoded && entry.stored_bytes > 0 &&
+                                 entry.stored_bytes < geometry.block_bytes(block);
     if (!right || entry.offset > (std::uint64_t{1} << 62))
       throw Error(ErrorCode::kCorruption,
-                  fmt::format("open {}: the table entry of block {} is out of range",
-                              path.native(), block));
+                  fmt::format("open {}: the table entry of block {} is out of range", path.native(),
+                              block));
   }
 }
 

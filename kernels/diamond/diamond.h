@@ -79,7 +79,8 @@ void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSid
                     end = static_cast<std::size_t>((side.side() + 2) % 3),
                     along = static_cast<std::size_t>((slots_of + 2) % 3),
                     apex = static_cast<std::size_t>(slots_of);
-  // One column further, the weight at the end of the slot's side grows and that opposite it shrinks.
+  // One column further, the weight at the end of the slot's side grows and that opposite it
+  // shrinks.
   std::int64_t step[3] = {};
   step[along] = 2 * scale;
   step[apex] = -2 * scale;
@@ -93,7 +94,8 @@ void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSid
                         : diamond.at(weight[start], weight[end]);
     if (own) {
       const Record* from = slot + slot_position(level, border, row, 0);
-      for (std::int64_t column = 0; column < n - row; ++column) to[column * grid_step] = from[column];
+      for (std::int64_t column = 0; column < n - row; ++column)
+        to[column * grid_step] = from[column];
     } else {
       const Record* from = slot + (n - 1 - row) * n + (n - 1);
       for (std::int64_t column = 0; column < n - row; ++column)

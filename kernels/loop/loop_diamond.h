@@ -5,14 +5,14 @@
 #include <span>
 
 #include "diamond/diamond.h"
-#include "plait/kernels/loop_rules.h"
 #include "plait/edge_index.h"
+#include "plait/kernels/loop_rules.h"
 #include "plait/vector3.h"
 
 namespace plait::loop {
 
-/// The slot at level diamond.level() + 1 from the coarser mesh in `diamond`. An odd vertex sits in a
-/// cell of the grid: A and B on the cell's diagonal along the edge, C and D on the other.
+/// The slot at level diamond.level() + 1 from the coarser mesh in `diamond`. An odd vertex sits in
+/// a cell of the grid: A and B on the cell's diagonal along the edge, C and D on the other.
 template <class Real>
 void odd_slot(const Diamond<Vector3<Real>>& diamond, bool border, Vector3<Real>* slot) noexcept {
   static_assert(sizeof(Vector3<Real>) == 3 * sizeof(Real));

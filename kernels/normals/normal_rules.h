@@ -20,24 +20,28 @@
 #include <numbers>
 
 #include "diamond/diamond.h"
-#include "plait/kernels/loop_base.h"
 #include "loop/loop_diamond.h"
+#include "plait/kernels/loop_base.h"
+#include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
-#include "plait/kernels/ring_table.h"
 
 namespace plait::normals {
 
 /// A vector's direction in float32. Where the square of its length leaves float's comfortable range
-/// (tiny or huge model units) the length is taken in double.
+/// (tiny or huge model units) the length is taken in double. Zeros are positive: a ring turned by
+/// half would give them the other sign, and which face evaluates a vertex must not show. Pinned by
+/// tests/acceptance/flat_surface_test.cpp.
 template <class Real>
 Vector3<float> direction(Vector3<Real> v) {
+  constexpr Vector3<float> kPositiveZeros{0, 0, 0};  // -0 + 0 = 0
   const Real square = dot(v, v);
   if (square > Real(1e-30) && square < Real(1e30)) {
     const Real length = std::sqrt(square);
-    return {float(v.x / length), float(v.y / length), float(v.z / length)};
+    return Vector3<float>{float(v.x / length), float(v.y / length), float(v.z / length)} +
+           kPositiveZeros;
   }
-  return loop::narrow<float>(normalized(loop::widen(v)));
+  return loop::narrow<float>(normalized(loop::widen(v))) + kPositiveZeros;
 }
 
 /// From the differences of opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
@@ -48,8 +52,8 @@ Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
 
 /// On a border with three faces: neighbours p_1 .. p_4.
 template <class Real>
-Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2,
-                              Vector3<Real> p3, Vector3<Real> p4) {
+Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2, Vector3<Real> p3,
+                              Vector3<Real> p4) {
   const Vector3<Real> across = Real(2) * ((p2 - v) + (p3 - v)) - ((p1 - v) + (p4 - v));
   return direction(cross(p1 - p4, across));
 }
@@ -63,8 +67,8 @@ inline BorderMask border_mask(int neighbours) {
   const double lambda = 0.375 + 0.25 * std::cos(theta);
   const double sum = 1 / std::tan(theta / 2), second = std::sin(theta);
   // From c = 8 a (lambda - 1/2) - y_2 put into the second equation.
-  const double end_weight = (0.375 * sum + second * (lambda - 0.75)) /
-                            (8 * (lambda - 0.5) * (lambda - 0.75) - 1);
+  const double end_weight =
+      (0.375 * sum + second * (lambda - 0.75)) / (8 * (lambda - 0.5) * (lambda - 0.75) - 1);
   return {theta, end_weight};
 }
 
@@ -93,8 +97,7 @@ void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
         const bool at_first = i == 0, at_last = i == valence - 1;
         if (at_first) first = first + d;
         if (at_last) first = first - d;
-        second = second +
-                 (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
+        second = second + (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
         ++i;
       });
     }

@@ -106,13 +106,14 @@ void subdivide(Store& store, const SubdivideOptions& options) {
   run_subdivision<float>(store, options, position);
 }
 
-std::uint64_t subdivide_resident_bytes(const BaseMesh& base, const SubdivideOptions& options,
-                                       bool double_precision) {
-  const std::uint64_t record_bytes = double_precision ? 24 : 12;
+std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options) {
+  const std::uint64_t record_bytes =
+      store.attributes()[store.attribute("position")].schema.record_bytes();
   // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
   const bool butterfly = options.scheme == Scheme::kButterfly;
-  const std::uint64_t side = (std::uint64_t{1} << options.levels) + 3;
-  return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) * base.edge_count() +
+  const std::uint64_t side = (std::uint64_t{1} << (options.levels - store.base_level())) + 3;
+  return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) *
+             store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }
 

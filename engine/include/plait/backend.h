@@ -69,7 +69,7 @@ class Backend {
 
 /// How a backend is to be opened, from the command line or a manifest.
 struct BackendOptions {
-  std::string codec = "zstd:1";   ///< "none", "lz4", "zstd", "zstd:LEVEL"; compressed backends only
+  std::string codec = "zstd:1";  ///< "none", "lz4", "zstd", "zstd:LEVEL"; compressed backends only
   std::string filter = "shuffle";  ///< "none", "shuffle"
 };
 

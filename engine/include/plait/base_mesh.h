@@ -32,13 +32,15 @@ class BaseMesh {
   /// that is given. `source` (a file name) begins every error message.
   /// Errors: kInvalidArgument naming the first bad element: an index out of range, a position that
   /// is not finite, a face that names a vertex twice, an edge of more than two faces, a vertex
-  /// whose faces form more than one fan, an orientation that cannot be made consistent.
+  /// whose faces form more than one fan, a face given twice, an orientation that cannot be made
+  /// consistent, no face at all, more than 2^30 faces or 2^32 - 2 vertices. Messages name vertices
+  /// and faces as `mesh` numbers them.
   static BaseMesh build(IndexedMesh mesh, std::string_view source = "mesh",
                         std::vector<std::string>* warnings = nullptr);
 
   /// The same mesh with its faces in the order given (order[new] = old) and its edges renumbered
   /// by first use. Vertices, face rotations and edge frames stay, so slot contents do too.
-  /// REQUIRES: `order` is a permutation of the faces.
+  /// O(F). Errors: kInvalidArgument if `order` is no permutation of the faces.
   BaseMesh with_face_order(std::span<const FaceId> order) const;
 
   std::uint64_t vertex_count() const { return positions_.size(); }
@@ -71,6 +73,8 @@ class BaseMesh {
 
 /// Vertices, edges and faces at a level of refinement: V' = V + E, E' = 2E + 3F, F' = 4F for an
 /// interior-only mesh, and with borders E' = 2E + 3F all the same.
+/// Errors: kInvalidArgument for a level outside 0 to kMaxLevel, or a count of 2^64 or more.
+/// Pinned by tests/engine/mesh/base_mesh_test.cpp, CountsAtLevel.
 struct LevelCounts {
   std::uint64_t vertices, edges, faces;
 };

@@ -125,11 +125,10 @@ constexpr FaceIndex face_index(const Topology& mesh, const EdgeIndex& index) {
 
 /// The same point at another level of refinement. REQUIRES: it exists there.
 constexpr FaceIndex at_level(const FaceIndex& point, int level) {
-  return level >= point.level
-             ? FaceIndex{point.face, level, point.i << (level - point.level),
-                         point.j << (level - point.level)}
-             : FaceIndex{point.face, level, point.i >> (point.level - level),
-                         point.j >> (point.level - level)};
+  return level >= point.level ? FaceIndex{point.face, level, point.i << (level - point.level),
+                                          point.j << (level - point.level)}
+                              : FaceIndex{point.face, level, point.i >> (point.level - level),
+                                          point.j >> (point.level - level)};
 }
 
 /// Which side of the face a point beyond it lies across: the side opposite its negative weight,

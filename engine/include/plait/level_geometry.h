@@ -35,8 +35,8 @@ class LevelGeometry {
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
   std::uint64_t block_of(EdgeId edge) const { return edge >> shift_; }
-  EdgeId first_edge(std::uint64_t block) const;     ///< first edge of the block
-  EdgeId edge_after(std::uint64_t block) const;     ///< one past its last edge
+  EdgeId first_edge(std::uint64_t block) const;           ///< first edge of the block
+  EdgeId edge_after(std::uint64_t block) const;           ///< one past its last edge
   std::uint64_t block_offset(std::uint64_t block) const;  ///< block_count() gives the total
   std::uint64_t block_bytes(std::uint64_t block) const;
   std::uint64_t max_block_bytes() const { return max_block_bytes_; }

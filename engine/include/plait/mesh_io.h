@@ -24,7 +24,8 @@ BaseMesh read_base_mesh(const std::filesystem::path& path,
                         std::vector<std::string>* warnings = nullptr);
 
 /// Writes binary little-endian PLY (float x y z, list uchar int vertex_indices). The file appears
-/// under its name only when it is whole.
+/// under its name only when it is whole and on the disk; a failure leaves what was there before.
+/// Errors: kInvalidArgument for a position outside float32 or an index out of range, kIo, kNoSpace.
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh);
 
 }  // namespace plait

@@ -41,8 +41,8 @@ class Store {
   /// touches the disk; the backend must then not be durable. The directory is complete and
   /// openable from the first commit() on. Errors: kInvalidArgument, kNotSupported, kIo, kNoSpace;
   /// kInvalidArgument if `path` exists.
-  static Store create(const std::filesystem::path& path, BaseMesh base,
-                      const StoreOptions& options, const BackendRegistry& backends);
+  static Store create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
+                      const BackendRegistry& backends);
 
   /// The last committed version. One writer or many readers.
   /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming

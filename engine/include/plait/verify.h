@@ -29,7 +29,7 @@ struct VerifyReport {
 
 /// Reads every block of every level through its backend, one after another, past the pager.
 /// Damage goes into the report; only what keeps it from going on is thrown (kIo, kCancelled).
-VerifyReport verify(Store& store,
-                    const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+VerifyReport verify(
+    Store& store, const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
 }  // namespace plait

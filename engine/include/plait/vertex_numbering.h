@@ -35,8 +35,8 @@ class VertexNumbering {
     const EdgeIndex at = edge_index(mesh_, point);
     const auto level = static_cast<std::size_t>(at.level);
     return first_[level] + geometry_[level].slot_offset(at.edge) +
-           static_cast<std::uint64_t>(slot_position(
-               at.level, mesh_.edges[at.edge].is_border(), at.row, at.column));
+           static_cast<std::uint64_t>(
+               slot_position(at.level, mesh_.edges[at.edge].is_border(), at.row, at.column));
   }
 
  private:

@@ -1,13 +1,13 @@
-// plait/kernels/loop_base.h: Loop's rules at the base vertices, of any valence, from their rings. Evaluated in double: a sum
-// over a hundred thousand neighbours has no digits left in float.
+// plait/kernels/loop_base.h: Loop's rules at the base vertices, of any valence, from their rings.
+// Evaluated in double: a sum over a hundred thousand neighbours has no digits left in float.
 #pragma once
 
 #include <span>
 
 #include "plait/kernels/loop_rules.h"
+#include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
-#include "plait/kernels/ring_table.h"
 
 namespace plait::loop {
 
@@ -62,7 +62,8 @@ void limit_base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
     const BaseRing ring = read_ring(mesh, rings, vertex);
     const Vector3<double> v = widen(base[vertex]);
     if (is_border_vertex(mesh, vertex)) {
-      limits[vertex] = narrow<Real>(by_axis<double>(limit_border<double>, v, ring.first, ring.last));
+      limits[vertex] =
+          narrow<Real>(by_axis<double>(limit_border<double>, v, ring.first, ring.last));
     } else {
       const double weight = limit_weight(ring.valence);
       limits[vertex] = narrow<Real>((1 - ring.valence * weight) * v + weight * ring.sum);

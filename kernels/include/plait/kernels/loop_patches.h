@@ -68,15 +68,16 @@ void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
     for (int born = 1; born < level; ++born)
-      for_each_owned(patch, born, [&](int side, std::int64_t row, std::int64_t column, bool border) {
-        const PatchFrame frame(patch, {side, born, row, column}, level);
-        Record& v = frame.at(0, 0);
-        v = border ? loop::by_axis<Real>(loop::even_border<Real>, v, frame.at(-1, 1),
-                                         frame.at(1, -1))
-                   : loop::by_axis<Real>(loop::even<Real>, v, frame.at(1, 0) + frame.at(-1, 0),
-                                         frame.at(0, 1) + frame.at(0, -1),
-                                         frame.at(-1, 1) + frame.at(1, -1));
-      });
+      for_each_owned(
+          patch, born, [&](int side, std::int64_t row, std::int64_t column, bool border) {
+            const PatchFrame frame(patch, {side, born, row, column}, level);
+            Record& v = frame.at(0, 0);
+            v = border ? loop::by_axis<Real>(loop::even_border<Real>, v, frame.at(-1, 1),
+                                             frame.at(1, -1))
+                       : loop::by_axis<Real>(loop::even<Real>, v, frame.at(1, 0) + frame.at(-1, 0),
+                                             frame.at(0, 1) + frame.at(0, -1),
+                                             frame.at(-1, 1) + frame.at(1, -1));
+          });
   }
 }
 

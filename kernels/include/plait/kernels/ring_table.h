@@ -1,6 +1,6 @@
 // plait/kernels/ring_table.h: the one-ring of every base vertex at one level, kept in memory: on
-// each edge the vertex next to its start and the one next to its end. The ring at a level is all that a base vertex needs of it,
-// whatever its valence, so no wheel of slots is ever held at once.
+// each edge the vertex next to its start and the one next to its end. The ring at a level is all
+// that a base vertex needs of it, whatever its valence, so no wheel of slots is ever held at once.
 #pragma once
 
 #include <array>
@@ -67,7 +67,8 @@ int for_each_spoke(const Topology& mesh, VertexId vertex, Visit visit) {
 /// Whether a base vertex lies on the border.
 inline bool is_border_vertex(const Topology& mesh, VertexId vertex) {
   const FaceSide corner = mesh.vertex_corners[vertex];
-  return mesh.edges[mesh.face_edges[corner.face()][static_cast<std::size_t>((corner.side() + 2) % 3)]]
+  return mesh
+      .edges[mesh.face_edges[corner.face()][static_cast<std::size_t>((corner.side() + 2) % 3)]]
       .is_border();
 }
 

@@ -1,0 +1,95 @@
+// The process whose memory memory_test.cpp measures: builds a base mesh, refines it into a scratch
+// store, prints one line of figures. A process of its own, since a peak never goes down again.
+//
+//   plait_memory_probe MESH|icosahedron LEVELS BUDGET BACKEND EXECUTOR NORMALS(0|1) SCRATCH
+//
+// Output: peak bytes with the base mesh alone, peak bytes at the end, bytes of the base mesh with
+// all that stays beside the budget, raw bytes of the level files, base level, vertices, seconds of
+// refinement and commit. The peak is VmHWM: ru_maxrss would begin with the peak of the process that
+// started it.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "plait/backends/registry.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/store.h"
+#include "support/test_meshes.h"
+
+namespace {
+
+using namespace plait;
+
+std::uint64_t peak_rss_bytes() {
+  std::ifstream status("/proc/self/status");
+  std::uint64_t kibibytes = 0;
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") {
+      status >> kibibytes;
+      break;
+    }
+  return kibibytes * 1024;
+}
+
+/// The base mesh in the order that the executor likes best.
+BaseMesh base_mesh(const std::string& source, int base_level) {
+  BaseMesh mesh =
+      source == "icosahedron" ? BaseMesh::build(test::icosahedron()) : read_base_mesh(source);
+  if (base_level > 0) mesh = rebase(mesh, base_level, Scheme::kLoop);
+  return lay_out(mesh, LayoutKind::kAutomatic).mesh;
+}
+
+void run(char** arguments) {
+  const std::string source = arguments[1];
+  SubdivideOptions what;
+  what.levels = std::stoi(arguments[2]);
+  what.executor = executor_from_name(arguments[5]);
+  what.normals = std::stoi(arguments[6]) != 0;
+  what.threads = 2;
+  StoreOptions options;
+  options.budget_bytes = std::stoull(arguments[3]);
+  options.backend = arguments[4];
+  options.block_bytes = 64 << 10;
+  options.durability = Durability::kNone;
+  constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
+  options.base_level = rebase_levels(what.levels, sizeof(Vector3<float>), kMaxSlotBytes);
+
+  Store store = Store::create(arguments[7], base_mesh(source, options.base_level), options,
+                              default_backends());
+  add_base_positions(store);
+  const std::uint64_t peak_before = peak_rss_bytes();
+  const auto start = std::chrono::steady_clock::now();
+  subdivide(store, what);
+  store.commit();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  std::uint64_t level_bytes = 0;
+  std::uint64_t base_bytes = store.base().memory_bytes() + subdivide_resident_bytes(store, what);
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    base_bytes += store.base_bytes(id).size();
+    for (int level = options.base_level + 1; level <= what.levels; ++level)
+      level_bytes += store.level_file(id, level).geometry.total_bytes();
+  }
+  const std::uint64_t vertices =
+      counts_at_level(store.base(), what.levels - options.base_level).vertices;
+  fmt::print("{} {} {} {} {} {} {:.2f}\n", peak_before, peak_rss_bytes(), base_bytes, level_bytes,
+             options.base_level, vertices, seconds.count());
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 8) return 2;
+  try {
+    run(arguments);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,138 @@
+// The real meshes against the naive oracle in double: every position, every normal.
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "acceptance/models.h"
+#include "acceptance/normal_bound.h"
+#include "kernels/oracle.h"
+#include "plait/mesh_io.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+constexpr int kLevel = 4;
+
+Store refine(const IndexedMesh& mesh) {
+  StoreOptions options;
+  options.backend = "memory";
+  options.budget_bytes = std::uint64_t{4} << 30;
+  Store store = Store::create({}, BaseMesh::build(mesh), options, default_backends());
+  add_base_positions(store);
+  SubdivideOptions what;
+  what.levels = kLevel;
+  what.normals = true;
+  what.threads = 2;
+  subdivide(store, what);
+  return store;
+}
+
+/// Calls compare(oracle vertex, record) once for every vertex. Returns how many there were.
+template <class Compare>
+std::uint64_t for_each_vertex_once(Store& store, const std::string& attribute,
+                                   const naive::Mesh& oracle, Compare compare) {
+  std::vector<bool> seen(oracle.points.size(), false);
+  std::uint64_t count = 0;
+  for_each_vertex<Vector3<float>>(store, attribute, oracle,
+                                  [&](naive::Index vertex, const Vector3<float>& record) {
+                                    if (seen[vertex]) return;
+                                    seen[vertex] = true;
+                                    ++count;
+                                    compare(vertex, point_of(record));
+                                  });
+  return count;
+}
+
+struct NormalFigures {
+  std::uint64_t compared = 0, out_of_bounds = 0, of_wrong_length = 0, without_oracle = 0;
+  /// Where the bound says nothing: compared, but with pi.
+  std::uint64_t undetermined = 0;
+  double worst_undetermined = 0;
+  std::uint64_t well_shaped = 0;
+  double sum_of_squares = 0, worst = 0, worst_of_bound = 0, worst_well_shaped_units = 0;
+
+  double rms() const { return std::sqrt(sum_of_squares / static_cast<double>(compared)); }
+  double well_shaped_share() const {
+    return static_cast<double>(well_shaped) / static_cast<double>(compared);
+  }
+  std::string text() const {
+    return fmt::format(
+        "normals: rms {:.2e} rad, worst {:.2e} rad and {:.3f} of its bound; {:.2f} % well shaped, "
+        "at most {:.1f} units over the shortest edge; {} undetermined, worst {:.2e} rad; {} "
+        "without a normal in double",
+        rms(), worst, worst_of_bound, 100 * well_shaped_share(), worst_well_shaped_units,
+        undetermined, worst_undetermined, without_oracle);
+  }
+};
+
+NormalFigures compare_normals(Store& store, const naive::Mesh& oracle) {
+  /// Twice what a regular vertex amid equilateral triangles has.
+  constexpr double kWellShaped = 5;
+  const std::vector<naive::Point> expected = naive::loop_limit_normals(oracle);
+  NormalBounds bounds(oracle);
+  NormalFigures figures;
+  const std::uint64_t count = for_each_vertex_once(
+      store, "normal", oracle, [&](naive::Index vertex, const naive::Point& found) {
+        if (naive::length(expected[vertex]) < 0.5) {
+          ++figures.without_oracle;
+          return;
+        }
+        const NormalBound bound = bounds.at(vertex);
+        const double angle = naive::angle_between(expected[vertex], found);
+        ++figures.compared;
+        figures.of_wrong_length += !(std::abs(naive::length(found) - 1) < 1e-6);
+        figures.out_of_bounds += !(angle <= bound.angle);
+        figures.sum_of_squares += angle * angle;
+        if (!bound.is_determined()) {
+          ++figures.undetermined;
+          figures.worst_undetermined = std::max(figures.worst_undetermined, angle);
+          return;
+        }
+        figures.worst = std::max(figures.worst, angle);
+        figures.worst_of_bound = std::max(figures.worst_of_bound, angle / bound.angle);
+        if (bound.condition > kWellShaped) return;
+        ++figures.well_shaped;
+        figures.worst_well_shaped_units =
+            std::max(figures.worst_well_shaped_units, angle * bound.shortest_edge / bounds.unit());
+      });
+  REQUIRE(count == oracle.points.size());
+  return figures;
+}
+
+}  // namespace
+
+TEST_CASE("LoopOnModels_PositionsAndNormals_AgreeWithTheOracle") {
+  for (const std::string_view name : {"spot", "deo_like", "bunny_open", "lysozyme_waters", "koala"})
+    DYNAMIC_SECTION(name) {
+      if (!has_model(name)) continue;
+      const IndexedMesh mesh = read_indexed_mesh(model_path(name));
+      Store store = refine(mesh);
+      const naive::Mesh oracle = naive::subdivide(to_naive(mesh), naive::Scheme::kLoop, kLevel);
+
+      double worst = 0;
+      const std::uint64_t count = for_each_vertex_once(
+          store, "position", oracle, [&](naive::Index vertex, const naive::Point& found) {
+            const double distance = naive::length(found - oracle.points[vertex]);
+            worst = std::isnan(distance) ? INFINITY : std::max(worst, distance);
+          });
+      REQUIRE(count == oracle.points.size());
+      worst /= bounding_box_diagonal(oracle.points);
+      CHECK(worst < 1e-6);
+
+      const NormalFigures normals = compare_normals(store, oracle);
+      WARN(fmt::format("{}: {} vertices, positions within {:.2e} of the diagonal; {}", name, count,
+                       worst, normals.text()));
+      CHECK(normals.out_of_bounds == 0);
+      CHECK(normals.of_wrong_length == 0);
+      CHECK(normals.without_oracle == 0);
+      CHECK(normals.rms() < 1e-4);
+      // The bound is that of the worst case. What is found where triangles are well shaped is a
+      // few units over the shortest edge; and that is nearly everywhere.
+      CHECK(normals.worst_well_shaped_units < 4);
+      CHECK(normals.well_shaped_share() > 0.999);
+      // A bound that determines nothing must stay a rare case.
+      CHECK(static_cast<double>(normals.undetermined) < 1e-4 * static_cast<double>(count));
+    }
+}

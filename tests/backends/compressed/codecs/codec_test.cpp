@@ -1,0 +1,134 @@
+#include "compressed/codecs/codec.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "backends/conformance.h"
+#include "plait/error.h"
+
+namespace plait::test {
+namespace {
+
+constexpr const char* kCodecs[] = {"none", "lz4", "zstd", "zstd:1", "zstd:-5", "zstd:19"};
+constexpr std::size_t kSizes[] = {0,   1,   2,    7,    12,    13,    64,
+                                  255, 256, 4095, 4096, 32768, 65536, 70000};
+
+/// A copy in a heap block of exactly its size, so that the address sanitizer sees one byte too far.
+struct ExactBuffer {
+  explicit ExactBuffer(std::size_t count) : bytes(new std::byte[count]), size(count) {}
+  explicit ExactBuffer(std::span<const std::byte> from) : ExactBuffer(from.size()) {
+    std::ranges::copy(from, bytes.get());
+  }
+  std::span<std::byte> span() { return {bytes.get(), size}; }
+
+  std::unique_ptr<std::byte[]> bytes;
+  std::size_t size;
+};
+
+/// Whether `stored` decodes to exactly `raw_bytes` bytes; any error but kCorruption fails.
+bool decodes(Codec& codec, std::span<const std::byte> stored, std::size_t raw_bytes) {
+  ExactBuffer from(stored), into(raw_bytes);
+  try {
+    codec.decompress(from.span(), into.span());
+    return true;
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kCorruption);
+    return false;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Codec_AnyContentOfAnySize_RoundTrips") {
+  for (const char* name : kCodecs) {
+    const auto codec = make_codec(name);
+    for (const std::size_t size : kSizes) {
+      for (const Content content : {Content::kZeros, Content::kSmooth, Content::kRandom}) {
+        INFO(name << ' ' << size);
+        ExactBuffer raw(make_content(size, content, 1));
+        ExactBuffer room(codec->bound(size));
+        const auto stored_bytes = codec->compress(raw.span(), room.span());
+        REQUIRE(stored_bytes);
+        REQUIRE(*stored_bytes <= room.size);
+        ExactBuffer stored(room.span().first(*stored_bytes));
+        ExactBuffer back(size);
+        codec->decompress(stored.span(), back.span());
+        CHECK(std::ranges::equal(raw.span(), back.span()));
+      }
+    }
+  }
+}
+
+TEST_CASE("CodecCompress_TooLittleRoom_GivesNothingAndOverrunsNothing") {
+  for (const char* name : kCodecs) {
+    const auto codec = make_codec(name);
+    for (const std::size_t size : {100u, 4096u, 70000u}) {
+      INFO(name << ' ' << size);
+      ExactBuffer raw(make_content(size, Content::kRandom, 2));
+      for (const std::size_t room_bytes : {std::size_t{0}, std::size_t{1}, size / 2, size - 1}) {
+        ExactBuffer room(room_bytes);
+        CHECK_FALSE(codec->compress(raw.span(), room.span()));
+      }
+    }
+  }
+}
+
+TEST_CASE("CodecDecompress_CutOrOfAnotherSize_IsCorruption") {
+  for (const char* name : kCodecs) {
+    const auto codec = make_codec(name);
+    for (const Content content : {Content::kZeros, Content::kSmooth, Content::kRandom}) {
+      const std::size_t size = 5000;
+      ExactBuffer raw(make_content(size, content, 3));
+      ExactBuffer room(codec->bound(size));
+      const auto stored = room.span().first(codec->compress(raw.span(), room.span()).value());
+      INFO(name);
+      REQUIRE(decodes(*codec, stored, size));
+      const std::size_t step = stored.size() / 200 + 1;
+      for (std::size_t cut = 0; cut < stored.size(); cut += step)
+        CHECK_FALSE(decodes(*codec, stored.first(cut), size));
+      for (const std::size_t other : {std::size_t{0}, std::size_t{1}, size - 1, size + 1, 2 * size})
+        CHECK_FALSE(decodes(*codec, stored, other));
+    }
+  }
+}
+
+TEST_CASE("CodecDecompress_GarbageOrFlippedBits_NeverOverruns") {
+  std::mt19937 random(4);
+  std::uint32_t seed = 0;
+  for (const char* name : kCodecs) {
+    const auto codec = make_codec(name);
+    for (int round = 0; round < 200; ++round) {
+      const auto garbage = make_content(random() % 300, Content::kRandom, seed++);
+      decodes(*codec, garbage, random() % 2000);
+    }
+    const std::size_t size = 3000;
+    ExactBuffer raw(make_content(size, Content::kSmooth, 5));
+    ExactBuffer room(codec->bound(size));
+    ExactBuffer stored(room.span().first(codec->compress(raw.span(), room.span()).value()));
+    for (int round = 0; round < 500; ++round) {
+      const std::size_t place = random() % stored.size;
+      const auto flip = static_cast<std::byte>(1u << random() % 8);
+      stored.bytes[place] ^= flip;
+      decodes(*codec, stored.span(), size);
+      stored.bytes[place] ^= flip;
+    }
+    CHECK(decodes(*codec, stored.span(), size));  // errors leave the codec usable
+  }
+}
+
+TEST_CASE("ZstdDecompress_SeveralFramesThatAddUp_IsRefused") {
+  const auto codec = make_codec("zstd");
+  ExactBuffer raw(make_content(1000, Content::kZeros, 0));
+  ExactBuffer room(codec->bound(raw.size));
+  const auto frame = room.span().first(codec->compress(raw.span(), room.span()).value());
+  std::vector<std::byte> frames(frame.begin(), frame.end());
+  REQUIRE(decodes(*codec, frames, 1000));
+  frames.insert(frames.end(), frame.begin(), frame.end());
+  CHECK_FALSE(decodes(*codec, frames, 2000));
+  CHECK_FALSE(decodes(*codec, frames, 1000));
+}
+
+}  // namespace plait::test

@@ -1,0 +1,117 @@
+#include "compressed/extent_allocator.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "plait/error.h"
+
+namespace plait::test {
+namespace {
+
+BlockEntry entry_at(std::uint64_t offset, std::uint32_t bytes) {
+  return {offset, bytes, BlockEncoding::kEncoded, 0};
+}
+
+}  // namespace
+
+TEST_CASE("ExtentAllocator_OpenedTable_KeepsItsExtentsUntilClosed") {
+  // | 0: 700 bytes | free 1024..2048 | 1: 512 bytes | 2560
+  std::vector<BlockEntry> table = {entry_at(0, 700), entry_at(2048, 512), BlockEntry{}};
+  {
+    ExtentAllocator extents(table, 2560, "level");
+    CHECK(extents.end_bytes() == 2560);
+    extents.replace(0, table[0]);  // held: its bytes are the last version's
+    CHECK(extents.allocate(700) == 1024);
+    CHECK(extents.allocate(700) == 2560);
+    CHECK(extents.end_bytes() == 3584);
+    extents.replace(0, entry_at(1024, 700));  // given out since: free again
+    CHECK(extents.allocate(900) == 1024);
+  }
+  table[0] = entry_at(2560, 700);
+  ExtentAllocator reopened(table, 3300, "level");
+  CHECK(reopened.end_bytes() == 3584);
+  CHECK(reopened.allocate(2048) == 0);
+}
+
+TEST_CASE("ExtentAllocator_ReleasedNeighbours_BecomeOne") {
+  ExtentAllocator extents({}, 0, "level");
+  for (std::uint64_t i = 0; i < 6; ++i) REQUIRE(extents.allocate(512) == 512 * i);
+  extents.release(512, 512);
+  extents.release(1536, 512);
+  extents.release(1024, 1);
+  CHECK(extents.allocate(1536) == 512);
+  extents.release(2560, 512);
+  CHECK(extents.end_bytes() == 2560);
+  extents.release(512, 1536);
+  extents.release(2048, 512);
+  CHECK(extents.end_bytes() == 512);
+}
+
+TEST_CASE("ExtentAllocator_SeveralFreeExtents_TakesTheSmallestThatFits") {
+  ExtentAllocator extents({}, 0, "level");
+  const std::uint64_t large = extents.allocate(4096);
+  extents.allocate(512);
+  const std::uint64_t small = extents.allocate(1024);
+  extents.allocate(512);
+  extents.release(large, 4096);
+  extents.release(small, 1024);
+  CHECK(extents.allocate(1000) == small);
+  CHECK(extents.allocate(1000) == large);
+  CHECK(extents.allocate(3072) == large + 1024);
+}
+
+TEST_CASE("ExtentAllocator_RandomUse_NeverOverlaps") {
+  std::mt19937 random(11);
+  ExtentAllocator extents({}, 0, "level");
+  struct Extent {
+    std::uint64_t offset, bytes;
+  };
+  std::vector<Extent> live;
+  std::uint64_t most_bytes = 0, live_bytes = 0;
+  for (int round = 0; round < 20000; ++round) {
+    if (live.size() > 50 || (!live.empty() && random() % 3 == 0)) {
+      std::swap(live[random() % live.size()], live.back());
+      extents.release(live.back().offset, live.back().bytes);
+      live_bytes -= (live.back().bytes + 511) / 512 * 512;
+      live.pop_back();
+      continue;
+    }
+    const std::uint64_t bytes = 1 + random() % 10000;
+    const std::uint64_t offset = extents.allocate(bytes);
+    bool good = offset % 512 == 0 && offset + bytes <= extents.end_bytes();
+    for (const Extent& other : live)
+      good = good && (offset >= other.offset + other.bytes || other.offset >= offset + bytes);
+    REQUIRE(good);
+    live.push_back({offset, bytes});
+    live_bytes += (bytes + 511) / 512 * 512;
+    most_bytes = std::max(most_bytes, live_bytes);
+    REQUIRE(extents.end_bytes() <= 3 * most_bytes);
+  }
+  for (const Extent& extent : live) extents.release(extent.offset, extent.bytes);
+  CHECK(extents.end_bytes() == 0);
+}
+
+TEST_CASE("ExtentAllocator_TableThatContradictsItself_IsRefused") {
+  const std::uint64_t file_bytes = 4096;
+  const std::vector<std::vector<BlockEntry>> tables = {
+      {entry_at(100, 10)},                        // misaligned
+      {entry_at(512, 0)},                         // empty
+      {entry_at(4096, 1)},                        // at the end
+      {entry_at(3584, 513)},                      // over the end
+      {entry_at(~std::uint64_t{0} - 511, 1024)},  // wraps around
+      {entry_at(0, 600), entry_at(512, 10)},      // overlap
+      {entry_at(1024, 10), entry_at(1024, 10)},   // the same place twice
+      {entry_at(512, 10), entry_at(0, 513)},      // overlap, out of order
+  };
+  for (const auto& table : tables) {
+    try {
+      ExtentAllocator extents(table, file_bytes, "level");
+      FAIL("expected an error");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCorruption);
+    }
+  }
+}
+
+}  // namespace plait::test

@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <utility>
+
+#include "backends/conformance.h"
+
+namespace plait::test {
+namespace {
+
+StoreUuid test_uuid() {
+  StoreUuid uuid;
+  for (std::size_t i = 0; i < uuid.size(); ++i) uuid[i] = static_cast<std::byte>(17 * i + 1);
+  return uuid;
+}
+
+}  // namespace
+
+LevelUnderTest::LevelUnderTest(const BackendUnderTest& subject, LevelShape shape)
+    : subject_(subject),
+      shape_(std::move(shape)),
+      geometry_(shape_.edge_count, shape_.border_edges, shape_.level, shape_.record_bytes,
+                shape_.block_bytes),
+      table_(test_uuid(), 2, shape_.level, geometry_.block_count()) {}
+
+Backend& LevelUnderTest::open(OpenMode mode) {
+  close();
+  const std::filesystem::path path = subject_.entry.traits.durable ? file() : "";
+  backend_ = subject_.entry.open(LevelSpec{path, mode, geometry_, table_, subject_.options, 4});
+  return *backend_;
+}
+
+std::vector<std::byte> make_content(std::size_t bytes, Content content, std::uint32_t seed) {
+  std::vector<std::byte> result(bytes);
+  if (content == Content::kRandom) {
+    std::mt19937 random(seed);
+    std::ranges::generate(result, [&] { return static_cast<std::byte>(random() & 0xff); });
+  }
+  if (content == Content::kSmooth) {
+    for (std::size_t i = 0; i + 4 <= bytes; i += 4) {
+      const auto x = static_cast<float>(i + seed);
+      const float value = 3.0f + std::sin(x * 1e-4f);
+      std::memcpy(result.data() + i, &value, 4);
+    }
+  }
+  return result;
+}
+
+std::vector<std::byte> read_blocks(Backend& backend, const LevelGeometry& geometry,
+                                   BlockRange blocks) {
+  // Filled with something else than zeros, so that a block left alone is seen.
+  std::vector<std::byte> bytes(geometry.range_bytes(blocks.first, blocks.count), std::byte{0xa5});
+  backend.read(blocks, bytes);
+  return bytes;
+}
+
+}  // namespace plait::test

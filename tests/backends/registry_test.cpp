@@ -1,0 +1,89 @@
+#include "plait/backends/registry.h"
+
+#include <catch2/catch.hpp>
+
+#include "backends/conformance.h"
+#include "plait/error.h"
+#include "support/counting_backend.h"
+
+namespace plait::test {
+namespace {
+
+/// "code: message" of the Error that `call` throws, or "".
+template <class Call>
+std::string error_text(Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return std::string(to_string(error.code())) + ": " + error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("DefaultBackends_Names_AreTheFour") {
+  CHECK(default_backends().names() ==
+        std::vector<std::string>{"compressed", "memory", "mmap", "pread"});
+}
+
+TEST_CASE("BackendRegistryFind_UnknownName_NamesThoseThereAre") {
+  CHECK(error_text([] { default_backends().find("tape"); }) ==
+        "not_supported: open backend \"tape\": expected one of compressed, memory, mmap, pread");
+}
+
+TEST_CASE("BackendRegistryAdd_NameTaken_IsRefusedAndKeepsTheFirst") {
+  BackendRegistry registry = default_backends();
+  BackendRegistry::Entry entry = registry.find("pread");
+  entry.summary = "another";
+  CHECK(error_text([&] { registry.add(entry); }).starts_with("invalid_argument: "));
+  CHECK(registry.find("pread").summary != "another");
+  entry.name = "mine";
+  registry.add(entry);
+  CHECK(registry.find("mine").summary == "another");
+}
+
+TEST_CASE("CompressedValidate_UnknownCodecOrFilter_NamesThoseThereAre") {
+  const auto& validate = default_backends().find("compressed").validate;
+  for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
+    CHECK(error_text([&] { validate({codec, "shuffle"}); }).empty());
+  CHECK(error_text([&] {
+          validate({"gzip", "none"});
+        }) == "not_supported: choose codec \"gzip\": expected one of none, lz4, zstd, zstd:LEVEL");
+  CHECK(error_text([&] {
+          validate({"lz4", "sort"});
+        }) == "not_supported: choose filter \"sort\": expected one of none, shuffle");
+  for (const char* codec :
+       {"zstd:", "zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
+    CHECK(error_text([&] {
+            validate({codec, "none"});
+          }).find("expected a level from -131072 to") != std::string::npos);
+  for (const char* codec : {"", "LZ4", "lz4 ", "zstdx", "none:1"})
+    CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("not_supported: "));
+}
+
+TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {
+  BackendCounts counts;
+  const BackendRegistry registry = counting_registry(default_backends(), counts);
+  const BackendUnderTest subject{"counted", registry.find("pread"), {}};
+  LevelUnderTest level(subject);
+  Backend& backend = level.open();
+  const std::vector<std::byte> bytes =
+      make_content(level.geometry().range_bytes(1, 2), Content::kRandom, 1);
+  backend.write({1, 2}, bytes);
+  CHECK(read_blocks(backend, level.geometry(), {1, 2}) == bytes);
+  backend.advise({0, 1}, Advice::kWillNeed);
+  backend.flush({0, 1});
+  backend.sync();
+  CHECK(counts.write_calls == 1);
+  CHECK(counts.write_blocks == 2);
+  CHECK(counts.write_bytes == bytes.size());
+  CHECK(counts.read_calls == 1);
+  CHECK(counts.read_blocks == 2);
+  CHECK(counts.read_bytes == bytes.size());
+  CHECK(counts.advise_calls == 1);
+  CHECK(counts.flush_calls == 1);
+  CHECK(counts.sync_calls == 1);
+}
+
+}  // namespace plait::test

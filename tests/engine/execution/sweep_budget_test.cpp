@@ -1,0 +1,138 @@
+// The sweep executor under the smallest budget that sweep_window_bytes() names.
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "engine/execution/naive_reach.h"
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/sweep.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+constexpr int kLevels = 3;
+constexpr std::uint64_t kSmallestBudget = 64 << 10;
+
+/// A committed store with sample positions and an attribute "sum" that was never written.
+std::filesystem::path make_store(const TemporaryDirectory& directory, const std::string& backend,
+                                 const BaseMesh& base) {
+  const std::filesystem::path path = directory.path() / "s.plait";
+  Store store = Store::create(path, base, sample_options(backend), default_backends());
+  add_sample(store, sample_schemas()[0], kLevels);
+  const AttributeId sum = store.add_attribute(schema_of<std::uint32_t>("sum"));
+  for (int level = 1; level <= kLevels; ++level) store.add_level(sum);
+  store.commit();
+  return path;
+}
+
+/// Reads all slots within reach, and writes sums over them to the edge's own slot.
+struct SumPass {
+  SumPass(const BaseMesh& base, Reach reach) : reach_of(naive_reach(base, reach)) {
+    pass.name = "sums";
+    pass.accesses = {{0, 1, kLevels, Access::kRead, reach},
+                     {1, kLevels, kLevels, Access::kWrite, Reach::kOwn}};
+    pass.kernel = [this, &base](const SweepView& view, EdgeId edge, int) {
+      std::uint32_t sum = 0;
+      for (const EdgeId other : reach_of[edge])
+        for (int level = 1; level <= kLevels; ++level) {
+          const std::span<std::byte> slot = view.slot(0, level, other);
+          const Edge& ends = base.edges()[other];
+          if (!std::ranges::equal(
+                  slot, sample_slot(sample_schemas()[0], level, ends.start, ends.end, slot.size())))
+            right = false;
+          for (const std::byte byte : slot) sum = 31 * sum + static_cast<std::uint32_t>(byte);
+        }
+      for (std::uint32_t& record : view.records<std::uint32_t>(1, kLevels, edge)) record = sum++;
+      ++calls;
+    };
+  }
+  std::vector<std::set<EdgeId>> reach_of;
+  std::atomic<bool> right = true;
+  std::atomic<std::uint64_t> calls = 0;
+  SweepPass pass;
+};
+
+}  // namespace
+
+TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
+  int tight = 0;
+  for (const std::string& backend : durable_backends())
+    for (const std::uint64_t seed : {1u, 2u, 3u})
+      for (const Reach reach : {Reach::kOwn, Reach::kFaces, Reach::kRing}) {
+        const BaseMesh base = BaseMesh::build(seed == 2   ? random_sheet(seed, 300)
+                                              : seed == 3 ? random_torus(seed, 300)
+                                                          : random_sphere(seed, 300));
+        std::vector<std::byte> first_result;
+        for (const int threads : {1, 2}) {
+          INFO(backend << ", seed " << seed << ", reach " << static_cast<int>(reach) << ", threads "
+                       << threads);
+          const TemporaryDirectory directory;
+          const std::filesystem::path path = make_store(directory, backend, base);
+          SumPass sums(base, reach);
+          std::uint64_t needed = 0;
+          {
+            Store store = Store::open(path, {true, 16 << 20}, default_backends());
+            needed = sweep_window_bytes(store, sums.pass, threads);
+            CHECK(needed % 4096 == 0);
+          }
+          const std::uint64_t budget = std::max(needed, kSmallestBudget);
+          Store store = Store::open(path, {true, budget}, default_backends());
+          sweep(store, sums.pass, {threads, {}});
+          CHECK(sums.right);
+          CHECK(sums.calls == base.edge_count());
+          if (needed >= kSmallestBudget) {
+            ++tight;
+            CHECK(store.statistics().peak_frame_bytes == needed);
+          }
+          const std::vector<std::byte> result = read_level(store, 1, kLevels);
+          if (threads == 1) first_result = result;
+          CHECK(result == first_result);
+        }
+      }
+  CHECK(tight >= 36);  // all of kFaces and kRing
+}
+
+TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
+  for (const std::string& backend : durable_backends())
+    for (const int threads : {1, 2}) {
+      const TemporaryDirectory directory;
+      const BaseMesh base = BaseMesh::build(random_sheet(2, 300));
+      const std::filesystem::path path = make_store(directory, backend, base);
+      SumPass sums(base, Reach::kFaces);
+      std::uint64_t needed = 0;
+      {
+        Store store = Store::open(path, {true, 16 << 20}, default_backends());
+        needed = sweep_window_bytes(store, sums.pass, threads);
+      }
+      REQUIRE(needed > kSmallestBudget);
+      Store store = Store::open(path, {true, needed - 1}, default_backends());
+      const Error error = error_of([&] { sweep(store, sums.pass, {threads, {}}); });
+      CHECK(error.code() == ErrorCode::kBudget);
+      CHECK(names(error, {"'sums'", "needs " + std::to_string(needed), "span"}));
+      CHECK(sums.calls == 0);
+      CHECK(store.statistics().blocks_read == 0);
+      CHECK(store.statistics().peak_frame_bytes == 0);
+    }
+}
+
+TEST_CASE("SweepWindowBytes_WiderReachOrMoreLevels_NeedsMore") {
+  const TemporaryDirectory directory;
+  const BaseMesh base = BaseMesh::build(random_sphere(1, 300));
+  Store store = Store::open(make_store(directory, "pread", base), {}, default_backends());
+  const auto needed = [&](int first, int last, Reach reach) {
+    SweepPass pass;
+    pass.accesses = {{0, first, last, Access::kRead, reach}};
+    return sweep_window_bytes(store, pass);
+  };
+  CHECK(needed(3, 3, Reach::kOwn) == 4096);
+  CHECK(needed(1, 3, Reach::kOwn) == 3 * 4096);
+  CHECK(needed(3, 3, Reach::kOwn) < needed(3, 3, Reach::kFaces));
+  CHECK(needed(3, 3, Reach::kFaces) < needed(3, 3, Reach::kRing));
+  CHECK(needed(3, 3, Reach::kFaces) < needed(2, 3, Reach::kFaces));
+  CHECK(needed(1, 0, Reach::kRing) == 0);
+}

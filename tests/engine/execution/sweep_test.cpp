@@ -1,0 +1,376 @@
+// The sweep executor: what a kernel is called for, sees and writes.
+#include "plait/sweep.h"
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "engine/execution/naive_reach.h"
+#include "engine/store/sample_store.h"
+#include "execution/stencil.h"
+#include "plait/backends/registry.h"
+#include "support/counting_backend.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+/// A record type of a program's own.
+struct Spin {
+  std::int16_t parts[4];
+};
+
+}  // namespace
+
+namespace plait {
+template <>
+struct RecordTraits<Spin> {
+  static constexpr ComponentType kType = ComponentType::kInt16;
+  static constexpr std::uint32_t kComponents = 4;
+};
+}  // namespace plait
+
+namespace {
+
+Store in_memory(const IndexedMesh& mesh, int base_level = 0) {
+  StoreOptions options = sample_options("memory");
+  options.budget_bytes = 64 << 20;
+  options.base_level = base_level;
+  return Store::create({}, BaseMesh::build(mesh), options, default_backends());
+}
+
+/// A committed store in a directory of its own.
+struct OnDisk {
+  OnDisk(const std::string& backend, const IndexedMesh& mesh, int levels) {
+    Store store =
+        Store::create(path, BaseMesh::build(mesh), sample_options(backend), default_backends());
+    add_sample(store, sample_schemas()[0], levels);
+    store.commit();
+  }
+  TemporaryDirectory directory;
+  std::filesystem::path path = directory.path() / "s.plait";
+};
+
+}  // namespace
+
+TEST_CASE("Stencil_AnyEdge_IsTheNaiveSet") {
+  for (const NamedMesh& named : all_meshes()) {
+    const BaseMesh mesh = BaseMesh::build(named.mesh);
+    for (const Reach reach : {Reach::kOwn, Reach::kFaces, Reach::kRing}) {
+      const auto expected = naive_reach(mesh, reach);
+      INFO(named.name << ", reach " << static_cast<int>(reach));
+      for (EdgeId edge = 0; edge < mesh.edge_count(); ++edge) {
+        std::set<EdgeId> found;
+        for_each_edge_in_reach(mesh.topology(), edge, reach,
+                               [&](EdgeId visited) { found.insert(visited); });
+        REQUIRE(found == expected[edge]);
+      }
+    }
+  }
+}
+
+TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge") {
+  for (const IndexedMesh& mesh : {tetrahedron(), single_triangle(), torus_grid(40, 50)})
+    for (const int threads : {1, 2, 5}) {
+      Store store = in_memory(mesh);
+      const AttributeId id = add_sample(store, sample_schemas()[0], 2);
+      std::vector<std::atomic<int>> calls(store.base().edge_count());
+      std::atomic<bool> right_worker = true;
+      SweepPass pass;
+      pass.accesses = {{id, 1, 2, Access::kRead, Reach::kFaces}};
+      pass.kernel = [&](const SweepView&, EdgeId edge, int worker) {
+        ++calls[edge];
+        if (worker < 0 || worker >= threads) right_worker = false;
+      };
+      std::uint64_t last = 0, total = 0;
+      sweep(store, pass, {threads, [&](std::uint64_t done, std::uint64_t of) {
+                            CHECK(done > last);
+                            last = done;
+                            total = of;
+                            return true;
+                          }});
+      CHECK(std::ranges::all_of(calls, [](const std::atomic<int>& count) { return count == 1; }));
+      CHECK(right_worker);
+      CHECK(last == store.base().edge_count());
+      CHECK(total == store.base().edge_count());
+    }
+}
+
+TEST_CASE("Sweep_NoAccesses_StillVisitsEveryEdge") {
+  Store store = in_memory(torus_grid(40, 50));
+  std::uint64_t calls = 0;
+  SweepPass pass;
+  pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
+  CHECK(sweep_window_bytes(store, pass) == 0);
+  sweep(store, pass, {});
+  CHECK(calls == store.base().edge_count());
+}
+
+TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
+  for (const std::string& backend : durable_backends())
+    for (const int threads : {1, 2}) {
+      INFO(backend << ", threads " << threads);
+      const OnDisk place(backend, sheet(18, 20), 3);
+      {
+        Store store = Store::open(place.path, {true, 1 << 20}, default_backends());
+        SweepPass pass;
+        pass.accesses = {{0, 2, 3, Access::kWrite, Reach::kOwn}};
+        pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+          if (edge % 3 != 0) {  // kWrite promises all of it
+            for (const int level : {2, 3})
+              std::ranges::fill(view.slot(0, level, edge), std::byte{0});
+            return;
+          }
+          for (const int level : {2, 3})
+            for (Vector3<float>& record : view.records<Vector3<float>>(0, level, edge))
+              record = {static_cast<float>(edge), static_cast<float>(level), 1};
+        };
+        sweep(store, pass, {threads, {}});
+        store.commit();
+      }
+      Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+      CHECK(read_level(store, 0, 1) == sample_level(store, sample_schemas()[0], 1));
+      for (const int level : {2, 3}) {
+        const std::vector<std::byte> bytes = read_level(store, 0, level);
+        const LevelGeometry& geometry = store.level_file(0, level).geometry;
+        bool right = true;
+        for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge)
+          for (std::uint64_t at = 0; at < geometry.slot_bytes(edge); at += 12) {
+            Vector3<float> found;
+            std::memcpy(&found, &bytes[geometry.slot_offset(edge) + at], 12);
+            right &= edge % 3 != 0 ? found == Vector3<float>{0, 0, 0}
+                                   : found == Vector3<float>{static_cast<float>(edge),
+                                                             static_cast<float>(level), 1};
+          }
+        CHECK(right);
+      }
+    }
+}
+
+TEST_CASE("Sweep_UpdateAccess_ReadsAndWritesEverySlotOnce") {
+  for (const std::string& backend : durable_backends()) {
+    const OnDisk place(backend, sheet(18, 20), 3);
+    {
+      Store store = Store::open(place.path, {true, 64 << 10}, default_backends());
+      SweepPass pass;
+      pass.accesses = {{0, 1, 3, Access::kUpdate, Reach::kOwn}};
+      pass.kernel = [](const SweepView& view, EdgeId edge, int) {
+        for (int level = 1; level <= 3; ++level)
+          for (std::byte& byte : view.slot(0, level, edge)) byte ^= std::byte{0x5a};
+      };
+      sweep(store, pass, {2, {}});
+      store.commit();
+    }
+    Store store = Store::open(place.path, {}, default_backends());
+    for (int level = 1; level <= 3; ++level) {
+      std::vector<std::byte> expected = sample_level(store, sample_schemas()[0], level);
+      for (std::byte& byte : expected) byte ^= std::byte{0x5a};
+      CHECK(read_level(store, 0, level) == expected);
+    }
+  }
+}
+
+TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
+  for (const std::string& backend : durable_backends()) {
+    const OnDisk place(backend, torus_grid(20, 30), 3);
+    BackendCounts counts;
+    const BackendRegistry counting = counting_registry(default_backends(), counts);
+    Store store = Store::open(place.path, {true, 64 << 10}, counting);
+    SweepPass pass;
+    pass.accesses = {{0, 1, 3, Access::kWrite, Reach::kOwn}};
+    pass.kernel = [](const SweepView& view, EdgeId edge, int) {
+      for (int level = 1; level <= 3; ++level)
+        std::ranges::fill(view.slot(0, level, edge), std::byte{1});
+    };
+    sweep(store, pass, {});
+    store.commit();
+    std::uint64_t blocks = 0;
+    for (int level = 1; level <= 3; ++level)
+      blocks += store.level_file(0, level).geometry.block_count();
+    CHECK(counts.read_calls == 0);
+    CHECK(store.statistics().blocks_read == 0);
+    CHECK(store.statistics().blocks_written == blocks);
+    CHECK(store.statistics().blocks_prefetched == 0);
+  }
+}
+
+TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
+  for (const std::string& backend : durable_backends()) {
+    const OnDisk place(backend, torus_grid(20, 30), 3);
+    Store store = Store::open(place.path, {false, 16 << 20}, default_backends());
+    SweepPass pass;
+    pass.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}};
+    pass.kernel = [](const SweepView&, EdgeId, int) {};
+    sweep(store, pass, {});
+    const std::uint64_t blocks = store.level_file(0, 2).geometry.block_count() +
+                                 store.level_file(0, 3).geometry.block_count();
+    REQUIRE(blocks > 50);
+    CHECK(store.statistics().blocks_read == blocks);
+    CHECK(store.statistics().blocks_written == 0);
+  }
+}
+
+TEST_CASE("Sweep_SeveralAttributesAndLevels_SeesEachByItsNumber") {
+  Store store = in_memory(random_sheet(7, 100), 2);  // levels 3, 4, ... have slots
+  std::vector<AttributeId> ids;
+  for (const AttributeSchema& schema : sample_schemas())
+    ids.push_back(add_sample(store, schema, 3));
+  SweepPass pass;
+  pass.accesses = {{ids[4], 3, 3, Access::kRead, Reach::kOwn},
+                   {ids[0], 1, 0, Access::kRead, Reach::kOwn},  // no level
+                   {ids[1], 4, 5, Access::kRead, Reach::kFaces},
+                   {ids[5], 5, 5, Access::kRead, Reach::kOwn}};
+  std::atomic<bool> right = true;
+  const auto check = [&](const SweepView& view, std::size_t access, int level, EdgeId edge) {
+    const AttributeSchema& schema = store.attributes()[pass.accesses[access].attribute].schema;
+    const std::span<std::byte> slot = view.slot(access, level, edge);
+    const Edge& ends = store.base().edges()[edge];
+    const std::size_t n = std::size_t{1} << (level - 3);
+    const std::size_t records = ends.is_border() ? n * (n + 1) / 2 : n * n;
+    if (slot.size() != records * schema.record_bytes() ||
+        !std::ranges::equal(slot, sample_slot(schema, level, ends.start, ends.end, slot.size())))
+      right = false;
+  };
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+    check(view, 0, 3, edge);
+    check(view, 2, 4, edge);
+    check(view, 2, 5, edge);
+    check(view, 3, 5, edge);
+  };
+  sweep(store, pass, {2, {}});
+  CHECK(right);
+}
+
+TEST_CASE("Sweep_RecordTypeOfTheProgramsOwn_IsReadAndWritten") {
+  Store store = in_memory(random_sheet(7, 100));
+  const AttributeId id = store.add_attribute(schema_of<Spin>("spin"));
+  CHECK(store.attributes()[id].schema == AttributeSchema{"spin", ComponentType::kInt16, 4});
+  for (Spin& spin : store.base_records<Spin>(id)) spin = {{1, 2, 3, 4}};
+  store.add_level(id);
+  store.add_level(id);
+  SweepPass pass;
+  pass.accesses = {{id, 1, 2, Access::kWrite, Reach::kOwn}};
+  pass.kernel = [](const SweepView& view, EdgeId edge, int) {
+    for (const int level : {1, 2})
+      for (Spin& spin : view.records<Spin>(0, level, edge))
+        spin = {{static_cast<std::int16_t>(edge), -1, static_cast<std::int16_t>(level), -2}};
+  };
+  sweep(store, pass, {});
+  std::uint64_t records = 0;
+  bool right = true;
+  pass.accesses[0].access = Access::kRead;
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+    for (const int level : {1, 2})
+      for (const Spin& spin : view.records<Spin>(0, level, edge)) {
+        ++records;
+        right &= spin.parts[0] == static_cast<std::int16_t>(edge) && spin.parts[1] == -1 &&
+                 spin.parts[2] == level && spin.parts[3] == -2;
+      }
+  };
+  sweep(store, pass, {});
+  CHECK(right);
+  CHECK(records + store.base().vertex_count() == counts_at_level(store.base(), 2).vertices);
+}
+
+TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
+  const OnDisk place("pread", torus_grid(20, 30), 3);
+  Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+  std::uint64_t calls = 0, reported = 0;
+  SweepPass pass;
+  pass.name = "count";
+  pass.accesses = {{0, 1, 3, Access::kRead, Reach::kFaces}};
+  pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
+  const Error error = error_of([&] {
+    sweep(store, pass, {1, [&](std::uint64_t done, std::uint64_t) {
+                          reported = done;
+                          return calls < 100;
+                        }});
+  });
+  CHECK(error.code() == ErrorCode::kCancelled);
+  CHECK(names(error, {"'count'"}));
+  CHECK(calls == reported);
+  CHECK(calls >= 100);
+  CHECK(calls < store.base().edge_count());
+  calls = 0;
+  sweep(store, pass, {});
+  CHECK(calls == store.base().edge_count());
+}
+
+TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
+  for (const std::string& backend : durable_backends()) {
+    const OnDisk place(backend, torus_grid(20, 30), 3);
+    Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
+    const LevelFile& file = store.level_file(0, 3);
+    const std::uint64_t offset = file.table[20].offset + 5;
+    overwrite_byte(file.path, offset, file_bytes(file.path)[offset] ^ std::byte{1});
+    std::vector<int> calls(store.base().edge_count());
+    SweepPass pass;
+    pass.accesses = {{0, 3, 3, Access::kRead, Reach::kOwn}};
+    pass.kernel = [&](const SweepView&, EdgeId edge, int) { ++calls[edge]; };
+    const Error error = error_of([&] { sweep(store, pass, {}); });
+    CHECK(error.code() == ErrorCode::kCorruption);
+    CHECK(names(error, {file.path.string(), "block 20"}));
+    CHECK(std::all_of(calls.begin() + file.geometry.first_edge(20), calls.end(),
+                      [](int count) { return count == 0; }));
+    pass.accesses = {{0, 1, 2, Access::kRead, Reach::kOwn}};
+    sweep(store, pass, {});
+  }
+}
+
+TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
+  Store store = in_memory(tetrahedron());
+  const AttributeId id = add_sample(store, sample_schemas()[0], 1);
+  SweepPass pass;
+  pass.name = "wrong";
+  pass.accesses = {{id, 1, 1, Access::kRead, Reach::kFaces}};
+  pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+  const auto refused = [&](int threads, const char* word) {
+    const Error error = error_of([&] { sweep(store, pass, {threads, {}}); });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {"'wrong'", word}));
+  };
+  for (const int threads : {0, -1, 1025}) refused(threads, "threads");
+  for (const Access access : {Access::kWrite, Access::kUpdate})
+    for (const Reach reach : {Reach::kFaces, Reach::kRing}) {
+      pass.accesses[0].access = access;
+      pass.accesses[0].reach = reach;
+      refused(1, "beyond");
+    }
+}
+
+TEST_CASE("Sweep_LevelOrAttributeThatIsNotThere_IsRefused") {
+  Store store = in_memory(tetrahedron(), 1);
+  add_sample(store, sample_schemas()[0], 1);
+  const auto refused = [&](AttributeId attribute, int first, int last) {
+    SweepPass pass;
+    pass.name = "wrong";
+    pass.accesses = {{attribute, first, last, Access::kRead, Reach::kOwn}};
+    pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+    const Error error = error_of([&] { sweep(store, pass, {}); });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {"'wrong'", "no levels"}));
+    CHECK(error_of([&] { sweep_window_bytes(store, pass); }).code() == ErrorCode::kInvalidArgument);
+  };
+  refused(1, 2, 2);
+  refused(0, 1, 2);  // level 1 is the base mesh
+  refused(0, 2, 3);
+  refused(0, -1, 2);
+}
+
+TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
+  for (const std::string& backend : durable_backends()) {
+    const OnDisk place(backend, tetrahedron(), 1);
+    Store store = Store::open(place.path, {}, default_backends());
+    SweepPass pass;
+    pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
+    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+      pass.accesses = {{0, 1, 1, access, Reach::kOwn}};
+      const Error error = error_of([&] { sweep(store, pass, {}); });
+      CHECK(error.code() == ErrorCode::kBadState);
+      CHECK(names(error, {place.path.string(), "opened for reading"}));
+    }
+  }
+}

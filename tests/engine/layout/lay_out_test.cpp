@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <vector>
+
+#include "layout/spans.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+
+namespace {
+
+constexpr std::array kOrders{LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert,
+                             LayoutKind::kRcm};
+
+struct NamedEdge {
+  VertexId start, end;
+  std::array<VertexId, 3> own_face;
+  friend auto operator<=>(const NamedEdge&, const NamedEdge&) = default;
+};
+
+/// What a mesh is apart from the numbers of its faces and edges: edges by their frames.
+std::vector<NamedEdge> edges_of(const BaseMesh& mesh) {
+  std::vector<NamedEdge> edges;
+  for (const Edge& edge : mesh.edges())
+    edges.push_back({edge.start, edge.end, mesh.faces()[edge.own.face()]});
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+std::vector<std::array<VertexId, 3>> faces_of(const BaseMesh& mesh) {
+  std::vector<std::array<VertexId, 3>> faces(mesh.faces().begin(), mesh.faces().end());
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+bool have_same_edges(const BaseMesh& a, const BaseMesh& b) {
+  return std::equal(a.edges().begin(), a.edges().end(), b.edges().begin(), b.edges().end(),
+                    [](const Edge& x, const Edge& y) {
+                      return x.start == y.start && x.end == y.end && x.own == y.own &&
+                             x.other == y.other;
+                    });
+}
+
+}  // namespace
+
+TEST_CASE("LayOut_EveryOrder_LeavesTheMeshTheSameButForItsNumbers") {
+  for (const test::NamedMesh& named : test::all_meshes()) {
+    const BaseMesh mesh = BaseMesh::build(named.mesh);
+    for (const LayoutKind kind : kOrders) {
+      INFO(named.name << " " << to_string(kind));
+      const LaidOutMesh laid_out = lay_out(mesh, kind);
+      CHECK(laid_out.kind == kind);
+      CHECK(std::equal(mesh.positions().begin(), mesh.positions().end(),
+                       laid_out.mesh.positions().begin(), laid_out.mesh.positions().end()));
+      CHECK(faces_of(laid_out.mesh) == faces_of(mesh));
+      CHECK(edges_of(laid_out.mesh) == edges_of(mesh));
+      CHECK(laid_out.mesh.border_edge_count() == mesh.border_edge_count());
+    }
+  }
+}
+
+TEST_CASE("LayOut_EveryOrder_ReportsTheSpansOfTheMeshItReturns") {
+  for (const test::NamedMesh& named : test::all_meshes()) {
+    const BaseMesh mesh = BaseMesh::build(named.mesh);
+    for (const LayoutKind kind : kOrders) {
+      INFO(named.name << " " << to_string(kind));
+      const LaidOutMesh laid_out = lay_out(mesh, kind);
+      const LayoutSpans measured = measure_spans(laid_out.mesh);
+      CHECK(laid_out.spans.face.span == measured.face.span);
+      CHECK(laid_out.spans.loop.span == measured.loop.span);
+      CHECK(laid_out.spans.face.mean_width == measured.face.mean_width);
+      CHECK(laid_out.spans.loop.mean_width == measured.loop.mean_width);
+      CHECK(laid_out.spans.loop.median_width == measured.loop.median_width);
+    }
+  }
+}
+
+TEST_CASE("LayOut_Automatic_TakesTheFirstOfThoseOfSmallestLoopSpan") {
+  for (const test::NamedMesh& named : test::all_meshes()) {
+    INFO(named.name);
+    const BaseMesh mesh = BaseMesh::build(named.mesh);
+    LayoutKind best = LayoutKind::kSpatial;
+    std::uint64_t best_span = lay_out(mesh, best).spans.loop.span;
+    for (const LayoutKind kind : {LayoutKind::kHilbert, LayoutKind::kRcm}) {
+      const std::uint64_t span = lay_out(mesh, kind).spans.loop.span;
+      if (span < best_span) {
+        best = kind;
+        best_span = span;
+      }
+    }
+    const LaidOutMesh chosen = lay_out(mesh, LayoutKind::kAutomatic);
+    CHECK(chosen.kind == best);
+    CHECK(chosen.spans.loop.span == best_span);
+    CHECK(have_same_edges(chosen.mesh, lay_out(mesh, best).mesh));
+  }
+}
+
+TEST_CASE("LayOut_RealMesh_RcmNeedsTheSmallestWindow") {
+  const std::filesystem::path path = std::filesystem::path(PLAIT_MODELS_DIRECTORY) / "spot.ply";
+  if (!std::filesystem::exists(path)) {
+    WARN("skipped: no " << path);
+    return;
+  }
+  const BaseMesh mesh = read_base_mesh(path);
+  const LaidOutMesh chosen = lay_out(mesh, LayoutKind::kAutomatic);
+  CHECK(chosen.kind == LayoutKind::kRcm);
+  for (const LayoutKind kind : {LayoutKind::kSpatial, LayoutKind::kHilbert})
+    CHECK(chosen.spans.loop.span < lay_out(mesh, kind).spans.loop.span);
+}

@@ -1,0 +1,270 @@
+// The pager's invariants (plait/pager.h), by number where a case pins one.
+#include "plait/pager.h"
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <map>
+#include <random>
+#include <vector>
+
+#include "plait/error.h"
+
+using namespace plait;
+
+namespace {
+
+/// Keeps blocks in memory, behind copies or behind addresses, counts and fails on demand.
+class FakeBackend final : public Backend {
+ public:
+  FakeBackend(const LevelSpec& spec, bool direct)
+      : spec_(spec), direct_(direct), bytes_(spec.geometry.total_bytes()) {}
+
+  BackendTraits traits() const noexcept override { return {.direct = direct_}; }
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    ++reads;
+    std::memcpy(into.data(), address_of(blocks.first), into.size());
+    spec_.table.check(blocks.first, into, "fake");
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    ++writes;
+    if (fail_writes) throw Error(ErrorCode::kNoSpace, "fake: full");
+    std::memcpy(address_of(blocks.first), from.data(), from.size());
+    spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
+                     from);
+  }
+  std::byte* address(std::uint64_t block) override { return direct_ ? address_of(block) : nullptr; }
+  void advise(BlockRange, Advice advice) noexcept override {
+    if (advice == Advice::kWillNeed) ++prefetches;
+  }
+  void flush(BlockRange) override { ++flushes; }
+  void sync() override {}
+  std::uint64_t stored_bytes() const override { return bytes_.size(); }
+
+  std::byte* address_of(std::uint64_t block) {
+    return bytes_.data() + spec_.geometry.block_offset(block);
+  }
+  int reads = 0, writes = 0, flushes = 0, prefetches = 0;
+  bool fail_writes = false;
+
+ private:
+  LevelSpec spec_;
+  bool direct_;
+  std::vector<std::byte> bytes_;
+};
+
+constexpr std::uint64_t kBlockBytes = 4096;
+
+/// A level of one-byte records: 4096 edges a block at level 1, 1024 at level 2, ...
+struct TestLevel {
+  TestLevel(Pager& pager, int level, std::uint64_t edges, bool direct = false) {
+    file.geometry = LevelGeometry(edges, {}, level, 1, kBlockBytes);
+    file.table = BlockTable({}, 0, level, file.geometry.block_count());
+    auto made = std::make_unique<FakeBackend>(
+        LevelSpec{"fake", OpenMode::kCreate, file.geometry, file.table, options, 1}, direct);
+    backend = made.get();
+    file.backend = std::move(made);
+    pager.attach(file);
+  }
+  BackendOptions options;
+  LevelFile file;
+  FakeBackend* backend = nullptr;
+};
+
+void fill(const PinnedBlock& pinned, unsigned char value) {
+  std::memset(pinned.bytes().data(), value, pinned.bytes().size());
+}
+
+bool holds(const PinnedBlock& pinned, unsigned char value) {
+  for (const std::byte byte : pinned.bytes())
+    if (byte != static_cast<std::byte>(value)) return false;
+  return true;
+}
+
+void random_pins(EvictionPolicy policy, bool direct, unsigned seed) {
+  constexpr std::uint64_t kBudget = 8 * kBlockBytes;
+  Pager pager(kBudget);
+  pager.set_policy(policy);
+  TestLevel level(pager, 3, 256 * 32, direct);
+  const std::uint64_t blocks = level.file.geometry.block_count();
+  REQUIRE(blocks == 32);
+  std::vector<unsigned char> expected(blocks, 0);
+  std::map<std::uint64_t, std::vector<PinnedBlock>> held;
+  std::map<std::uint64_t, std::byte*> addresses;
+  std::mt19937 random(seed);
+  for (int step = 0; step < 20'000; ++step) {
+    const std::uint64_t block = random() % blocks;
+    if (random() % 2 == 0 && !held.empty()) {
+      const auto victim =
+          std::next(held.begin(), static_cast<std::ptrdiff_t>(random() % held.size()));
+      victim->second.pop_back();
+      if (victim->second.empty()) {
+        addresses.erase(victim->first);
+        held.erase(victim);
+      }
+      continue;
+    }
+    if (held.size() == 8 && !held.contains(block)) {
+      REQUIRE_THROWS_AS(pager.pin(level.file, block, Access::kRead), Error);
+      continue;
+    }
+    const auto access = static_cast<Access>(random() % 3);
+    PinnedBlock pinned = pager.pin(level.file, block, access);
+    // Invariants 2 and 3.
+    const auto [known, fresh] = addresses.try_emplace(block, pinned.bytes().data());
+    REQUIRE((fresh || known->second == pinned.bytes().data()));
+    if (access != Access::kWrite) REQUIRE(holds(pinned, expected[block]));
+    if (access != Access::kRead) {
+      expected[block] = static_cast<unsigned char>(random());
+      fill(pinned, expected[block]);
+    }
+    held[block].push_back(std::move(pinned));
+    REQUIRE(pager.statistics().peak_frame_bytes <= kBudget);  // invariant 1
+  }
+  held.clear();
+  pager.flush();
+  for (std::uint64_t block = 0; block < blocks; ++block)
+    REQUIRE(holds(pager.pin(level.file, block, Access::kRead), expected[block]));
+  pager.discard();
+  pager.detach(level.file);
+}
+
+}  // namespace
+
+TEST_CASE("Pager_RandomPins_ServesWhatWasWrittenWithinTheBudget") {
+  for (const EvictionPolicy policy : {EvictionPolicy::kWindow, EvictionPolicy::kClock})
+    for (const bool direct : {false, true}) random_pins(policy, direct, direct ? 1 : 2);
+}
+
+TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
+  Pager pager(4 * kBlockBytes);
+  TestLevel level(pager, 1, 16 * 4096);
+  for (std::uint64_t block = 0; block < 16; ++block)
+    fill(pager.pin(level.file, block, Access::kWrite), 7);
+  pager.flush();
+  CHECK(level.backend->reads == 0);
+  CHECK(level.backend->writes == 16);
+  CHECK(pager.statistics().blocks_evicted == 12);
+}
+
+TEST_CASE("PagerWindow_NextSweep_EvictsWhatTheLastOneLeftAhead") {
+  Pager pager(4 * kBlockBytes);
+  TestLevel level(pager, 1, 16 * 4096);
+  for (std::uint64_t block = 0; block < 16; ++block) pager.pin(level.file, block, Access::kWrite);
+  pager.set_policy(EvictionPolicy::kWindow);
+  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  level.backend->reads = 0;
+  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  CHECK(level.backend->reads == 0);
+}
+
+TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
+  Pager pager(kBlockBytes);
+  TestLevel level(pager, 1, 2 * 4096);
+  fill(pager.pin(level.file, 0, Access::kWrite), 9);
+  CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
+  CHECK(level.backend->reads == 0);
+}
+
+TEST_CASE("PagerPin_NeverWrittenDirectBlock_IsZeroWhateverTheMappingHolds") {
+  for (const bool writable : {true, false}) {
+    Pager pager(2 * kBlockBytes);
+    TestLevel level(pager, 1, 2 * 4096, true);
+    level.file.writable = writable;
+    std::memset(level.backend->address_of(0), 1, kBlockBytes);
+    CHECK(holds(pager.pin(level.file, 0, Access::kRead), 0));
+    CHECK((*level.backend->address_of(0) == std::byte{0}) == writable);
+  }
+}
+
+TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
+  Pager pager(2 * kBlockBytes);
+  TestLevel level(pager, 1, 3 * 4096);
+  PinnedBlock first = pager.pin(level.file, 0, Access::kRead);
+  const PinnedBlock second = pager.pin(level.file, 1, Access::kRead);
+  try {
+    pager.pin(level.file, 2, Access::kRead);
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kBudget);
+  }
+  first.release();
+  CHECK(pager.pin(level.file, 2, Access::kRead));
+}
+
+TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
+  Pager pager(4 * kBlockBytes);
+  TestLevel coarse(pager, 1, 8 * 4096), fine(pager, 2, 8 * 4096);
+  // One coarse block spans four fine ones; it came first, but it ends furthest ahead.
+  pager.pin(coarse.file, 0, Access::kWrite);
+  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(fine.file, block, Access::kWrite);
+  pager.pin(coarse.file, 0, Access::kRead);
+  CHECK(coarse.backend->reads == 0);
+  pager.pin(fine.file, 0, Access::kRead);
+  CHECK(fine.backend->reads == 1);
+}
+
+TEST_CASE("PagerClock_BlockUsedAgain_OutlivesOneThatWasNot") {
+  Pager pager(3 * kBlockBytes);
+  pager.set_policy(EvictionPolicy::kClock);
+  TestLevel level(pager, 1, 8 * 4096);
+  for (std::uint64_t block = 0; block < 8; ++block) pager.pin(level.file, block, Access::kWrite);
+  pager.flush();
+  pager.discard();
+  level.backend->reads = 0;
+  for (std::uint64_t block = 0; block < 4; ++block)
+    pager.pin(level.file, block, Access::kRead);  // evicts one
+  pager.pin(level.file, 2, Access::kRead);
+  pager.pin(level.file, 4, Access::kRead);
+  pager.pin(level.file, 2, Access::kRead);
+  CHECK(level.backend->reads == 5);
+}
+
+TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invariant 7
+  Pager pager(2 * kBlockBytes);
+  TestLevel level(pager, 1, 4 * 4096);
+  fill(pager.pin(level.file, 0, Access::kWrite), 1);
+  pager.flush();
+  fill(pager.pin(level.file, 1, Access::kWrite), 2);
+  level.backend->fail_writes = true;
+  CHECK_THROWS_AS(pager.flush(), Error);
+  level.backend->fail_writes = false;
+  for (const auto& attempt :
+       {std::function<void()>([&] { pager.flush(); }),
+        std::function<void()>([&] { pager.pin(level.file, 2, Access::kWrite); })}) {
+    try {
+      attempt();
+      FAIL("expected an error");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kBadState);
+    }
+  }
+  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
+  CHECK(holds(pager.pin(level.file, 1, Access::kRead), 2));
+}
+
+TEST_CASE("PagerPin_DirectBlockWithAFlippedByte_IsCorruption") {  // invariant 6
+  Pager pager(2 * kBlockBytes);
+  TestLevel level(pager, 1, 4 * 4096, true);
+  fill(pager.pin(level.file, 0, Access::kWrite), 5);
+  pager.flush();
+  pager.discard();
+  level.backend->address_of(0)[17] ^= std::byte{4};
+  try {
+    pager.pin(level.file, 0, Access::kRead);
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kCorruption);
+  }
+  level.backend->address_of(0)[17] ^= std::byte{4};
+  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
+}
+
+TEST_CASE("PagerPrefetch_BlocksOnDiskAndNotResident_AreAnnounced") {
+  Pager pager(2 * kBlockBytes);
+  TestLevel level(pager, 1, 4 * 4096);
+  for (std::uint64_t block = 0; block < 3; ++block)
+    fill(pager.pin(level.file, block, Access::kWrite), 1);
+  pager.prefetch(level.file, {0, 4});  // 0 is evicted, 1 and 2 are resident, 3 was never written
+  CHECK(level.backend->prefetches == 1);
+  CHECK(pager.statistics().blocks_prefetched == 1);
+}

@@ -1,0 +1,269 @@
+#include "engine/store/format_reader.h"
+
+#include <fmt/format.h>
+#include <lz4.h>
+#include <xxhash.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+
+namespace format {
+namespace {
+
+void require(bool right, const std::string& what) {
+  if (!right) throw std::runtime_error(what);
+}
+
+Bytes read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  require(file.good(), path.string());
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::uint64_t number(const Bytes& bytes, std::size_t offset, int size) {
+  std::uint64_t value = 0;
+  for (int i = size - 1; i >= 0; --i)
+    value = value << 8 | bytes.at(offset + static_cast<std::size_t>(i));
+  return value;
+}
+std::uint32_t u32(const Bytes& bytes, std::size_t offset) {
+  return static_cast<std::uint32_t>(number(bytes, offset, 4));
+}
+std::uint64_t u64(const Bytes& bytes, std::size_t offset) { return number(bytes, offset, 8); }
+
+std::string text(const Bytes& bytes, std::size_t offset, std::size_t size) {
+  std::string result;
+  while (result.size() < size && bytes.at(offset + result.size()) != 0)
+    result += static_cast<char>(bytes[offset + result.size()]);
+  require(result.size() < size, "text without a zero byte");
+  return result;
+}
+
+bool starts_with(const Bytes& bytes, const std::string& magic) {
+  return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
+}
+
+std::size_t component_bytes(unsigned type) {
+  static constexpr std::size_t kBytes[] = {0, 4, 8, 1, 2, 4, 8, 1, 2, 4, 8};
+  require(type >= 1 && type <= 10, "component type");
+  return kBytes[type];
+}
+
+void append(Bytes& bytes, std::uint64_t value, int size) {
+  for (int i = 0; i < size; ++i) bytes.push_back(static_cast<unsigned char>(value >> (8 * i)));
+}
+
+std::uint64_t block_checksum(const Store& store, std::uint32_t attribute, std::uint32_t level,
+                             std::uint64_t block, const Bytes& stored) {
+  Bytes identity(store.uuid.begin(), store.uuid.end());
+  append(identity, attribute, 4);
+  append(identity, level, 4);
+  const std::uint64_t level_seed = XXH3_64bits(identity.data(), identity.size());
+  Bytes block_number;
+  append(block_number, block, 8);
+  const std::uint64_t seed =
+      XXH3_64bits_withSeed(block_number.data(), block_number.size(), level_seed);
+  return XXH3_64bits_withSeed(stored.data(), stored.size(), seed);
+}
+
+Bytes decoded(const Store& store, const Bytes& stored, std::size_t raw_bytes, std::size_t width) {
+  Bytes filtered(raw_bytes);
+  if (store.codec == "lz4") {
+    const int got = LZ4_decompress_safe(
+        reinterpret_cast<const char*>(stored.data()), reinterpret_cast<char*>(filtered.data()),
+        static_cast<int>(stored.size()), static_cast<int>(raw_bytes));
+    require(got == static_cast<int>(raw_bytes), "lz4 block");
+  } else {
+    require(store.codec.starts_with("zstd"), "codec");
+    require(ZSTD_decompress(filtered.data(), raw_bytes, stored.data(), stored.size()) == raw_bytes,
+            "zstd frame");
+  }
+  if (store.filter == "none") return filtered;
+  require(store.filter == "shuffle", "filter");
+  Bytes raw = filtered;
+  const std::size_t components = raw_bytes / width;
+  for (std::size_t i = 0; i < components; ++i)
+    for (std::size_t plane = 0; plane < width; ++plane)
+      raw[i * width + plane] = filtered[plane * components + i];
+  return raw;
+}
+
+Bytes read_manifest_slot(const std::filesystem::path& path) {
+  const Bytes manifest = read_file(path);
+  require(manifest.size() == 8192, "manifest size");
+  Bytes newest;
+  for (const std::ptrdiff_t slot_number : {0, 1}) {
+    const auto first = manifest.begin() + slot_number * 4096;
+    const Bytes slot(first, first + 4096);
+    if (!starts_with(slot, "\x89plait\r\n") || u64(slot, 4088) != XXH3_64bits(slot.data(), 4088))
+      continue;
+    require(u64(slot, 40) % 2 == static_cast<std::uint64_t>(slot_number), "slot of the sequence");
+    if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
+  }
+  require(!newest.empty(), "no slot");
+  require(u32(newest, 8) == 1 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
+  for (std::size_t i = 208; i < 256; ++i) require(newest[i] == 0, "reserved bytes");
+  return newest;
+}
+
+void read_base_mesh(Store& store, const std::filesystem::path& path, const Bytes& manifest) {
+  const Bytes bytes = read_file(path);
+  require(bytes.size() == u64(manifest, 96), "size of base.mesh");
+  require(XXH3_64bits(bytes.data(), bytes.size()) == u64(manifest, 104), "checksum of base.mesh");
+  require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 1, "header of base.mesh");
+  const std::uint64_t vertex_count = u64(bytes, 16), face_count = u64(bytes, 24);
+  require(vertex_count == u64(manifest, 48) && face_count == u64(manifest, 64), "V, F");
+  require(bytes.size() == 32 + 24 * vertex_count + 12 * face_count, "contents of base.mesh");
+  store.positions.resize(vertex_count);
+  std::memcpy(store.positions.data(), &bytes[32], 24 * vertex_count);
+  for (std::size_t f = 0; f < face_count; ++f) {
+    const std::size_t offset = 32 + 24 * vertex_count + 12 * f;
+    store.faces.push_back({u32(bytes, offset), u32(bytes, offset + 4), u32(bytes, offset + 8)});
+  }
+}
+
+void number_edges(Store& store, const Bytes& manifest) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> known;  // (lower, higher)
+  for (std::uint32_t f = 0; f < store.faces.size(); ++f)
+    for (const std::uint32_t side : {2u, 0u, 1u}) {  // ab, bc, ca
+      const std::uint32_t from = store.faces[f][(side + 1) % 3],
+                          to = store.faces[f][(side + 2) % 3];
+      const auto [found, fresh] = known.try_emplace(std::minmax(from, to), store.edges.size());
+      if (fresh) {
+        store.edges.push_back({from, to, f, side});
+        continue;
+      }
+      Edge& edge = store.edges[found->second];
+      require(edge.is_border() && edge.start == to, "two faces, opposite directions");
+      edge.other_face = f;
+      edge.other_side = side;
+      if (from < to) edge = {from, to, f, side, edge.own_face, edge.own_side};
+    }
+  std::uint64_t border = 0;
+  for (const Edge& edge : store.edges)
+    if (edge.is_border()) ++border;
+  require(store.edges.size() == u64(manifest, 56) && border == u64(manifest, 72), "edges, border");
+}
+
+/// Reads one level, whose entries begin at `entry` of the tables; returns where they end.
+std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
+                       const std::filesystem::path& directory, const Bytes& tables,
+                       std::size_t entry) {
+  const std::uint32_t k = level - store.base_level;
+  const std::uint64_t n = std::uint64_t{1} << (k - 1), full = n * n * attribute.record_bytes;
+  std::vector<std::uint64_t> slot_offsets;  // [edge], and the total at the end
+  std::uint64_t border_before = 0;
+  for (std::size_t e = 0; e <= store.edges.size(); ++e) {
+    slot_offsets.push_back((e * n * n - border_before * (n * (n - 1) / 2)) *
+                           attribute.record_bytes);
+    if (e < store.edges.size() && store.edges[e].is_border()) ++border_before;
+  }
+  std::size_t slots = 1;  // in a block
+  while (2 * slots * full <= store.block_bytes && slots < store.edges.size()) slots *= 2;
+
+  const Bytes file =
+      read_file(directory / fmt::format("attribute{}.level{:02}", attribute.number, level));
+  const bool compressed = store.backend == "compressed";
+  if (!compressed)
+    require(file.size() == (slot_offsets.back() + 4095) / 4096 * 4096, "size of a level file");
+  Bytes& content = attribute.levels[level];
+  std::uint64_t block = 0;
+  for (std::size_t first = 0; first < store.edges.size(); first += slots, ++block, entry += 24) {
+    const std::uint64_t raw_offset = slot_offsets[first];
+    const std::uint64_t raw_bytes =
+        slot_offsets[std::min(first + slots, store.edges.size())] - raw_offset;
+    const std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8);
+    const std::uint32_t encoding = u32(tables, entry + 12);
+    require(encoding <= (compressed ? 2 : 1), "encoding");
+    ++store.blocks_of_encoding[encoding];
+    if (encoding == 0) {
+      require(offset == 0 && stored_bytes == 0 && u64(tables, entry + 16) == 0, "never written");
+      content.resize(content.size() + raw_bytes, 0);
+      continue;
+    }
+    require(offset + stored_bytes <= file.size(), "extent");
+    const auto at = file.begin() + static_cast<std::ptrdiff_t>(offset);
+    const Bytes stored(at, at + static_cast<std::ptrdiff_t>(stored_bytes));
+    require(
+        block_checksum(store, attribute.number, level, block, stored) == u64(tables, entry + 16),
+        "checksum of a block");
+    if (compressed)
+      require(offset % 512 == 0, "alignment");
+    else
+      require(offset == raw_offset, "offset");
+    if (encoding == 1) require(stored_bytes == raw_bytes, "raw size");
+    const Bytes raw =
+        encoding == 1 ? stored : decoded(store, stored, raw_bytes, component_bytes(attribute.type));
+    content.insert(content.end(), raw.begin(), raw.end());
+  }
+  return entry;
+}
+
+}  // namespace
+
+Store read_store(const std::filesystem::path& directory) {
+  const Bytes manifest = read_manifest_slot(directory / "manifest");
+  Store store;
+  std::memcpy(store.uuid.data(), &manifest[24], 16);
+  store.sequence = u64(manifest, 40);
+  store.block_bytes = u64(manifest, 80);
+  store.base_level = u32(manifest, 88);
+  store.next_attribute_number = u32(manifest, 92);
+  store.backend = text(manifest, 128, 16);
+  store.codec = text(manifest, 144, 16);
+  store.filter = text(manifest, 160, 16);
+  store.layout = text(manifest, 176, 16);
+  store.scheme = text(manifest, 192, 16);
+  read_base_mesh(store, directory / "base.mesh", manifest);
+  number_edges(store, manifest);
+
+  const Bytes tables = read_file(directory / fmt::format("tables.{}", store.sequence));
+  require(tables.size() == u64(manifest, 112), "size of the tables");
+  require(XXH3_64bits(tables.data(), tables.size()) == u64(manifest, 120),
+          "checksum of the tables");
+  require(starts_with(tables, "plaitblk") && u32(tables, 8) == 1, "header of the tables");
+  std::size_t entry = 16;
+  for (std::size_t i = 0; i < u32(manifest, 20); ++i) {
+    const std::size_t at = 256 + 64 * i;
+    Attribute attribute;
+    attribute.name = text(manifest, at, 32);
+    attribute.number = u32(manifest, at + 32);
+    attribute.finest_level = u32(manifest, at + 36);
+    attribute.type = manifest[at + 40];
+    attribute.components = manifest[at + 41];
+    attribute.record_bytes = component_bytes(attribute.type) * attribute.components;
+    attribute.base =
+        read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, store.sequence));
+    require(attribute.base.size() == store.positions.size() * attribute.record_bytes,
+            "size of the base records");
+    require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == u64(manifest, at + 48),
+            "checksum of the base records");
+    for (std::uint32_t level = store.base_level + 1; level <= attribute.finest_level; ++level)
+      entry = read_level(store, attribute, level, directory, tables, entry);
+    store.attributes.push_back(std::move(attribute));
+  }
+  require(entry == tables.size(), "end of the tables");
+  return store;
+}
+
+Place place_of(const Store& store, const Edge& edge, std::uint32_t k, std::int64_t row,
+               std::int64_t column) {
+  const std::int64_t size = std::int64_t{1} << k, n = size / 2;
+  std::uint32_t face = edge.own_face, side = edge.own_side;
+  if (size - (2 * row + 1) - (2 * column + 1) < 0) {
+    face = edge.other_face;
+    side = edge.other_side;
+    row = n - 1 - row;
+    column = n - 1 - column;
+  }
+  const auto& corners = store.faces.at(face);
+  return {{corners[(side + 1) % 3], corners[(side + 2) % 3], corners[side]},
+          {2 * row + 1, 2 * column + 1, size - (2 * row + 1) - (2 * column + 1)}};
+}
+
+}  // namespace format

@@ -1,0 +1,56 @@
+// tests/engine/store/format_reader.h: a reader of stores written from docs/format.md alone: it
+// includes nothing of the library.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace format {
+
+using Bytes = std::vector<unsigned char>;
+
+struct Edge {
+  std::uint32_t start, end;
+  std::uint32_t own_face, own_side;
+  std::uint32_t other_face = 0xffffffff, other_side = 0;  ///< no other face on a border
+  bool is_border() const { return other_face == 0xffffffff; }
+};
+
+struct Attribute {
+  std::string name;
+  std::uint32_t number, finest_level;
+  unsigned type, components;
+  std::size_t record_bytes;
+  Bytes base;
+  std::map<std::uint32_t, Bytes> levels;  ///< slots one after another, decoded
+};
+
+struct Store {
+  std::array<unsigned char, 16> uuid;
+  std::uint64_t sequence, block_bytes;
+  std::uint32_t base_level, next_attribute_number;
+  std::string backend, codec, filter, layout, scheme;
+  std::vector<std::array<double, 3>> positions;
+  std::vector<std::array<std::uint32_t, 3>> faces;
+  std::vector<Edge> edges;
+  std::vector<Attribute> attributes;
+  std::array<std::uint64_t, 3> blocks_of_encoding{};  ///< never written, raw, encoded
+};
+
+/// Throws std::runtime_error for whatever is not as the document says.
+Store read_store(const std::filesystem::path& directory);
+
+/// Where a record of a slot lies: weights of 2^k at three base vertices.
+struct Place {
+  std::array<std::uint32_t, 3> vertices;
+  std::array<std::int64_t, 3> weights;
+};
+/// `k` is the level counted from the base mesh.
+Place place_of(const Store& store, const Edge& edge, std::uint32_t k, std::int64_t row,
+               std::int64_t column);
+
+}  // namespace format

@@ -1,0 +1,172 @@
+// docs/format.md: a reader written from it finds in a store what the library was told to put there.
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "engine/store/format_reader.h"
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/patch.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+constexpr int kLevels = 4;
+
+/// Integer positions, so that linear interpolation is exact and one vertex has one position,
+/// whichever face it is seen from; three of a face do not repeat one.
+IndexedMesh with_integer_positions(IndexedMesh mesh) {
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto x = static_cast<double>(v);
+    mesh.positions[v] = {x, x * x, x * x * x};
+  }
+  return mesh;
+}
+
+Vector3<double> interpolated(const Vector3<double>& a, const Vector3<double>& b,
+                             const Vector3<double>& c, double wa, double wb, double wc) {
+  return wa * a + wb * b + wc * c;
+}
+
+/// Writes every vertex of every face through at(level, i, j).
+void write_positions(Store& store, AttributeId id) {
+  std::ranges::copy(store.base().positions(), store.base_records<Vector3<double>>(id).begin());
+  for (int level = 1; level <= kLevels; ++level) store.add_level(id);
+  StorePatches<Vector3<double>> patches(store, id, 1 << 16);
+  patches.activate(kLevels, 1, kLevels);
+  constexpr std::int64_t kSize = 1 << kLevels;
+  for (FaceId face = 0; face < store.base().face_count(); ++face) {
+    const auto patch = patches.patch(face);
+    const auto& corners = store.base().faces()[face];
+    const auto at = [&](std::size_t corner) { return store.base().positions()[corners[corner]]; };
+    for (std::int64_t j = 0; j <= kSize; ++j)
+      for (std::int64_t i = 0; i + j <= kSize; ++i) {
+        const auto weight = [](std::int64_t k) { return static_cast<double>(k) / kSize; };
+        patch.at(kLevels, i, j) =
+            interpolated(at(0), at(1), at(2), weight(kSize - i - j), weight(i), weight(j));
+      }
+  }
+}
+
+void check_positions(const format::Store& store, const format::Attribute& attribute) {
+  REQUIRE(attribute.finest_level - store.base_level == kLevels);
+  for (const auto& [level, bytes] : attribute.levels) {
+    const std::uint32_t k = level - store.base_level;
+    const std::int64_t n = std::int64_t{1} << (k - 1);
+    std::size_t offset = 0;
+    bool right = true;
+    for (const format::Edge& edge : store.edges)
+      for (std::int64_t row = 0; row < n; ++row)
+        for (std::int64_t column = 0; column < (edge.is_border() ? n - row : n); ++column) {
+          const format::Place place = place_of(store, edge, k, row, column);
+          for (std::size_t axis = 0; axis < 3; ++axis, offset += 8) {
+            double expected = 0, found = 0;
+            for (std::size_t corner = 0; corner < 3; ++corner)
+              expected += static_cast<double>(place.weights[corner]) / static_cast<double>(2 * n) *
+                          store.positions[place.vertices[corner]][axis];
+            std::memcpy(&found, &bytes.at(offset), 8);
+            right &= found == expected;
+          }
+        }
+    INFO("level " << level);
+    CHECK(right);
+    CHECK(offset == bytes.size());
+  }
+}
+
+bool equal(const format::Bytes& found, const std::vector<std::byte>& expected) {
+  return found.size() == expected.size() &&
+         std::memcmp(found.data(), expected.data(), found.size()) == 0;
+}
+
+struct Variant {
+  std::string backend, codec, filter;
+  int base_level = 0;
+};
+
+void check_store(const IndexedMesh& mesh, const Variant& variant) {
+  INFO(variant.backend << " " << variant.codec << " " << variant.filter);
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "s.plait";
+  StoreUuid uuid;
+  std::vector<std::byte> noise_base, noise_levels[2], part;
+  {
+    StoreOptions options = sample_options(variant.backend);
+    options.backend_options = {variant.codec, variant.filter};
+    options.base_level = variant.base_level;
+    options.layout = "given";
+    options.scheme = "midpoint";
+    Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
+                                default_backends());
+    uuid = store.uuid();
+    const AttributeId dropped = add_sample(store, {"dropped", ComponentType::kUint8, 1}, 1);
+    const AttributeId noise = add_sample(store, sample_schemas()[5], 2);
+    store.replace_attribute(dropped, noise);  // numbers and positions now differ
+    store.commit();
+    const AttributeId id = store.add_attribute({"position", ComponentType::kFloat64, 3});
+    write_positions(store, id);
+    noise_base.assign(store.base_bytes(0).begin(), store.base_bytes(0).end());
+    for (int level : {1, 2})
+      noise_levels[level - 1] = read_level(store, 0, variant.base_level + level);
+    const AttributeId some = add_sample(store, {"part", ComponentType::kUint16, 255}, 0);
+    store.add_level(some);
+    LevelFile& file = store.level_file(some, variant.base_level + 1);
+    REQUIRE(file.geometry.block_count() > 1);
+    std::ranges::fill(store.pager().pin(file, 1, Access::kWrite).bytes(), std::byte{7});
+    part = read_level(store, some, variant.base_level + 1);
+    store.commit();
+  }
+  const format::Store store = format::read_store(path);
+  CHECK(std::memcmp(store.uuid.data(), uuid.data(), 16) == 0);
+  CHECK(store.sequence == 2);
+  CHECK(store.block_bytes == 4096);
+  CHECK(store.base_level == static_cast<std::uint32_t>(variant.base_level));
+  CHECK(store.next_attribute_number == 4);
+  CHECK(store.backend == variant.backend);
+  CHECK(store.codec == variant.codec);
+  CHECK(store.filter == variant.filter);
+  CHECK(store.layout == "given");
+  CHECK(store.scheme == "midpoint");
+  REQUIRE(store.attributes.size() == 3);
+  const format::Attribute& noise = store.attributes[0];
+  CHECK(noise.name == "dropped");
+  CHECK(noise.number == 1);
+  CHECK(noise.type == 7);
+  CHECK(noise.components == 5);
+  CHECK(equal(noise.base, noise_base));
+  for (int level : {1, 2})
+    CHECK(equal(noise.levels.at(static_cast<std::uint32_t>(variant.base_level + level)),
+                noise_levels[level - 1]));
+  CHECK(store.attributes[1].name == "position");
+  CHECK(store.attributes[1].number == 2);
+  check_positions(store, store.attributes[1]);
+  CHECK(equal(store.attributes[2].levels.begin()->second, part));
+  CHECK(store.blocks_of_encoding[0] > 0);
+  CHECK(store.blocks_of_encoding[1] > 0);
+  CHECK((store.blocks_of_encoding[2] > 0) ==
+        (variant.backend == "compressed" && variant.codec != "none"));
+}
+
+}  // namespace
+
+TEST_CASE("BlockChecksum_ExampleOfTheDocument_IsThatNumber") {
+  StoreUuid uuid;
+  for (std::size_t i = 0; i < uuid.size(); ++i) uuid[i] = static_cast<std::byte>(i);
+  BlockTable table(uuid, 1, 2, 4);
+  const std::string stored = "plait";
+  table.seal(3, 0, BlockEncoding::kRaw, std::as_bytes(std::span(stored)));
+  CHECK(table[3].checksum == 0x6f8af1c89f8c60ddu);
+}
+
+TEST_CASE("Format_ReadAsTheDocumentSays_HoldsWhatWasWritten") {
+  for (const IndexedMesh& mesh : {random_sphere(3, 60), random_sheet(5, 60), two_components()}) {
+    check_store(mesh, {"pread", "zstd:1", "shuffle"});
+    check_store(mesh, {"mmap", "none", "none", 2});
+    for (const char* codec : {"zstd", "zstd:-5", "lz4", "none"})
+      for (const char* filter : {"shuffle", "none"})
+        check_store(mesh, {"compressed", codec, filter});
+  }
+}

@@ -1,0 +1,335 @@
+// Stores that somebody has damaged: whatever byte of whatever file it is, the damage is found by
+// opening, reading or verifying, or makes no difference.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/verify.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/manifest.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+enum class Outcome {
+  kRefused,       ///< by opening
+  kFound,         ///< by reading and by verifying
+  kOlderVersion,  ///< version 1 is there, whole
+  kHarmless,
+  kServed,  ///< wrong content, and nobody noticed
+};
+
+/// A small store of two versions: the second one adds a level, and an attribute whose level
+/// was never written.
+class Victim {
+ public:
+  explicit Victim(const std::string& backend) {
+    Store store = Store::create(path(), BaseMesh::build(two_triangles()), sample_options(backend),
+                                default_backends());
+    add_sample(store, sample_schemas()[0], 0);
+    store.commit();
+    digests_[1] = digest(store);
+    store.add_level(0);
+    write_level(store, 0, 1, sample_level(store, sample_schemas()[0], 1));
+    store.add_level(add_sample(store, {"part", ComponentType::kUint32, 1}, 0));
+    store.commit();
+    digests_[2] = digest(store);
+  }
+
+  std::filesystem::path path() const { return directory_.path() / "s.plait"; }
+
+  /// Opens, reads and verifies everything.
+  Outcome examine() const {
+    try {
+      Store store = Store::open(path(), {false, 1 << 20}, default_backends());
+      const bool found_by_verify = verify(store).damaged_count > 0;
+      bool found_by_reading = false, right = true;
+      try {
+        right = digest(store) == digests_.at(store.sequence());
+      } catch (const Error& error) {
+        REQUIRE(error.code() == ErrorCode::kCorruption);
+        found_by_reading = true;
+      }
+      REQUIRE(found_by_reading == found_by_verify);
+      if (found_by_reading) return Outcome::kFound;
+      if (!right) return Outcome::kServed;
+      return store.sequence() == 2 ? Outcome::kHarmless : Outcome::kOlderVersion;
+    } catch (const Error& error) {
+      REQUIRE((error.code() == ErrorCode::kCorruption || error.code() == ErrorCode::kNotFound ||
+               error.code() == ErrorCode::kNotSupported));
+      REQUIRE(names(error, {path().string()}));
+      return Outcome::kRefused;
+    }
+  }
+
+ private:
+  TemporaryDirectory directory_;
+  std::map<std::uint64_t, Digest> digests_;  ///< by version
+};
+
+/// What flipping a bit of byte `offset` must come to.
+Outcome expected_of_flip(const std::string& name, std::uint64_t offset, const Store& store) {
+  if (name == "manifest")
+    return offset < kManifestSlotBytes ? Outcome::kOlderVersion : Outcome::kHarmless;
+  if (name == "base.mesh" || name == "tables.2" || name.ends_with(".base.2"))
+    return Outcome::kRefused;
+  const std::size_t dot = name.find(".level0");
+  if (dot == std::string::npos) return Outcome::kHarmless;  // version 1, or the lock
+  const LevelFile& file =
+      store.level_file(static_cast<AttributeId>(name[9] - '0'), name.back() - '0');
+  const BlockEntry& entry = file.table[0];
+  // A block that was never written is not read, whatever the file holds there: stored_bytes is 0.
+  return offset < entry.stored_bytes ? Outcome::kFound : Outcome::kHarmless;
+}
+
+/// Replaces a file of version 2 and enters its checksum everywhere where one is kept.
+void forge(const std::filesystem::path& store, const char* name, std::vector<std::byte> bytes) {
+  Manifest manifest = read_manifest(store / "manifest");
+  const bool tables = std::string_view(name) == "tables.2";
+  (tables ? manifest.tables_bytes : manifest.base_mesh_bytes) = bytes.size();
+  (tables ? manifest.tables_checksum : manifest.base_mesh_checksum) = checksum_of(bytes);
+  File manifest_file(store / "manifest", OpenMode::kReadWrite);
+  write_manifest(manifest_file, manifest);
+  File file(store / name, OpenMode::kReadWrite);
+  file.resize(bytes.size());
+  file.write_at(0, bytes);
+}
+
+}  // namespace
+
+TEST_CASE("Store_AnyByteOfAnyFileFlipped_IsFoundOrHarmless") {
+  for (const std::string& backend : durable_backends()) {
+    const Victim victim(backend);
+    REQUIRE(victim.examine() == Outcome::kHarmless);
+    std::map<std::string, std::vector<Outcome>> expected;
+    {
+      const Store store = Store::open(victim.path(), {}, default_backends());
+      for (const std::string& name : file_names(victim.path()))
+        for (std::uint64_t offset = 0; offset < std::filesystem::file_size(victim.path() / name);
+             ++offset)
+          expected[name].push_back(expected_of_flip(name, offset, store));
+    }
+    REQUIRE(file_names(victim.path()).size() == 10);
+    for (const auto& [name, outcomes] : expected) {
+      const std::vector<std::byte> bytes = file_bytes(victim.path() / name);
+      File file(victim.path() / name, OpenMode::kReadWrite);
+      for (std::uint64_t offset = 0; offset < bytes.size(); ++offset) {
+        const auto flipped = bytes[offset] ^ static_cast<std::byte>(1u << (offset % 8));
+        file.write_at(offset, std::span(&flipped, 1));
+        const Outcome outcome = victim.examine();
+        file.write_at(offset, std::span(&bytes[offset], 1));
+        if (outcome == outcomes[offset]) continue;
+        INFO(backend << ": byte " << offset << " of " << name);
+        REQUIRE(static_cast<int>(outcome) == static_cast<int>(outcomes[offset]));
+      }
+    }
+    CHECK(victim.examine() == Outcome::kHarmless);
+  }
+}
+
+TEST_CASE("Store_AnyFileCutGrownOrGone_IsFoundOrHarmless") {
+  for (const std::string& backend : durable_backends()) {
+    const Victim victim(backend);
+    for (const std::string& name : file_names(victim.path())) {
+      INFO(backend << ": " << name);
+      const std::filesystem::path file = victim.path() / name;
+      const std::vector<std::byte> bytes = file_bytes(file);
+      // Files that version 2 does not need.
+      const bool needed = name != "lock" && !name.ends_with(".1");
+      // Between the last block and the end nothing is stored; and one slot of the manifest does.
+      const bool slack = backend == "compressed" && name.find("level") != std::string::npos;
+      for (const std::uint64_t size : {std::size_t{0}, std::size_t{1}, bytes.size() / 2,
+                                       bytes.size() - 1, bytes.size() + 1, bytes.size() + 4096}) {
+        if (size > bytes.size() + 4096) continue;  // one byte less than none
+        std::filesystem::resize_file(file, size);
+        const Outcome outcome = victim.examine();
+        INFO("cut to " << size << " of " << bytes.size() << " bytes");
+        CHECK(outcome != Outcome::kServed);
+        if (!needed || size == bytes.size() || (name == "manifest" && size >= 4096) ||
+            (slack && size > bytes.size()) || bytes.empty())
+          CHECK(outcome == Outcome::kHarmless);
+        else
+          CHECK(outcome == Outcome::kRefused);
+        std::filesystem::resize_file(file, 0);
+        File(file, OpenMode::kReadWrite).write_at(0, bytes);
+      }
+      std::filesystem::rename(file, victim.path() / "elsewhere");
+      CHECK(victim.examine() ==
+            (needed || name == "lock" ? Outcome::kRefused : Outcome::kHarmless));
+      std::filesystem::rename(victim.path() / "elsewhere", file);
+    }
+    CHECK(victim.examine() == Outcome::kHarmless);
+  }
+}
+
+TEST_CASE("Store_TwoBlocksOrLevelsExchanged_IsFound") {
+  for (const std::string& backend : durable_backends()) {
+    const TemporaryDirectory directory;
+    const std::filesystem::path path = directory.path() / "s.plait";
+    {
+      Store store = Store::create(path, BaseMesh::build(icosahedron()), sample_options(backend),
+                                  default_backends());
+      for (const char* name : {"one", "two"})
+        add_sample(store, {name, ComponentType::kFloat32, 3}, 5);
+      store.commit();
+    }
+    const auto damaged = [&] {
+      Store store = Store::open(path, {}, default_backends());
+      return verify(store).damaged_count;
+    };
+    REQUIRE(damaged() == 0);
+    if (backend != "compressed") {  // there the entries say where blocks are
+      const std::filesystem::path file = path / "attribute0.level05";
+      std::vector<std::byte> bytes = file_bytes(file);
+      std::swap_ranges(bytes.begin(), bytes.begin() + 3072, bytes.begin() + 3072);
+      File(file, OpenMode::kReadWrite).write_at(0, bytes);
+      CHECK(damaged() == 2);
+    }
+    // As long as the other one, whole, and in the wrong place.
+    std::filesystem::copy_file(path / "attribute0.level04", path / "attribute1.level04",
+                               std::filesystem::copy_options::overwrite_existing);
+    try {
+      CHECK(damaged() > 2);
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCorruption);
+    }
+  }
+}
+
+TEST_CASE("StoreOpen_TableEntryForgedWithTheRightChecksum_IsRefusedOrFound") {
+  for (const std::string& backend : durable_backends()) {
+    const Victim victim(backend);
+    const std::vector<std::byte> tables = file_bytes(victim.path() / "tables.2");
+    REQUIRE(tables.size() == 16 + 2 * sizeof(BlockEntry));
+    const auto examine_with = [&](std::size_t offset, auto value) {
+      std::vector<std::byte> forged = tables;
+      save(std::span(forged), offset, value);
+      forge(victim.path(), "tables.2", forged);
+      return forged == tables ? Outcome::kRefused : victim.examine();
+    };
+    for (std::size_t entry = 16; entry < tables.size(); entry += sizeof(BlockEntry)) {
+      INFO(backend << ": entry at byte " << entry);
+      for (const std::uint64_t offset :
+           {std::uint64_t{1}, std::uint64_t{512}, std::uint64_t{4096}, std::uint64_t{1} << 40,
+            std::uint64_t{1} << 62, std::uint64_t{1} << 63, ~std::uint64_t{0}})
+        CHECK(examine_with(entry, offset) == Outcome::kRefused);
+      for (const std::uint32_t bytes : {1u, 511u, 4096u, 0x80000000u, 0xffffffffu}) {
+        const Outcome outcome = examine_with(entry + 8, bytes);
+        CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
+      }
+      for (const std::uint32_t encoding : {0u, 1u, 2u, 3u, 0xffffffffu}) {
+        const Outcome outcome = examine_with(entry + 12, encoding);
+        CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
+      }
+      const Outcome outcome = examine_with(entry + 16, std::uint64_t{12345});
+      CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
+    }
+    CHECK(examine_with(0, 'x') == Outcome::kRefused);
+    CHECK(examine_with(8, 2u) == Outcome::kRefused);
+    for (const std::size_t size : {tables.size() - 24, tables.size() - 1, tables.size() + 1,
+                                   tables.size() + 24, std::size_t{16}, std::size_t{0}}) {
+      std::vector<std::byte> forged = tables;
+      forged.resize(size);
+      forge(victim.path(), "tables.2", forged);
+      CHECK(victim.examine() == Outcome::kRefused);
+    }
+    forge(victim.path(), "tables.2", tables);
+    CHECK(victim.examine() == Outcome::kHarmless);
+  }
+}
+
+TEST_CASE("StoreOpen_BaseMeshForgedWithTheRightChecksum_IsRefused") {
+  const Victim victim("pread");
+  const std::vector<std::byte> mesh = file_bytes(victim.path() / "base.mesh");
+  const std::size_t faces = mesh.size() - 24;
+  const auto refused = [&](std::size_t offset, auto value) {
+    std::vector<std::byte> forged = mesh;
+    save(std::span(forged), offset, value);
+    forge(victim.path(), "base.mesh", forged);
+    return victim.examine() == Outcome::kRefused;
+  };
+  CHECK(refused(0, 'x'));
+  CHECK(refused(8, 2u));
+  for (const std::uint64_t count :
+       {std::uint64_t{0}, std::uint64_t{3}, std::uint64_t{1} << 32, std::uint64_t{1} << 40,
+        std::uint64_t{1} << 61, ~std::uint64_t{0}}) {
+    CHECK(refused(16, count));
+    CHECK(refused(24, count));
+  }
+  // So many positions of 24 bytes are as long, modulo 2^64, as four are.
+  CHECK(refused(16, (std::uint64_t{1} << 61) + 4));
+  CHECK(refused(32, std::nan("")));
+  CHECK(refused(faces, VertexId{4}));
+  CHECK(refused(faces, kNoId));
+  CHECK(refused(faces, load<VertexId>(mesh, faces + 4)));  // a vertex twice
+  std::vector<std::byte> turned = mesh;                    // one face the other way round
+  std::swap_ranges(turned.begin() + static_cast<std::ptrdiff_t>(faces),
+                   turned.begin() + static_cast<std::ptrdiff_t>(faces) + 4,
+                   turned.begin() + static_cast<std::ptrdiff_t>(faces) + 4);
+  forge(victim.path(), "base.mesh", turned);
+  CHECK(victim.examine() == Outcome::kRefused);
+  forge(victim.path(), "base.mesh", mesh);
+  CHECK(victim.examine() == Outcome::kHarmless);
+}
+
+TEST_CASE("StoreOpen_ManifestForgedWithTheRightChecksum_IsRefused") {
+  for (const std::string& backend : durable_backends()) {
+    const Victim victim(backend);
+    const Manifest right = read_manifest(victim.path() / "manifest");
+    const auto outcome = [&](const std::function<void(Manifest&)>& change) {
+      Manifest manifest = right;
+      change(manifest);
+      File file(victim.path() / "manifest", OpenMode::kReadWrite);
+      write_manifest(file, manifest);
+      return victim.examine();
+    };
+    const std::function<void(Manifest&)> changes[] = {
+        [](Manifest& m) { m.sequence = 4; },
+        [](Manifest& m) { ++m.vertex_count; },
+        [](Manifest& m) { m.edge_count = 1u << 31; },
+        [](Manifest& m) { ++m.face_count; },
+        [](Manifest& m) { --m.border_edge_count; },
+        [](Manifest& m) { m.base_level = 1; },
+        [](Manifest& m) { m.base_mesh_bytes = ~std::uint64_t{0}; },
+        [](Manifest& m) { m.base_mesh_bytes = 1; },
+        [](Manifest& m) { m.tables_bytes = ~std::uint64_t{0}; },
+        [](Manifest& m) { m.tables_bytes = 0; },
+        [](Manifest& m) { m.backend = "tape"; },
+        [](Manifest& m) { m.backend = "memory"; },
+        [](Manifest& m) { m.backend = ""; },
+        [](Manifest& m) { m.attributes[0].finest_level = 20; },
+        [](Manifest& m) { m.attributes[0].finest_level = 0; },
+        [](Manifest& m) { m.attributes[1].finest_level = 2; },
+        [](Manifest& m) { m.attributes[0].schema.type = ComponentType::kUint64; },
+        [](Manifest& m) { m.attributes[0].schema.components = 255; },
+        [](Manifest& m) { std::swap(m.attributes[0], m.attributes[1]); },
+        [](Manifest& m) {
+          m.attributes[1].number = 7;
+          m.next_attribute_number = 8;
+        },
+        [](Manifest& m) { m.attributes.pop_back(); },
+        [](Manifest& m) {
+          m.attributes.push_back(m.attributes[0]);
+          m.attributes[2].schema.name = "third";
+          m.attributes[2].number = m.next_attribute_number++;
+        },
+    };
+    for (std::size_t i = 0; i < std::size(changes); ++i) {
+      INFO(backend << ": change " << i);
+      CHECK(outcome(changes[i]) == Outcome::kRefused);
+    }
+    // Another store's block: the right bytes of somebody else.
+    CHECK(outcome([](Manifest& m) { m.uuid[3] ^= std::byte{1}; }) == Outcome::kFound);
+    CHECK(outcome([](Manifest&) {}) == Outcome::kHarmless);
+  }
+}

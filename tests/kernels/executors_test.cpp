@@ -1,0 +1,227 @@
+// One digest, whatever holds the store and whoever walks it.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/in_core_mesh.h"
+#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/store.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+struct Variant {
+  std::string backend = "memory";
+  std::string codec = "lz4";
+  ExecutorKind executor = ExecutorKind::kSweep;
+  int threads = 1;
+  std::uint64_t budget_bytes = 64 << 20;
+  std::uint64_t block_bytes = 1 << 20;
+  LayoutKind layout = LayoutKind::kGiven;
+};
+
+struct Outcome {
+  std::string digest;
+  PagingStatistics statistics;
+};
+
+Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
+  const TemporaryDirectory directory;
+  StoreOptions options;
+  options.backend = variant.backend;
+  options.backend_options.codec = variant.codec;
+  options.budget_bytes = variant.budget_bytes;
+  options.block_bytes = variant.block_bytes;
+  options.durability = Durability::kNone;
+  options.layout = std::string(to_string(variant.layout));
+  const bool on_disk = variant.backend != "memory";
+  Store store = Store::create(on_disk ? directory.path() / "s.plait" : std::filesystem::path(),
+                              lay_out(base, variant.layout).mesh, options, default_backends());
+  add_base_positions(store);
+  SubdivideOptions subdivide_options = what;
+  subdivide_options.executor = variant.executor;
+  subdivide_options.threads = variant.threads;
+  subdivide(store, subdivide_options);
+  store.commit();
+  Outcome outcome;
+  outcome.statistics = store.statistics();
+  if (!on_disk) {
+    outcome.digest = digest(store).to_string();
+    return outcome;
+  }
+  store.close();
+  Store reopened =
+      Store::open(directory.path() / "s.plait", {false, variant.budget_bytes}, default_backends());
+  outcome.digest = digest(reopened, {-1, variant.threads, {}}).to_string();
+  return outcome;
+}
+
+/// The smallest power of two that the run accepts.
+std::uint64_t smallest_budget(const BaseMesh& base, const SubdivideOptions& what, Variant variant) {
+  for (variant.budget_bytes = 64 << 10; variant.budget_bytes < (1 << 30);
+       variant.budget_bytes *= 2) {
+    try {
+      run(base, what, variant);
+      return variant.budget_bytes;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kBudget) throw;
+    }
+  }
+  throw Error(ErrorCode::kBudget, "no budget does");
+}
+
+void check_all_variants(const BaseMesh& base, const SubdivideOptions& what) {
+  const std::string expected = run(base, what, {}).digest;
+  for (const std::string backend : {"memory", "pread", "mmap", "compressed"})
+    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent})
+      for (const int threads : {1, 2})
+        for (const std::uint64_t block_bytes : {std::uint64_t{64} << 10, std::uint64_t{1} << 20}) {
+          Variant variant;
+          variant.backend = backend;
+          variant.executor = executor;
+          variant.threads = threads;
+          variant.block_bytes = block_bytes;
+          variant.layout = block_bytes > (64 << 10) ? LayoutKind::kSpatial : LayoutKind::kHilbert;
+          INFO(fmt::format("{} {} threads {} block {}", backend, to_string(executor), threads,
+                           block_bytes));
+          CHECK(run(base, what, variant).digest == expected);
+          variant.layout = LayoutKind::kRcm;
+          variant.budget_bytes = smallest_budget(base, what, variant);
+          INFO("budget " << variant.budget_bytes);
+          CHECK(run(base, what, variant).digest == expected);
+        }
+}
+
+}  // namespace
+
+TEST_CASE("Digest_EveryVariantOfAClosedMesh_IsTheSame") {
+  SubdivideOptions what;
+  what.levels = 4;
+  what.normals = true;
+  check_all_variants(BaseMesh::build(random_sphere(11, 900)), what);
+}
+
+TEST_CASE("Digest_EveryVariantOfAMeshWithBorders_IsTheSame") {
+  SubdivideOptions what;
+  what.levels = 3;
+  what.normals = true;
+  what.limit = true;
+  check_all_variants(BaseMesh::build(random_sheet(12, 700)), what);
+}
+
+TEST_CASE("Digest_ButterflyAndMidpointByEitherExecutor_IsTheSame") {
+  for (const Scheme scheme : {Scheme::kButterfly, Scheme::kMidpoint}) {
+    SubdivideOptions what;
+    what.scheme = scheme;
+    what.levels = 3;
+    for (const IndexedMesh& mesh : {random_sphere(21, 300), random_sheet(22, 300)}) {
+      const BaseMesh base = BaseMesh::build(mesh);
+      Variant variant;
+      const std::string expected = run(base, what, variant).digest;
+      variant.executor = ExecutorKind::kTransparent;
+      CHECK(run(base, what, variant).digest == expected);
+      variant.executor = ExecutorKind::kSweep;
+      variant.threads = 2;
+      variant.layout = LayoutKind::kHilbert;
+      CHECK(run(base, what, variant).digest == expected);
+    }
+  }
+}
+
+TEST_CASE("Digest_AnotherMesh_IsAnother") {
+  SubdivideOptions what;
+  what.levels = 2;
+  CHECK(run(BaseMesh::build(random_sphere(1, 50)), what, {}).digest !=
+        run(BaseMesh::build(random_sphere(2, 50)), what, {}).digest);
+}
+
+TEST_CASE("LoopPatches_OverArraysAndOverAStore_GiveTheSameBits") {
+  for (const IndexedMesh& mesh : {random_sphere(31, 200), random_sheet(32, 200)}) {
+    const BaseMesh base = BaseMesh::build(mesh);
+    constexpr int kLevels = 4;
+    InCoreMesh<Vector3<float>> arrays(base, kLevels);
+    for (std::size_t v = 0; v < base.vertex_count(); ++v)
+      arrays.base_records()[v] = loop::narrow<float>(base.positions()[v]);
+    for (int level = 1; level <= kLevels; ++level) loop_refine_patches(arrays, level);
+
+    StoreOptions options;
+    options.backend = "memory";
+    options.block_bytes = 4096;
+    Store store = Store::create({}, base, options, default_backends());
+    add_base_positions(store);
+    SubdivideOptions what;
+    what.levels = kLevels;
+    subdivide(store, what);
+    StorePatches<Vector3<float>> patches(store, store.attribute("position"), 1 << 20);
+    patches.activate(kLevels, 1, 0);
+    bool equal = true;
+    for (FaceId face = 0; face < base.face_count(); ++face) {
+      const auto expected = arrays.patch(face);
+      const auto found = patches.patch(face);
+      for (int j = 0; j <= 1 << kLevels; ++j)
+        for (int i = 0; i + j <= 1 << kLevels; ++i)
+          equal &= expected.at(kLevels, i, j) == found.at(kLevels, i, j);
+    }
+    CHECK(equal);
+  }
+}
+
+TEST_CASE("Sweep_WriteOnlyLevels_ReadNothingAndWriteOnce") {
+  const BaseMesh base = BaseMesh::build(random_sphere(41, 400));
+  SubdivideOptions what;
+  what.levels = 1;
+  Variant variant;
+  variant.backend = "pread";
+  variant.block_bytes = 4096;
+  const PagingStatistics statistics = run(base, what, variant).statistics;
+  CHECK(statistics.blocks_read == 0);
+  CHECK(statistics.bytes_written == base.edge_count() * 12);
+}
+
+TEST_CASE("Sweep_BudgetTooSmall_SaysWhatIsNeeded") {
+  SubdivideOptions what;
+  what.levels = 5;
+  Variant variant;
+  variant.backend = "pread";
+  variant.budget_bytes = 64 << 10;
+  try {
+    run(BaseMesh::build(random_sphere(51, 400)), what, variant);
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kBudget);
+    CHECK_THAT(error.what(),
+               Catch::Matchers::Contains("needs") && Catch::Matchers::Contains("span"));
+  }
+}
+
+TEST_CASE("Subdivide_Cancelled_ThrowsAndLeavesNoStore") {
+  const TemporaryDirectory directory;
+  StoreOptions options;
+  options.backend = "pread";
+  {
+    Store store = Store::create(directory.path() / "s.plait", BaseMesh::build(icosahedron()),
+                                options, default_backends());
+    add_base_positions(store);
+    SubdivideOptions what;
+    what.levels = 4;
+    int calls = 0;
+    what.proceed = [&](const SubdivideProgress&) { return ++calls < 4; };
+    try {
+      subdivide(store, what);
+      FAIL("expected an error");
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCancelled);
+    }
+    CHECK(calls == 4);
+  }
+  CHECK_FALSE(std::filesystem::exists(directory.path() / "s.plait"));
+}

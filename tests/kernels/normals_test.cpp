@@ -1,0 +1,75 @@
+// Normals against the naive oracle in double.
+#include "kernels/oracle.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+/// Angles between the store's normals and the oracle's, where the oracle has one.
+struct Angles {
+  double worst = 0, sum_of_squares = 0;
+  std::uint64_t count = 0;
+  double rms() const { return std::sqrt(sum_of_squares / static_cast<double>(count)); }
+};
+
+Angles measure_angles(Store& store, const naive::Mesh& oracle) {
+  Angles angles;
+  const std::vector<naive::Point> expected = naive::loop_limit_normals(oracle);
+  for_each_vertex<Vector3<float>>(
+      store, "normal", oracle, [&](naive::Index vertex, const Vector3<float>& found) {
+        if (naive::length(expected[vertex]) < 0.5) return;
+        const double angle = naive::angle_between(expected[vertex], point_of(found));
+        angles.worst = std::max(angles.worst, angle);
+        angles.sum_of_squares += angle * angle;
+        ++angles.count;
+      });
+  return angles;
+}
+
+}  // namespace
+
+TEST_CASE("Normals_FromDoublePositions_AgreeWithOracle") {
+  for (const NamedMesh& named : all_meshes())
+    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+      INFO(named.name << ", executor " << to_string(executor));
+      SubdivideOptions options;
+      options.executor = executor;
+      options.levels = 3;
+      options.normals = true;
+      const naive::Mesh oracle = naive::subdivide(to_naive(named.mesh), naive::Scheme::kLoop, 3);
+      Store store = refine_in_memory(named.mesh, options, true);
+      const Angles angles = measure_angles(store, oracle);
+      REQUIRE(angles.count > 0);
+      // Stored as float32: half a unit in the last place of each component.
+      CHECK(angles.worst < 2e-7);
+    }
+}
+
+TEST_CASE("Normals_FromFloatPositions_StayWithinTheRoundingOfPositions") {
+  for (const NamedMesh& named : all_meshes()) {
+    // All its vertices are neighbours of each other: the limit surface shrinks to a fold whose
+    // tangents are differences of nearly equal numbers.
+    if (named.name == "seven_vertex_torus") continue;
+    INFO(named.name);
+    SubdivideOptions options;
+    options.levels = 3;
+    options.normals = true;
+    const naive::Mesh oracle = naive::subdivide(to_naive(named.mesh), naive::Scheme::kLoop, 3);
+    Store store = refine_in_memory(named.mesh, options);
+    CHECK(measure_angles(store, oracle).rms() < 1e-4);
+  }
+}
+
+TEST_CASE("Normals_TinyAndHugeUnits_AreOfUnitLength") {
+  for (const double scale : {1e-12, 1e12}) {
+    IndexedMesh mesh = icosahedron();
+    for (Vector3<double>& position : mesh.positions) position = scale * position;
+    SubdivideOptions options;
+    options.levels = 3;
+    options.normals = true;
+    Store store = refine_in_memory(mesh, options);
+    const naive::Mesh oracle = naive::subdivide(to_naive(mesh), naive::Scheme::kLoop, 3);
+    CHECK(measure_angles(store, oracle).rms() < 1e-4);
+  }
+}

@@ -1,0 +1,83 @@
+// Modified Butterfly and midpoint against the naive oracle in double.
+#include "kernels/oracle.h"
+#include "plait/error.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+void compare(Scheme scheme, naive::Scheme oracle_scheme) {
+  for (const NamedMesh& named : all_meshes())
+    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+      const int levels = GENERATE(1, 2, 4);
+      INFO(named.name << ", executor " << to_string(executor) << ", level " << levels);
+      SubdivideOptions options;
+      options.scheme = scheme;
+      options.executor = executor;
+      options.levels = levels;
+      const naive::Mesh oracle = naive::subdivide(to_naive(named.mesh), oracle_scheme, levels);
+      Store store = refine_in_memory(named.mesh, options, true);
+      CHECK(worst_distance<Vector3<double>>(store, "position", oracle, oracle.points) < 1e-13);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("ButterflyPositions_AllTestMeshes_AgreeWithOracle") {
+  compare(Scheme::kButterfly, naive::Scheme::kButterfly);
+}
+
+TEST_CASE("MidpointPositions_AllTestMeshes_AgreeWithOracle") {
+  compare(Scheme::kMidpoint, naive::Scheme::kMidpoint);
+}
+
+TEST_CASE("LimitPositions_WithoutLoop_AreRefused") {
+  SubdivideOptions options;
+  options.scheme = Scheme::kButterfly;
+  options.limit = true;
+  REQUIRE_THROWS_AS(refine_in_memory(tetrahedron(), options), Error);
+}
+
+TEST_CASE("Rebase_AnyScheme_AgreesWithOracle") {
+  for (const auto& [scheme, oracle_scheme] :
+       {std::pair(Scheme::kLoop, naive::Scheme::kLoop),
+        std::pair(Scheme::kButterfly, naive::Scheme::kButterfly),
+        std::pair(Scheme::kMidpoint, naive::Scheme::kMidpoint)})
+    for (const IndexedMesh& mesh : {random_sphere(3, 40), random_sheet(5, 40)}) {
+      const BaseMesh refined = rebase(BaseMesh::build(mesh), 2, scheme, true);
+      const naive::Mesh oracle = naive::subdivide(to_naive(mesh), oracle_scheme, 2);
+      REQUIRE(refined.vertex_count() == oracle.points.size());
+      REQUIRE(refined.face_count() == oracle.triangles.size());
+      // The numbering of new vertices differs, so the surfaces are compared as sets of triangles.
+      using Corners = std::array<std::array<double, 3>, 3>;
+      const auto rounded = [](double x, double y, double z) {
+        return std::array{std::round(x * 1e9), std::round(y * 1e9), std::round(z * 1e9)};
+      };
+      const auto canonical = [](Corners corners) {
+        std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()),
+                    corners.end());
+        return corners;
+      };
+      std::vector<Corners> found, expected;
+      for (const auto& face : refined.faces()) {
+        Corners corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vector3<double>& p = refined.positions()[face[k]];
+          corners[k] = rounded(p.x, p.y, p.z);
+        }
+        found.push_back(canonical(corners));
+      }
+      for (const naive::Triangle& triangle : oracle.triangles) {
+        Corners corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const naive::Point& p = oracle.points[triangle[k]];
+          corners[k] = rounded(p.x, p.y, p.z);
+        }
+        expected.push_back(canonical(corners));
+      }
+      std::ranges::sort(found);
+      std::ranges::sort(expected);
+      CHECK(found == expected);
+    }
+}

@@ -1,0 +1,79 @@
+// tests/support/counting_backend.h: a backend that forwards to another one and counts.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "plait/backend.h"
+
+namespace plait::test {
+
+struct BackendCounts {
+  std::atomic<std::uint64_t> read_calls = 0, read_blocks = 0, read_bytes = 0;
+  std::atomic<std::uint64_t> write_calls = 0, write_blocks = 0, write_bytes = 0;
+  std::atomic<std::uint64_t> advise_calls = 0, flush_calls = 0, sync_calls = 0;
+};
+
+class CountingBackend final : public Backend {
+ public:
+  /// `counts` outlives this object; several backends may share it.
+  CountingBackend(std::unique_ptr<Backend> inner, BackendCounts& counts)
+      : inner_(std::move(inner)), counts_(counts) {}
+
+  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    ++counts_.read_calls;
+    counts_.read_blocks += blocks.count;
+    counts_.read_bytes += into.size();
+    inner_->read(blocks, into);
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    ++counts_.write_calls;
+    counts_.write_blocks += blocks.count;
+    counts_.write_bytes += from.size();
+    inner_->write(blocks, from);
+  }
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    ++counts_.advise_calls;
+    inner_->advise(blocks, advice);
+  }
+  void flush(BlockRange blocks) override {
+    ++counts_.flush_calls;
+    inner_->flush(blocks);
+  }
+  void sync() override {
+    ++counts_.sync_calls;
+    inner_->sync();
+  }
+  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+  BackendCounts& counts_;
+};
+
+using WrapBackend = std::function<std::unique_ptr<Backend>(std::unique_ptr<Backend>)>;
+
+/// The same names and options, with `wrap` around every backend that is opened.
+inline BackendRegistry wrapped_registry(const BackendRegistry& registry, const WrapBackend& wrap) {
+  BackendRegistry result;
+  for (const std::string& name : registry.names()) {
+    BackendRegistry::Entry entry = registry.find(name);
+    entry.open = [open = entry.open, wrap](const LevelSpec& level) { return wrap(open(level)); };
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// The same names and options, with every backend that is opened counted in `counts`.
+inline BackendRegistry counting_registry(const BackendRegistry& registry, BackendCounts& counts) {
+  return wrapped_registry(registry, [&counts](std::unique_ptr<Backend> inner) {
+    return std::make_unique<CountingBackend>(std::move(inner), counts);
+  });
+}
+
+}  // namespace plait::test

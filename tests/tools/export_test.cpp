@@ -1,0 +1,196 @@
+#include <boost/iostreams/copy.hpp>
+#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filter/zstd.hpp>
+#include <boost/iostreams/filtering_stream.hpp>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "export/mesh_export.h"
+#include "plait/mesh_io.h"
+#include "program.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+constexpr int kLevel = 2;
+
+struct Workplace {
+  TemporaryDirectory directory;
+  BaseMesh base;
+  explicit Workplace(const IndexedMesh& mesh) : base(BaseMesh::build(mesh)) {
+    write_ply(directory.path() / "mesh.ply", mesh);
+    const Outcome made =
+        plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--block", "4K"});
+    CAPTURE(made.errors);
+    REQUIRE(made.status == 0);
+  }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+  std::filesystem::path write(const std::string& name,
+                              std::vector<std::string> options = {}) const {
+    std::vector<std::string> arguments = {"export", "s.plait", name, "--level",
+                                          std::to_string(kLevel)};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = plait(arguments);
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    return directory.path() / name;
+  }
+};
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  boost::iostreams::filtering_istream stream;
+  if (path.extension() == ".gz") stream.push(boost::iostreams::gzip_decompressor());
+  if (path.extension() == ".zst") stream.push(boost::iostreams::zstd_decompressor());
+  stream.push(file);
+  std::ostringstream content;
+  boost::iostreams::copy(stream, content);
+  return content.str();
+}
+
+struct Facet {
+  Vector3<float> normal, corners[3];
+};
+
+std::vector<Facet> facets_of(const std::string& stl) {
+  std::uint32_t count = 0;
+  REQUIRE(stl.size() >= 84);
+  std::memcpy(&count, stl.data() + 80, 4);
+  REQUIRE(stl.size() == 84 + std::size_t{50} * count);
+  std::vector<Facet> facets(count);
+  for (std::size_t i = 0; i < count; ++i)
+    std::memcpy(&facets[i], stl.data() + 84 + 50 * i, sizeof(Facet));
+  return facets;
+}
+
+Vector3<double> to_float(const Vector3<double>& p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+
+void check_counts(const BaseMesh& read, const BaseMesh& base) {
+  const LevelCounts expected = counts_at_level(base, kLevel);
+  CHECK(read.vertex_count() == expected.vertices);
+  CHECK(read.edge_count() == expected.edges);
+  CHECK(read.face_count() == expected.faces);
+  CHECK(read.border_edge_count() == base.border_edge_count() << kLevel);
+}
+
+}  // namespace
+
+TEST_CASE("ExportFormat_NamesOfAnyKind_AreFormatsOrRefused") {
+  CHECK(export_format("a.ply").mesh == MeshFormat::kPly);
+  CHECK(export_format("a.obj.gz").mesh == MeshFormat::kObj);
+  CHECK(export_format("a.obj.gz").compression == Compression::kGzip);
+  CHECK(export_format("d/a.b.stl.zst").mesh == MeshFormat::kStl);
+  for (const char* name : {"a", "a.off", "a.gz", "ply", "a.ply.bz2", "a.ply/", ".ply"}) {
+    CAPTURE(name);
+    CHECK_THROWS_AS(export_format(name), Error);
+  }
+}
+
+TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
+  for (const IndexedMesh& mesh : {icosahedron(), seven_vertex_torus(), sheet(4, 3),
+                                  single_triangle(), two_components(), random_sphere(3, 100)}) {
+    const Workplace here(mesh);
+    CAPTURE(here.base.vertex_count());
+    std::vector<std::string> warnings;
+    const BaseMesh ply = read_base_mesh(here.write("out.ply"), &warnings);
+    check_counts(ply, here.base);
+    for (const char* name : {"out.ply.gz", "out.ply.zst", "out.obj", "out.obj.gz", "out.obj.zst"}) {
+      CAPTURE(name);
+      const BaseMesh read = read_base_mesh(here.write(name), &warnings);
+      // Decimals read as double round to the float that they came from.
+      CHECK(std::ranges::equal(read.positions(), ply.positions(), {}, to_float));
+      CHECK(std::ranges::equal(read.faces(), ply.faces()));
+    }
+    CHECK(warnings.empty());
+  }
+}
+
+TEST_CASE("Export_VerticesOfAFile_ComeByLevelSoThatTheBaseIsAPrefix") {
+  const Workplace here(icosahedron());
+  const IndexedMesh fine = read_indexed_mesh(here.write("fine.ply"));
+  const Outcome coarse = here.plait({"export", "s.plait", "coarse.ply", "--level", "0"});
+  REQUIRE(coarse.status == 0);
+  const IndexedMesh base = read_indexed_mesh(here.directory.path() / "coarse.ply");
+  REQUIRE(base.positions.size() == 12);
+  CHECK(base.faces.size() == 20);
+  CHECK(std::equal(base.positions.begin(), base.positions.end(), fine.positions.begin()));
+}
+
+TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
+  const Workplace here(icosahedron());
+  const std::string ply = content_of(here.write("n.ply", {"--attribute", "normal"}));
+  CHECK(ply.find("property float nx\nproperty float ny\nproperty float nz\n") != std::string::npos);
+  const std::size_t start = ply.find("end_header\n") + 11;
+  for (std::size_t vertex = 0; vertex < counts_at_level(here.base, kLevel).vertices; ++vertex) {
+    Vector3<float> record[2];
+    std::memcpy(record, ply.data() + start + vertex * sizeof(record), sizeof(record));
+    CHECK(dot(record[1], record[1]) == Approx(1).epsilon(1e-5));
+    CHECK(dot(record[0], record[1]) > 0);
+  }
+  const std::string obj = content_of(here.write("n.obj", {"--attribute", "normal"}));
+  CHECK(obj.find("\nvn ") != std::string::npos);
+  CHECK(obj.find("//") != std::string::npos);
+  CHECK(here.plait({"export", "s.plait", "n.stl", "--attribute", "normal"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "n.ply", "--attribute", "colour"}).status == 2);
+}
+
+TEST_CASE("Export_StlOfAClosedMesh_HasEveryEdgeTwiceAndOuterNormals") {
+  const Workplace here(icosahedron());
+  for (const char* name : {"out.stl", "out.stl.gz", "out.stl.zst"}) {
+    CAPTURE(name);
+    const std::vector<Facet> facets = facets_of(content_of(here.write(name)));
+    CHECK(facets.size() == counts_at_level(here.base, kLevel).faces);
+    using Point = std::array<float, 3>;
+    const auto key = [](const Vector3<float>& p) { return Point{p.x, p.y, p.z}; };
+    std::map<std::pair<Point, Point>, int> directed;
+    for (const Facet& facet : facets) {
+      CHECK(dot(facet.normal, facet.corners[0]) > 0);
+      for (int side = 0; side < 3; ++side)
+        ++directed[{key(facet.corners[side]), key(facet.corners[(side + 1) % 3])}];
+    }
+    for (const auto& [edge, count] : directed) {
+      CHECK(count == 1);
+      CHECK(directed.count({edge.second, edge.first}) == 1);
+    }
+  }
+}
+
+TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
+  const Workplace here(icosahedron());
+  const auto before = names_in(here.directory.path());
+  CHECK(here.plait({"export", "s.plait", "out.ply", "--level", "4"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "out.off"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "s.plait"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "no/out.ply"}).status == 2);
+  CHECK(names_in(here.directory.path()) == before);
+}
+
+TEST_CASE("Export_RefinedBaseMesh_StartsAtTheBaseLevel") {
+  const Workplace here(icosahedron());
+  REQUIRE(here.plait({"subdivide", "mesh.ply", "r.plait", "--levels", "3", "--max-slot", "12"})
+              .status == 0);
+  REQUIRE(here.plait({"export", "r.plait", "r.ply"}).status == 0);
+  REQUIRE(here.plait({"export", "s.plait", "s.ply"}).status == 0);
+  const BaseMesh refined = read_base_mesh(here.directory.path() / "r.ply");
+  const BaseMesh plain = read_base_mesh(here.directory.path() / "s.ply");
+  CHECK(refined.vertex_count() == plain.vertex_count());
+  // Other base vertices mean sums in another order: equal but for rounding.
+  for (const Vector3<double>& point : refined.positions()) {
+    double nearest = 1;
+    for (const Vector3<double>& other : plain.positions())
+      nearest = std::min(nearest, dot(other - point, other - point));
+    CHECK(nearest < 1e-12);
+  }
+  CHECK(here.plait({"export", "r.plait", "x.ply", "--level", "0"}).status == 2);
+}
+
+}  // namespace plait::test

@@ -1,0 +1,104 @@
+// tests/tools/program.h: runs the program as a process of its own and catches what it says.
+#pragma once
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "support/temporary_directory.h"
+
+namespace plait::test {
+
+struct Outcome {
+  int status = -1;  ///< exit status, or 1000 + the signal that ended the process
+  std::string output, errors;
+
+  /// All of standard output as one JSON object. Throws if it is anything else.
+  nlohmann::json json() const { return nlohmann::json::parse(output); }
+  /// Lines of `errors`.
+  std::size_t error_lines() const {
+    return static_cast<std::size_t>(std::count(errors.begin(), errors.end(), '\n'));
+  }
+  std::string last_line() const {
+    const std::size_t end = output.find_last_not_of('\n');
+    if (end == std::string::npos) return {};
+    const std::size_t start = output.rfind('\n', end);
+    return output.substr(start == std::string::npos ? 0 : start + 1,
+                         end - (start == std::string::npos ? std::string::npos : start));
+  }
+};
+
+/// A process of PLAIT_PROGRAM, working in a directory of its own choice. Standard output goes to a
+/// file unless another one is named.
+class Program {
+ public:
+  Program(const std::filesystem::path& directory, std::vector<std::string> arguments,
+          const std::filesystem::path& output_path = {})
+      : output_path_(output_path.empty() ? scratch_.path() / "output" : output_path),
+        keeps_output_(output_path.empty()) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 1, output_path_.c_str(), O_WRONLY | O_CREAT, 0644);
+    posix_spawn_file_actions_addopen(&actions, 2, (scratch_.path() / "errors").c_str(),
+                                     O_WRONLY | O_CREAT, 0644);
+    posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
+    arguments.insert(arguments.begin(), PLAIT_PROGRAM);
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    const int error =
+        ::posix_spawn(&process_, PLAIT_PROGRAM, &actions, nullptr, pointers.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0) throw std::system_error(error, std::generic_category(), PLAIT_PROGRAM);
+  }
+
+  pid_t process() const { return process_; }
+
+  Outcome wait() {
+    int status = 0;
+    while (::waitpid(process_, &status, 0) < 0)
+      if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status),
+            keeps_output_ ? content_of(output_path_) : std::string(),
+            content_of(scratch_.path() / "errors")};
+  }
+
+ private:
+  static std::string content_of(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  TemporaryDirectory scratch_;
+  std::filesystem::path output_path_;
+  bool keeps_output_;
+  pid_t process_ = -1;
+};
+
+/// Runs the program in `directory` to its end.
+inline Outcome run(const std::filesystem::path& directory, std::vector<std::string> arguments) {
+  return Program(directory, std::move(arguments)).wait();
+}
+
+/// Names in a directory, sorted.
+inline std::vector<std::string> names_in(const std::filesystem::path& directory) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(directory))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace plait::test

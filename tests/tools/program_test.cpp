@@ -1,0 +1,177 @@
+// The contract of the command line: exit statuses, --json, and that refusals leave nothing.
+#include "program.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// A directory with an icosahedron in it.
+struct Workplace {
+  TemporaryDirectory directory;
+  Workplace() { write_ply(path("mesh.ply"), icosahedron()); }
+  std::filesystem::path path(const char* name) const { return directory.path() / name; }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+};
+
+const Names kCommands = {"generate", "subdivide", "info",   "verify", "digest",
+                         "export",   "convert",   "layout", "render"};
+
+}  // namespace
+
+TEST_CASE("Help_OfEveryCommand_HasExamplesAndStatusZero") {
+  const Workplace here;
+  CHECK(here.plait({"--help"}).output.find("Exit status") != std::string::npos);
+  for (const std::string& command : kCommands) {
+    CAPTURE(command);
+    const Outcome outcome = here.plait({command, "--help"});
+    CHECK(outcome.status == 0);
+    CHECK(outcome.errors.empty());
+    CHECK(outcome.output.find("Examples:\n  plait " + command) != std::string::npos);
+  }
+  CHECK(here.plait({"--version"}).output.find("plait ") == 0);
+}
+
+TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
+  const Workplace here;
+  const std::vector<Names> wrong = {
+      {},
+      {"fly"},
+      {"subdivide"},
+      {"subdivide", "mesh.ply", "s.plait"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "0"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "21"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2x"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--no-such-option"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--resume"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--memory", "12Q"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--memory", "1K"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--block", "5000"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--threads", "0"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "uring"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--codec", "lz4"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "compressed", "--codec",
+       "rot13"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "fused"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--layout", "alphabetical"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "catmull-clark"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "midpoint", "--limit"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--precision", "float16"},
+      {"subdivide", "mesh.ply", "--levels", "2"},
+      {"subdivide", "missing.ply", "s.plait", "--levels", "2"},
+      {"subdivide", "mesh.ply", "no/such/directory/s.plait", "--levels", "2"},
+      {"info", "missing.plait"},
+      {"verify", "missing.plait"},
+      {"digest", "missing.plait"},
+      {"layout", "mesh.ply", "--layout", "alphabetical"},
+      {"generate", "teapot", "t.ply"},
+      {"generate", "torus", "t.obj"},
+      {"generate", "torus", "t.ply", "--vertices", "1"},
+      {"export", "missing.plait", "out.off"},
+      {"render", "missing.plait", "out.jpg"},
+  };
+  for (const Names& arguments : wrong) {
+    std::string line;
+    for (const std::string& argument : arguments) line += argument + " ";
+    CAPTURE(line);
+    const Outcome outcome = here.plait(arguments);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.output.empty());
+    CHECK(outcome.errors.find("plait: ") == 0);
+    CHECK(outcome.error_lines() == 1);
+    CHECK(names_in(here.directory.path()) == Names{"mesh.ply"});
+  }
+}
+
+TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
+  const Workplace here;
+  const Names base = {"subdivide", "mesh.ply", "s.plait", "--levels", "1"};
+  const auto errors_with = [&](const std::string& option, const std::string& value) {
+    Names arguments = base;
+    arguments.insert(arguments.end(), {option, value});
+    return here.plait(arguments).errors;
+  };
+  CHECK(errors_with("--backend", "uring").find("pread") != std::string::npos);
+  CHECK(errors_with("--executor", "fused").find("sweep") != std::string::npos);
+  CHECK(errors_with("--layout", "x").find("hilbert") != std::string::npos);
+  CHECK(errors_with("--scheme", "x").find("butterfly") != std::string::npos);
+}
+
+TEST_CASE("Json_OnErrors_IsOneObjectWithCodeAndMessage") {
+  const Workplace here;
+  const Outcome usage = here.plait({"subdivide", "mesh.ply", "--json", "--no-such-option"});
+  CHECK(usage.status == 2);
+  CHECK(usage.json()["error"]["code"] == "usage");
+  const Outcome missing = here.plait({"info", "missing.plait", "--json"});
+  CHECK(missing.status == 2);
+  CHECK(missing.json()["error"]["code"] == "not_found");
+}
+
+TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
+  const Workplace here;
+  const std::vector<Names> all = {
+      {"generate", "torus", "torus.ply", "--vertices", "100", "--json"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--json"},
+      {"info", "s.plait", "--json"},
+      {"verify", "s.plait", "--json"},
+      {"digest", "s.plait", "--json"},
+      {"export", "s.plait", "s.ply", "--json"},
+      {"convert", "s.plait", "c.plait", "--backend", "compressed", "--json"},
+      {"layout", "torus.ply", "--json"},
+      {"render", "s.plait", "s.png", "--size", "64x48", "--json"}};
+  for (const Names& arguments : all) {
+    CAPTURE(arguments[0]);
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 0);
+    CHECK(outcome.errors.empty());
+    CHECK(outcome.json().is_object());
+  }
+}
+
+TEST_CASE("Subdivide_RefusedMeshes_LeaveNothing") {
+  const Workplace here;
+  IndexedMesh broken = icosahedron();
+  broken.faces.push_back(broken.faces[0]);
+  write_ply(here.path("non_manifold.ply"), broken);
+  std::ofstream(here.path("truncated.ply")) << "ply\nformat ascii 1.0\nelement vertex 3\n";
+  std::ofstream(here.path("noise.obj")) << "v 1 2\nf 1 2 3\n";
+  const Names before = names_in(here.directory.path());
+  for (const char* mesh : {"non_manifold.ply", "truncated.ply", "noise.obj"}) {
+    CAPTURE(mesh);
+    const Outcome outcome = here.plait({"subdivide", mesh, "s.plait", "--levels", "2"});
+    CHECK(outcome.status == 2);
+    CHECK(outcome.errors.find(mesh) != std::string::npos);
+    CHECK(names_in(here.directory.path()) == before);
+  }
+}
+
+TEST_CASE("Subdivide_TooSmallBudget_FailsWithStatusOneAndLeavesNothing") {
+  const Workplace here;
+  REQUIRE(here.plait({"generate", "torus", "torus.ply", "--vertices", "5000"}).status == 0);
+  const Outcome outcome = here.plait(
+      {"subdivide", "torus.ply", "s.plait", "--levels", "4", "--memory", "64K", "--json"});
+  CHECK(outcome.status == 1);
+  CHECK(outcome.json()["error"]["code"] == "budget");
+  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "torus.ply"});
+}
+
+TEST_CASE("Output_ThatCannotBeWritten_IsStatusOne") {
+  const Workplace here;
+  Program full(here.directory.path(), {"layout", "mesh.ply"}, "/dev/full");
+  const Outcome outcome = full.wait();
+  CHECK(outcome.status == 1);
+  CHECK(outcome.errors.find("standard output") != std::string::npos);
+}
+
+}  // namespace plait::test

@@ -1,0 +1,232 @@
+// What the commands promise about stores: one digest, damage named, replacement at the end.
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "program.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+struct Workplace {
+  TemporaryDirectory directory;
+  Workplace() { write_ply(path("mesh.ply"), random_sphere(7, 300)); }
+  std::filesystem::path path(const std::string& name) const { return directory.path() / name; }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+  Outcome subdivide(const std::string& store, Names options) const {
+    Names arguments = {"subdivide", "mesh.ply", store, "--levels", "3"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return plait(arguments);
+  }
+  std::string digest(const std::string& store) const {
+    const Outcome outcome = plait({"digest", store});
+    CHECK(outcome.status == 0);
+    return outcome.last_line();
+  }
+};
+
+/// The largest file of a store: a level of its finest attribute.
+std::filesystem::path largest_file(const std::filesystem::path& store) {
+  std::filesystem::path largest;
+  for (const auto& entry : std::filesystem::directory_iterator(store))
+    if (largest.empty() || entry.file_size() > std::filesystem::file_size(largest))
+      largest = entry.path();
+  return largest;
+}
+
+void flip_byte(const std::filesystem::path& path, std::streamoff offset) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(offset);
+  const char byte = static_cast<char>(file.get());
+  file.seekp(offset);
+  file.put(static_cast<char>(byte ^ 0x20));
+}
+
+}  // namespace
+
+TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
+  const Workplace here;
+  REQUIRE(here.subdivide("reference.plait", {"--normals"}).status == 0);
+  const std::string expected = here.digest("reference.plait");
+  CHECK(expected.size() == 32);
+  CHECK(expected.find_first_not_of("0123456789abcdef") == std::string::npos);
+  const std::vector<Names> ways = {
+      {"--backend", "mmap"},
+      {"--backend", "compressed", "--codec", "lz4"},
+      {"--backend", "compressed", "--codec", "zstd:3", "--filter", "none"},
+      {"--executor", "transparent"},
+      {"--layout", "given", "--threads", "1"},
+      {"--layout", "rcm", "--block", "64KiB", "--memory", "16MiB"},
+      {"--durability", "none"}};
+  for (std::size_t way = 0; way < ways.size(); ++way) {
+    CAPTURE(ways[way]);
+    const std::string store = "way" + std::to_string(way) + ".plait";
+    Names options = ways[way];
+    options.push_back("--normals");
+    const Outcome made = here.subdivide(store, options);
+    CAPTURE(made.errors);
+    REQUIRE(made.status == 0);
+    CHECK(here.digest(store) == expected);
+  }
+  const Outcome memory = here.plait(
+      {"subdivide", "mesh.ply", "--levels", "3", "--normals", "--backend", "memory", "--json"});
+  REQUIRE(memory.status == 0);
+  CHECK(memory.json()["digest"] == expected);
+  CHECK(memory.json()["store"].is_null());
+}
+
+TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  const Outcome one = here.plait({"digest", "s.plait", "--level", "2"});
+  CHECK(one.status == 0);
+  CHECK(one.last_line() != here.digest("s.plait"));
+  CHECK(here.plait({"digest", "s.plait", "--level", "4"}).status == 2);
+}
+
+TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
+  const Workplace here;
+  const Outcome outcome =
+      here.subdivide("s.plait", {"--json", "--executor", "transparent", "--threads", "2"});
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json report = outcome.json();
+  for (const char* key :
+       {"levels",         "vertices",       "seconds",        "import_seconds",  "layout_seconds",
+        "refine_seconds", "commit_seconds", "cpu_seconds",    "ns_per_vertex",   "bytes_written",
+        "bytes_read",     "stored_bytes",   "peak_rss_bytes", "base_mesh_bytes", "budget_bytes",
+        "backend",        "codec",          "filter",         "block_bytes",     "executor",
+        "threads",        "layout",         "span",           "level_counts",    "digest",
+        "paging"}) {
+    CAPTURE(key);
+    CHECK(report.contains(key));
+  }
+  CHECK(report["threads"] == 1);
+  CHECK(report["digest"] == here.digest("s.plait"));
+  std::uint64_t vertices = report["input"]["vertices"], edges = report["input"]["edges"],
+                faces = report["input"]["faces"];
+  for (const auto& counts : report["level_counts"]) {
+    CHECK(counts["vertices"] == vertices);
+    CHECK(counts["edges"] == edges);
+    CHECK(counts["faces"] == faces);
+    vertices += edges;
+    edges = 2 * edges + 3 * faces;
+    faces *= 4;
+  }
+  CHECK(report["level_counts"].size() == 4);
+  CHECK(report["level_counts"][3]["vertices"] == report["vertices"]);
+}
+
+TEST_CASE("Subdivide_SmallSlotLimit_KeepsLevelNumbersAndSurface") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--max-slot", "64", "--json"}).status == 0);
+  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  CHECK(info["base_level"].get<int>() > 0);
+  CHECK(info["finest_level"] == 3);
+  REQUIRE(here.subdivide("t.plait", {}).status == 0);
+  CHECK(info["finest"] == here.plait({"info", "t.plait", "--json"}).json()["finest"]);
+}
+
+TEST_CASE("Info_OfAStore_AddsUp") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "compressed"}).status == 0);
+  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  CHECK(info["backend"] == "compressed");
+  CHECK(info["scheme"] == "loop");
+  REQUIRE(info["attributes"].size() == 2);
+  for (const auto& attribute : info["attributes"]) {
+    std::uint64_t vertices = info["base"]["vertices"];
+    for (const auto& level : attribute["levels"]) {
+      CHECK(level["raw_bytes"] == level["vertices"].get<std::uint64_t>() * 12);
+      CHECK(level["blocks_never_written"] == 0);
+      vertices += level["vertices"].get<std::uint64_t>();
+    }
+    CHECK(vertices == info["finest"]["vertices"]);
+  }
+}
+
+TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
+  const Workplace here;
+  for (const std::string backend : {"pread", "mmap", "compressed"}) {
+    CAPTURE(backend);
+    const std::string store = backend + ".plait";
+    REQUIRE(here.subdivide(store, {"--backend", backend, "--block", "4KiB"}).status == 0);
+    CHECK(here.plait({"verify", store}).status == 0);
+    flip_byte(largest_file(here.path(store)), 5000);
+    const Outcome outcome = here.plait({"verify", store});
+    CHECK(outcome.status == 1);
+    CHECK(outcome.output.find("damaged: position, level 3, block ") == 0);
+    const nlohmann::json report = here.plait({"verify", store, "--json"}).json();
+    CHECK(report["ok"] == false);
+    REQUIRE(report["damaged_count"] == 1);
+    const auto& damaged = report["damaged"][0];
+    CHECK(damaged["file_offset"].get<std::uint64_t>() <= 5000);
+    CHECK(damaged["first_edge"].get<std::uint64_t>() < damaged["edge_after"].get<std::uint64_t>());
+  }
+}
+
+TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  const std::string expected = here.digest("s.plait");
+  REQUIRE(here.plait({"convert", "s.plait", "c.plait", "--backend", "compressed", "--codec",
+                      "zstd:5", "--block", "64K"})
+              .status == 0);
+  CHECK(here.digest("c.plait") == expected);
+  CHECK(here.plait({"info", "c.plait", "--json"}).json()["codec"] == "zstd:5");
+  REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
+  CHECK(here.digest("m.plait") == expected);
+  CHECK(here.plait({"verify", "m.plait"}).status == 0);
+}
+
+TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  const Names before = names_in(here.directory.path());
+  for (const Names& options :
+       std::vector<Names>{{"s.plait", "--force"},
+                          {"c.plait", "--backend", "memory"},
+                          {"c.plait", "--codec", "lz4"},
+                          {"c.plait", "--backend", "compressed", "--codec", "zstd:99"},
+                          {"mesh.ply", "--force"},
+                          {"c.plait", "--block", "3000"}}) {
+    CAPTURE(options);
+    Names arguments = {"convert", "s.plait"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    CHECK(here.plait(arguments).status == 2);
+    CHECK(names_in(here.directory.path()) == before);
+  }
+}
+
+TEST_CASE("Force_WhenTheNewStoreFails_KeepsTheOldOne") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  const std::string expected = here.digest("s.plait");
+  CHECK(here.subdivide("s.plait", {}).status == 2);
+  CHECK(here.subdivide("s.plait", {"--force", "--memory", "64K"}).status != 0);
+  CHECK(here.subdivide("s.plait", {"--force", "--limit", "--scheme", "midpoint"}).status == 2);
+  CHECK(here.digest("s.plait") == expected);
+  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+
+  REQUIRE(here.subdivide("s.plait", {"--force", "--scheme", "midpoint"}).status == 0);
+  CHECK(here.digest("s.plait") != expected);
+  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+}
+
+TEST_CASE("Force_OnWhatIsNoStore_IsRefused") {
+  const Workplace here;
+  std::filesystem::create_directory(here.path("papers"));
+  std::ofstream(here.path("papers/thesis.txt")) << "the only copy";
+  CHECK(here.subdivide("papers", {"--force"}).status == 2);
+  CHECK(here.subdivide("mesh.ply", {"--force"}).status == 2);
+  CHECK(names_in(here.path("papers")) == Names{"thesis.txt"});
+  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "papers"});
+}
+
+}  // namespace plait::test

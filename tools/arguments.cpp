@@ -1,0 +1,155 @@
+#include "arguments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr int kMaxPictureSide = 8192;
+
+[[noreturn]] void refuse(std::string_view what, std::string_view text, std::string_view expected) {
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("read {} \"{}\": expected {}", what, text, expected));
+}
+
+/// The power of two a unit stands for, or -1.
+int unit_shift(std::string_view unit) {
+  std::string lower(unit);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  if (lower.empty() || lower == "b") return 0;
+  if (lower == "k" || lower == "kb" || lower == "kib") return 10;
+  if (lower == "m" || lower == "mb" || lower == "mib") return 20;
+  if (lower == "g" || lower == "gb" || lower == "gib") return 30;
+  return -1;
+}
+
+template <class Number>
+bool parse_whole(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::uint64_t parse_size(std::string_view text) {
+  constexpr std::string_view kExpected =
+      "a whole number of bytes below 2^64, such as 65536, 64KiB, 1.5GiB";
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+  std::uint64_t whole = 0;
+  if (!parse_whole(text.substr(0, digits), whole)) refuse("size", text, kExpected);
+  std::string_view rest = text.substr(digits);
+  std::string_view fraction;
+  if (!rest.empty() && rest.front() == '.') {
+    rest.remove_prefix(1);
+    const std::size_t end = std::min(rest.find_first_not_of("0123456789"), rest.size());
+    fraction = rest.substr(0, end);
+    rest.remove_prefix(end);
+    if (fraction.empty() || fraction.size() > 9) refuse("size", text, kExpected);
+  }
+  if (rest.size() > 1 && rest.front() == ' ') rest.remove_prefix(1);
+  const int shift = unit_shift(rest);
+  if (shift < 0 || whole > (std::numeric_limits<std::uint64_t>::max() >> shift))
+    refuse("size", text, kExpected);
+  std::uint64_t bytes = whole << shift;
+  if (!fraction.empty()) {
+    std::uint64_t numerator = 0, denominator = 1;
+    parse_whole(fraction, numerator);
+    for (std::size_t digit = 0; digit < fraction.size(); ++digit) denominator *= 10;
+    // At most 10^9 * 2^30, below 2^60.
+    const std::uint64_t scaled = numerator << shift;
+    if (scaled % denominator != 0) refuse("size", text, kExpected);
+    bytes += scaled / denominator;
+  }
+  return bytes;
+}
+
+PictureSize parse_picture_size(std::string_view text) {
+  PictureSize size;
+  const std::size_t cross = text.find('x');
+  if (cross == std::string_view::npos || !parse_whole(text.substr(0, cross), size.width) ||
+      !parse_whole(text.substr(cross + 1), size.height) || size.width < 1 || size.height < 1 ||
+      size.width > kMaxPictureSide || size.height > kMaxPictureSide)
+    refuse("picture size", text, fmt::format("WIDTHxHEIGHT, each 1 to {} pixels", kMaxPictureSide));
+  return size;
+}
+
+ViewAngles parse_view(std::string_view text) {
+  ViewAngles view;
+  const std::size_t comma = text.find(',');
+  if (comma == std::string_view::npos || !parse_whole(text.substr(0, comma), view.azimuth) ||
+      !parse_whole(text.substr(comma + 1), view.elevation) || !(std::abs(view.azimuth) <= 360) ||
+      !(std::abs(view.elevation) <= 90))
+    refuse("view", text, "AZIMUTH,ELEVATION in degrees, to 360 and to 90 either way");
+  return view;
+}
+
+std::string format_bytes(std::uint64_t bytes) {
+  if (bytes < 1024) return fmt::format("{} bytes", bytes);
+  constexpr const char* kUnits[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+  double value = static_cast<double>(bytes) / 1024;
+  std::size_t unit = 0;
+  for (; value >= 1024 && unit + 1 < std::size(kUnits); ++unit) value /= 1024;
+  return fmt::format("{:.{}f} {}", value, value < 10 ? 2 : value < 100 ? 1 : 0, kUnits[unit]);
+}
+
+std::string size_text(std::uint64_t bytes) {
+  constexpr std::pair<int, const char*> kUnits[] = {{30, "GiB"}, {20, "MiB"}, {10, "KiB"}};
+  for (const auto& [shift, unit] : kUnits)
+    if (bytes != 0 && (bytes & ((std::uint64_t{1} << shift) - 1)) == 0)
+      return fmt::format("{}{}", bytes >> shift, unit);
+  return std::to_string(bytes);
+}
+
+std::string format_count(std::uint64_t count) {
+  const std::string digits = std::to_string(count);
+  std::string text;
+  for (std::size_t at = 0; at < digits.size(); ++at) {
+    if (at > 0 && (digits.size() - at) % 3 == 0) text += ',';
+    text += digits[at];
+  }
+  return text;
+}
+
+CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
+                             const std::string& description) {
+  return command
+      .add_option_function<std::string>(
+          name,
+          [name, &value](const std::string& text) {
+            try {
+              value = parse_size(text);
+            } catch (const Error& error) {
+              throw CLI::ValidationError(name, error.what());
+            }
+          },
+          description)
+      ->type_name("SIZE")
+      ->default_str(size_text(value));
+}
+
+CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
+  return command.add_flag("--json", context.json,
+                          "One JSON object on standard output, and nothing else there");
+}
+
+std::string backend_help(const BackendRegistry& backends) {
+  std::string text = "Backends:\n";
+  for (const std::string& name : backends.names())
+    text += fmt::format("  {:<12} {}\n", name, backends.find(name).summary);
+  return text;
+}
+
+int default_thread_count() {
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+}  // namespace plait

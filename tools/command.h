@@ -1,0 +1,28 @@
+// tools/command.h: the commands of the program. Each lives in command_NAME.cpp and adds itself to
+// the parser; parsing only stores what to run, so that usage errors come before any work.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "plait/backend.h"
+
+namespace plait {
+
+struct CommandContext {
+  const BackendRegistry& backends;
+  bool json = false;                   ///< --json: one object on standard output and nothing else
+  std::function<int()> run = nullptr;  ///< set by the command that was given; the exit status
+};
+
+void add_generate_command(CLI::App& program, CommandContext& context);
+void add_subdivide_command(CLI::App& program, CommandContext& context);
+void add_info_command(CLI::App& program, CommandContext& context);
+void add_verify_command(CLI::App& program, CommandContext& context);
+void add_digest_command(CLI::App& program, CommandContext& context);
+void add_export_command(CLI::App& program, CommandContext& context);
+void add_convert_command(CLI::App& program, CommandContext& context);
+void add_layout_command(CLI::App& program, CommandContext& context);
+void add_render_command(CLI::App& program, CommandContext& context);
+
+}  // namespace plait

@@ -1,0 +1,79 @@
+// plait digest: one word for a store's content, whatever holds it.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "measure.h"
+#include "plait/digest.h"
+#include "plait/store.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::filesystem::path store;
+  int level = -1;
+  std::uint64_t memory_bytes = OpenOptions().budget_bytes;
+  int threads = default_thread_count();
+};
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  OpenOptions open;
+  open.budget_bytes = arguments.memory_bytes;
+  Store store = Store::open(arguments.store, open, context.backends);
+  Progress progress("digest", ProgressUnit::kNone);
+  DigestOptions options;
+  options.level = arguments.level;
+  options.threads = arguments.threads;
+  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
+    return progress.update(done, total);
+  };
+  const std::string word = digest(store, options).to_string();
+  progress.clear();
+  if (!context.json) {
+    print(word + "\n");
+    return kExitDone;
+  }
+  nlohmann::ordered_json report = {{"store", arguments.store.string()}, {"digest", word}};
+  if (arguments.level >= 0) report["level"] = arguments.level;
+  report["seconds"] = clock.seconds();
+  print(report.dump(2) + "\n");
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_digest_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("digest", "One word for a store's content, whatever holds it");
+  command->add_option("STORE", arguments->store, "The store")->required();
+  command->add_option("--level", arguments->level, "Only the vertices born at this level")
+      ->check(CLI::NonNegativeNumber);
+  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  command->add_option("--threads", arguments->threads, "Threads")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  add_json_option(*command, context);
+  command->footer(
+      "The last line is one hexadecimal word. It is equal for any backend, codec, block size,\n"
+      "budget, executor, thread count and layout.\n"
+      "\n"
+      "Examples:\n"
+      "  plait digest surface.plait\n"
+      "  plait digest surface.plait --level 3 --json");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

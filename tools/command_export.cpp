@@ -1,0 +1,104 @@
+// plait export: one level of a store as a mesh file.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "export/mesh_export.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "partial_output.h"
+#include "plait/store.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::filesystem::path store, output;
+  int level = -1;
+  std::vector<std::string> attributes;
+  std::uint64_t memory_bytes = OpenOptions().budget_bytes;
+};
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  ExportOptions options;
+  options.format = export_format(arguments.output);
+  options.attributes = arguments.attributes;
+  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  OpenOptions open;
+  open.budget_bytes = arguments.memory_bytes;
+  Store store = Store::open(arguments.store, open, context.backends);
+  options.level = arguments.level >= 0
+                      ? arguments.level
+                      : store.attributes()[store.attribute("position")].finest_level;
+  ExportResult result;
+  {
+    Progress progress("export", ProgressUnit::kNone);
+    options.proceed = [&](std::uint64_t done, std::uint64_t total) {
+      return progress.update(done, total);
+    };
+    result = export_mesh(store, output.path(), options);
+  }
+  throw_if_interrupted();
+  output.publish(false);
+
+  if (!context.json) {
+    print(fmt::format("{}: level {}, {} vertices, {} triangles, {}, {:.2f} s\n",
+                      output.final_path().native(), options.level, format_count(result.vertices),
+                      format_count(result.triangles), format_bytes(result.file_bytes),
+                      clock.seconds()));
+    return kExitDone;
+  }
+  const nlohmann::ordered_json report = {{"store", arguments.store.string()},
+                                         {"file", output.final_path().string()},
+                                         {"level", options.level},
+                                         {"vertices", result.vertices},
+                                         {"faces", result.triangles},
+                                         {"file_bytes", result.file_bytes},
+                                         {"seconds", clock.seconds()}};
+  print(report.dump(2) + "\n");
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand("export", "Write one level of a store as a mesh file");
+  command->add_option("STORE", arguments->store, "The store")->required();
+  command
+      ->add_option("OUT", arguments->output,
+                   "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
+      ->required();
+  command->add_option("--level", arguments->level, "Which level; default: the finest")
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--attribute", arguments->attributes,
+                   "Also this attribute, such as normal; again, or a,b, for more")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  add_json_option(*command, context);
+  command->footer(
+      "Streams: memory is the budget, whatever the level. Base vertices come first, then vertices\n"
+      "by level in slot order, then triangles. A coarser level has its vertices where the finest\n"
+      "level has them. PLY is binary; normals go into PLY and OBJ.\n"
+      "\n"
+      "Examples:\n"
+      "  plait export surface.plait surface.ply --attribute normal\n"
+      "  plait export surface.plait coarse.obj.gz --level 2");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

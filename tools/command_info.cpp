@@ -1,0 +1,156 @@
+// plait info: what a store says about itself.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "plait/store.h"
+
+namespace plait {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string uuid_text(const StoreUuid& uuid) {
+  std::string text;
+  for (std::size_t i = 0; i < uuid.size(); ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    text += fmt::format("{:02x}", static_cast<unsigned>(uuid[i]));
+  }
+  return text;
+}
+
+double ratio(std::uint64_t raw_bytes, std::uint64_t stored_bytes) {
+  return stored_bytes == 0 ? 0 : static_cast<double>(raw_bytes) / static_cast<double>(stored_bytes);
+}
+
+Json level_report(const LevelFile& file, int level) {
+  const std::uint64_t raw_bytes = file.geometry.total_bytes();
+  const std::uint64_t stored_bytes = file.backend->stored_bytes();
+  std::uint64_t never_written = 0;
+  for (const BlockEntry& entry : file.table.entries())
+    never_written += entry.encoding == BlockEncoding::kNeverWritten ? 1 : 0;
+  return {{"level", level},
+          {"vertices", raw_bytes / file.geometry.record_bytes()},
+          {"raw_bytes", raw_bytes},
+          {"stored_bytes", stored_bytes},
+          {"ratio", ratio(raw_bytes, stored_bytes)},
+          {"blocks", file.geometry.block_count()},
+          {"blocks_never_written", never_written},
+          {"slots_per_block", std::uint64_t{1} << file.geometry.slots_per_block_log2()}};
+}
+
+Json attribute_report(Store& store, AttributeId id) {
+  const AttributeInfo& info = store.attributes()[id];
+  Json levels = Json::array();
+  for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
+    levels.push_back(level_report(store.level_file(id, level), level));
+  return {{"name", info.schema.name},
+          {"type", to_string(info.schema.type)},
+          {"components", info.schema.components},
+          {"record_bytes", info.schema.record_bytes()},
+          {"finest_level", info.finest_level},
+          {"base_bytes", store.base_bytes(id).size()},
+          {"levels", std::move(levels)}};
+}
+
+Json store_report(Store& store) {
+  const BaseMesh& base = store.base();
+  const StoreOptions& options = store.options();
+  const bool compressed = store.backend_traits().compressed;
+  const LevelCounts finest = counts_at_level(base, store.finest_level() - store.base_level());
+  Json attributes = Json::array();
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    attributes.push_back(attribute_report(store, id));
+  return {
+      {"store", store.path().string()},
+      {"uuid", uuid_text(store.uuid())},
+      {"sequence", store.sequence()},
+      {"backend", options.backend},
+      {"codec", compressed ? options.backend_options.codec : "none"},
+      {"filter", compressed ? options.backend_options.filter : "none"},
+      {"block_bytes", options.block_bytes},
+      {"layout", options.layout},
+      {"scheme", options.scheme},
+      {"base_level", store.base_level()},
+      {"finest_level", store.finest_level()},
+      {"base",
+       {{"vertices", base.vertex_count()},
+        {"edges", base.edge_count()},
+        {"faces", base.face_count()},
+        {"border_edges", base.border_edge_count()},
+        {"memory_bytes", base.memory_bytes()}}},
+      {"finest", {{"vertices", finest.vertices}, {"edges", finest.edges}, {"faces", finest.faces}}},
+      {"stored_bytes", store.stored_bytes()},
+      {"attributes", std::move(attributes)}};
+}
+
+std::string count_of(const Json& value) { return format_count(value.get<std::uint64_t>()); }
+std::string bytes_of(const Json& value) { return format_bytes(value.get<std::uint64_t>()); }
+std::string text_of(const Json& value) { return value.get<std::string>(); }
+
+void print_report(const Json& report) {
+  const Json& base = report["base"];
+  const Json& finest = report["finest"];
+  print(fmt::format("store      {}\nuuid       {}, version {}\n", text_of(report["store"]),
+                    text_of(report["uuid"]), report["sequence"].get<std::uint64_t>()));
+  print(fmt::format("backend    {}, codec {}, filter {}, blocks of {}\n",
+                    text_of(report["backend"]), text_of(report["codec"]), text_of(report["filter"]),
+                    bytes_of(report["block_bytes"])));
+  const std::string scheme = text_of(report["scheme"]);
+  print(fmt::format("layout     {}\nscheme     {}\n", text_of(report["layout"]),
+                    scheme.empty() ? "not recorded" : scheme));
+  print(fmt::format(
+      "base       level {}: {} vertices, {} edges ({} border), {} faces; {} in memory\n",
+      report["base_level"].get<int>(), count_of(base["vertices"]), count_of(base["edges"]),
+      count_of(base["border_edges"]), count_of(base["faces"]), bytes_of(base["memory_bytes"])));
+  print(fmt::format("finest     level {}: {} vertices, {} edges, {} faces\n",
+                    report["finest_level"].get<int>(), count_of(finest["vertices"]),
+                    count_of(finest["edges"]), count_of(finest["faces"])));
+  print(fmt::format("stored     {}\n", bytes_of(report["stored_bytes"])));
+  for (const Json& attribute : report["attributes"]) {
+    print(fmt::format("\n{}: {} x {}, base records {}\n", text_of(attribute["name"]),
+                      text_of(attribute["type"]), attribute["components"].get<int>(),
+                      bytes_of(attribute["base_bytes"])));
+    print("  level         vertices          raw       stored  ratio    blocks\n");
+    for (const Json& level : attribute["levels"])
+      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9}\n", level["level"].get<int>(),
+                        count_of(level["vertices"]), bytes_of(level["raw_bytes"]),
+                        bytes_of(level["stored_bytes"]), level["ratio"].get<double>(),
+                        count_of(level["blocks"])));
+  }
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& program, CommandContext& context) {
+  const auto path = std::make_shared<std::filesystem::path>();
+  CLI::App* command = program.add_subcommand("info", "What a store holds, level by level");
+  command->add_option("STORE", *path, "The store")->required();
+  add_json_option(*command, context);
+  command->footer(
+      "Reads the manifest and the tables, no vertices; ratio is raw over stored bytes.\n"
+      "\n"
+      "Examples:\n"
+      "  plait info surface.plait\n"
+      "  plait info surface.plait --json");
+  command->callback([path, &context] {
+    context.run = [path, &context] {
+      Store store = Store::open(*path, OpenOptions(), context.backends);
+      const Json report = store_report(store);
+      if (context.json)
+        print(report.dump(2) + "\n");
+      else
+        print_report(report);
+      return kExitDone;
+    };
+  });
+}
+
+}  // namespace plait

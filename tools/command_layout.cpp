@@ -1,0 +1,156 @@
+// plait layout: what each order of the edges asks of a window.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "partial_output.h"
+#include "picture/span_diagram.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+
+namespace plait {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kRecordBytes = 12;  // a float32 position
+constexpr int kWindowLevels = 5;
+
+struct Arguments {
+  std::filesystem::path mesh, picture;
+  std::string layout = "all";
+};
+
+struct Measured {
+  LayoutKind kind;
+  LayoutSpans spans;
+  double seconds;
+};
+
+std::vector<LayoutKind> chosen_layouts(const std::string& name) {
+  if (name != "all") return {layout_from_name(name)};
+  return {LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};
+}
+
+/// With several layouts each picture has its layout in its name.
+std::filesystem::path picture_path(const Arguments& arguments, LayoutKind kind) {
+  if (arguments.layout != "all") return arguments.picture;
+  std::filesystem::path path = arguments.picture;
+  path.replace_filename(
+      fmt::format("{}-{}{}", path.stem().native(), to_string(kind), path.extension().native()));
+  return path;
+}
+
+Json span_json(const StencilSpan& span) {
+  return {
+      {"span", span.span}, {"mean_width", span.mean_width}, {"median_width", span.median_width}};
+}
+
+Json json_report(const BaseMesh& mesh, const Arguments& arguments,
+                 const std::vector<Measured>& layouts) {
+  Json list = Json::array();
+  for (const Measured& measured : layouts) {
+    Json windows = Json::array();
+    for (int level = 1; level <= kWindowLevels; ++level)
+      windows.push_back(window_bytes(measured.spans.loop.span, level, kRecordBytes));
+    list.push_back({{"layout", to_string(measured.kind)},
+                    {"face", span_json(measured.spans.face)},
+                    {"loop", span_json(measured.spans.loop)},
+                    {"window_bytes", std::move(windows)},
+                    {"seconds", measured.seconds}});
+  }
+  return {{"mesh", arguments.mesh.string()},
+          {"vertices", mesh.vertex_count()},
+          {"edges", mesh.edge_count()},
+          {"faces", mesh.face_count()},
+          {"border_edges", mesh.border_edge_count()},
+          {"record_bytes", kRecordBytes},
+          {"layouts", std::move(list)}};
+}
+
+void print_report(const BaseMesh& mesh, const Arguments& arguments,
+                  const std::vector<Measured>& layouts) {
+  print(fmt::format("{}: {} vertices, {} edges ({} border), {} faces\n\n", arguments.mesh.native(),
+                    format_count(mesh.vertex_count()), format_count(mesh.edge_count()),
+                    format_count(mesh.border_edge_count()), format_count(mesh.face_count())));
+  print("          face stencils (3 edges)            Loop stencils (5 edges)\n");
+  print("layout         span      mean    median        span      mean    median  seconds\n");
+  for (const auto& [kind, spans, seconds] : layouts)
+    print(fmt::format("{:<8} {:>10} {:>9.1f} {:>9}  {:>10} {:>9.1f} {:>9} {:>8.2f}\n",
+                      to_string(kind), format_count(spans.face.span), spans.face.mean_width,
+                      format_count(spans.face.median_width), format_count(spans.loop.span),
+                      spans.loop.mean_width, format_count(spans.loop.median_width), seconds));
+  print(fmt::format("\nwindow of positions ({} bytes each) for the Loop stencils, levels 1 to k\n",
+                    kRecordBytes));
+  print("layout  ");
+  for (int level = 1; level <= kWindowLevels; ++level) print(fmt::format("       k = {}", level));
+  print("\n");
+  for (const Measured& measured : layouts) {
+    print(fmt::format("{:<8}", to_string(measured.kind)));
+    for (int level = 1; level <= kWindowLevels; ++level)
+      print(fmt::format("{:>12}",
+                        format_bytes(window_bytes(measured.spans.loop.span, level, kRecordBytes))));
+    print("\n");
+  }
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const std::vector<LayoutKind> kinds = chosen_layouts(arguments.layout);
+  std::vector<std::string> warnings;
+  const BaseMesh mesh = read_base_mesh(arguments.mesh, &warnings);
+  for (const std::string& warning : warnings) report_warning(warning);
+  std::vector<Measured> layouts;
+  for (const LayoutKind kind : kinds) {
+    throw_if_interrupted();
+    const Stopwatch clock;
+    const LaidOutMesh laid_out = lay_out(mesh, kind);
+    layouts.push_back({laid_out.kind, laid_out.spans, clock.seconds()});
+    if (arguments.picture.empty()) continue;
+    PartialOutput output(picture_path(arguments, laid_out.kind), Existing::kReplaceFile);
+    draw_span_diagram(laid_out.mesh, output.path());
+    output.publish(false);
+  }
+  if (context.json)
+    print(json_report(mesh, arguments, layouts).dump(2) + "\n");
+  else
+    print_report(mesh, arguments, layouts);
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_layout_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("layout", "Compare orders of the edges, and the windows they need");
+  command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  command
+      ->add_option("--layout", arguments->layout,
+                   "given, spatial, hilbert, rcm, auto (the best of them) or all")
+      ->capture_default_str();
+  command->add_option("--png", arguments->picture,
+                      "Draw the span diagram; with several layouts NAME-LAYOUT.png of each");
+  add_json_option(*command, context);
+  command->footer(
+      "A stencil's width is the difference of its largest and smallest edge index, the span is\n"
+      "the largest width. A window holds slots of twice the span on every level.\n"
+      "\n"
+      "Examples:\n"
+      "  plait layout molecule.ply\n"
+      "  plait layout molecule.ply --layout rcm --png spans.png");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

@@ -1,0 +1,123 @@
+// plait render: a picture straight from a store, patch by patch.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "partial_output.h"
+#include "picture/png_file.h"
+#include "plait/store.h"
+#include "progress.h"
+#include "render/shading.h"
+#include "render/surface.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::filesystem::path store, output;
+  int level = -1;
+  std::string size = "1600x1200", view = "35,20";
+  UpAxis up = UpAxis::kY;
+  std::uint64_t memory_bytes = OpenOptions().budget_bytes;
+  int threads = default_thread_count();
+};
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  const PictureSize size = parse_picture_size(arguments.size);
+  const ViewAngles view = parse_view(arguments.view);
+  if (arguments.output.extension() != ".png")
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("render to {}: expected a name that ends in .png", arguments.output.native()));
+  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  OpenOptions open;
+  open.budget_bytes = arguments.memory_bytes;
+  Store store = Store::open(arguments.store, open, context.backends);
+  const int level = arguments.level >= 0
+                        ? arguments.level
+                        : store.attributes()[store.attribute("position")].finest_level;
+
+  SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide);
+  const Camera camera =
+      fitting_camera(store, level, view, arguments.up, samples.width(), samples.height());
+  throw_if_interrupted();
+  {
+    Progress progress("render", ProgressUnit::kNone);
+    draw_surface(store, level, camera, samples, [&](std::uint64_t done, std::uint64_t total) {
+      return progress.update(done, total);
+    });
+  }
+  const Image image = shade(samples, camera, arguments.threads);
+  throw_if_interrupted();
+  write_png(image, output.path());
+  output.publish(false);
+
+  const std::uint64_t triangles = store.base().face_count() << (2 * (level - store.base_level()));
+  if (!context.json) {
+    print(fmt::format("{}: {} x {} pixels, level {}, {} triangles, {:.2f} s\n",
+                      output.final_path().native(), size.width, size.height, level,
+                      format_count(triangles), clock.seconds()));
+    return kExitDone;
+  }
+  const nlohmann::ordered_json report = {{"store", arguments.store.string()},
+                                         {"file", output.final_path().string()},
+                                         {"width", size.width},
+                                         {"height", size.height},
+                                         {"level", level},
+                                         {"triangles", triangles},
+                                         {"peak_rss_bytes", peak_rss_bytes()},
+                                         {"seconds", clock.seconds()}};
+  print(report.dump(2) + "\n");
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand("render", "Draw one level of a store as a PNG");
+  command->add_option("STORE", arguments->store, "The store")->required();
+  command->add_option("OUT", arguments->output, "The file to make, or to replace: NAME.png")
+      ->required();
+  command->add_option("--level", arguments->level, "Which level; default: the finest")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, each to 8192")
+      ->capture_default_str();
+  command
+      ->add_option("--view", arguments->view,
+                   "AZIMUTH,ELEVATION in degrees: around the up axis, and above the horizon")
+      ->capture_default_str();
+  const std::map<std::string, UpAxis> axes = {
+      {"x", UpAxis::kX}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}};
+  command->add_option("--up", arguments->up, "The axis that points up: x, y or z; default y")
+      ->transform(CLI::CheckedTransformer(axes))
+      ->type_name("AXIS");
+  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  command->add_option("--threads", arguments->threads, "Threads of the shading")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  add_json_option(*command, context);
+  command->footer(
+      "Smooth shading from the normals in the store, or from the triangles if it has none. Memory\n"
+      "is the budget and 48 bytes a pixel, whatever the level.\n"
+      "\n"
+      "Examples:\n"
+      "  plait render surface.plait surface.png\n"
+      "  plait render surface.plait back.png --size 1920x1080 --view 200,15 --up z --level 3");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

@@ -1,0 +1,251 @@
+// plait subdivide: a mesh in, a store out.
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "partial_output.h"
+#include "plait/digest.h"
+#include "plait/edge_index.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/store.h"
+#include "progress.h"
+#include "subdivide_report.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::filesystem::path mesh, store;
+  int levels = 0;
+  std::string backend = StoreOptions().backend;
+  std::string codec, filter;  ///< empty: not given
+  std::string executor = "sweep", layout = "auto", scheme = "loop", precision = "float32",
+              durability = "commit";
+  std::uint64_t memory_bytes = StoreOptions().budget_bytes;
+  std::uint64_t block_bytes = StoreOptions().block_bytes;
+  std::uint64_t max_slot_bytes = 16 << 10;
+  int threads = default_thread_count();
+  bool normals = false, limit = false, no_digest = false, force = false;
+};
+
+/// Everything that can be refused before the mesh is read.
+struct Plan {
+  StoreOptions store;
+  SubdivideOptions subdivide;
+  LayoutKind layout = LayoutKind::kAutomatic;
+  bool double_precision = false;
+  std::optional<PartialOutput> output;  ///< none: the store is only in memory
+};
+
+void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan& plan) {
+  const BackendRegistry::Entry& backend = backends.find(arguments.backend);
+  if (!backend.traits.compressed && !(arguments.codec.empty() && arguments.filter.empty()))
+    throw Error(ErrorCode::kInvalidArgument,
+                "subdivide: --codec and --filter need a backend that compresses, and " +
+                    backend.name + " does not");
+  plan.store.backend = backend.name;
+  if (!arguments.codec.empty()) plan.store.backend_options.codec = arguments.codec;
+  if (!arguments.filter.empty()) plan.store.backend_options.filter = arguments.filter;
+  backend.validate(plan.store.backend_options);
+  plan.store.block_bytes = arguments.block_bytes;
+  plan.store.budget_bytes = arguments.memory_bytes;
+  plan.store.durability = arguments.durability == "none" ? Durability::kNone : Durability::kCommit;
+
+  plan.layout = layout_from_name(arguments.layout);
+  plan.double_precision = arguments.precision == "float64";
+  plan.subdivide.scheme = scheme_from_name(arguments.scheme);
+  plan.subdivide.executor = executor_from_name(arguments.executor);
+  plan.subdivide.levels = arguments.levels;
+  plan.subdivide.normals = arguments.normals;
+  plan.subdivide.limit = arguments.limit;
+  plan.subdivide.threads =
+      plan.subdivide.executor == ExecutorKind::kTransparent ? 1 : arguments.threads;
+  plan.store.scheme = to_string(plan.subdivide.scheme);
+
+  if (!backend.traits.durable) {
+    if (!arguments.store.empty())
+      report_warning("backend " + backend.name + " keeps nothing: " + arguments.store.native() +
+                     " is not made");
+    return;
+  }
+  if (arguments.store.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                "subdivide: STORE is missing; only a backend that keeps nothing goes without");
+  plan.output.emplace(arguments.store,
+                      arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
+  if (arguments.force) require_replaceable_store(plan.output->final_path(), backends);
+}
+
+/// Reads, refines in memory where slots would be too large, and orders the mesh.
+LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, SubdivideReport& report) {
+  Stopwatch clock;
+  std::vector<std::string> warnings;
+  BaseMesh mesh = read_base_mesh(arguments.mesh, &warnings);
+  report.import_seconds = clock.lap();
+  for (const std::string& warning : warnings) report_warning(warning);
+  throw_if_interrupted();
+
+  report.input = figures_of(mesh);
+  for (int level = 0; level <= arguments.levels; ++level)
+    report.level_counts.push_back(counts_at_level(mesh, level));
+  plan.store.base_level =
+      rebase_levels(arguments.levels, plan.double_precision ? 24 : 12, arguments.max_slot_bytes);
+  if (plan.store.base_level > 0)
+    mesh = rebase(mesh, plan.store.base_level, plan.subdivide.scheme, plan.double_precision);
+  report.refine_seconds = clock.lap();
+  throw_if_interrupted();
+
+  LaidOutMesh laid_out = lay_out(mesh, plan.layout);
+  report.layout_seconds = clock.lap();
+  throw_if_interrupted();
+  report.base = figures_of(laid_out.mesh);
+  report.base_level = plan.store.base_level;
+  report.layout = to_string(laid_out.kind);
+  report.spans = laid_out.spans;
+  plan.store.layout = report.layout;
+  return laid_out;
+}
+
+std::string digest_of(Store& store, int threads) {
+  Progress progress("digest", ProgressUnit::kNone);
+  DigestOptions options;
+  options.threads = threads;
+  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
+    return progress.update(done, total);
+  };
+  return digest(store, options).to_string();
+}
+
+void describe(const Arguments& arguments, const Plan& plan, Store& store, SubdivideReport& report) {
+  report.mesh = arguments.mesh;
+  if (plan.output) report.store = plan.output->final_path();
+  report.levels = arguments.levels;
+  report.paging = store.statistics();
+  report.stored_bytes = store.stored_bytes();
+  report.base_mesh_bytes =
+      store.base().memory_bytes() + subdivide_resident_bytes(store, plan.subdivide);
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    report.base_mesh_bytes += store.base_bytes(id).size();
+  report.budget_bytes = plan.store.budget_bytes;
+  report.block_bytes = plan.store.block_bytes;
+  report.backend = plan.store.backend;
+  const bool compressed = store.backend_traits().compressed;
+  report.codec = compressed ? plan.store.backend_options.codec : "none";
+  report.filter = compressed ? plan.store.backend_options.filter : "none";
+  report.durability = arguments.durability;
+  report.executor = to_string(plan.subdivide.executor);
+  report.threads = plan.subdivide.threads;
+  report.scheme = plan.store.scheme;
+  report.precision = arguments.precision;
+  report.normals = arguments.normals;
+  report.limit = arguments.limit;
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Stopwatch whole;
+  Plan plan;
+  make_plan(arguments, context.backends, plan);
+  SubdivideReport report;
+  {
+    LaidOutMesh laid_out = prepare_mesh(arguments, plan, report);
+    Progress progress("subdivide", ProgressUnit::kVertices);
+    plan.subdivide.proceed = [&](const SubdivideProgress& now) {
+      return progress.update(now.vertices_done, now.vertices_total, now.phase);
+    };
+    Store store = Store::create(plan.output ? plan.output->path() : std::filesystem::path(),
+                                std::move(laid_out.mesh), plan.store, context.backends);
+    Stopwatch clock;
+    add_base_positions(store, plan.double_precision);
+    subdivide(store, plan.subdivide);
+    report.refine_seconds += clock.lap();
+    progress.clear();
+    throw_if_interrupted();
+    store.commit();
+    report.commit_seconds = clock.lap();
+    report.seconds = whole.seconds();
+    report.cpu_seconds = cpu_seconds();
+    describe(arguments, plan, store, report);
+    if (!arguments.no_digest) report.digest = digest_of(store, arguments.threads);
+    report.digest_seconds = clock.lap();
+    report.peak_rss_bytes = peak_rss_bytes();
+    store.close();
+  }
+  throw_if_interrupted();
+  if (plan.output) plan.output->publish(plan.store.durability == Durability::kCommit);
+  print(context.json ? to_json(report).dump(2) + "\n" : to_text(report));
+  return kExitDone;
+}
+
+void add_options(CLI::App& command, Arguments& arguments) {
+  command.add_option("MESH", arguments.mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  command.add_option("STORE", arguments.store,
+                     "The store to make, a directory; with --backend memory it may be left out");
+  command.add_option("--levels", arguments.levels, "The level to reach, 1 to 20")
+      ->required()
+      ->check(CLI::Range(1, kMaxLevel));
+  command.add_option("--backend", arguments.backend, "What keeps the levels (see below)")
+      ->capture_default_str();
+  command.add_option("--codec", arguments.codec, "none, lz4, zstd or zstd:LEVEL; default zstd:1");
+  command.add_option("--filter", arguments.filter, "none or shuffle; default shuffle");
+  add_size_option(command, "--memory", arguments.memory_bytes, "Budget for blocks in memory");
+  command.add_option("--threads", arguments.threads, "Threads of the sweep executor")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command.add_option("--executor", arguments.executor, "sweep or transparent")
+      ->capture_default_str();
+  command
+      .add_option("--layout", arguments.layout,
+                  "Order of edges on disk: auto, given, spatial, hilbert or rcm")
+      ->capture_default_str();
+  command.add_option("--scheme", arguments.scheme, "loop, butterfly or midpoint")
+      ->capture_default_str();
+  command.add_option("--precision", arguments.precision, "Of positions: float32 or float64")
+      ->check(CLI::IsMember({"float32", "float64"}))
+      ->capture_default_str();
+  command.add_flag("--normals", arguments.normals, "Also compute unit normals");
+  command.add_flag("--limit", arguments.limit, "Project positions to the limit surface (loop)");
+  add_size_option(command, "--block", arguments.block_bytes, "Unit of I/O, a power of two");
+  add_size_option(command, "--max-slot", arguments.max_slot_bytes,
+                  "Refine the base mesh in memory until no slot of positions is larger");
+  command
+      .add_option("--durability", arguments.durability,
+                  "commit: on the disk at the end; none: scratch, without waiting for the disk")
+      ->check(CLI::IsMember({"commit", "none"}))
+      ->capture_default_str();
+  command.add_flag("--no-digest", arguments.no_digest, "Do not compute the digest");
+  command.add_flag("--force", arguments.force,
+                   "Replace STORE if it is a store; the old one goes when the new one is whole");
+}
+
+}  // namespace
+
+void add_subdivide_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
+  add_options(*command, *arguments);
+  add_json_option(*command, context);
+  command->footer(backend_help(context.backends) +
+                  "\n"
+                  "Times: `seconds` ends with the commit; the digest comes after it.\n"
+                  "\n"
+                  "Examples:\n"
+                  "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
+                  "  plait subdivide bunny.ply bunny.plait --levels 4 --backend compressed "
+                  "--codec lz4 --memory 64MiB\n"
+                  "  plait subdivide spot.ply --levels 3 --backend memory --json");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

@@ -1,0 +1,68 @@
+#include "console.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "interrupt.h"
+
+namespace plait {
+namespace {
+
+std::string one_line(std::string_view text) {
+  std::string line(text);
+  while (!line.empty() && line.back() == '\n') line.pop_back();
+  for (char& c : line)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return line;
+}
+
+}  // namespace
+
+int exit_status(ErrorCode code) noexcept {
+  switch (code) {
+    case ErrorCode::kInvalidArgument:
+    case ErrorCode::kNotSupported:
+    case ErrorCode::kNotFound:
+      return kExitRefused;
+    case ErrorCode::kCancelled: {
+      const int signal_number = interrupt_signal();
+      return signal_number == 0 ? kExitFailed : kExitSignalBase + signal_number;
+    }
+    default:
+      return kExitFailed;
+  }
+}
+
+void print(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size())
+    throw system_error("write", "standard output", errno);
+}
+
+void flush_output() {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    throw system_error("write", "standard output", errno == 0 ? EIO : errno);
+}
+
+void report_error(std::string_view code, std::string_view message, bool json) noexcept {
+  try {
+    const std::string line = one_line(message);
+    std::fprintf(stderr, "plait: %s\n", line.c_str());
+    if (!json) return;
+    const nlohmann::ordered_json object = {{"error", {{"code", code}, {"message", line}}}};
+    print(object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    flush_output();
+  } catch (...) {
+    // Standard output is closed or memory is gone; the exit status still tells.
+  }
+}
+
+void report_warning(std::string_view message) noexcept {
+  try {
+    std::fprintf(stderr, "plait: warning: %s\n", one_line(message).c_str());
+  } catch (...) {
+  }
+}
+
+}  // namespace plait

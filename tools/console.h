@@ -1,0 +1,31 @@
+// tools/console.h: what the program says, and the status it ends with.
+#pragma once
+
+#include <string_view>
+
+#include "plait/error.h"
+
+namespace plait {
+
+/// Exit statuses (documented in `plait --help`).
+constexpr int kExitDone = 0;
+constexpr int kExitFailed = 1;
+constexpr int kExitRefused = 2;
+constexpr int kExitSignalBase = 128;  ///< plus the number of the signal that cancelled the work
+
+/// Bad usage and refused input (kInvalidArgument, kNotSupported, kNotFound) is kExitRefused, a
+/// cancelled run 128 plus the signal, all else kExitFailed.
+int exit_status(ErrorCode code) noexcept;
+
+/// Writes to standard output. Errors: kIo or kNoSpace (a closed pipe, a full disk).
+void print(std::string_view text);
+/// Everything printed so far has left the process, or an Error says why not.
+void flush_output();
+
+/// "plait: MESSAGE", always one line, on standard error; with `json` also an object
+/// {"error": {"code", "message"}} on standard output. Never throws.
+void report_error(std::string_view code, std::string_view message, bool json) noexcept;
+/// "plait: warning: MESSAGE" on standard error.
+void report_warning(std::string_view message) noexcept;
+
+}  // namespace plait

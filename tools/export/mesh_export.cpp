@@ -1,0 +1,138 @@
+#include "export/mesh_export.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "export/format_writers.h"
+
+namespace plait {
+namespace {
+
+constexpr std::uint64_t kMaxCounted = std::numeric_limits<std::uint32_t>::max();
+
+bool has_level(const Store& store, AttributeId attribute, int level) {
+  return store.attributes()[attribute].finest_level >= level;
+}
+
+void check_level(const Store& store, AttributeId position, int level) {
+  const int finest = store.attributes()[position].finest_level;
+  if (level < store.base_level() || level > finest)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export {}: level {}, expected {} to {}", store.path().native(), level,
+                            store.base_level(), finest));
+}
+
+std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId position,
+                                           const ExportOptions& options) {
+  std::vector<AttributeId> chosen;
+  for (const std::string& name : options.attributes) {
+    const AttributeId id = store.attribute(name);
+    if (id == position) continue;
+    const AttributeSchema& schema = store.attributes()[id].schema;
+    if (!has_level(store, id, options.level))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export {}: attribute '{}' ends at level {}, asked for {}",
+                              store.path().native(), name, store.attributes()[id].finest_level,
+                              options.level));
+    if (options.format.mesh == MeshFormat::kPly) check_ply_attribute(schema);
+    const bool normal = schema == schema_of<Vector3<float>>("normal");
+    if (options.format.mesh == MeshFormat::kStl ||
+        (options.format.mesh == MeshFormat::kObj && !normal))
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("export {}: attribute '{}' has no place in {} files", store.path().native(),
+                      name, options.format.mesh == MeshFormat::kStl ? "STL" : "OBJ"));
+    for (const AttributeId other : chosen)
+      if (other == id)
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("export: attribute '{}' was asked for twice", name));
+    chosen.push_back(id);
+  }
+  return chosen;
+}
+
+void check_counts(const Store& store, const ExportResult& counts, MeshFormat format) {
+  const bool ply = format == MeshFormat::kPly;
+  const std::uint64_t count = ply ? counts.vertices : counts.triangles;
+  if (format != MeshFormat::kObj && count > kMaxCounted)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("export {}: {} {}, and {} files count to {}; try a coarser level or OBJ",
+                    store.path().native(), count, ply ? "vertices" : "triangles",
+                    ply ? "PLY" : "STL", kMaxCounted));
+}
+
+void check_position(const Store& store, AttributeId position) {
+  const AttributeSchema& schema = store.attributes()[position].schema;
+  if (schema.components != 3 ||
+      (schema.type != ComponentType::kFloat32 && schema.type != ComponentType::kFloat64))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export {}: attribute 'position' holds {} x {}, expected float32 x 3 "
+                            "or float64 x 3",
+                            store.path().native(), to_string(schema.type), schema.components));
+}
+
+}  // namespace
+
+ExportFormat export_format(const std::filesystem::path& path) {
+  ExportFormat format;
+  std::filesystem::path name = path.filename();
+  if (name.extension() == ".gz") format.compression = Compression::kGzip;
+  if (name.extension() == ".zst") format.compression = Compression::kZstd;
+  if (format.compression != Compression::kNone) name = name.stem();
+  if (name.extension() == ".ply") return format;
+  if (name.extension() == ".obj")
+    format.mesh = MeshFormat::kObj;
+  else if (name.extension() == ".stl")
+    format.mesh = MeshFormat::kStl;
+  else
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export to {}: expected a name that ends in .ply, .obj or .stl, and "
+                            "then .gz, .zst or nothing",
+                            path.native()));
+  return format;
+}
+
+ExportResult export_mesh(Store& store, const std::filesystem::path& path,
+                         const ExportOptions& options) {
+  const AttributeId position = store.attribute("position");
+  check_position(store, position);
+  check_level(store, position, options.level);
+  const std::vector<AttributeId> extras = chosen_attributes(store, position, options);
+  const int refinements = options.level - store.base_level();
+  const VertexNumbering numbering(store.base(), refinements);
+  ExportResult result{numbering.vertex_count(), triangle_count(store.base(), refinements), 0};
+  check_counts(store, result, options.format.mesh);
+
+  const bool facets = options.format.mesh == MeshFormat::kStl;
+  const std::uint64_t total = result.triangles + (facets ? 0 : result.vertices);
+  OutputStream output(path, options.format.compression);
+  const ExportTask task{store,
+                        position,
+                        extras,
+                        options.level,
+                        refinements,
+                        numbering,
+                        output,
+                        [&](std::uint64_t done) {
+                          if (options.proceed && !options.proceed(done, total))
+                            throw Error(ErrorCode::kCancelled, "export: cancelled");
+                        }};
+  switch (options.format.mesh) {
+    case MeshFormat::kPly:
+      write_ply_level(task);
+      break;
+    case MeshFormat::kObj:
+      write_obj_level(task);
+      break;
+    case MeshFormat::kStl:
+      write_stl_level(task);
+      break;
+  }
+  output.close();
+  result.file_bytes = output.file_bytes();
+  return result;
+}
+
+}  // namespace plait

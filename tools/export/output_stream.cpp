@@ -1,0 +1,87 @@
+#include "export/output_stream.h"
+
+#include <fmt/format.h>
+
+#include <boost/iostreams/concepts.hpp>
+#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filter/zstd.hpp>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr int kBufferBytes = 256 << 10;
+
+}  // namespace
+
+/// A copyable handle, as Boost.Iostreams wants its devices. Streams swallow exceptions here and
+/// there, so the first one is also kept.
+class OutputStream::Sink : public boost::iostreams::sink {
+ public:
+  explicit Sink(Target* target) : target_(target) {}
+  std::streamsize write(const char* bytes, std::streamsize count) {
+    try {
+      const std::span<const char> span(bytes, static_cast<std::size_t>(count));
+      target_->file.write_at(target_->offset, std::as_bytes(span));
+      target_->offset += span.size();
+    } catch (...) {
+      if (!target_->failure) target_->failure = std::current_exception();
+      throw;
+    }
+    return count;
+  }
+
+ private:
+  Target* target_;
+};
+
+OutputStream::OutputStream(const std::filesystem::path& path, Compression compression)
+    : target_(std::make_unique<Target>()) {
+  target_->file = File(path, OpenMode::kCreate);
+  if (compression == Compression::kGzip)
+    stream_.push(boost::iostreams::gzip_compressor(
+                     boost::iostreams::gzip_params(boost::iostreams::gzip::default_compression),
+                     kBufferBytes),
+                 kBufferBytes);
+  if (compression == Compression::kZstd)
+    stream_.push(boost::iostreams::zstd_compressor(
+                     boost::iostreams::zstd_params(boost::iostreams::zstd::default_compression),
+                     kBufferBytes),
+                 kBufferBytes);
+  stream_.push(Sink(target_.get()), kBufferBytes);
+}
+
+OutputStream::~OutputStream() {
+  // Nothing more may reach the file; what was not closed is thrown away by its owner.
+  try {
+    if (!stream_.empty()) stream_.reset();
+  } catch (...) {
+  }
+}
+
+void OutputStream::rethrow_failure() const {
+  if (target_->failure) std::rethrow_exception(target_->failure);
+}
+
+void OutputStream::write(std::span<const std::byte> bytes) {
+  stream_.write(reinterpret_cast<const char*>(bytes.data()),
+                static_cast<std::streamsize>(bytes.size()));
+  if (stream_.good()) return;
+  rethrow_failure();
+  throw Error(ErrorCode::kIo,
+              fmt::format("write {}: the compressor failed", target_->file.path().native()));
+}
+
+void OutputStream::close() {
+  try {
+    stream_.reset();
+  } catch (...) {
+    rethrow_failure();
+    throw;
+  }
+  rethrow_failure();
+  target_->file.close();
+}
+
+}  // namespace plait

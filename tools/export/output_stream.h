@@ -1,0 +1,50 @@
+// export/output_stream.h: bytes into a file, compressed as its name says, through Boost.Iostreams.
+#pragma once
+
+#include <boost/iostreams/filtering_stream.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "plait/file.h"
+
+namespace plait {
+
+enum class Compression : std::uint8_t { kNone, kGzip, kZstd };
+
+/// Memory: a few buffers, and the compressor's window. Errors of the file reach the caller of
+/// write() and close(), whatever lies between.
+class OutputStream {
+ public:
+  /// Errors: kInvalidArgument if `path` exists; kIo.
+  OutputStream(const std::filesystem::path& path, Compression compression);
+  ~OutputStream();
+  OutputStream(const OutputStream&) = delete;
+  OutputStream& operator=(const OutputStream&) = delete;
+
+  void write(std::span<const std::byte> bytes);
+  void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
+  /// Finishes the compressed stream. What was not closed is not whole.
+  void close();
+  /// Bytes in the file; after close() all of them.
+  std::uint64_t file_bytes() const { return target_->offset; }
+
+ private:
+  struct Target {
+    File file;
+    std::uint64_t offset = 0;
+    std::exception_ptr failure;
+  };
+  class Sink;
+
+  void rethrow_failure() const;
+
+  std::unique_ptr<Target> target_;
+  boost::iostreams::filtering_ostream stream_;
+};
+
+}  // namespace plait

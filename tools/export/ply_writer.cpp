@@ -1,0 +1,109 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "export/format_writers.h"
+#include "export/vertex_stream.h"
+
+namespace plait {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "records go into the file as they are");
+
+/// The classic names, which every reader knows. 64-bit integers have none.
+const char* ply_type(ComponentType type) {
+  switch (type) {
+    case ComponentType::kFloat32:
+      return "float";
+    case ComponentType::kFloat64:
+      return "double";
+    case ComponentType::kInt8:
+      return "char";
+    case ComponentType::kInt16:
+      return "short";
+    case ComponentType::kInt32:
+      return "int";
+    case ComponentType::kUint8:
+      return "uchar";
+    case ComponentType::kUint16:
+      return "ushort";
+    case ComponentType::kUint32:
+      return "uint";
+    default:
+      return nullptr;
+  }
+}
+
+std::string property_name(const AttributeSchema& schema, std::uint32_t component) {
+  static constexpr std::array<const char*, 3> kPosition = {"x", "y", "z"};
+  static constexpr std::array<const char*, 3> kNormal = {"nx", "ny", "nz"};
+  if (schema.components == 3 && schema.name == "position") return kPosition[component];
+  if (schema.components == 3 && schema.name == "normal") return kNormal[component];
+  return schema.components == 1 ? schema.name : fmt::format("{}_{}", schema.name, component);
+}
+
+std::string header(const ExportTask& task, std::span<const AttributeId> attributes,
+                   const char* index_type) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment plait: level {}\nelement vertex {}\n",
+      task.level, task.vertices());
+  for (const AttributeId id : attributes) {
+    const AttributeSchema& schema = task.store.attributes()[id].schema;
+    for (std::uint32_t component = 0; component < schema.components; ++component)
+      text +=
+          fmt::format("property {} {}\n", ply_type(schema.type), property_name(schema, component));
+  }
+  return text + fmt::format("element face {}\nproperty list uchar {} vertex_indices\nend_header\n",
+                            task.triangles(), index_type);
+}
+
+}  // namespace
+
+void check_ply_attribute(const AttributeSchema& schema) {
+  if (ply_type(schema.type) == nullptr)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export: attribute '{}' is {}, which PLY has no name for", schema.name,
+                            to_string(schema.type)));
+}
+
+void write_ply_level(const ExportTask& task) {
+  std::vector<AttributeId> attributes = {task.position};
+  attributes.insert(attributes.end(), task.extras.begin(), task.extras.end());
+  const bool fits_int =
+      task.vertices() <= static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max());
+  task.output.write(header(task, attributes, fits_int ? "int" : "uint"));
+
+  std::vector<std::byte> rows;
+  std::uint64_t done = 0;
+  stream_vertices(task.store, attributes, task.level, [&](auto records, std::size_t count) {
+    rows.clear();
+    for (std::size_t vertex = 0; vertex < count; ++vertex)
+      for (const std::span<const std::byte> column : records) {
+        const std::size_t bytes = column.size() / count;
+        const auto record = column.subspan(vertex * bytes, bytes);
+        rows.insert(rows.end(), record.begin(), record.end());
+      }
+    task.output.write(rows);
+    task.progress(done += count);
+  });
+
+  constexpr std::size_t kFaceBytes = 13;
+  for_each_numbered_triangle(
+      task.store.base(), task.numbering, task.refinements,
+      [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+        std::array<std::byte, kFaceBytes> face{std::byte{3}};
+        const std::uint32_t corners[] = {static_cast<std::uint32_t>(a),
+                                         static_cast<std::uint32_t>(b),
+                                         static_cast<std::uint32_t>(c)};
+        std::memcpy(face.data() + 1, corners, sizeof(corners));
+        task.output.write(face);
+      },
+      [&](std::uint64_t triangles) { task.progress(done + triangles); });
+}
+
+}  // namespace plait

@@ -1,0 +1,77 @@
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "export/format_writers.h"
+#include "plait/patch.h"
+
+namespace plait {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "numbers go into the file as they are");
+
+constexpr std::size_t kHeaderBytes = 80;
+constexpr std::size_t kFacetBytes = 50;  // normal, three corners, two bytes of attributes
+
+void append_facet(std::vector<std::byte>& facets, const Vector3<float>& a, const Vector3<float>& b,
+                  const Vector3<float>& c) {
+  const Vector3<float> corners[] = {normalized(cross(b - a, c - a)), a, b, c};
+  std::array<std::byte, kFacetBytes> facet{};
+  std::memcpy(facet.data(), corners, sizeof(corners));
+  facets.insert(facets.end(), facet.begin(), facet.end());
+}
+
+template <class Real>
+void write_facets(const ExportTask& task) {
+  // Half of the budget stays pinned: neighbouring faces share their blocks.
+  StorePatches<Vector3<Real>> patches(task.store, task.position,
+                                      task.store.pager().budget_bytes() / 2);
+  patches.activate(task.refinements, 1, 0);
+  const std::int64_t size = std::int64_t{1} << task.refinements;
+  std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;
+  std::vector<std::byte> facets;
+  std::uint64_t done = 0;
+  const auto faces = static_cast<FaceId>(task.store.base().face_count());
+  for (FaceId face = 0; face < faces; ++face) {
+    const auto patch = patches.patch(face);
+    const auto fetch = [&](std::vector<Vector3<float>>& row, std::int64_t j) {
+      for (std::int64_t i = 0; i <= size - j; ++i) {
+        const Vector3<Real>& at = patch.at(task.refinements, i, j);
+        row[static_cast<std::size_t>(i)] = {static_cast<float>(at.x), static_cast<float>(at.y),
+                                            static_cast<float>(at.z)};
+      }
+    };
+    fetch(lower, 0);
+    for (std::int64_t j = 0; j < size; ++j) {
+      fetch(upper, j + 1);
+      facets.clear();
+      const auto count = static_cast<std::size_t>(size - j);
+      for (std::size_t i = 0; i < count; ++i) {
+        append_facet(facets, lower[i], lower[i + 1], upper[i]);
+        if (i + 1 < count) append_facet(facets, lower[i + 1], upper[i + 1], upper[i]);
+      }
+      task.output.write(facets);
+      task.progress(done += 2 * count - 1);
+      lower.swap(upper);
+    }
+  }
+}
+
+}  // namespace
+
+void write_stl_level(const ExportTask& task) {
+  // The first word must not be "solid", which marks the text form.
+  std::string header = "plait: level " + std::to_string(task.level);
+  header.resize(kHeaderBytes, ' ');
+  task.output.write(header);
+  const auto count = static_cast<std::uint32_t>(task.triangles());
+  task.output.write(std::as_bytes(std::span(&count, 1)));
+  if (task.store.attributes()[task.position].schema.type == ComponentType::kFloat64)
+    write_facets<double>(task);
+  else
+    write_facets<float>(task);
+}
+
+}  // namespace plait

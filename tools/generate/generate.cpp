@@ -1,0 +1,99 @@
+#include "generate/generate.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "generate/kinds.h"
+#include "generate/progress.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr std::array<std::pair<GeneratorKind, std::string_view>, 4> kNames{{
+    {GeneratorKind::kMolecule, "molecule"},
+    {GeneratorKind::kTorus, "torus"},
+    {GeneratorKind::kIcosphere, "icosphere"},
+    {GeneratorKind::kOpenSheet, "open-sheet"},
+}};
+
+IndexedMesh make(GeneratorKind kind, std::uint64_t vertices, std::uint64_t seed,
+                 const generation::Progress& progress) {
+  switch (kind) {
+    case GeneratorKind::kMolecule:
+      return generation::make_molecule(vertices, seed, progress);
+    case GeneratorKind::kTorus:
+      return generation::make_torus(vertices, seed, progress);
+    case GeneratorKind::kIcosphere:
+      return generation::make_icosphere(vertices, seed, progress);
+    case GeneratorKind::kOpenSheet:
+      return generation::make_open_sheet(vertices, seed, progress);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(GeneratorKind kind) noexcept {
+  for (const auto& [known, name] : kNames)
+    if (known == kind) return name;
+  return "unknown";
+}
+
+GeneratorKind generator_from_name(std::string_view name) {
+  std::string known_names;
+  for (const auto& [kind, known] : kNames) {
+    if (known == name) return kind;
+    known_names += fmt::format("{}{}", known_names.empty() ? "" : ", ", known);
+  }
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("generate: expected one of {}, found \"{}\"", known_names, name));
+}
+
+VertexCountRange vertex_count_range(GeneratorKind kind) noexcept {
+  // The most that 32-bit side numbers allow while there is a part of the surface to take away.
+  constexpr std::uint64_t kMost = 200'000'000;
+  switch (kind) {
+    case GeneratorKind::kMolecule:
+      return {12, kMost};
+    case GeneratorKind::kTorus:
+      return {12, kMost};
+    case GeneratorKind::kIcosphere:
+      return {12, kMost};
+    case GeneratorKind::kOpenSheet:
+      return {4, kMost};
+  }
+  return {0, 0};
+}
+
+IndexedMesh generate(GeneratorKind kind, std::uint64_t vertices, std::uint64_t seed,
+                     const GeneratorProgress& progress) {
+  const auto [fewest, most] = vertex_count_range(kind);
+  if (vertices < fewest || vertices > most)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("generate {}: expected {} to {} vertices, found {}", to_string(kind),
+                            fewest, most, vertices));
+  // A step that has to be done again must not be seen to go back.
+  double reached = -1;
+  const GeneratorProgress report = [&](double fraction) {
+    if (!progress || fraction <= reached) return;
+    reached = fraction;
+    progress(fraction);
+  };
+  report(0);
+  IndexedMesh mesh = make(kind, vertices, seed, generation::Progress(report));
+  if (mesh.positions.size() != vertices)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("generate {}: expected {} vertices for seed {}, found a surface that "
+                            "can not be reduced below {}",
+                            to_string(kind), vertices, seed, mesh.positions.size()));
+  for (Vector3<double>& position : mesh.positions)
+    for (int axis = 0; axis < 3; ++axis) position[axis] = static_cast<float>(position[axis]);
+  report(1);
+  return mesh;
+}
+
+}  // namespace plait

@@ -1,0 +1,32 @@
+// generate/marching_tetrahedra.h: the level set of a field on a grid, as a closed surface.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+
+#include "generate/progress.h"
+#include "plait/base_mesh.h"
+
+namespace plait::generation {
+
+/// A box of grid points origin + spacing * (x, y, z).
+struct Grid {
+  Vector3<double> origin;
+  double spacing;
+  std::size_t width, height, depth;  ///< points along x, y, z
+};
+
+/// Writes the field's values at one z: [y][x] float32.
+using FieldLayer = std::function<void(std::size_t z, std::span<float> values)>;
+
+/// The surface between values above `level` and the rest, oriented away from those above. Each
+/// cube is cut into six tetrahedra around its main diagonal, which meet those of its neighbours
+/// face to face: the result is an oriented 2-manifold, closed if the grid's outermost points are
+/// not above the level. Vertices come in the order of z. Memory: the surface and two layers.
+/// Source: A. Doi, A. Koide, "An efficient method of triangulating equi-valued surfaces by using
+/// tetrahedral cells" (1991).
+IndexedMesh march_tetrahedra(const Grid& grid, float level, const FieldLayer& field,
+                             const Progress& progress);
+
+}  // namespace plait::generation

@@ -1,0 +1,22 @@
+// generate/molecule_chain.h: atoms folded into something like a small protein.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "generate/random.h"
+#include "plait/vector3.h"
+
+namespace plait::generation {
+
+struct Atom {
+  Vector3<double> centre;  ///< angstrom
+  double radius;           ///< van der Waals, angstrom
+};
+
+/// `count` atoms: compact self-avoiding chains of backbone atoms 3.8 angstrom apart, each with up
+/// to eight atoms of a side chain. Consecutive backbone atoms overlap, and a chain begins in touch
+/// with those before it.
+std::vector<Atom> fold_chain(std::uint64_t count, Random& random);
+
+}  // namespace plait::generation

@@ -1,0 +1,23 @@
+// generate/progress.h: a part of the work reports its own 0 to 1 as a part of the whole.
+#pragma once
+
+#include "generate/generate.h"
+
+namespace plait::generation {
+
+class Progress {
+ public:
+  explicit Progress(const GeneratorProgress& report, double begin = 0, double end = 1)
+      : report_(&report), begin_(begin), end_(end) {}
+
+  void operator()(double fraction) const { (*report_)(begin_ + fraction * (end_ - begin_)); }
+  Progress part(double begin, double end) const {
+    return Progress(*report_, begin_ + begin * (end_ - begin_), begin_ + end * (end_ - begin_));
+  }
+
+ private:
+  const GeneratorProgress* report_;
+  double begin_, end_;
+};
+
+}  // namespace plait::generation

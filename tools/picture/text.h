@@ -1,0 +1,18 @@
+// picture/text.h: short captions in a built-in font of capital letters, digits and a few marks.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+#include "picture/image.h"
+
+namespace plait {
+
+constexpr std::size_t kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;  ///< at scale 1
+
+/// Writes `text` with its upper left corner at (x, y); small letters become capitals, and what the
+/// font lacks becomes a space. Parts outside the image are left out.
+void draw_text(Image& image, std::size_t x, std::size_t y, std::string_view text, Rgb colour,
+               std::size_t scale);
+
+}  // namespace plait

@@ -1,0 +1,105 @@
+// The program plait: parses the command line, runs one command, maps errors to exit statuses.
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <string>
+
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "plait/backends/registry.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  plait generate molecule molecule.ply --vertices 26016 --seed 1\n"
+    "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
+    "  plait verify molecule.plait\n"
+    "  plait render molecule.plait molecule.png\n"
+    "\n"
+    "Sizes take KiB, MiB, GiB, or K, M, G: all powers of 1024.\n"
+    "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
+    "such as a file that is not there; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
+    "Nothing half-made is left behind: outputs take their names when they are whole.";
+
+/// Parsing may have failed before the flag was seen.
+bool asks_for_json(int argument_count, char** arguments) {
+  for (int at = 1; at < argument_count; ++at)
+    if (std::strcmp(arguments[at], "--json") == 0) return true;
+  return false;
+}
+
+int fail(const Error& error, bool json) {
+  report_error(to_string(error.code()), error.what(), json);
+  return exit_status(error.code());
+}
+
+int refuse_usage(const CLI::App& program, const CLI::ParseError& error, bool json) {
+  std::string name = "plait";
+  for (const CLI::App* command : program.get_subcommands()) name += " " + command->get_name();
+  report_error("usage", fmt::format("{} (see {} --help)", error.what(), name), json);
+  return kExitRefused;
+}
+
+int run_program(int argument_count, char** arguments) {
+  install_signal_handlers();
+  CommandContext context{default_backends()};
+  CLI::App program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
+                   "plait");
+  program.set_version_flag("--version", std::string("plait ") + PLAIT_VERSION);
+  program.require_subcommand(1);
+  program.get_formatter()->column_width(30);
+  program.footer(kFooter);
+  add_generate_command(program, context);
+  add_subdivide_command(program, context);
+  add_info_command(program, context);
+  add_verify_command(program, context);
+  add_digest_command(program, context);
+  add_export_command(program, context);
+  add_convert_command(program, context);
+  add_layout_command(program, context);
+  add_render_command(program, context);
+
+  const bool json = asks_for_json(argument_count, arguments);
+  try {
+    try {
+      program.parse(argument_count, arguments);
+    } catch (const CLI::CallForVersion& version) {
+      print(std::string(version.what()) + "\n");
+      flush_output();
+      return kExitDone;
+    } catch (const CLI::Success&) {
+      print(program.help());
+      flush_output();
+      return kExitDone;
+    } catch (const CLI::ParseError& error) {
+      return refuse_usage(program, error, json);
+    }
+    const int status = context.run();
+    flush_output();
+    return status;
+  } catch (const Error& error) {
+    return fail(error, json);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(system_error(error.what(), error.path1().native(), error.code().value()), json);
+  } catch (const std::bad_alloc&) {
+    return fail(Error(ErrorCode::kOutOfMemory, "out of memory"), json);
+  } catch (const std::exception& error) {
+    report_error("internal", error.what(), json);
+    return kExitFailed;
+  }
+}
+
+}  // namespace
+}  // namespace plait
+
+int main(int argument_count, char** arguments) {
+  return plait::run_program(argument_count, arguments);
+}

@@ -1,0 +1,43 @@
+// tools/progress.h: a bar on standard error while work goes on, and the place where work learns
+// of Ctrl-C. Nothing is drawn unless standard error is a terminal.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace plait {
+
+/// What is counted, for the rate.
+enum class ProgressUnit : std::uint8_t { kVertices, kBytes, kNone };
+
+/// One thread. The bar is drawn at most ten times a second and removed at the end.
+class Progress {
+ public:
+  Progress(std::string task, ProgressUnit unit);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// False once a signal asked to stop: what a `proceed` callback returns.
+  bool update(std::uint64_t done, std::uint64_t total, std::string_view phase = {});
+  /// Removes the bar: before anything else is printed.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string task_;
+  ProgressUnit unit_;
+  bool terminal_;
+  bool drawn_ = false;
+  Clock::time_point start_, last_;
+};
+
+/// The bar as text, at most `columns` wide:
+/// "subdivide  level 3: odd vertices [#####.....]  42%  12.3 M vertices/s  0:07 left".
+std::string progress_line(std::string_view task, std::string_view phase, ProgressUnit unit,
+                          std::uint64_t done, std::uint64_t total, double seconds,
+                          std::size_t columns);
+
+}  // namespace plait

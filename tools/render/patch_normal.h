@@ -1,0 +1,64 @@
+// render/patch_normal.h: normals where the store has none.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "plait/patch.h"
+
+namespace plait {
+
+/// [base vertex] sum of the cross products of the base triangles around it, at the positions that
+/// the base vertices have now; unit length.
+template <class Real>
+std::vector<Vector3<float>> base_vertex_normals(const Topology& mesh,
+                                                std::span<const Vector3<Real>> positions) {
+  std::vector<Vector3<double>> sums(positions.size());
+  const auto at = [&](VertexId vertex) {
+    const Vector3<Real>& p = positions[vertex];
+    return Vector3<double>{p.x, p.y, p.z};
+  };
+  for (const auto& face : mesh.faces) {
+    const Vector3<double> normal = cross(at(face[1]) - at(face[0]), at(face[2]) - at(face[0]));
+    for (const VertexId vertex : face) sums[vertex] = sums[vertex] + normal;
+  }
+  std::vector<Vector3<float>> normals;
+  normals.reserve(sums.size());
+  for (const Vector3<double>& sum : sums) {
+    const Vector3<double> unit = normalized(sum);
+    normals.push_back(
+        {static_cast<float>(unit.x), static_cast<float>(unit.y), static_cast<float>(unit.z)});
+  }
+  return normals;
+}
+
+/// Sum of the cross products of the up to six triangles around a vertex of a patch that is no
+/// corner, those beyond its side included, so that two patches agree on it; unit length.
+/// `level` counts from the store's base mesh; `size` is 2^level.
+template <class Patch>
+Vector3<float> patch_normal(const Patch& patch, int level, std::int64_t size, std::int64_t i,
+                            std::int64_t j) {
+  static constexpr std::array<std::array<std::int64_t, 2>, 6> kRing = {
+      {{1, 0}, {0, 1}, {-1, 1}, {-1, 0}, {0, -1}, {1, -1}}};
+  const int side = j == 0 ? 2 : i == 0 ? 1 : i + j == size ? 0 : -1;
+  const bool border = side >= 0 && patch.is_border(side);
+  const auto to_double = [](const auto& p) { return Vector3<double>{p.x, p.y, p.z}; };
+  const auto exists = [&](std::size_t n) {
+    const std::int64_t x = i + kRing[n][0], y = j + kRing[n][1];
+    return !border || (x >= 0 && y >= 0 && x + y <= size);
+  };
+  const Vector3<double> centre = to_double(patch.at(level, i, j));
+  Vector3<double> sum{};
+  for (std::size_t n = 0; n < kRing.size(); ++n) {
+    const std::size_t next = (n + 1) % kRing.size();
+    if (!exists(n) || !exists(next)) continue;
+    const Vector3<double> p = to_double(patch.at(level, i + kRing[n][0], j + kRing[n][1]));
+    const Vector3<double> q = to_double(patch.at(level, i + kRing[next][0], j + kRing[next][1]));
+    sum = sum + cross(p - centre, q - centre);
+  }
+  const Vector3<double> unit = normalized(sum);
+  return {static_cast<float>(unit.x), static_cast<float>(unit.y), static_cast<float>(unit.z)};
+}
+
+}  // namespace plait
