@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, runs all tests; ends with CTest's summary.
 #
-#   tools/test.sh [--preset NAME] [--label REGEX] [--exclude-label REGEX] [CTEST OPTION...]
+#   tools/test.sh [--preset NAME] [--target NAME]... [--label REGEX] [--exclude-label REGEX]
+#                 [CTEST OPTION...]
 #
 #   --preset NAME           a preset of CMakePresets.json; default release
+#   --target NAME           builds and runs only the test of this name; may be repeated
 #   --label REGEX           only tests with such a label: fast (under a minute in all), slow
 #   --exclude-label REGEX   all but those
 #   anything else           goes to ctest as it is: -R NAME, --verbose, --rerun-failed ...
@@ -28,11 +30,17 @@ value_of() {
 
 preset=release
 ctest_options=()
+targets=()
 while [ $# -gt 0 ]; do
   case $1 in
     --preset)
       value_of "$@"
       preset=$2
+      shift 2
+      ;;
+    --target)
+      value_of "$@"
+      targets+=("$2")
       shift 2
       ;;
     --label)
@@ -55,10 +63,15 @@ done
 jobs=$(nproc)
 tools/dev/install_packages.sh build tests
 # What other scripts switch off to save time is switched on again here.
-configure=(-DPLAIT_TESTS=ON -DPLAIT_TOOLS=ON -DPLAIT_EXAMPLES=ON)
+configure=(-DPLAIT_TESTS=ON -DPLAIT_TOOLS=ON -DPLAIT_EXAMPLES=ON -DPLAIT_BENCH=ON)
 # Instrumented code makes the compiler warn of what is not there, so presets decide for themselves;
 # a release is the user's build, whose compiler may warn of more than ours, so it is strict only here.
 [ "$preset" != release ] || configure+=(-DPLAIT_WERROR=ON)
 cmake --preset "$preset" "${configure[@]}" --log-level=WARNING
-cmake --build --preset "$preset" --parallel "$jobs"
+if [ ${#targets[@]} -gt 0 ]; then
+  cmake --build --preset "$preset" --parallel "$jobs" --target "${targets[@]}"
+  ctest_options+=(--tests-regex "^($(IFS='|' && echo "${targets[*]}"))$")
+else
+  cmake --build --preset "$preset" --parallel "$jobs"
+fi
 ctest --preset "$preset" --parallel "$jobs" "${ctest_options[@]}"
