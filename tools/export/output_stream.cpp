@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <boost/iostreams/concepts.hpp>
-#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filter/zlib.hpp>
 #include <boost/iostreams/filter/zstd.hpp>
 
 #include "plait/error.h"
@@ -12,6 +12,7 @@ namespace plait {
 namespace {
 
 constexpr int kBufferBytes = 256 << 10;
+constexpr int kGzipWindowBits = 15 + 16;  // zlib's largest window, and 16 for a gzip frame
 
 }  // namespace
 
@@ -39,11 +40,11 @@ class OutputStream::Sink : public boost::iostreams::sink {
 OutputStream::OutputStream(const std::filesystem::path& path, Compression compression)
     : target_(std::make_unique<Target>()) {
   target_->file = File(path, OpenMode::kCreate);
-  if (compression == Compression::kGzip)
-    stream_.push(boost::iostreams::gzip_compressor(
-                     boost::iostreams::gzip_params(boost::iostreams::gzip::default_compression),
-                     kBufferBytes),
-                 kBufferBytes);
+  if (compression == Compression::kGzip) {
+    boost::iostreams::zlib_params parameters;
+    parameters.window_bits = kGzipWindowBits;
+    stream_.push(boost::iostreams::zlib_compressor(parameters, kBufferBytes), kBufferBytes);
+  }
   if (compression == Compression::kZstd)
     stream_.push(boost::iostreams::zstd_compressor(
                      boost::iostreams::zstd_params(boost::iostreams::zstd::default_compression),

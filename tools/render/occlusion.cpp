@@ -13,20 +13,21 @@ namespace {
 constexpr int kTaps = 12;
 constexpr int kTurns = 5;  // of the spiral; prime to kTaps
 constexpr int kTile = 4;
-constexpr float kStrength = 7.5f;  // chosen by eye
-constexpr float kBias = 0.02f;     // in reaches: below it a flat surface would darken itself
+constexpr std::size_t kSpirals = 16;  // kTile squared
+constexpr float kStrength = 7.5f;     // chosen by eye
+constexpr float kBias = 0.02f;        // in reaches: below it a flat surface would darken itself
 constexpr std::array<float, 2> kReaches = {0.09f, 0.40f};  // in radii of the model: creases, caves
 
 struct Tap {
   float x, y;  // in reaches
 };
-using Spirals = std::array<std::array<Tap, kTaps>, kTile * kTile>;
+using Spirals = std::array<std::array<Tap, kTaps>, kSpirals>;
 
 Spirals make_spirals() {
   Spirals spirals{};
   for (std::size_t turn = 0; turn < spirals.size(); ++turn)
     for (std::size_t tap = 0; tap < kTaps; ++tap) {
-      const float shift = (static_cast<float>(turn) + 0.5f) / (kTile * kTile);
+      const float shift = (static_cast<float>(turn) + 0.5f) / kSpirals;
       const float share = (static_cast<float>(tap) + shift) / kTaps;
       const float angle = 2 * std::numbers::pi_v<float> * (share * kTurns + shift);
       spirals[turn][tap] = {share * std::cos(angle), share * std::sin(angle)};

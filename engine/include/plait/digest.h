@@ -17,9 +17,10 @@ struct Digest {
 };
 
 struct DigestOptions {
-  int level = -1;  ///< only what is born at this level; -1: everything
+  /// Only what is born at this level (the base level: the base records); -1: everything.
+  int level = -1;
   int threads = 1;
-  std::function<bool(std::uint64_t done, std::uint64_t total)> proceed;  ///< false cancels
+  std::function<bool(std::uint64_t done, std::uint64_t total)> proceed = {};  ///< false cancels
 };
 
 /// The sum modulo 2^128, over base vertices and slots, of XXH3-128(lower endpoint, higher endpoint,

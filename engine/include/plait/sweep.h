@@ -66,7 +66,7 @@ struct SweepPass {
 struct SweepOptions {
   int threads = 1;  ///< 1 to 1024
   /// Called between blocks on the calling thread; false ends the sweep with kCancelled.
-  std::function<bool(std::uint64_t edges_done, std::uint64_t edge_count)> proceed;
+  std::function<bool(std::uint64_t edges_done, std::uint64_t edge_count)> proceed = {};
 };
 
 /// Bytes of frames that the pass pins at once at its widest place: the smallest budget that does.

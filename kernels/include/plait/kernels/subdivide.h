@@ -36,7 +36,7 @@ struct SubdivideOptions {
   bool normals = false;  ///< adds the attribute "normal", float32 x 3, unit length
   bool limit = false;    ///< projects positions to the limit surface (Loop only)
   int threads = 1;       ///< transparent uses one, whatever is asked for
-  std::function<bool(const SubdivideProgress&)> proceed;  ///< false cancels
+  std::function<bool(const SubdivideProgress&)> proceed = {};  ///< false cancels
 };
 
 /// Gives a store that has no attribute yet its base positions: attribute "position", float32 x 3 or
