@@ -101,5 +101,9 @@ int run_program(int argument_count, char** arguments) {
 }  // namespace plait
 
 int main(int argument_count, char** arguments) {
-  return plait::run_program(argument_count, arguments);
+  try {
+    return plait::run_program(argument_count, arguments);
+  } catch (...) {
+    return plait::kExitFailed;  // only where there was no memory left to say why
+  }
 }

@@ -85,7 +85,7 @@ VertexId ObjReader::parse_corner(std::string_view word) const {
   const std::size_t slash = std::min(word.find('/'), word.size());
   const std::optional<std::int64_t> number = parse_integer(word.substr(0, slash));
   const std::string_view rest = word.substr(slash);
-  if (!number || *number == 0 || rest.find_first_not_of("/-0123456789") != rest.npos ||
+  if (!number || *number == 0 || rest.find_first_not_of("/-0123456789") != std::string_view::npos ||
       std::count(rest.begin(), rest.end(), '/') > 2)
     text_.refuse(face_name(), "a vertex as 7, -1, 7/1, 7//3 or 7/1/3", word);
   const auto count = static_cast<std::int64_t>(mesh_.positions.size());

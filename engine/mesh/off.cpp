@@ -67,7 +67,7 @@ void OffReader::read_header() {
   if (!text_.seek_word()) text_.refuse_end("header", "OFF");
   const std::string first(text_.word());
   if (is_off_keyword(first)) {
-    if (first.find_first_of("4n") != first.npos)
+    if (first.find_first_of("4n") != std::string::npos)
       text_.refuse("header", "positions of three dimensions", first);
     vertex_count_ = read_count(kVertexCount, kMaxVertices);
   } else {

@@ -67,7 +67,7 @@ std::size_t HeaderReader::find_line_end() {
     from = std::min(end, text.size());
     if (from > kMaxLineBytes)
       refuse(fmt::format("lines of at most {} bytes", kMaxLineBytes), "a longer one");
-    if (end != text.npos) return end;
+    if (end != std::string_view::npos) return end;
     if (!input_.fill()) refuse("end_header", "the end of the file");
   }
 }
@@ -85,7 +85,7 @@ const std::vector<std::string>& HeaderReader::next_line() {
   constexpr std::string_view kBlanks = " \t\r";
   for (;;) {
     const std::size_t start = line.find_first_not_of(kBlanks);
-    if (start == line.npos) break;
+    if (start == std::string_view::npos) break;
     line.remove_prefix(start);
     words_.emplace_back(line.substr(0, line.find_first_of(kBlanks)));
     line.remove_prefix(words_.back().size());

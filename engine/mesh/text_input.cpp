@@ -109,7 +109,8 @@ std::optional<double> parse_number(std::string_view word) {
   if (end != word.data() + word.size() || word.empty()) return std::nullopt;
   if (error == std::errc()) return value;
   if (error != std::errc::result_out_of_range) return std::nullopt;
-  const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos ||
+  const bool tiny = word.find("e-") != std::string_view::npos ||
+                    word.find("E-") != std::string_view::npos ||
                     word.substr(word.starts_with('-') ? 1 : 0).starts_with("0.");
   return tiny ? std::optional(0.0) : std::nullopt;
 }

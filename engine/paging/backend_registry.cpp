@@ -9,10 +9,11 @@
 namespace plait {
 
 void BackendRegistry::add(Entry entry) {
-  std::string name = entry.name;
-  if (name.empty() || !entries_.try_emplace(name, std::move(entry)).second)
+  if (entry.name.empty() || entries_.contains(entry.name))
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add backend \"{}\": expected a name that is free", name));
+                fmt::format("add backend \"{}\": expected a name that is free", entry.name));
+  Entry& added = entries_[entry.name];
+  added = std::move(entry);
 }
 
 const BackendRegistry::Entry& BackendRegistry::find(std::string_view name) const {

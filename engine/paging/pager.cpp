@@ -27,7 +27,7 @@ class Pager::Implementation {
   void attach(LevelFile& level);
   void detach(LevelFile& level);
   std::uint32_t pin(LevelFile& level, std::uint64_t block, Access access);
-  void unpin(std::uint32_t frame) noexcept;
+  void unpin(std::uint32_t entry) noexcept;
   void prefetch(LevelFile& level, BlockRange blocks) noexcept;
   void flush();
   void discard() noexcept;
@@ -59,7 +59,7 @@ class Pager::Implementation {
   std::uint32_t new_frame_entry();
   void evict_one(const LevelFile& wanted_by, std::uint64_t wanted_bytes);
   void write_back(Frame& frame);
-  void drop(std::uint32_t frame) noexcept;
+  void drop(std::uint32_t entry) noexcept;
   void make_evictable(std::uint32_t frame, EdgeId edge_after) {
     frames_[frame].evictable_as = edge_after;
     eviction_->insert(frame, edge_after);
