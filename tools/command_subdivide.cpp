@@ -201,7 +201,7 @@ void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--threads", arguments.threads, "Threads of the sweep executor")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  command.add_option("--executor", arguments.executor, "sweep or transparent")
+  command.add_option("--executor", arguments.executor, "fused, sweep or transparent")
       ->capture_default_str();
   command
       .add_option("--layout", arguments.layout,

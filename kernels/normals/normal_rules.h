@@ -18,6 +18,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "diamond/diamond.h"
 #include "loop/loop_diamond.h"
@@ -28,26 +29,41 @@
 
 namespace plait::normals {
 
+constexpr Vector3<float> kPositiveZeros{0, 0, 0};  // -0 + 0 = 0
+
+/// Whether the square of a length is in float's comfortable range.
+template <class Real>
+constexpr bool comfortable(Real square) {
+  return square > Real(1e-30) && square < Real(1e30);
+}
+/// direction() where `square`, which is dot(v, v), is comfortable.
+template <class Real>
+Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
+  const Real scale = Real(1) / std::sqrt(square);
+  return Vector3<float>{float(scale * v.x), float(scale * v.y), float(scale * v.z)} +
+         kPositiveZeros;
+}
+
 /// A vector's direction in float32. Where the square of its length leaves float's comfortable range
 /// (tiny or huge model units) the length is taken in double. Zeros are positive: a ring turned by
 /// half would give them the other sign, and which face evaluates a vertex must not show. Pinned by
 /// tests/acceptance/flat_surface_test.cpp.
 template <class Real>
 Vector3<float> direction(Vector3<Real> v) {
-  constexpr Vector3<float> kPositiveZeros{0, 0, 0};  // -0 + 0 = 0
   const Real square = dot(v, v);
-  if (square > Real(1e-30) && square < Real(1e30)) {
-    const Real length = std::sqrt(square);
-    return Vector3<float>{float(v.x / length), float(v.y / length), float(v.z / length)} +
-           kPositiveZeros;
-  }
+  if (comfortable(square)) return scaled_to_unit(v, square);
   return loop::narrow<float>(normalized(loop::widen(v))) + kPositiveZeros;
 }
 
-/// From the differences of opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
+/// Normal to a regular vertex's tangent plane, of any length, from the differences of opposite
+/// neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
+template <class Real>
+constexpr Vector3<Real> regular_cross(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
+  return cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
+}
 template <class Real>
 Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-  return direction(cross(d0 + Real(0.5) * (d1 - d2), d1 + d2));
+  return direction(regular_cross(d0, d1, d2));
 }
 
 /// On a border with three faces: neighbours p_1 .. p_4.
@@ -72,36 +88,44 @@ inline BorderMask border_mask(int neighbours) {
   return {theta, end_weight};
 }
 
+/// Normal of a base vertex from its ring: point(i), i < valence, counterclockwise.
+template <class Point>
+Vector3<float> of_base_vertex(int valence, bool border, const Vector3<double>& v, Point point) {
+  Vector3<double> first{}, second{};
+  if (!border) {
+    for (int i = 0; i < valence; ++i) {
+      const double angle = 2 * std::numbers::pi * i / valence;
+      const Vector3<double> d = point(i) - v;
+      first = first + std::cos(angle) * d;
+      second = second + std::sin(angle) * d;
+    }
+  } else {
+    const BorderMask mask = valence > 2 ? border_mask(valence) : BorderMask{0, 1};
+    for (int i = 0; i < valence; ++i) {
+      const Vector3<double> d = point(i) - v;
+      const bool at_first = i == 0, at_last = i == valence - 1;
+      if (at_first) first = first + d;
+      if (at_last) first = first - d;
+      second = second + (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
+    }
+  }
+  return direction(cross(first, second));
+}
+
 /// Normals of the base vertices; `rings` holds the finest level's.
 template <class Real>
 void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
           std::span<const Vector3<Real>> positions, std::span<Vector3<float>> normals) {
+  std::vector<Vector3<double>> ring;
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
-    const Vector3<double> v = loop::widen(positions[vertex]);
-    const int valence = for_each_spoke(mesh, vertex, [](EdgeId) {});
-    Vector3<double> first{}, second{};
-    int i = 0;
-    const auto difference = [&](EdgeId edge) {
-      return loop::widen(rings.next_to(mesh, edge, vertex)) - v;
-    };
-    if (!is_border_vertex(mesh, vertex)) {
-      for_each_spoke(mesh, vertex, [&](EdgeId edge) {
-        const double angle = 2 * std::numbers::pi * i++ / valence;
-        first = first + std::cos(angle) * difference(edge);
-        second = second + std::sin(angle) * difference(edge);
-      });
-    } else {
-      const BorderMask mask = valence > 2 ? border_mask(valence) : BorderMask{0, 1};
-      for_each_spoke(mesh, vertex, [&](EdgeId edge) {
-        const Vector3<double> d = difference(edge);
-        const bool at_first = i == 0, at_last = i == valence - 1;
-        if (at_first) first = first + d;
-        if (at_last) first = first - d;
-        second = second + (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
-        ++i;
-      });
-    }
-    normals[vertex] = direction(cross(first, second));
+    ring.clear();
+    for_each_spoke(mesh, vertex, [&](EdgeId edge) {
+      ring.push_back(loop::widen(rings.next_to(mesh, edge, vertex)));
+    });
+    normals[vertex] =
+        of_base_vertex(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex),
+                       loop::widen(positions[vertex]),
+                       [&](int i) { return ring[static_cast<std::size_t>(i)]; });
   }
 }
 

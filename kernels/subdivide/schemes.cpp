@@ -26,6 +26,8 @@ Scheme scheme_from_name(std::string_view name) {
 
 std::string_view to_string(ExecutorKind executor) noexcept {
   switch (executor) {
+    case ExecutorKind::kFused:
+      return "fused";
     case ExecutorKind::kSweep:
       return "sweep";
     case ExecutorKind::kTransparent:
@@ -35,10 +37,10 @@ std::string_view to_string(ExecutorKind executor) noexcept {
 }
 
 ExecutorKind executor_from_name(std::string_view name) {
-  for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent})
+  for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
     if (name == to_string(executor)) return executor;
   throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("executor '{}': expected sweep or transparent", name));
+              fmt::format("executor '{}': expected fused, sweep or transparent", name));
 }
 
 }  // namespace plait

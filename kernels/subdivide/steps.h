@@ -55,4 +55,12 @@ template <class Real>
 void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId normal,
                               AttributeId limit);
 
+/// All levels and the surface at once, by the fused executor, into attributes that have levels 1 to
+/// `levels` already; `normal` may be kNoId. With options.limit positions are limit positions.
+template <class Real>
+void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal);
+/// What run_fused keeps beside the budget.
+template <class Real>
+std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options);
+
 }  // namespace plait

@@ -23,6 +23,10 @@ void check(const Store& store, const SubdivideOptions& options) {
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("subdivide: limit positions are Loop's; the scheme is {}",
                             to_string(options.scheme)));
+  if (options.executor == ExecutorKind::kFused && options.scheme == Scheme::kButterfly)
+    throw Error(ErrorCode::kNotSupported,
+                "subdivide: the fused executor takes rules of one ring, loop or midpoint; for "
+                "butterfly take sweep");
   for (const char* name : {"normal", "limit"})
     if (store.has_attribute(name))
       throw Error(ErrorCode::kInvalidArgument,
@@ -50,12 +54,28 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
 
 template <class Real>
 void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
-  const bool sweeping = options.executor == ExecutorKind::kSweep;
+  const bool sweeping = options.executor != ExecutorKind::kTransparent;
   const int base_level = store.base_level();
   const int done = store.attributes()[position].finest_level - base_level;
   const int levels = options.levels - base_level;
+  const auto add = [&](bool wanted, const AttributeSchema& schema) {
+    if (!wanted) return kNoId;
+    const AttributeId id = store.add_attribute(schema);
+    for (int level = 1; level <= levels; ++level) store.add_level(id);
+    return id;
+  };
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
+  if (options.executor == ExecutorKind::kFused && levels > 0) {
+    if (done > 0)
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("subdivide: the fused executor starts at the base mesh, and the "
+                              "store has level {}: take sweep",
+                              base_level + done));
+    for (int level = 1; level <= levels; ++level) store.add_level(position);
+    run_fused(run, levels, add(options.normals, schema_of<Vector3<float>>("normal")));
+    return;
+  }
   read_rings(run, done);
 
   for (int level = done + 1; level <= levels; ++level) {
@@ -66,12 +86,6 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   }
   if (!options.normals && !options.limit) return;
 
-  const auto add = [&](bool wanted, const AttributeSchema& schema) {
-    if (!wanted) return kNoId;
-    const AttributeId id = store.add_attribute(schema);
-    for (int level = 1; level <= levels; ++level) store.add_level(id);
-    return id;
-  };
   const AttributeId normal = add(options.normals, schema_of<Vector3<float>>("normal"));
   const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
   sweeping ? make_surface(run, levels, normal, limit)

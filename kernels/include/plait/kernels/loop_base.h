@@ -38,37 +38,37 @@ BaseRing read_ring(const Topology& mesh, const RingTable<Vector3<Real>>& rings, 
   return ring;
 }
 
+/// Where a base vertex moves to; `ring` holds the new odd vertices around it.
+inline Vector3<double> moved_base(const BaseRing& ring, bool border, const Vector3<double>& v) {
+  if (border) return by_axis<double>(even_border<double>, v, ring.first, ring.last);
+  const double weight = odd_neighbour_weight(ring.valence);
+  return (1 - ring.valence * weight) * v + weight * ring.sum;
+}
+
+/// Limit position of a base vertex; `ring` is the finest level's.
+inline Vector3<double> limit_of_base(const BaseRing& ring, bool border, const Vector3<double>& v) {
+  if (border) return by_axis<double>(limit_border<double>, v, ring.first, ring.last);
+  const double weight = limit_weight(ring.valence);
+  return (1 - ring.valence * weight) * v + weight * ring.sum;
+}
+
 /// Moves every base vertex; `rings` holds the new odd vertices around them.
 template <class Real>
 void even_base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                std::span<Vector3<Real>> base) {
-  for (VertexId vertex = 0; vertex < base.size(); ++vertex) {
-    const BaseRing ring = read_ring(mesh, rings, vertex);
-    const Vector3<double> v = widen(base[vertex]);
-    if (is_border_vertex(mesh, vertex)) {
-      base[vertex] = narrow<Real>(by_axis<double>(even_border<double>, v, ring.first, ring.last));
-    } else {
-      const double weight = odd_neighbour_weight(ring.valence);
-      base[vertex] = narrow<Real>((1 - ring.valence * weight) * v + weight * ring.sum);
-    }
-  }
+  for (VertexId vertex = 0; vertex < base.size(); ++vertex)
+    base[vertex] = narrow<Real>(moved_base(read_ring(mesh, rings, vertex),
+                                           is_border_vertex(mesh, vertex), widen(base[vertex])));
 }
 
 /// Limit positions of the base vertices; `rings` holds the finest level's.
 template <class Real>
 void limit_base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                 std::span<const Vector3<Real>> base, std::span<Vector3<Real>> limits) {
-  for (VertexId vertex = 0; vertex < base.size(); ++vertex) {
-    const BaseRing ring = read_ring(mesh, rings, vertex);
-    const Vector3<double> v = widen(base[vertex]);
-    if (is_border_vertex(mesh, vertex)) {
-      limits[vertex] =
-          narrow<Real>(by_axis<double>(limit_border<double>, v, ring.first, ring.last));
-    } else {
-      const double weight = limit_weight(ring.valence);
-      limits[vertex] = narrow<Real>((1 - ring.valence * weight) * v + weight * ring.sum);
-    }
-  }
+  for (VertexId vertex = 0; vertex < base.size(); ++vertex)
+    limits[vertex] =
+        narrow<Real>(limit_of_base(read_ring(mesh, rings, vertex), is_border_vertex(mesh, vertex),
+                                   widen(base[vertex])));
 }
 
 }  // namespace plait::loop

@@ -19,7 +19,11 @@ std::string_view to_string(Scheme scheme) noexcept;
 /// Errors: kInvalidArgument naming the schemes there are.
 Scheme scheme_from_name(std::string_view name);
 
-enum class ExecutorKind : std::uint8_t { kSweep, kTransparent };
+enum class ExecutorKind : std::uint8_t {
+  kFused,        ///< patch by patch through all levels; Loop and midpoint, from the base mesh
+  kSweep,        ///< level by level, edge by edge
+  kTransparent,  ///< level by level, face by face, as a program of one's own would
+};
 std::string_view to_string(ExecutorKind executor) noexcept;
 /// Errors: kInvalidArgument naming the executors there are.
 ExecutorKind executor_from_name(std::string_view name);
@@ -44,7 +48,8 @@ struct SubdivideOptions {
 void add_base_positions(Store& store, bool double_precision = false);
 
 /// Refines attribute "position" from its finest level to `options.levels`. Does not commit.
-/// Errors: kInvalidArgument, kNotSupported (limit without Loop), kBudget naming what is needed,
+/// Errors: kInvalidArgument, kNotSupported (limit without Loop; fused with Butterfly, or in a store
+/// that has levels), kBudget naming what is needed,
 /// kCancelled, kIo and kNoSpace.
 void subdivide(Store& store, const SubdivideOptions& options);
 

@@ -1,0 +1,226 @@
+#include "plait/fused.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "execution/fused_schedule.h"
+#include "execution/open_blocks.h"
+#include "execution/slot_bundle.h"
+#include "execution/slot_transfer.h"
+#include "paging/frame_pool.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// What the threads of a pass share. Everything but slots and bundles themselves is under the lock,
+/// which is taken three times a group.
+class FusedRun {
+ public:
+  FusedRun(Store& store, const FusedPass& pass, int threads)
+      : pass_(pass),
+        mesh_(store.base().topology()),
+        shape_(store, pass.outputs, pass.levels),
+        bundles_(shape_.bytes, store.base().edge_count()),
+        blocks_(store, pass.outputs, pass.levels),
+        halves_(store.base().edge_count()),
+        schedule_(store.base().face_count(), FusedSchedule::run_faces(pass.levels),
+                  FusedSchedule::window(threads)) {}
+
+  FusedSchedule& schedule() { return schedule_; }
+
+  /// Takes runs of faces until there are none. The first error of any thread ends all of them.
+  template <class AfterRun>
+  void work(AfterRun after_run) noexcept {
+    try {
+      const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
+      std::vector<FaceId> faces;
+      while (const std::optional<FaceRun> run = schedule_.next()) {
+        faces.clear();
+        for (FaceId face = run->after; face-- > run->first;) faces.push_back(face);
+        refiner->begin(faces);
+        for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
+          const std::size_t count = std::min(kPatchLanes, faces.size() - first);
+          refiner->refine(first, count);
+          deliver(*refiner, std::span(faces).subspan(first, count));
+        }
+        schedule_.done(*run);
+        after_run();
+      }
+    } catch (...) {
+      const std::scoped_lock lock(mutex_);
+      if (!error_) error_ = std::current_exception();
+      schedule_.stop();
+    }
+  }
+
+  void throw_error() const {
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces) {
+    GroupTargets targets;
+    {
+      const std::scoped_lock lock(mutex_);
+      for (std::size_t lane = 0; lane < faces.size(); ++lane)
+        for (std::size_t side = 0; side < 3; ++side) {
+          const EdgeId edge = mesh_.face_edges[faces[lane]][side];
+          targets.sides[side][lane] = {bundles_.of(edge),
+                                       mesh_.is_own(faces[lane], static_cast<int>(side)),
+                                       mesh_.edges[edge].is_border()};
+        }
+    }
+    alignas(64) std::array<std::byte, 255 * 8> spare;
+    for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
+      scatter_to_bundles(refiner.points(output), pass_.lattice, shape_, output, targets,
+                         spare.data());
+
+    struct Complete {
+      EdgeId edge;
+      const std::byte* bundle;
+      bool border;
+    };
+    std::array<Complete, 3 * kPatchLanes> complete;
+    std::size_t count = 0;
+    {
+      const std::scoped_lock lock(mutex_);
+      for (std::size_t lane = 0; lane < faces.size(); ++lane)
+        for (std::size_t side = 0; side < 3; ++side) {
+          const EdgeId edge = mesh_.face_edges[faces[lane]][side];
+          const GroupTargets::Target& target = targets.sides[side][lane];
+          if (++halves_[edge] < (target.border ? 1 : 2)) continue;
+          blocks_.open(edge);
+          complete[count++] = {edge, target.bundle, target.border};
+        }
+    }
+    const std::span<const Complete> edges(complete.data(), count);
+    const bool streaming = blocks_.stays_in_memory();
+    for (const auto& [edge, bundle, border] : edges)
+      for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
+        for (int level = 1; level <= pass_.levels; ++level)
+          copy_to_slot(shape_.outputs[output],
+                       bundle + shape_.outputs[output].offsets[static_cast<std::size_t>(level)],
+                       slot_records(level, border), streaming, blocks_.slot(output, level, edge));
+    if (streaming) finish_streaming();
+    const std::scoped_lock lock(mutex_);
+    for (const Complete& done : edges) {
+      blocks_.close(done.edge);
+      bundles_.give_back(done.edge);
+    }
+  }
+
+  const FusedPass& pass_;
+  const Topology mesh_;
+  const BundleShape shape_;
+  std::mutex mutex_;
+  SlotBundles bundles_;
+  OpenBlocks blocks_;
+  std::vector<std::uint8_t> halves_;  ///< [edge] patches that have delivered
+  std::exception_ptr error_;
+  FusedSchedule schedule_;
+};
+
+void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& options) {
+  if (options.threads < 1 || options.threads > 1024)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("fused '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
+  for (const AttributeId id : pass.outputs) {
+    if (id >= store.attributes().size() || pass.levels < 1 ||
+        store.base_level() + pass.levels > store.attributes()[id].finest_level)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("fused '{}': attribute {} has no levels {} to {}", pass.name, id,
+                              store.base_level() + 1, store.base_level() + pass.levels));
+    const AttributeSchema& schema = store.attributes()[id].schema;
+    if (const std::size_t bytes = component_bytes(schema.type); bytes != 4 && bytes != 8)
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("fused '{}': '{}' has components of {} bytes, expected 4 or 8",
+                              pass.name, schema.name, bytes));
+    if (!store.level_file(id, store.base_level() + 1).writable)
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("fused '{}': writes to {}, which was opened for reading", pass.name,
+                              store.path().native()));
+  }
+}
+
+}  // namespace
+
+FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
+  const Topology mesh = store.base().topology();
+  const BundleShape shape(store, pass.outputs, pass.levels);
+  const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
+  const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
+
+  FusedNeeds needs;
+  std::vector<std::uint8_t> begun(mesh.edges.size());
+  std::uint64_t under_way = 0, most_under_way = 0;
+  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;)
+    for (const EdgeId edge : mesh.face_edges[face]) {
+      if (mesh.edges[edge].is_border()) continue;
+      if (!begun[edge]++) {
+        most_under_way = std::max(most_under_way, ++under_way);
+      } else {
+        --under_way;
+      }
+    }
+  // Edges beyond a run that a thread out of turn begins.
+  needs.slot_bytes = (most_under_way + 3 * std::min<std::uint64_t>(window_faces,
+                                                                   mesh.faces.size())) *
+                     shape.bytes;
+
+  // Edges are numbered by their first face: a window of faces completes a range of edges.
+  std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
+  for (FaceId face = 0; face < mesh.faces.size(); ++face) {
+    EdgeId after = edges_before[face];
+    for (const EdgeId edge : mesh.face_edges[face]) after = std::max(after, edge + 1);
+    edges_before[face + 1] = after;
+  }
+  for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
+    const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
+                 edge_after = edges_before[after];
+    if (first_edge == edge_after) continue;
+    std::uint64_t bytes = 0;
+    for (const AttributeId id : pass.outputs)
+      for (int level = 1; level <= pass.levels; ++level) {
+        const LevelGeometry& geometry = store.level_file(id, store.base_level() + level).geometry;
+        bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
+                 FramePool::frame_bytes(geometry.max_block_bytes());
+      }
+    needs.frame_bytes = std::max(needs.frame_bytes, bytes);
+  }
+  return needs;
+}
+
+void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
+  check_pass(store, pass, options);
+  const FusedNeeds needs = fused_needs(store, pass, options.threads);
+  if (needs.frame_bytes > store.pager().budget_bytes())
+    throw Error(ErrorCode::kBudget,
+                fmt::format("fused '{}': {} bytes of blocks are filled at once by {} threads and "
+                            "the budget is {}; a block holds {} bytes: raise the budget, take "
+                            "smaller blocks or fewer threads",
+                            pass.name, needs.frame_bytes, options.threads,
+                            store.pager().budget_bytes(), store.options().block_bytes));
+  store.pager().set_policy(EvictionPolicy::kWindow);
+
+  FusedRun run(store, pass, options.threads);
+  const std::uint64_t faces = store.base().face_count();
+  {
+    std::vector<std::jthread> helpers;
+    for (int i = 1; i < options.threads; ++i)
+      helpers.emplace_back([&run] { run.work([] {}); });
+    run.work([&] {
+      if (options.proceed && !options.proceed(run.schedule().faces_done(), faces))
+        throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
+    });
+  }
+  run.throw_error();
+}
+
+}  // namespace plait

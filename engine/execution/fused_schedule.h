@@ -1,0 +1,43 @@
+// Runs of faces, handed to threads from the last face to the first.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <set>
+
+#include "plait/topology.h"
+
+namespace plait {
+
+struct FaceRun {
+  FaceId first = 0, after = 0;
+};
+
+/// Nobody gets further ahead of the slowest thread than `window` runs: what is under way at once
+/// stays bounded. Safe from several threads.
+class FusedSchedule {
+ public:
+  FusedSchedule(std::uint64_t face_count, std::uint64_t run_faces, std::uint64_t window)
+      : face_count_(face_count), run_faces_(run_faces), window_(window) {}
+
+  static std::uint64_t run_faces(int levels);
+  static std::uint64_t window(int threads) { return 2 * static_cast<std::uint64_t>(threads); }
+
+  /// The next run, or nothing if there is none left or stop() was called. Waits for the slowest.
+  std::optional<FaceRun> next();
+  void done(const FaceRun& run);
+  void stop();
+  std::uint64_t faces_done() const;
+
+ private:
+  std::uint64_t face_count_, run_faces_, window_;
+  mutable std::mutex mutex_;
+  std::condition_variable moved_;
+  std::uint64_t handed_out_ = 0, faces_done_ = 0;
+  std::set<std::uint64_t> under_way_;  ///< runs, numbered in the order they are handed out
+  bool stopped_ = false;
+};
+
+}  // namespace plait

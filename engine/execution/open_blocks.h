@@ -1,0 +1,47 @@
+// The blocks that a fused pass is filling.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plait/store.h"
+
+namespace plait {
+
+/// Pins a block at its first slot and lets go of it after its last. One thread at a time.
+class OpenBlocks {
+ public:
+  /// Levels 1 to `levels`, counted from the base mesh, of these attributes.
+  OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels);
+
+  /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
+  void open(EdgeId edge);
+  /// REQUIRES: open(edge). May be called while others open and close.
+  std::byte* slot(std::size_t output, int level, EdgeId edge) const;
+  /// All slots of this edge are filled.
+  void close(EdgeId edge);
+  /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.
+  bool stays_in_memory() const { return stays_in_memory_; }
+
+ private:
+  struct Level {
+    LevelFile* file = nullptr;
+    std::vector<PinnedBlock> pins;         ///< [block]
+    std::vector<std::uint32_t> remaining;  ///< [block] edges to come
+  };
+  Level& level(std::size_t output, int number) {
+    return levels_[output * static_cast<std::size_t>(level_count_) +
+                   static_cast<std::size_t>(number - 1)];
+  }
+  const Level& level(std::size_t output, int number) const {
+    return const_cast<OpenBlocks*>(this)->level(output, number);
+  }
+
+  Store& store_;
+  int level_count_;
+  bool stays_in_memory_;
+  std::vector<Level> levels_;
+};
+
+}  // namespace plait

@@ -1,0 +1,58 @@
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fused/builtin_rows.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "fused/patch_rows-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace plait::fused_rows::HWY_NAMESPACE {
+
+PatchRows<float> loop_float() { return patch_rows<LoopRule, float>(); }
+PatchRows<double> loop_double() { return patch_rows<LoopRule, double>(); }
+PatchRows<float> midpoint_float() { return patch_rows<MidpointRule, float>(); }
+PatchRows<double> midpoint_double() { return patch_rows<MidpointRule, double>(); }
+
+}  // namespace plait::fused_rows::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+#include "fused/surface_refiner.h"
+
+namespace plait {
+namespace fused_rows {
+
+HWY_EXPORT(loop_float);
+HWY_EXPORT(loop_double);
+HWY_EXPORT(midpoint_float);
+HWY_EXPORT(midpoint_double);
+
+}  // namespace fused_rows
+
+template <>
+const fused_rows::PatchRows<float>& loop_rows() {
+  using namespace fused_rows;
+  static const PatchRows<float> rows = HWY_DYNAMIC_DISPATCH(loop_float)();
+  return rows;
+}
+template <>
+const fused_rows::PatchRows<double>& loop_rows() {
+  using namespace fused_rows;
+  static const PatchRows<double> rows = HWY_DYNAMIC_DISPATCH(loop_double)();
+  return rows;
+}
+template <>
+const fused_rows::PatchRows<float>& midpoint_rows() {
+  using namespace fused_rows;
+  static const PatchRows<float> rows = HWY_DYNAMIC_DISPATCH(midpoint_float)();
+  return rows;
+}
+template <>
+const fused_rows::PatchRows<double>& midpoint_rows() {
+  using namespace fused_rows;
+  static const PatchRows<double> rows = HWY_DYNAMIC_DISPATCH(midpoint_double)();
+  return rows;
+}
+
+}  // namespace plait
+#endif
