@@ -10,6 +10,7 @@
 #include <hwy/highway.h>
 
 #include <array>
+#include <cmath>
 
 #include "fused/patch_rows.h"
 #include "fused/refinement_rules.h"
@@ -70,6 +71,20 @@ HWY_INLINE Vector3<Real> difference(const Real* a, const Real* b, std::size_t la
   return {a[lane] - b[lane], a[y + lane] - b[y + lane], a[z + lane] - b[z + lane]};
 }
 
+/// normals::comfortable() in every lane.
+template <class Real>
+HWY_INLINE bool all_comfortable(const Real* squares) {
+  namespace hn = hwy::HWY_NAMESPACE;
+  const hn::CappedTag<Real, kPatchLanes> d;
+  for (std::size_t lane = 0; lane < kPatchLanes; lane += hn::Lanes(d)) {
+    const auto square = hn::Load(d, squares + lane);
+    if (!hn::AllTrue(d, hn::And(hn::Gt(square, hn::Set(d, Real(1e-30))),
+                                hn::Lt(square, hn::Set(d, Real(1e30))))))
+      return false;
+  }
+  return true;
+}
+
 template <class Real>
 void normal_row(const SurfaceRow<Real, float>& row) {
   for (std::int64_t i = 0; i < row.count; ++i) {
@@ -79,18 +94,31 @@ void normal_row(const SurfaceRow<Real, float>& row) {
                *HWY_RESTRICT a1 = pairs[1][0] + at, *HWY_RESTRICT b1 = pairs[1][1] + at,
                *HWY_RESTRICT a2 = pairs[2][0] + at, *HWY_RESTRICT b2 = pairs[2][1] + at;
     float* HWY_RESTRICT to = row.to + at;
-    int uncomfortable = 0;
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
-      const Vector3<Real> across = normals::regular_cross(
-          difference(a0, b0, lane), difference(a1, b1, lane), difference(a2, b2, lane));
-      const Real square = dot(across, across);
-      uncomfortable |= !(square > Real(1e-30)) | !(square < Real(1e30));
-      const Vector3<float> normal = normals::scaled_to_unit(across, square);
-      to[lane] = normal.x;
-      to[kPatchLanes + lane] = normal.y;
-      to[2 * kPatchLanes + lane] = normal.z;
+    // normals::regular() in all lanes at once: loops over arrays, which vectorise.
+    HWY_ALIGN Real along[kPointNumbers], across[kPointNumbers], square[kPatchLanes];
+    for (std::size_t k = 0; k < kPointNumbers; ++k) {
+      const Real d0 = a0[k] - b0[k], d1 = a1[k] - b1[k], d2 = a2[k] - b2[k];
+      along[k] = d0 + Real(0.5) * (d1 - d2);
+      across[k] = d1 + d2;
     }
-    if (HWY_LIKELY(!uncomfortable)) continue;
+    HWY_ALIGN Real towards[kPointNumbers];
+    constexpr std::size_t y = kPatchLanes, z = 2 * kPatchLanes;
+    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
+      const Real nx = along[y + lane] * across[z + lane] - along[z + lane] * across[y + lane];
+      const Real ny = along[z + lane] * across[lane] - along[lane] * across[z + lane];
+      const Real nz = along[lane] * across[y + lane] - along[y + lane] * across[lane];
+      towards[lane] = nx;
+      towards[y + lane] = ny;
+      towards[z + lane] = nz;
+      square[lane] = nx * nx + ny * ny + nz * nz;
+    }
+    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
+      const Real scale = Real(1) / std::sqrt(square[lane]);
+      to[lane] = float(scale * towards[lane]) + 0.0f;
+      to[y + lane] = float(scale * towards[y + lane]) + 0.0f;
+      to[z + lane] = float(scale * towards[z + lane]) + 0.0f;
+    }
+    if (HWY_LIKELY(all_comfortable(square))) continue;
     for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
       const Vector3<float> normal = normals::regular(
           difference(a0, b0, lane), difference(a1, b1, lane), difference(a2, b2, lane));
