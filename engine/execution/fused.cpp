@@ -26,6 +26,7 @@ class FusedRun {
       : pass_(pass),
         mesh_(store.base().topology()),
         shape_(store, pass.outputs, pass.levels),
+        scatter_(pass.lattice, shape_),
         bundles_(shape_.bytes, store.base().edge_count()),
         blocks_(store, pass.outputs, pass.levels),
         halves_(store.base().edge_count()),
@@ -78,8 +79,7 @@ class FusedRun {
     }
     alignas(64) std::array<std::byte, 255 * 8> spare;
     for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
-      scatter_to_bundles(refiner.points(output), pass_.lattice, shape_, output, targets,
-                         spare.data());
+      scatter_(output, refiner.points(output), targets, spare.data());
 
     struct Complete {
       EdgeId edge;
@@ -118,6 +118,7 @@ class FusedRun {
   const FusedPass& pass_;
   const Topology mesh_;
   const BundleShape shape_;
+  const SlotScatter scatter_;
   std::mutex mutex_;
   SlotBundles bundles_;
   OpenBlocks blocks_;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "execution/slot_bundle.h"
 #include "plait/fused.h"
@@ -20,10 +21,28 @@ struct GroupTargets {
   std::array<std::array<Target, kPatchLanes>, 3> sides;  ///< [side][lane]
 };
 
-/// Stores one output's points, as PatchRefiner::points() gives them, into the bundles: from the own
-/// face of an edge also the points on the edge itself. `spare` takes what nobody wants: one record.
-void scatter_to_bundles(const void* points, const PatchLattice& lattice, const BundleShape& shape,
-                        std::size_t output, const GroupTargets& targets, std::byte* spare);
+/// Stores points, as PatchRefiner::points() gives them, into bundles: from the own face of an edge
+/// also the points on the edge itself. Immutable; safe from any number of threads.
+class SlotScatter {
+ public:
+  /// `shape` must outlive this object.
+  SlotScatter(const PatchLattice& lattice, const BundleShape& shape);
+
+  /// `spare` takes what nobody wants: one record.
+  void operator()(std::size_t output, const void* points, const GroupTargets& targets,
+                  std::byte* spare) const;
+
+  /// A slot's row through the lattice, in bytes: the points follow a parabola, since the rows of a
+  /// lattice become shorter. `inner` points, and then the one on the edge.
+  struct Path {
+    std::ptrdiff_t first, step, step_change;
+    std::int64_t inner;
+  };
+
+ private:
+  const BundleShape& shape_;
+  std::vector<std::vector<Path>> paths_;  ///< [output][level, side, row]
+};
 
 /// Copies `records` records from a bundle to their slot. `streaming` bypasses the caches.
 void copy_to_slot(const BundleShape::Output& shape, const std::byte* bundle, std::uint64_t records,

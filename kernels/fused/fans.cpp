@@ -4,8 +4,6 @@
 #include <numeric>
 #include <utility>
 
-#include "plait/kernels/ring_table.h"
-
 namespace plait {
 
 using fused_rows::kPointNumbers;
@@ -25,35 +23,38 @@ void Fans<Real>::evaluate(std::span<const FaceId> faces) {
   }
 }
 
-/// Numbers the vertices, and the corners of the faces around them.
+/// Numbers the vertices and walks around each once: its neighbours, and the faces of the run there.
 template <class Real>
 void Fans<Real>::find(std::span<const FaceId> faces) {
   vertices_.clear();
   fans_.clear();
+  rings_.clear();
   corners_.resize(faces.size());
-  for (std::size_t face = 0; face < faces.size(); ++face)
-    for (std::size_t side = 0; side < 3; ++side) {
-      const VertexId vertex = mesh_.faces[faces[face]][side];
-      if (fan_of_[vertex] == kNoId) {
-        fan_of_[vertex] = static_cast<std::uint32_t>(vertices_.size());
-        vertices_.push_back(vertex);
-        const int valence = for_each_spoke(mesh_, vertex, [](EdgeId) {});
-        fans_.push_back({0, valence, is_border_vertex(mesh_, vertex)});
+  const auto [lowest, highest] = std::ranges::minmax(faces);
+  for (const FaceId face : faces)
+    for (const VertexId vertex : mesh_.faces[face]) {
+      if (fan_of_[vertex] != kNoId) continue;
+      const auto number = fan_of_[vertex] = static_cast<std::uint32_t>(vertices_.size());
+      vertices_.push_back(vertex);
+      const std::size_t ring = rings_.size();
+      const FaceSide first = mesh_.vertex_corners[vertex];
+      bool border = false;
+      int spoke = 0;
+      for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
+        const auto& of_face = mesh_.faces[corner.face()];
+        const auto side = static_cast<std::size_t>(corner.side());
+        rings_.push_back(of_face[(side + 1) % 3]);
+        if (corner.face() >= lowest && corner.face() <= highest)
+          corners_[highest - corner.face()][side] = {number, spoke};
+        corner = mesh_.next_corner(corner);
+        if (corner.exists()) continue;
+        rings_.push_back(of_face[(side + 2) % 3]);
+        border = true;
+        break;
       }
-      corners_[face][side].fan = fan_of_[vertex];
+      fans_.push_back({0, ring, static_cast<int>(rings_.size() - ring), border});
     }
   for (const VertexId vertex : vertices_) fan_of_[vertex] = kNoId;
-
-  // From the first corner of a vertex counterclockwise to the face: that many spokes.
-  for (std::size_t face = 0; face < faces.size(); ++face)
-    for (std::size_t side = 0; side < 3; ++side) {
-      const FaceSide wanted(faces[face], static_cast<int>(side));
-      Corner& corner = corners_[face][side];
-      corner.spoke = 0;
-      for (FaceSide at = mesh_.vertex_corners[vertices_[corner.fan]]; at != wanted;
-           at = mesh_.next_corner(at))
-        ++corner.spoke;
-    }
 }
 
 /// Vertices of one kind share batches, and lanes left over repeat nothing: they stay as they are.
@@ -90,12 +91,9 @@ void Fans<Real>::fill_level_0() {
         to[static_cast<std::size_t>(axis) * kPatchLanes] = base_[vertex][axis];
       to += kPointNumbers;
     };
-    const VertexId vertex = vertices_[number];
-    put(vertex);
-    for_each_spoke(mesh_, vertex, [&](EdgeId spoke) {
-      const Edge& edge = mesh_.edges[spoke];
-      put(edge.start == vertex ? edge.end : edge.start);
-    });
+    put(vertices_[number]);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(fans_[number].valence); ++i)
+      put(rings_[fans_[number].ring + i]);
   }
 }
 

@@ -26,7 +26,7 @@ class Fans {
         rows_(rows),
         fan_of_(mesh.vertex_corners.size(), kNoId) {}
 
-  /// Evaluates the vertices of these faces. REQUIRES: `faces` outlives the next calls.
+  /// Evaluates the vertices of these faces. REQUIRES: they descend one by one.
   void evaluate(std::span<const FaceId> faces);
 
   /// A base vertex at one level: point(0) is itself, 1 to `valence` its ring.
@@ -55,6 +55,7 @@ class Fans {
  private:
   struct Fan {
     std::size_t first;  ///< of its batch in points_, plus its lane
+    std::size_t ring;   ///< in rings_
     int valence;
     bool border;
   };
@@ -75,6 +76,7 @@ class Fans {
   std::vector<std::uint32_t> fan_of_;  ///< [vertex] while evaluate() runs
   std::vector<VertexId> vertices_;     ///< [fan]
   std::vector<Fan> fans_;
+  std::vector<VertexId> rings_;  ///< neighbours, counterclockwise
   std::vector<Batch> batches_;
   std::vector<std::array<Corner, 3>> corners_;  ///< [face of the run]
   std::vector<Real> points_;

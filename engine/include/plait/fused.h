@@ -43,7 +43,7 @@ struct PatchLattice {
 class PatchRefiner {
  public:
   virtual ~PatchRefiner() = default;
-  /// The groups that follow are of these faces.
+  /// The groups that follow are of these faces, which descend one by one.
   virtual void begin(std::span<const FaceId> faces) = 0;
   /// Refines faces[first], faces[first + 1] ... of the run, `count` <= kPatchLanes, lane by lane.
   virtual void refine(std::size_t first, std::size_t count) = 0;

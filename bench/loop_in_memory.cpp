@@ -1,0 +1,177 @@
+// How fast is a Loop surface computed into memory, beside the floors of moving the same bytes?
+//
+//   plait_bench_loop_in_memory [--mesh FILE] [--first 3] [--last 6] [--runs 5] [--threads 2]
+//                              [--executor fused] [--layout hilbert] [--json FILE]
+//
+// Without a mesh: an octahedron, refined in memory to 8192 faces. For every level, positions alone
+// and with normals, on one thread and on --threads: the time from a laid out base mesh to finished
+// levels in memory that was touched before, and right after it the floors: memcpy and a
+// non-temporal fill of the same bytes on as many threads. One run before the counted ones.
+#include <fmt/format.h>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/store.h"
+#include "recycled_memory.h"
+#include "support.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+
+struct Settings {
+  std::string mesh, executor = "fused", layout = "hilbert", json;
+  int first = 3, last = 6, runs = 5, threads = 2;
+};
+
+BaseMesh default_mesh() {
+  IndexedMesh mesh;
+  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+  return rebase(BaseMesh::build(mesh), 5, Scheme::kLoop);
+}
+
+/// The same work on each thread's share of [0, bytes).
+template <class Work>
+double on_threads(int threads, std::uint64_t bytes, Work work) {
+  return seconds([&] {
+    std::vector<std::jthread> helpers;
+    const std::uint64_t share = bytes / static_cast<std::uint64_t>(threads) / 64 * 64;
+    for (int i = 1; i < threads; ++i)
+      helpers.emplace_back([&, i] { work(static_cast<std::uint64_t>(i) * share, share); });
+    work(0, share);
+  });
+}
+
+void fill(std::byte* to, std::uint64_t bytes) {
+#if defined(__SSE2__)
+  const __m128 value = _mm_set1_ps(1);
+  for (std::uint64_t at = 0; at < bytes; at += 16)
+    _mm_stream_ps(reinterpret_cast<float*>(to + at), value);
+  _mm_sfence();
+#else
+  std::memset(to, 1, bytes);
+#endif
+}
+
+struct Case {
+  int level, threads;
+  bool normals;
+  std::uint64_t vertices = 0, bytes = 0;
+  std::vector<double> plait = {}, copy = {}, stream = {};
+  std::string digest = {};
+};
+
+void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, PageCache& pages,
+              const BackendRegistry& backends, bool check) {
+  StoreOptions options;
+  options.backend = "recycled";
+  options.layout = std::string(to_string(base.kind));
+  options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
+  SubdivideOptions how;
+  how.executor = executor_from_name(settings.executor);
+  how.levels = at.level;
+  how.normals = at.normals;
+  how.threads = at.threads;
+  {
+    Store store = Store::create({}, base.mesh, options, backends);
+    add_base_positions(store);
+    at.plait.push_back(seconds([&] { subdivide(store, how); }));
+    if (check) at.digest = digest(store).to_string();
+  }
+  at.vertices = counts_at_level(base.mesh, at.level).vertices;
+  at.bytes = at.vertices * (at.normals ? 24 : 12);
+  std::byte* to = pages.take(at.bytes);
+  std::byte* from = pages.take(64 << 20);
+  at.copy.push_back(on_threads(at.threads, at.bytes, [&](std::uint64_t first, std::uint64_t count) {
+    for (std::uint64_t done = 0; done < count; done += 64 << 20)
+      std::memcpy(to + first + done, from, std::min<std::uint64_t>(64 << 20, count - done));
+  }));
+  at.stream.push_back(
+      on_threads(at.threads, at.bytes,
+                 [&](std::uint64_t first, std::uint64_t count) { fill(to + first, count); }));
+  pages.give_back(to, at.bytes);
+  pages.give_back(from, 64 << 20);
+}
+
+int run(const Settings& settings) {
+  const LaidOutMesh base =
+      lay_out(settings.mesh.empty() ? default_mesh() : read_base_mesh(settings.mesh),
+              layout_from_name(settings.layout));
+  PageCache pages;
+  const BackendRegistry backends = recycled_memory(pages);
+  fmt::print("{} base vertices, executor {}, layout {}, {} runs\n\n", base.mesh.vertex_count(),
+             settings.executor, to_string(base.kind), settings.runs);
+  fmt::print(
+      "| level | vertices | attributes | threads | ns a vertex (min to max) | memcpy | "
+      "non-temporal fill | over memcpy |\n|---|---|---|---|---|---|---|---|\n");
+  nlohmann::json rows = nlohmann::json::array();
+  for (int level = settings.first; level <= settings.last; ++level)
+    for (const bool normals : {false, true})
+      for (int threads = 1; threads <= settings.threads; ++threads) {
+        Case at{level, threads, normals};
+        run_case(at, base, settings, pages, backends, true);
+        at.plait.clear(), at.copy.clear(), at.stream.clear();
+        for (int turn = 0; turn < settings.runs; ++turn)
+          run_case(at, base, settings, pages, backends, false);
+        const double scale = 1e9 / static_cast<double>(at.vertices);
+        const Spread range = spread(at.plait);
+        const double median_plait = median(at.plait) * scale, copy = median(at.copy) * scale,
+                     stream = median(at.stream) * scale;
+        fmt::print("| {} | {} | {} | {} | {:.2f} ({:.2f} to {:.2f}) | {:.2f} | {:.2f} | {:.2f} |\n",
+                   level, at.vertices, normals ? "position, normal" : "position", threads,
+                   median_plait, range.smallest * scale, range.largest * scale, copy, stream,
+                   median_plait / copy);
+        rows.push_back({{"level", level},
+                        {"vertices", at.vertices},
+                        {"normals", normals},
+                        {"threads", threads},
+                        {"ns_per_vertex", median_plait},
+                        {"ns_per_vertex_min", range.smallest * scale},
+                        {"ns_per_vertex_max", range.largest * scale},
+                        {"memcpy_ns_per_vertex", copy},
+                        {"fill_ns_per_vertex", stream},
+                        {"digest", at.digest}});
+      }
+  if (!settings.json.empty()) std::ofstream(settings.json) << rows.dump(2) << '\n';
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  CLI::App app("Loop surfaces in memory, beside the floors of moving the same bytes");
+  Settings settings;
+  app.add_option("--mesh", settings.mesh);
+  app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
+  app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
+  app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+  app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
+  app.add_option("--executor", settings.executor);
+  app.add_option("--layout", settings.layout);
+  app.add_option("--json", settings.json);
+  CLI11_PARSE(app, count, words);
+  try {
+    return run(settings);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plait_bench_loop_in_memory: {}\n", error.what());
+    return 1;
+  }
+}
