@@ -134,12 +134,13 @@ void SurfaceRefiner<Real>::finish_base() {
 
 template <class Real>
 void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
-  inject(0, first, count);
+  find_corners(first, count);
+  inject(0, count);
   for (int level = 1; level <= refinement_.levels; ++level) {
     std::swap(coarse_, fine_);
     make_odd(level);
     odd_borders(level, first, count);
-    inject(level, first, count);
+    inject(level, count);
     move_even(level);
     even_borders(level, first, count);
   }
@@ -148,28 +149,45 @@ void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
   if (!refinement_.results.limits.empty()) std::swap(coarse_, fine_);
 }
 
-/// The corners and, of their rings, the two points that no row reaches: next to the face's own
-/// spokes in the faces beyond them.
+/// Finds the corners and, of their rings, the two points that no row reaches: next to the face's
+/// own spokes in the faces beyond them. Where a border cuts one off the corner stands in.
 template <class Real>
-void SurfaceRefiner<Real>::inject(int level, std::size_t first, std::size_t count) {
-  const PatchLattice lattice{std::int64_t{1} << level, 1};
-  for (std::size_t lane = 0; lane < count; ++lane)
-    for (int corner = 0; corner < 3; ++corner) {
-      const auto [fan, spoke] = fans_.corner(first + lane, static_cast<std::size_t>(corner));
-      const auto view = fans_.view(fan, level);
-      const FaceIndex here = corner_point(0, level, corner);
-      put(at(fine_.data(), lattice, here.i, here.j), lane, view.point(0));
-      const int next = (corner + 1) % 3, previous = (corner + 2) % 3;
-      const auto outer = [&](int number, Step s) {
-        if (number < 0 || number >= view.valence) {
-          if (view.border) return;
-          number = (number + view.valence) % view.valence;
-        }
-        put(at(fine_.data(), lattice, here.i + s.i, here.j + s.j), lane, view.point(1 + number));
+void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
+  for (std::size_t corner = 0; corner < 3; ++corner)
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const auto [fan, spoke] = fans_.corner(first + lane, corner);
+      const auto view = fans_.view(fan, 0);
+      const auto ring = [&](int number) -> std::size_t {
+        if (view.border && (number < 0 || number >= view.valence)) return 0;
+        if (number < 0) number += view.valence;
+        if (number >= view.valence) number -= view.valence;
+        return (1 + static_cast<std::size_t>(number)) * kPointNumbers;
       };
-      outer(spoke - 1, step(next, previous));
-      outer(spoke + 2, step(previous, next));
+      corners_[corner][lane] = {view.first,
+                                (1 + static_cast<std::size_t>(view.valence)) * kPointNumbers,
+                                ring(spoke - 1), ring(spoke + 2)};
     }
+}
+
+template <class Real>
+void SurfaceRefiner<Real>::inject(int level, std::size_t count) {
+  const PatchLattice lattice{std::int64_t{1} << level, 1};
+  for (int corner = 0; corner < 3; ++corner) {
+    const FaceIndex here = corner_point(0, level, corner);
+    const Step before = step((corner + 1) % 3, (corner + 2) % 3);
+    Real* const centre = at(fine_.data(), lattice, here.i, here.j);
+    Real* const right = at(fine_.data(), lattice, here.i + before.i, here.j + before.j);
+    Real* const left = at(fine_.data(), lattice, here.i - before.i, here.j - before.j);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      Corner& from = corners_[static_cast<std::size_t>(corner)][lane];
+      for (std::size_t axis = 0; axis < kPointNumbers; axis += kPatchLanes) {
+        centre[axis + lane] = from.fan[axis];
+        right[axis + lane] = from.fan[from.right + axis];
+        left[axis + lane] = from.fan[from.left + axis];
+      }
+      from.fan += from.level_numbers;
+    }
+  }
 }
 
 template <class Real>

@@ -2,6 +2,7 @@
 // positions.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -61,7 +62,8 @@ class SurfaceRefiner final : public PatchRefiner {
 
  private:
   void finish_base();
-  void inject(int level, std::size_t first, std::size_t count);
+  void find_corners(std::size_t first, std::size_t count);
+  void inject(int level, std::size_t count);
   void make_odd(int level);
   void move_even(int level);
   template <class Visit>
@@ -71,10 +73,16 @@ class SurfaceRefiner final : public PatchRefiner {
   void make_surface();
   void surface_borders(std::size_t first, std::size_t count);
 
+  struct Corner {
+    const Real* fan;  ///< at the level that comes next
+    std::size_t level_numbers, right, left;
+  };
+
   SurfaceRefinement<Real> refinement_;
   PatchLattice finest_;
   Fans<Real> fans_;
   std::span<const FaceId> faces_;
+  std::array<std::array<Corner, kPatchLanes>, 3> corners_;  ///< [corner][lane]
   LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; `fine_` is the last one made
   LatticeBuffer<float> normals_;
 };
