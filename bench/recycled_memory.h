@@ -79,11 +79,10 @@ class RecycledMemory final : public Backend {
 /// `pages` must outlive all stores.
 inline BackendRegistry recycled_memory(PageCache& pages) {
   BackendRegistry registry;
-  registry.add({"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
-                [&pages](const LevelSpec& level) {
-                  return std::make_unique<RecycledMemory>(level, pages);
-                },
-                [](const BackendOptions&) {}});
+  registry.add(
+      {"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
+       [&pages](const LevelSpec& level) { return std::make_unique<RecycledMemory>(level, pages); },
+       [](const BackendOptions&) {}});
   return registry;
 }
 

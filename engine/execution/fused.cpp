@@ -6,19 +6,19 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "execution/fused_schedule.h"
 #include "execution/open_blocks.h"
-#include "execution/slot_bundle.h"
-#include "execution/slot_transfer.h"
+#include "execution/slot_halves.h"
 #include "paging/frame_pool.h"
 #include "plait/error.h"
 
 namespace plait {
 namespace {
 
-/// What the threads of a pass share. Everything but slots and bundles themselves is under the lock,
+/// What the threads of a pass share. Everything but slots and halves themselves is under the lock,
 /// which is taken three times a group.
 class FusedRun {
  public:
@@ -27,9 +27,9 @@ class FusedRun {
         mesh_(store.base().topology()),
         shape_(store, pass.outputs, pass.levels),
         scatter_(pass.lattice, shape_),
-        bundles_(shape_.bytes, store.base().edge_count()),
+        pool_(shape_.bytes),
         blocks_(store, pass.outputs, pass.levels),
-        halves_(store.base().edge_count()),
+        waiting_(store.base().edge_count(), nullptr),
         schedule_(store.base().face_count(), FusedSchedule::run_faces(pass.levels),
                   FusedSchedule::window(threads)) {}
 
@@ -41,6 +41,7 @@ class FusedRun {
     try {
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
       std::vector<FaceId> faces;
+      std::vector<std::byte> spare(shape_.bytes);
       while (const std::optional<FaceRun> run = schedule_.next()) {
         faces.clear();
         for (FaceId face = run->after; face-- > run->first;) faces.push_back(face);
@@ -48,7 +49,7 @@ class FusedRun {
         for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
           const std::size_t count = std::min(kPatchLanes, faces.size() - first);
           refiner->refine(first, count);
-          deliver(*refiner, std::span(faces).subspan(first, count));
+          deliver(*refiner, std::span(faces).subspan(first, count), spare.data());
         }
         schedule_.done(*run);
         after_run();
@@ -65,64 +66,108 @@ class FusedRun {
   }
 
  private:
-  void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces) {
-    GroupTargets targets;
+  struct Complete {
+    EdgeId edge;
+    std::byte *own, *other;  ///< a border edge has no other half
+  };
+
+  /// A side of a patch in a group, as the mesh knows it.
+  struct Side {
+    EdgeId edge;
+    bool own, border;
+    std::byte* half;
+  };
+
+  void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, std::byte* spare) {
+    std::array<std::array<Side, kPatchLanes>, 3> sides;
+    for (std::size_t lane = 0; lane < faces.size(); ++lane) {
+      const int turn = first_corner(mesh_, faces[lane]);
+      for (int side = 0; side < 3; ++side) {
+        const FaceSide of_face(faces[lane], (side + turn) % 3);
+        const EdgeId edge =
+            mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
+        sides[static_cast<std::size_t>(side)][lane] = {edge, mesh_.edges[edge].own == of_face,
+                                                       mesh_.edges[edge].is_border(), nullptr};
+      }
+    }
     {
       const std::scoped_lock lock(mutex_);
-      for (std::size_t lane = 0; lane < faces.size(); ++lane)
-        for (std::size_t side = 0; side < 3; ++side) {
-          const EdgeId edge = mesh_.face_edges[faces[lane]][side];
-          targets.sides[side][lane] = {bundles_.of(edge),
-                                       mesh_.is_own(faces[lane], static_cast<int>(side)),
-                                       mesh_.edges[edge].is_border()};
-        }
+      for (auto& lanes : sides)
+        for (std::size_t lane = 0; lane < faces.size(); ++lane) lanes[lane].half = pool_.take();
     }
-    alignas(64) std::array<std::byte, 255 * 8> spare;
-    for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
-      scatter_(output, refiner.points(output), targets, spare.data());
+    scatter(refiner, sides, faces.size(), spare);
 
-    struct Complete {
-      EdgeId edge;
-      const std::byte* bundle;
-      bool border;
-    };
     std::array<Complete, 3 * kPatchLanes> complete;
     std::size_t count = 0;
     {
       const std::scoped_lock lock(mutex_);
-      for (std::size_t lane = 0; lane < faces.size(); ++lane)
-        for (std::size_t side = 0; side < 3; ++side) {
-          const EdgeId edge = mesh_.face_edges[faces[lane]][side];
-          const GroupTargets::Target& target = targets.sides[side][lane];
-          if (++halves_[edge] < (target.border ? 1 : 2)) continue;
-          blocks_.open(edge);
-          complete[count++] = {edge, target.bundle, target.border};
+      for (const auto& lanes : sides)
+        for (const Side& side : std::span(lanes).first(faces.size())) {
+          std::byte*& waiting = waiting_[side.edge];
+          if (!waiting && !side.border) {
+            waiting = side.half;
+            continue;
+          }
+          Complete& done =
+              complete[count++] = {side.edge, side.half, std::exchange(waiting, nullptr)};
+          if (!side.own) std::swap(done.own, done.other);
+          blocks_.open(side.edge);
         }
     }
-    const std::span<const Complete> edges(complete.data(), count);
-    const bool streaming = blocks_.stays_in_memory();
-    for (const auto& [edge, bundle, border] : edges)
-      for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
-        for (int level = 1; level <= pass_.levels; ++level)
-          copy_to_slot(shape_.outputs[output],
-                       bundle + shape_.outputs[output].offsets[static_cast<std::size_t>(level)],
-                       slot_records(level, border), streaming, blocks_.slot(output, level, edge));
-    if (streaming) finish_streaming();
+    merge(std::span(complete.data(), count));
     const std::scoped_lock lock(mutex_);
-    for (const Complete& done : edges) {
+    for (const Complete& done : std::span(complete.data(), count)) {
       blocks_.close(done.edge);
-      bundles_.give_back(done.edge);
+      pool_.give_back(done.own);
+      if (done.other) pool_.give_back(done.other);
     }
+  }
+
+  void scatter(const PatchRefiner& refiner,
+               const std::array<std::array<Side, kPatchLanes>, 3>& sides, std::size_t count,
+               std::byte* spare) const {
+    GroupHalves halves;
+    for (std::size_t side = 0; side < 3; ++side) {
+      GroupHalves::Side& to = halves.sides[side];
+      to.own.fill(spare);
+      to.other.fill(spare);
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const Side& from = sides[side][lane];
+        (from.own ? to.own : to.other)[lane] = from.half;
+        (from.own ? to.any_own : to.any_other) = true;
+      }
+    }
+    for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
+      scatter_(output, refiner.points(output), halves);
+  }
+
+  void merge(std::span<const Complete> edges) const {
+    const bool streaming = blocks_.stays_in_memory();
+    for (std::size_t output = 0; output < shape_.outputs.size(); ++output) {
+      const HalfShape::Output& shape = shape_.outputs[output];
+      for (const Complete& edge : edges) {
+        std::size_t own_at = shape.offset, other_at = shape.offset;
+        for (int level = 1; level <= pass_.levels; ++level) {
+          const std::uint64_t own_records = slot_records(level, true);
+          merge_slot(shape.record_bytes, level, edge.own + own_at,
+                     edge.other ? edge.other + other_at : nullptr, streaming,
+                     blocks_.slot(output, level, edge.edge));
+          own_at += own_records * shape.record_bytes;
+          other_at += (slot_records(level) - own_records) * shape.record_bytes;
+        }
+      }
+    }
+    if (streaming) finish_streaming();
   }
 
   const FusedPass& pass_;
   const Topology mesh_;
-  const BundleShape shape_;
-  const SlotScatter scatter_;
+  const HalfShape shape_;
+  const HalfScatter scatter_;
   std::mutex mutex_;
-  SlotBundles bundles_;
+  HalfPool pool_;
   OpenBlocks blocks_;
-  std::vector<std::uint8_t> halves_;  ///< [edge] patches that have delivered
+  std::vector<std::byte*> waiting_;  ///< [edge] the half that came first, until the other comes
   std::exception_ptr error_;
   FusedSchedule schedule_;
 };
@@ -154,7 +199,7 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
 
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const Topology mesh = store.base().topology();
-  const BundleShape shape(store, pass.outputs, pass.levels);
+  const HalfShape shape(store, pass.outputs, pass.levels);
   const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
   const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
 
@@ -170,10 +215,9 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
         --under_way;
       }
     }
-  // Edges beyond a run that a thread out of turn begins.
-  needs.slot_bytes = (most_under_way + 3 * std::min<std::uint64_t>(window_faces,
-                                                                   mesh.faces.size())) *
-                     shape.bytes;
+  // One half of each waits; threads out of turn may begin more.
+  needs.slot_bytes =
+      (most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size())) * shape.bytes;
 
   // Edges are numbered by their first face: a window of faces completes a range of edges.
   std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
@@ -214,8 +258,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
   const std::uint64_t faces = store.base().face_count();
   {
     std::vector<std::jthread> helpers;
-    for (int i = 1; i < options.threads; ++i)
-      helpers.emplace_back([&run] { run.work([] {}); });
+    for (int i = 1; i < options.threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
     run.work([&] {
       if (options.proceed && !options.proceed(run.schedule().faces_done(), faces))
         throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));

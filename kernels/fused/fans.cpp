@@ -14,8 +14,7 @@ void Fans<Real>::evaluate(std::span<const FaceId> faces) {
   place();
   fill_level_0();
   for (const Batch& batch : batches_) {
-    const std::size_t level_numbers =
-        (static_cast<std::size_t>(batch.valence) + 1) * kPointNumbers;
+    const std::size_t level_numbers = (static_cast<std::size_t>(batch.valence) + 1) * kPointNumbers;
     for (int level = 0; level < levels_; ++level) {
       Real* from = points_.data() + batch.first + static_cast<std::size_t>(level) * level_numbers;
       rows_.fan({from, from + level_numbers, batch.valence, batch.border});

@@ -24,7 +24,7 @@ void odd_row(const OddRow<Real>& row) {
   for (std::int64_t i = 0; i < row.count; ++i) {
     const std::size_t from = static_cast<std::size_t>(i) * kPointNumbers;
     const Real *HWY_RESTRICT a = row.a + from, *HWY_RESTRICT b = row.b + from,
-               *HWY_RESTRICT c = row.c + from, *HWY_RESTRICT d = row.d + from;
+                             *HWY_RESTRICT c = row.c + from, *HWY_RESTRICT d = row.d + from;
     Real* HWY_RESTRICT to = row.to + 2 * from;
     for (std::size_t k = 0; k < kPointNumbers; ++k) to[k] = Rule::odd(a[k], b[k], c[k], d[k]);
   }
@@ -39,8 +39,10 @@ void even_row(const EvenRow<Real>& row) {
     if constexpr (Rule::kMovesEven) {
       const auto& pairs = row.neighbours.pairs;
       const Real *HWY_RESTRICT a0 = pairs[0][0] + 2 * at, *HWY_RESTRICT b0 = pairs[0][1] + 2 * at,
-                 *HWY_RESTRICT a1 = pairs[1][0] + 2 * at, *HWY_RESTRICT b1 = pairs[1][1] + 2 * at,
-                 *HWY_RESTRICT a2 = pairs[2][0] + 2 * at, *HWY_RESTRICT b2 = pairs[2][1] + 2 * at;
+                               *HWY_RESTRICT a1 = pairs[1][0] + 2 * at,
+                               *HWY_RESTRICT b1 = pairs[1][1] + 2 * at,
+                               *HWY_RESTRICT a2 = pairs[2][0] + 2 * at,
+                               *HWY_RESTRICT b2 = pairs[2][1] + 2 * at;
       for (std::size_t k = 0; k < kPointNumbers; ++k)
         to[k] = Rule::even(v[k], a0[k] + b0[k], a1[k] + b1[k], a2[k] + b2[k]);
     } else {
@@ -55,9 +57,10 @@ void limit_row(const SurfaceRow<Real, Real>& row) {
     const std::size_t at = static_cast<std::size_t>(i * row.step) * kPointNumbers;
     const auto& pairs = row.neighbours.pairs;
     const Real *HWY_RESTRICT a0 = pairs[0][0] + at, *HWY_RESTRICT b0 = pairs[0][1] + at,
-               *HWY_RESTRICT a1 = pairs[1][0] + at, *HWY_RESTRICT b1 = pairs[1][1] + at,
-               *HWY_RESTRICT a2 = pairs[2][0] + at, *HWY_RESTRICT b2 = pairs[2][1] + at,
-               *HWY_RESTRICT v = row.v + at;
+                             *HWY_RESTRICT a1 = pairs[1][0] + at,
+                             *HWY_RESTRICT b1 = pairs[1][1] + at,
+                             *HWY_RESTRICT a2 = pairs[2][0] + at,
+                             *HWY_RESTRICT b2 = pairs[2][1] + at, *HWY_RESTRICT v = row.v + at;
     Real* HWY_RESTRICT to = row.to + at;
     for (std::size_t k = 0; k < kPointNumbers; ++k)
       to[k] = loop::limit(v[k], a0[k] + b0[k], a1[k] + b1[k], a2[k] + b2[k]);
@@ -91,8 +94,10 @@ void normal_row(const SurfaceRow<Real, float>& row) {
     const std::size_t at = static_cast<std::size_t>(i * row.step) * kPointNumbers;
     const auto& pairs = row.neighbours.pairs;
     const Real *HWY_RESTRICT a0 = pairs[0][0] + at, *HWY_RESTRICT b0 = pairs[0][1] + at,
-               *HWY_RESTRICT a1 = pairs[1][0] + at, *HWY_RESTRICT b1 = pairs[1][1] + at,
-               *HWY_RESTRICT a2 = pairs[2][0] + at, *HWY_RESTRICT b2 = pairs[2][1] + at;
+                             *HWY_RESTRICT a1 = pairs[1][0] + at,
+                             *HWY_RESTRICT b1 = pairs[1][1] + at,
+                             *HWY_RESTRICT a2 = pairs[2][0] + at,
+                             *HWY_RESTRICT b2 = pairs[2][1] + at;
     float* HWY_RESTRICT to = row.to + at;
     // normals::regular() in all lanes at once: loops over arrays, which vectorise.
     HWY_ALIGN Real along[kPointNumbers], across[kPointNumbers], square[kPatchLanes];
@@ -171,8 +176,8 @@ Vector3<Real> border_point(const Vector3<Real>& v, const Vector3<Real>& a, const
 
 template <class Rule, class Real>
 PatchRows<Real> patch_rows() {
-  return {odd_row<Rule, Real>, even_row<Rule, Real>, limit_row<Real>, normal_row<Real>,
-          fan_step<Rule, Real>, border_point<Rule, Real>};
+  return {odd_row<Rule, Real>, even_row<Rule, Real>, limit_row<Real>,
+          normal_row<Real>,    fan_step<Rule, Real>, border_point<Rule, Real>};
 }
 
 }  // namespace plait::fused_rows::HWY_NAMESPACE

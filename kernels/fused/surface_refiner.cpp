@@ -68,8 +68,8 @@ fused_rows::Neighbours<Real> neighbours(const Real* numbers, const PatchLattice&
 template <class Number>
 LatticeBuffer<Number>::LatticeBuffer(std::int64_t points) {
   const std::size_t count = static_cast<std::size_t>(points) * kPointNumbers;
-  numbers_.reset(static_cast<Number*>(
-      ::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
+  numbers_.reset(
+      static_cast<Number*>(::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
   // Lanes without a patch, and beyond borders, are computed with and thrown away.
   std::fill_n(numbers_.get(), count, Number(0));
 }
@@ -153,9 +153,11 @@ void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
 /// own spokes in the faces beyond them. Where a border cuts one off the corner stands in.
 template <class Real>
 void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
-  for (std::size_t corner = 0; corner < 3; ++corner)
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      const auto [fan, spoke] = fans_.corner(first + lane, corner);
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const auto turn =
+        static_cast<std::size_t>(first_corner(refinement_.mesh, faces_[first + lane]));
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto [fan, spoke] = fans_.corner(first + lane, (corner + turn) % 3);
       const auto view = fans_.view(fan, 0);
       const auto ring = [&](int number) -> std::size_t {
         if (view.border && (number < 0 || number >= view.valence)) return 0;
@@ -167,6 +169,7 @@ void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
                                 (1 + static_cast<std::size_t>(view.valence)) * kPointNumbers,
                                 ring(spoke - 1), ring(spoke + 2)};
     }
+  }
 }
 
 template <class Real>
@@ -200,17 +203,15 @@ void SurfaceRefiner<Real>::make_odd(int level) {
   const auto to = [&](std::int64_t i, std::int64_t j) { return at(fine_.data(), fine, i, j); };
   // Fine rows 2q: middles of edges along the coarse row.
   for (std::int64_t q = 0; q <= n; ++q)
-    refinement_.rows.odd({from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q),
-                          n - q + 2});
+    refinement_.rows.odd(
+        {from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q), n - q + 2});
   // Fine rows 2q + 1: middles of edges that leave the coarse row upwards, in both directions.
   for (std::int64_t q = -1; q < n; ++q) {
     const std::int64_t first = q < 0 ? 1 : 0;
     refinement_.rows.odd({from(first, q), from(first, q + 1), from(first - 1, q + 1),
-                          from(first + 1, q), to(2 * first, 2 * q + 1),
-                          q < 0 ? n : n - q + 1});
+                          from(first + 1, q), to(2 * first, 2 * q + 1), q < 0 ? n : n - q + 1});
     refinement_.rows.odd({from(first, q), from(first - 1, q + 1), from(first - 1, q),
-                          from(first, q + 1), to(2 * first - 1, 2 * q + 1),
-                          q < 0 ? n : n - q + 1});
+                          from(first, q + 1), to(2 * first - 1, 2 * q + 1), q < 0 ? n : n - q + 1});
   }
 }
 
@@ -232,10 +233,12 @@ template <class Visit>
 void SurfaceRefiner<Real>::for_each_border(std::size_t first, std::size_t count,
                                            Visit visit) const {
   if (refinement_.mesh.border_edges.empty()) return;
-  for (std::size_t lane = 0; lane < count; ++lane)
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    const FaceId face = faces_[first + lane];
+    const int turn = first_corner(refinement_.mesh, face);
     for (int side = 0; side < 3; ++side)
-      if (!refinement_.mesh.across(FaceSide(faces_[first + lane], side)).exists())
-        visit(lane, side);
+      if (!refinement_.mesh.across(FaceSide(face, (side + turn) % 3)).exists()) visit(lane, side);
+  }
 }
 
 template <class Real>

@@ -122,10 +122,9 @@ void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
     for_each_spoke(mesh, vertex, [&](EdgeId edge) {
       ring.push_back(loop::widen(rings.next_to(mesh, edge, vertex)));
     });
-    normals[vertex] =
-        of_base_vertex(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex),
-                       loop::widen(positions[vertex]),
-                       [&](int i) { return ring[static_cast<std::size_t>(i)]; });
+    normals[vertex] = of_base_vertex(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex),
+                                     loop::widen(positions[vertex]),
+                                     [&](int i) { return ring[static_cast<std::size_t>(i)]; });
   }
 }
 

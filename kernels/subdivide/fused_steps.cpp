@@ -34,11 +34,9 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
   refinement.mesh = store.base().topology();
   refinement.base = base;
   refinement.levels = levels;
-  refinement.rows =
-      options.scheme == Scheme::kLoop ? loop_rows<Real>() : midpoint_rows<Real>();
+  refinement.rows = options.scheme == Scheme::kLoop ? loop_rows<Real>() : midpoint_rows<Real>();
   refinement.results = {positions, limits, {}};
-  if (normal != kNoId)
-    refinement.results.normals = store.base_records<Vector3<float>>(normal);
+  if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
 
   FusedPass pass = fused_pass(levels, run.position, normal);
   pass.make_refiner = [&] { return std::make_unique<SurfaceRefiner<Real>>(refinement); };
@@ -57,8 +55,9 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = options.levels - store.base_level();
   return vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
-         edges + static_cast<std::uint64_t>(options.threads) *
-                     (SurfaceRefiner<Real>::scratch_bytes(levels) + 4 * vertices);
+         edges +
+         static_cast<std::uint64_t>(options.threads) *
+             (SurfaceRefiner<Real>::scratch_bytes(levels) + 4 * vertices);
 }
 
 template void run_fused(SubdivisionRun<float>&, int, AttributeId);

@@ -37,7 +37,8 @@ std::string_view to_string(ExecutorKind executor) noexcept {
 }
 
 ExecutorKind executor_from_name(std::string_view name) {
-  for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
+  for (const ExecutorKind executor :
+       {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
     if (name == to_string(executor)) return executor;
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("executor '{}': expected fused, sweep or transparent", name));

@@ -39,13 +39,22 @@ struct PatchLattice {
   constexpr std::int64_t points() const { return index(-halo, size + 2 * halo + 1); }
 };
 
+/// The corner of a face that is corner 0 of its patch, the others following in turn: that of the
+/// smallest vertex index. So sides 2 and 1 of a patch are, but for borders, its own and another
+/// face's, and the lanes of a group seldom differ.
+constexpr int first_corner(const Topology& mesh, FaceId face) {
+  const auto& [a, b, c] = mesh.faces[face];
+  return a < b ? (a < c ? 0 : 2) : (b < c ? 1 : 2);
+}
+
 /// A rule at work, one for each thread.
 class PatchRefiner {
  public:
   virtual ~PatchRefiner() = default;
   /// The groups that follow are of these faces, which descend one by one.
   virtual void begin(std::span<const FaceId> faces) = 0;
-  /// Refines faces[first], faces[first + 1] ... of the run, `count` <= kPatchLanes, lane by lane.
+  /// Refines faces[first], faces[first + 1] ... of the run, `count` <= kPatchLanes, lane by lane,
+  /// each turned as first_corner() says.
   virtual void refine(std::size_t first, std::size_t count) = 0;
   /// What refine() made of this output: PatchLattice::points() x components x kPatchLanes numbers.
   virtual const void* points(std::size_t output) const = 0;

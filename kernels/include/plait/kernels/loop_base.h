@@ -66,9 +66,8 @@ template <class Real>
 void limit_base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                 std::span<const Vector3<Real>> base, std::span<Vector3<Real>> limits) {
   for (VertexId vertex = 0; vertex < base.size(); ++vertex)
-    limits[vertex] =
-        narrow<Real>(limit_of_base(read_ring(mesh, rings, vertex), is_border_vertex(mesh, vertex),
-                                   widen(base[vertex])));
+    limits[vertex] = narrow<Real>(limit_of_base(
+        read_ring(mesh, rings, vertex), is_border_vertex(mesh, vertex), widen(base[vertex])));
 }
 
 }  // namespace plait::loop

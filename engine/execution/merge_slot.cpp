@@ -1,0 +1,85 @@
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+#include <algorithm>
+#include <cstring>
+
+#include "execution/slot_halves.h"
+
+namespace plait {
+namespace {
+
+/// A slot is put together in pieces that stay in the innermost cache, with room for a vector that
+/// is stored over the end.
+constexpr std::int64_t kPieceBytes = 4096, kVectorBytes = 16;
+
+/// One vector; the compiler makes it a load and a store.
+void copy_vector(const std::byte* from, std::byte* to) { std::memcpy(to, from, kVectorBytes); }
+
+void stream(const std::byte* from, std::size_t bytes, std::byte* to) {
+#if defined(__SSE2__)
+  if (reinterpret_cast<std::uintptr_t>(to) % sizeof(__m128i) == 0) {
+    for (; bytes >= sizeof(__m128i); bytes -= sizeof(__m128i)) {
+      _mm_stream_si128(reinterpret_cast<__m128i*>(to),
+                       _mm_load_si128(reinterpret_cast<const __m128i*>(from)));
+      from += sizeof(__m128i);
+      to += sizeof(__m128i);
+    }
+  }
+#endif
+  std::memcpy(to, from, bytes);
+}
+
+/// Reads and writes up to a vector beyond `bytes`.
+void copy_run(const std::byte* from, std::int64_t bytes, std::byte* to) {
+  for (; bytes > 0; bytes -= kVectorBytes, from += kVectorBytes, to += kVectorBytes)
+    copy_vector(from, to);
+}
+}  // namespace
+
+void merge_slot(std::size_t record_bytes, int level, const std::byte* own, const std::byte* other,
+                bool streaming, std::byte* slot) {
+  const std::int64_t n = slot_side(level), record = static_cast<std::int64_t>(record_bytes);
+  if (!other) {
+    std::memcpy(slot, own, slot_records(level, true) * record_bytes);
+    return;
+  }
+  if (n * record > kPieceBytes) {
+    for (std::int64_t row = 0; row < n; ++row) {
+      const std::int64_t own_bytes = (n - row) * record, other_bytes = row * record;
+      std::memcpy(slot, own, static_cast<std::size_t>(own_bytes));
+      std::memcpy(slot + own_bytes, other, static_cast<std::size_t>(other_bytes));
+      own += own_bytes;
+      other += other_bytes;
+      slot += own_bytes + other_bytes;
+    }
+    return;
+  }
+  alignas(64) std::byte piece[kPieceBytes + kVectorBytes];
+  std::byte* end = piece;
+  const auto hand_over = [&] {
+    const auto bytes = static_cast<std::size_t>(end - piece);
+    streaming ? stream(piece, bytes, slot) : void(std::memcpy(slot, piece, bytes));
+    slot += bytes;
+    end = piece;
+  };
+  for (std::int64_t row = 0; row < n; ++row) {
+    if (end - piece + n * record > kPieceBytes) hand_over();
+    const std::int64_t own_bytes = (n - row) * record, other_bytes = row * record;
+    copy_run(own, own_bytes, end);
+    copy_run(other, other_bytes, end + own_bytes);
+    own += own_bytes;
+    other += other_bytes;
+    end += own_bytes + other_bytes;
+  }
+  hand_over();
+}
+
+void finish_streaming() {
+#if defined(__SSE2__)
+  _mm_sfence();
+#endif
+}
+
+}  // namespace plait
