@@ -14,9 +14,6 @@ namespace {
 /// is stored over the end.
 constexpr std::int64_t kPieceBytes = 4096, kVectorBytes = 16;
 
-/// One vector; the compiler makes it a load and a store.
-void copy_vector(const std::byte* from, std::byte* to) { std::memcpy(to, from, kVectorBytes); }
-
 void stream(const std::byte* from, std::size_t bytes, std::byte* to) {
 #if defined(__SSE2__)
   if (reinterpret_cast<std::uintptr_t>(to) % sizeof(__m128i) == 0) {
@@ -31,11 +28,17 @@ void stream(const std::byte* from, std::size_t bytes, std::byte* to) {
   std::memcpy(to, from, bytes);
 }
 
-/// Reads and writes up to a vector beyond `bytes`.
+/// Reads and writes up to a vector beyond `bytes`: no branch on what is left, no call.
 void copy_run(const std::byte* from, std::int64_t bytes, std::byte* to) {
+#if defined(__SSE2__)
   for (; bytes > 0; bytes -= kVectorBytes, from += kVectorBytes, to += kVectorBytes)
-    copy_vector(from, to);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to),
+                     _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+#else
+  std::memcpy(to, from, static_cast<std::size_t>(bytes));
+#endif
 }
+
 }  // namespace
 
 void merge_slot(std::size_t record_bytes, int level, const std::byte* own, const std::byte* other,
