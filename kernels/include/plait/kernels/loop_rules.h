@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "plait/vector3.h"
 
@@ -27,10 +26,11 @@ constexpr Real odd(Real a, Real b, Real c, Real d) {
 /// Sum of a regular one-ring: opposite pairs first, then these by size.
 template <class Real>
 constexpr Real ring_sum(Real pair0, Real pair1, Real pair2) {
-  if (pair1 < pair0) std::swap(pair0, pair1);
-  if (pair2 < pair1) std::swap(pair1, pair2);
-  if (pair1 < pair0) std::swap(pair0, pair1);
-  return (pair0 + pair1) + pair2;
+  // Choices and not exchanges: compilers make them minima and maxima, many at once.
+  const Real low = pair1 < pair0 ? pair1 : pair0, high = pair1 < pair0 ? pair0 : pair1;
+  const Real middle = pair2 < high ? pair2 : high, highest = pair2 < high ? high : pair2;
+  const Real lowest = middle < low ? middle : low, second = middle < low ? low : middle;
+  return (lowest + second) + highest;
 }
 
 /// Even vertex of valence 6 from its new odd neighbours, given as the sums of opposite pairs.
@@ -57,7 +57,8 @@ constexpr Real limit_border(Real v, Real neighbour0, Real neighbour1) {
 
 /// A rule of three numbers at once, axis by axis.
 template <class Real, class Rule, class... Vectors>
-constexpr Vector3<Real> by_axis(Rule rule, const Vector3<Real>& first, const Vectors&... rest) {
+[[gnu::always_inline]] constexpr Vector3<Real> by_axis(Rule rule, const Vector3<Real>& first,
+                                                       const Vectors&... rest) {
   return {rule(first.x, rest.x...), rule(first.y, rest.y...), rule(first.z, rest.z...)};
 }
 
