@@ -14,18 +14,18 @@ namespace {
 /// is stored over the end.
 constexpr std::int64_t kPieceBytes = 4096, kVectorBytes = 16;
 
-void stream(const std::byte* from, std::size_t bytes, std::byte* to) {
+/// Whole lines bypass the caches; a slot of less than a few would leave parts of lines behind.
+constexpr std::int64_t kLineBytes = 64, kLeastStreamed = 8 * kLineBytes;
+
+/// REQUIRES: `to` is aligned to a line, `bytes` a multiple of one.
+void stream(const std::byte* from, std::int64_t bytes, std::byte* to) {
 #if defined(__SSE2__)
-  if (reinterpret_cast<std::uintptr_t>(to) % sizeof(__m128i) == 0) {
-    for (; bytes >= sizeof(__m128i); bytes -= sizeof(__m128i)) {
-      _mm_stream_si128(reinterpret_cast<__m128i*>(to),
-                       _mm_load_si128(reinterpret_cast<const __m128i*>(from)));
-      from += sizeof(__m128i);
-      to += sizeof(__m128i);
-    }
-  }
+  for (; bytes > 0; bytes -= kVectorBytes, from += kVectorBytes, to += kVectorBytes)
+    _mm_stream_si128(reinterpret_cast<__m128i*>(to),
+                     _mm_load_si128(reinterpret_cast<const __m128i*>(from)));
+#else
+  std::memcpy(to, from, static_cast<std::size_t>(bytes));
 #endif
-  std::memcpy(to, from, bytes);
 }
 
 /// Reads and writes up to a vector beyond `bytes`: no branch on what is left, no call.
@@ -62,8 +62,12 @@ void merge_slot(std::size_t record_bytes, int level, const std::byte* own, const
   alignas(64) std::byte piece[kPieceBytes + kVectorBytes];
   std::byte* end = piece;
   const auto hand_over = [&] {
-    const auto bytes = static_cast<std::size_t>(end - piece);
-    streaming ? stream(piece, bytes, slot) : void(std::memcpy(slot, piece, bytes));
+    const std::int64_t bytes = end - piece;
+    if (streaming && bytes >= kLeastStreamed && bytes % kLineBytes == 0 &&
+        reinterpret_cast<std::uintptr_t>(slot) % kLineBytes == 0)
+      stream(piece, bytes, slot);
+    else
+      std::memcpy(slot, piece, static_cast<std::size_t>(bytes));
     slot += bytes;
     end = piece;
   };

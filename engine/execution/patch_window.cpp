@@ -18,6 +18,7 @@ struct PatchWindow::Pins {
   std::list<Pin> in_order;                          ///< of pinning: the first goes first
   std::vector<std::vector<std::uint32_t>> used_by;  ///< [level][block] last face that needs it, + 1
   std::vector<Access> access;                       ///< [level]
+  std::uint32_t stamp = 0;                          ///< of the current face
   std::uint64_t window_bytes = 0, pinned_bytes = 0;
 
   std::uint64_t frame_bytes(const PatchWindow& window, std::size_t level) const {
@@ -27,7 +28,12 @@ struct PatchWindow::Pins {
 
 PatchWindow::PatchWindow(Store& store, AttributeId attribute, Reach reach,
                          std::uint64_t window_bytes)
-    : store_(&store), attribute_(attribute), reach_(reach), pins_(std::make_unique<Pins>()) {
+    : store_(&store),
+      attribute_(attribute),
+      reach_(reach),
+      topology_(store.base().topology()),
+      record_bytes_(store.attributes()[attribute].schema.record_bytes()),
+      pins_(std::make_unique<Pins>()) {
   pins_->window_bytes = window_bytes;
 }
 
@@ -55,7 +61,7 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
   pins_->access.push_back(Access::kRead);
   for (int level = 1; level <= readable; ++level) {
     LevelFile& file = store_->level_file(attribute_, base_level + level);
-    levels_.push_back({&file, std::vector<std::byte*>(file.geometry.block_count(), nullptr)});
+    levels_.push_back({&file, std::vector<std::uintptr_t>(file.geometry.block_count(), 0)});
     pins_->used_by.emplace_back(file.geometry.block_count(), 0);
     pins_->access.push_back(level >= first_writable && level <= last_writable ? Access::kUpdate
                                                                               : Access::kRead);
@@ -63,45 +69,62 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
   store_->pager().set_policy(EvictionPolicy::kWindow);
 }
 
-void PatchWindow::enter(FaceId face) {
-  const Topology mesh = store_->base().topology();
-  const std::uint32_t stamp = face + 1;
-  const auto need = [&](EdgeId edge) {
-    for (std::size_t number = 1; number < levels_.size(); ++number) {
-      Level& level = levels_[number];
-      const std::uint64_t block = level.file->geometry.block_of(edge);
-      pins_->used_by[number][block] = stamp;
-      if (level.blocks[block]) continue;
-      const std::uint64_t bytes = pins_->frame_bytes(*this, number);
-      for (auto pin = pins_->in_order.begin();
-           pin != pins_->in_order.end() && pins_->pinned_bytes + bytes > pins_->window_bytes;) {
-        if (pins_->used_by[pin->level][pin->block] == stamp) {
-          ++pin;
-          continue;
-        }
-        levels_[pin->level].blocks[pin->block] = nullptr;
-        pins_->pinned_bytes -= pins_->frame_bytes(*this, pin->level);
-        pin = pins_->in_order.erase(pin);
+std::uint64_t PatchWindow::border_rank(EdgeId edge) const {
+  const std::span<const EdgeId> borders = topology_.border_edges;
+  if (borders.empty()) return 0;
+  return static_cast<std::uint64_t>(std::ranges::lower_bound(borders, edge) - borders.begin());
+}
+
+void PatchWindow::need(EdgeId edge) {
+  const std::uint32_t stamp = pins_->stamp;
+  for (std::size_t number = 1; number < levels_.size(); ++number) {
+    Level& level = levels_[number];
+    const LevelGeometry& geometry = level.file->geometry;
+    const std::uint64_t block = geometry.block_of(edge);
+    pins_->used_by[number][block] = stamp;
+    if (level.starts[block] != 0) continue;
+    const std::uint64_t bytes = pins_->frame_bytes(*this, number);
+    for (auto pin = pins_->in_order.begin();
+         pin != pins_->in_order.end() && pins_->pinned_bytes + bytes > pins_->window_bytes;) {
+      if (pins_->used_by[pin->level][pin->block] == stamp) {
+        ++pin;
+        continue;
       }
-      pins_->in_order.push_back(
-          {number, block, store_->pager().pin(*level.file, block, pins_->access[number])});
-      level.blocks[block] = pins_->in_order.back().pinned.bytes().data();
-      pins_->pinned_bytes += bytes;
+      levels_[pin->level].starts[pin->block] = 0;
+      pins_->pinned_bytes -= pins_->frame_bytes(*this, pin->level);
+      pin = pins_->in_order.erase(pin);
     }
-  };
-  for (const EdgeId edge : mesh.face_edges[face]) need(edge);
-  if (reach_ == Reach::kOwn) return;
-  for (int side = 0; side < 3; ++side) {
-    const FaceSide beyond = mesh.across(FaceSide(face, side));
+    pins_->in_order.push_back(
+        {number, block, store_->pager().pin(*level.file, block, pins_->access[number])});
+    level.starts[block] =
+        reinterpret_cast<std::uintptr_t>(pins_->in_order.back().pinned.bytes().data()) -
+        geometry.block_offset(block);
+    pins_->pinned_bytes += bytes;
+  }
+}
+
+void PatchWindow::enter(FaceId face) {
+  pins_->stamp = face + 1;
+  for (const EdgeId edge : topology_.face_edges[face]) need(edge);
+  for (int side = 0; side < 3 && reach_ != Reach::kOwn; ++side) {
+    const FaceSide beyond = topology_.across(FaceSide(face, side));
     if (!beyond.exists()) continue;
     for (int turn = 1; turn <= 2; ++turn) {
       const FaceSide outer(beyond.face(), (beyond.side() + turn) % 3);
-      need(mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())]);
-      const FaceSide further = reach_ == Reach::kRing ? mesh.across(outer) : FaceSide();
+      need(topology_.face_edges[outer.face()][static_cast<std::size_t>(outer.side())]);
+      const FaceSide further = reach_ == Reach::kRing ? topology_.across(outer) : FaceSide();
       if (!further.exists()) continue;
-      for (const EdgeId edge : mesh.face_edges[further.face()]) need(edge);
+      for (const EdgeId edge : topology_.face_edges[further.face()]) need(edge);
     }
   }
+  EdgeId ranked = kNoId;
+  std::uint64_t rank = 0;
+  table_.enter(topology_, face, static_cast<int>(levels_.size()) - 1, record_bytes_, true,
+               reach_ != Reach::kOwn, store_->base_bytes(attribute_).data(),
+               [&](EdgeId edge, int level) {
+                 if (edge != ranked) rank = border_rank(ranked = edge);
+                 return slot(level, edge, rank);
+               });
 }
 
 }  // namespace plait

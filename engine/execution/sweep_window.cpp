@@ -1,6 +1,7 @@
 #include "execution/sweep_window.h"
 
 #include <algorithm>
+#include <span>
 
 #include "execution/stencil.h"
 #include "paging/frame_pool.h"
@@ -8,6 +9,7 @@
 namespace plait {
 
 SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
+  view_.border_edges_ = store.base().border_edges();
   for (const LevelAccess& access : pass.accesses) {
     std::vector<Level>& levels = levels_.emplace_back();
     SweepView::Attribute& seen = view_.accesses_.emplace_back();
@@ -19,7 +21,7 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
       level.access = access.access;
       level.planned_in.assign(file.geometry.block_count(), 0);
       seen.levels.push_back({&file.geometry, {}});
-      seen.levels.back().blocks.assign(file.geometry.block_count(), nullptr);
+      seen.levels.back().starts.assign(file.geometry.block_count(), 0);
     }
   }
 }
@@ -40,17 +42,19 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
   ++plan_number_;
   const Topology mesh = store_.base().topology();
   for (std::size_t access = 0; access < levels_.size(); ++access) {
-    for (Level& level : levels_[access]) {
-      level.planned.clear();
-      const LevelGeometry& geometry = level.file->geometry;
-      for (EdgeId edge = first; edge < after; ++edge)
-        for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach, [&](EdgeId needed) {
-          const std::uint64_t block = geometry.block_of(needed);
-          if (level.planned_in[block] == plan_number_) return;
-          level.planned_in[block] = plan_number_;
-          level.planned.push_back(block);
-        });
-    }
+    std::vector<Level>& levels = levels_[access];
+    if (levels.empty()) continue;
+    for (Level& level : levels) level.planned.clear();
+    // The finest level has the fewest slots in a block; the others' blocks are runs of its own.
+    Level& finest = levels.back();
+    for (EdgeId edge = first; edge < after; ++edge)
+      for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach, [&](EdgeId needed) {
+        finest.need(finest.file->geometry.block_of(needed), plan_number_);
+      });
+    for (Level& level : std::span(levels).first(levels.size() - 1))
+      for (const std::uint64_t block : finest.planned)
+        level.need(level.file->geometry.block_of(finest.file->geometry.first_edge(block)),
+                   plan_number_);
   }
 }
 
@@ -77,18 +81,20 @@ void SweepWindow::advance() {
       Level& level = levels_[access][i];
       std::erase_if(level.pinned, [&](const auto& pin) {
         if (level.planned_in[pin.first] == plan_number_) return false;
-        view_.accesses_[access].levels[i].blocks[pin.first] = nullptr;
+        view_.accesses_[access].levels[i].starts[pin.first] = 0;
         return true;
       });
     }
   for (std::size_t access = 0; access < levels_.size(); ++access)
     for (std::size_t i = 0; i < levels_[access].size(); ++i) {
       Level& level = levels_[access][i];
-      std::vector<std::byte*>& blocks = view_.accesses_[access].levels[i].blocks;
+      std::vector<std::uintptr_t>& starts = view_.accesses_[access].levels[i].starts;
       for (const std::uint64_t block : level.planned) {
-        if (blocks[block]) continue;
+        if (starts[block] != 0) continue;
         level.pinned.emplace_back(block, store_.pager().pin(*level.file, block, level.access));
-        blocks[block] = level.pinned.back().second.bytes().data();
+        starts[block] =
+            reinterpret_cast<std::uintptr_t>(level.pinned.back().second.bytes().data()) -
+            level.file->geometry.block_offset(block);
       }
     }
 }

@@ -34,6 +34,12 @@ class SweepWindow {
     std::vector<std::uint32_t> planned_in;  ///< [block] number of the last plan that needs it
     std::vector<std::uint64_t> planned;     ///< blocks
     std::vector<std::pair<std::uint64_t, PinnedBlock>> pinned;
+
+    void need(std::uint64_t block, std::uint32_t plan) {
+      if (planned_in[block] == plan) return;
+      planned_in[block] = plan;
+      planned.push_back(block);
+    }
   };
 
   Store& store_;

@@ -1,3 +1,7 @@
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -37,9 +41,17 @@ double centroid(const BaseMesh& mesh, FaceId face, int axis) {
 }
 
 /// The faces by ascending key, equal ones in their old order.
-template <class Key>
-std::vector<FaceId> sorted_by(std::vector<std::pair<Key, FaceId>> keyed_faces) {
-  std::sort(keyed_faces.begin(), keyed_faces.end());
+template <class KeyOf>
+std::vector<FaceId> sorted_by(std::size_t face_count, KeyOf key_of) {
+  using Key = decltype(key_of(FaceId{}));
+  std::vector<std::pair<Key, FaceId>> keyed_faces(face_count);
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, face_count, 1 << 14),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t face = range.begin(); face < range.end(); ++face)
+          keyed_faces[face] = {key_of(static_cast<FaceId>(face)), static_cast<FaceId>(face)};
+      });
+  tbb::parallel_sort(keyed_faces.begin(), keyed_faces.end());
   std::vector<FaceId> order(keyed_faces.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = keyed_faces[i].second;
   return order;
@@ -50,10 +62,7 @@ std::vector<FaceId> spatial_order(const BaseMesh& mesh) {
   int longest = 0;
   for (int axis = 1; axis < 3; ++axis)
     if (extent[axis] > extent[longest]) longest = axis;
-  std::vector<std::pair<double, FaceId>> keyed_faces(mesh.face_count());
-  for (FaceId face = 0; face < keyed_faces.size(); ++face)
-    keyed_faces[face] = {centroid(mesh, face, longest), face};
-  return sorted_by(std::move(keyed_faces));
+  return sorted_by(mesh.face_count(), [&](FaceId face) { return centroid(mesh, face, longest); });
 }
 
 std::vector<FaceId> hilbert_order(const BaseMesh& mesh) {
@@ -61,8 +70,7 @@ std::vector<FaceId> hilbert_order(const BaseMesh& mesh) {
   // One scale for all axes: cells are cubes, and the curve is as local in space as it can be.
   const double size = std::max({box.extent.x, box.extent.y, box.extent.z});
   constexpr double kLastCell = (1 << layout::kHilbertBits) - 1;
-  std::vector<std::pair<std::uint64_t, FaceId>> keyed_faces(mesh.face_count());
-  for (FaceId face = 0; face < keyed_faces.size(); ++face) {
+  return sorted_by(mesh.face_count(), [&](FaceId face) {
     std::array<std::uint32_t, 3> cell{};
     for (int axis = 0; axis < 3; ++axis) {
       const double offset = 0.5 * centroid(mesh, face, axis) - box.lowest[axis];
@@ -71,9 +79,8 @@ std::vector<FaceId> hilbert_order(const BaseMesh& mesh) {
         cell[static_cast<std::size_t>(axis)] =
             static_cast<std::uint32_t>(std::min(offset / size, 1.0) * kLastCell);
     }
-    keyed_faces[face] = {layout::hilbert_key(cell), face};
-  }
-  return sorted_by(std::move(keyed_faces));
+    return layout::hilbert_key(cell);
+  });
 }
 
 }  // namespace

@@ -1,33 +1,40 @@
 #include "layout/hilbert.h"
 
 namespace plait::layout {
+namespace {
+
+/// Bit b of the low kHilbertBits bits goes to bit 3 b.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | x << 32) & 0x001f00000000ffff;
+  x = (x | x << 16) & 0x001f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+}  // namespace
 
 std::uint64_t hilbert_key(std::array<std::uint32_t, 3> cell) noexcept {
   for (std::uint32_t& x : cell) x &= (1u << kHilbertBits) - 1;
   // From the coarsest bit down, undo the reflection or the exchange of axes that each octant puts
-  // on the finer bits.
-  for (std::uint32_t bit = 1u << (kHilbertBits - 1); bit > 1; bit >>= 1) {
-    const std::uint32_t finer = bit - 1;
+  // on the finer bits. Masks and not branches: the bits of cells are as good as random.
+  for (int level = kHilbertBits - 1; level > 0; --level) {
+    const std::uint32_t finer = (1u << level) - 1;
     for (std::uint32_t& x : cell) {
-      if ((x & bit) != 0) {
-        cell[0] ^= finer;
-      } else {
-        const std::uint32_t difference = (cell[0] ^ x) & finer;
-        cell[0] ^= difference;
-        x ^= difference;
-      }
+      const std::uint32_t reflected = 0 - (x >> level & 1u);
+      cell[0] ^= finer & reflected;
+      const std::uint32_t difference = (cell[0] ^ x) & finer & ~reflected;
+      cell[0] ^= difference;
+      x ^= difference;
     }
   }
   // What is left is the Gray code of the key, its bits dealt to the axes in turn.
   cell[1] ^= cell[0];
   cell[2] ^= cell[1];
-  std::uint32_t flip = 0;
-  for (std::uint32_t bit = 1u << (kHilbertBits - 1); bit > 1; bit >>= 1)
-    if ((cell[2] & bit) != 0) flip ^= bit - 1;
-  std::uint64_t key = 0;
-  for (int bit = kHilbertBits - 1; bit >= 0; --bit)
-    for (const std::uint32_t x : cell) key = (key << 1) | (((x ^ flip) >> bit) & 1u);
-  return key;
+  std::uint32_t parity = cell[2];  // bit b: of cell[2]'s bits from b up
+  for (int shift = 1; shift < kHilbertBits; shift *= 2) parity ^= parity >> shift;
+  const std::uint32_t flip = parity >> 1;
+  return spread(cell[0] ^ flip) << 2 | spread(cell[1] ^ flip) << 1 | spread(cell[2] ^ flip);
 }
 
 }  // namespace plait::layout

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "layout/spans.h"
@@ -13,12 +14,12 @@ namespace {
 struct Candidate {
   LayoutKind kind = LayoutKind::kGiven;
   std::vector<FaceId> order;
-  LayoutSpans spans;
+  std::uint64_t span = 0;
 };
 
 Candidate try_layout(const BaseMesh& mesh, LayoutKind kind) {
-  Candidate candidate{kind, face_order(mesh, kind), {}};
-  candidate.spans = layout::measure_spans(mesh, layout::number_edges(mesh, candidate.order));
+  Candidate candidate{kind, face_order(mesh, kind)};
+  candidate.span = layout::measure_loop_span(mesh, layout::number_edges(mesh, candidate.order));
   return candidate;
 }
 
@@ -31,7 +32,7 @@ Candidate best_layout(const BaseMesh& mesh) {
                     [&](std::size_t i) { candidates[i] = try_layout(mesh, kKinds[i]); });
   std::size_t best = 0;
   for (std::size_t i = 1; i < candidates.size(); ++i)
-    if (candidates[i].spans.loop.span < candidates[best].spans.loop.span) best = i;
+    if (candidates[i].span < candidates[best].span) best = i;
   return std::move(candidates[best]);
 }
 
@@ -40,8 +41,10 @@ Candidate best_layout(const BaseMesh& mesh) {
 LaidOutMesh lay_out(const BaseMesh& mesh, LayoutKind kind) {
   if (kind == LayoutKind::kGiven) return {mesh, kind, measure_spans(mesh)};
   const Candidate chosen =
-      kind == LayoutKind::kAutomatic ? best_layout(mesh) : try_layout(mesh, kind);
-  return {mesh.with_face_order(chosen.order), chosen.kind, chosen.spans};
+      kind == LayoutKind::kAutomatic ? best_layout(mesh) : Candidate{kind, face_order(mesh, kind)};
+  LaidOutMesh result{mesh.with_face_order(chosen.order), chosen.kind, {}};
+  result.spans = measure_spans(result.mesh);
+  return result;
 }
 
 }  // namespace plait

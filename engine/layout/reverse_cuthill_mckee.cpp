@@ -1,58 +1,67 @@
 #include "layout/reverse_cuthill_mckee.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
-#include <boost/graph/compressed_sparse_row_graph.hpp>
-#include <boost/graph/cuthill_mckee_ordering.hpp>
-#include <boost/property_map/property_map.hpp>
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <span>
 #include <utility>
 
 namespace plait::layout {
 namespace {
 
-using DualGraph =
-    boost::compressed_sparse_row_graph<boost::directedS, boost::no_property, boost::no_property,
-                                       boost::no_property, FaceId, std::uint32_t>;
+/// [face] the faces across its sides, in the order of the sides; the last ones are kNoId where a
+/// border leaves fewer than three.
+using Neighbours = std::vector<std::array<FaceId, 3>>;
 
-DualGraph dual_graph(const Topology& topology) {
-  std::vector<std::pair<FaceId, FaceId>> links;
-  links.reserve(3 * topology.faces.size());
-  for (FaceId face = 0; face < topology.faces.size(); ++face) {
-    for (int side = 0; side < 3; ++side) {
-      const FaceSide beyond = topology.across(FaceSide(face, side));
-      if (beyond.exists()) links.emplace_back(face, beyond.face());
-    }
-  }
-  return {boost::edges_are_sorted, links.begin(), links.end(),
-          static_cast<FaceId>(topology.faces.size())};
+Neighbours find_neighbours(const Topology& topology) {
+  Neighbours neighbours(topology.faces.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, neighbours.size(), 1 << 14),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t face = range.begin(); face < range.end(); ++face) {
+                        std::size_t degree = 0;
+                        neighbours[face].fill(kNoId);
+                        for (int side = 0; side < 3; ++side) {
+                          const FaceSide beyond =
+                              topology.across(FaceSide(static_cast<FaceId>(face), side));
+                          if (beyond.exists()) neighbours[face][degree++] = beyond.face();
+                        }
+                      }
+                    });
+  return neighbours;
 }
 
-/// Breadth-first searches that cost no more than the component they are in. Boost's own search for
-/// a starting vertex clears a map of the whole graph each time, which is quadratic for a mesh of
-/// many small components.
+int degree(const Neighbours& neighbours, FaceId face) {
+  int result = 0;
+  for (const FaceId next : neighbours[face]) result += next != kNoId ? 1 : 0;
+  return result;
+}
+
+/// Breadth-first searches that cost no more than the component they are in.
 class StartFinder {
  public:
-  explicit StartFinder(const DualGraph& graph)
-      : graph_(graph), visited_(boost::num_vertices(graph), 0) {}
+  explicit StartFinder(const Neighbours& neighbours)
+      : neighbours_(neighbours), visited_(neighbours.size(), 0) {
+    queue_.reserve(neighbours.size());
+  }
 
   bool was_visited(FaceId face) const { return visited_[face] != 0; }
 
   /// A face whose distance to the farthest one is, as far as a few searches can tell, the largest
-  /// in its component.
+  /// in its component. REQUIRES: the component was not visited.
   FaceId find(FaceId seed) {
-    constexpr int kMaxSearches = 8;
+    constexpr std::uint8_t kMaxSearches = 8;
     FaceId start = seed;
     std::uint32_t depth = 0;
-    for (int search = 0; search < kMaxSearches; ++search) {
+    for (std::uint8_t search = 1; search <= kMaxSearches; ++search) {
       const std::uint32_t previous_depth = depth;
-      const std::span<const FaceId> farthest = last_ring(start, &depth);
-      if (search > 0 && depth <= previous_depth) break;
+      const std::span<const FaceId> farthest = last_ring(start, search, &depth);
+      if (search > 1 && depth <= previous_depth) break;
       start = *std::min_element(farthest.begin(), farthest.end(), [this](FaceId a, FaceId b) {
-        return std::pair(boost::out_degree(a, graph_), a) <
-               std::pair(boost::out_degree(b, graph_), b);
+        return std::pair(degree(neighbours_, a), a) < std::pair(degree(neighbours_, b), b);
       });
     }
     return start;
@@ -60,19 +69,17 @@ class StartFinder {
 
  private:
   /// The faces farthest from `start`; valid until the next call.
-  std::span<const FaceId> last_ring(FaceId start, std::uint32_t* depth) {
-    ++search_number_;
+  std::span<const FaceId> last_ring(FaceId start, std::uint8_t search, std::uint32_t* depth) {
     queue_.assign(1, start);
-    visited_[start] = search_number_;
+    visited_[start] = search;
     std::size_t ring_begin = 0;
     for (*depth = 0;; ++*depth) {
       const std::size_t ring_end = queue_.size();
       for (std::size_t i = ring_begin; i < ring_end; ++i) {
-        const auto [first, last] = boost::out_edges(queue_[i], graph_);
-        for (auto link = first; link != last; ++link) {
-          const FaceId next = boost::target(*link, graph_);
-          if (visited_[next] == search_number_) continue;
-          visited_[next] = search_number_;
+        for (const FaceId next : neighbours_[queue_[i]]) {
+          if (next == kNoId) break;
+          if (visited_[next] == search) continue;
+          visited_[next] = search;
           queue_.push_back(next);
         }
       }
@@ -81,32 +88,43 @@ class StartFinder {
     }
   }
 
-  const DualGraph& graph_;
-  std::vector<std::uint64_t> visited_;  ///< number of the last search that came by; 0 for none
+  const Neighbours& neighbours_;
+  /// [face] the last search of its component that came by; 0 for none. Components share no face,
+  /// so each counts its own.
+  std::vector<std::uint8_t> visited_;
   std::vector<FaceId> queue_;
-  std::uint64_t search_number_ = 0;
 };
 
 }  // namespace
 
 std::vector<FaceId> reverse_cuthill_mckee(const Topology& topology) {
   const auto face_count = static_cast<FaceId>(topology.faces.size());
-  if (face_count == 0) return {};
-  const DualGraph graph = dual_graph(topology);
-
-  std::deque<FaceId> starts;
-  {
-    StartFinder finder(graph);
-    for (FaceId face = 0; face < face_count; ++face)
-      if (!finder.was_visited(face)) starts.push_back(finder.find(face));
+  const Neighbours neighbours = find_neighbours(topology);
+  StartFinder finder(neighbours);
+  std::vector<FaceId> order;  // and the queue of the search
+  order.reserve(face_count);
+  std::vector<std::uint8_t> placed(face_count, 0);
+  std::size_t done = 0;
+  const auto place = [&](FaceId face) {
+    placed[face] = 1;
+    order.push_back(face);
+  };
+  for (FaceId seed = 0; seed < face_count; ++seed) {
+    if (finder.was_visited(seed)) continue;
+    place(finder.find(seed));
+    for (; done < order.size(); ++done) {
+      const std::size_t first_new = order.size();
+      for (const FaceId next : neighbours[order[done]]) {
+        if (next == kNoId || placed[next] != 0) continue;
+        place(next);
+        // By degree, equal ones as they come: at most three, so by insertion.
+        for (std::size_t i = order.size() - 1;
+             i > first_new && degree(neighbours, order[i]) < degree(neighbours, order[i - 1]); --i)
+          std::swap(order[i], order[i - 1]);
+      }
+    }
   }
-
-  std::vector<FaceId> order(face_count);
-  std::vector<boost::default_color_type> colors(face_count);
-  const auto index = boost::get(boost::vertex_index, graph);
-  boost::cuthill_mckee_ordering(graph, starts, order.rbegin(),
-                                boost::make_iterator_property_map(colors.begin(), index),
-                                boost::make_out_degree_map(graph));
+  std::ranges::reverse(order);
   return order;
 }
 

@@ -1,6 +1,7 @@
 #include "layout/spans.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -86,6 +87,30 @@ LayoutSpans measure_spans(const BaseMesh& mesh, std::span<const EdgeId> number) 
     loop_widths.add(stencil.lowest, stencil.highest);
   }
   return {face_widths.result(), loop_widths.result()};
+}
+
+std::uint64_t measure_loop_span(const BaseMesh& mesh, std::span<const EdgeId> number) {
+  constexpr std::size_t kGrain = 1 << 14;
+  const std::span<const Edge> edges = mesh.edges();
+  std::vector<EdgeId> widest((edges.size() + kGrain - 1) / kGrain, 0);
+  const auto widen = [&](FaceId face, EdgeId& lowest, EdgeId& highest) {
+    for (const EdgeId edge : mesh.face_edges()[face]) {
+      lowest = std::min(lowest, number[edge]);
+      highest = std::max(highest, number[edge]);
+    }
+  };
+  tbb::parallel_for(std::size_t{0}, widest.size(), [&](std::size_t part) {
+    EdgeId most = 0;
+    for (std::size_t edge = part * kGrain; edge < std::min((part + 1) * kGrain, edges.size());
+         ++edge) {
+      EdgeId lowest = kNoId, highest = 0;
+      widen(edges[edge].own.face(), lowest, highest);
+      if (!edges[edge].is_border()) widen(edges[edge].other.face(), lowest, highest);
+      most = std::max(most, highest - lowest);
+    }
+    widest[part] = most;
+  });
+  return widest.empty() ? 0 : *std::ranges::max_element(widest);
 }
 
 }  // namespace layout

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "connectivity.h"
+#include "parallel_parts.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -27,22 +28,26 @@ void check_sizes(const IndexedMesh& mesh, std::string_view source) {
 }
 
 void check_elements(const IndexedMesh& mesh, std::string_view source) {
-  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
-    const Vector3<double>& p = mesh.positions[vertex];
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-      refuse(source, fmt::format("vertex {}: expected a finite position, found ({}, {}, {})",
-                                 vertex, p.x, p.y, p.z));
-  }
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    const FaceVertices& corners = mesh.faces[face];
-    for (const VertexId vertex : corners)
-      if (vertex >= mesh.positions.size())
-        refuse(source, fmt::format("face {}: expected vertices below {}, found {}", face,
-                                   mesh.positions.size(), vertex));
-    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
-      refuse(source, fmt::format("face {}: expected three different vertices, found {} {} {}", face,
-                                 corners[0], corners[1], corners[2]));
-  }
+  for_parts(mesh.positions.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t vertex = first; vertex < last; ++vertex) {
+      const Vector3<double>& p = mesh.positions[vertex];
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+        refuse(source, fmt::format("vertex {}: expected a finite position, found ({}, {}, {})",
+                                   vertex, p.x, p.y, p.z));
+    }
+  });
+  for_parts(mesh.faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t face = first; face < last; ++face) {
+      const FaceVertices& corners = mesh.faces[face];
+      for (const VertexId vertex : corners)
+        if (vertex >= mesh.positions.size())
+          refuse(source, fmt::format("face {}: expected vertices below {}, found {}", face,
+                                     mesh.positions.size(), vertex));
+      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+        refuse(source, fmt::format("face {}: expected three different vertices, found {} {} {}",
+                                   face, corners[0], corners[1], corners[2]));
+    }
+  });
 }
 
 /// Takes out vertices without a corner and renumbers the rest. Returns how many went.
@@ -67,6 +72,7 @@ std::uint64_t drop_unused_vertices(IndexedMesh& mesh, std::vector<FaceSide>& ver
 
 std::vector<EdgeId> find_border_edges(std::span<const Edge> edges, std::uint64_t count) {
   std::vector<EdgeId> result;
+  if (count == 0) return result;
   result.reserve(count);
   for (EdgeId edge = 0; edge < edges.size(); ++edge)
     if (edges[edge].is_border()) result.push_back(edge);
@@ -133,23 +139,38 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
   result.positions_ = positions_;
   result.faces_.resize(faces_.size());
   result.face_edges_.resize(faces_.size());
-  result.edges_.reserve(edges_.size());
-  std::vector<EdgeId> edge_renumbered(edges_.size(), kNoId);
-  for (FaceId face = 0; face < order.size(); ++face) {
-    result.faces_[face] = faces_[order[face]];
-    for (const std::size_t side : {2u, 0u, 1u}) {
-      const EdgeId old_edge = face_edges_[order[face]][side];
-      EdgeId& edge = edge_renumbered[old_edge];
-      if (edge == kNoId) {
-        edge = static_cast<EdgeId>(result.edges_.size());
-        const Edge& old = edges_[old_edge];
-        result.edges_.push_back({old.start, old.end, moved(old.own), moved(old.other)});
-      }
-      result.face_edges_[face][side] = edge;
+  result.edges_.resize(edges_.size());
+  result.vertex_corners_.resize(vertex_corners_.size());
+  for_parts(faces_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t face = first; face < last; ++face) {
+      result.faces_[face] = faces_[order[face]];
+      result.face_edges_[face] = face_edges_[order[face]];
     }
-  }
-  result.vertex_corners_.reserve(vertex_corners_.size());
-  for (const FaceSide corner : vertex_corners_) result.vertex_corners_.push_back(moved(corner));
+  });
+  // By one thread: what is first depends on all before, and finding it out otherwise costs more.
+  std::vector<EdgeId> edge_renumbered(edges_.size(), kNoId), old_edges;
+  old_edges.reserve(edges_.size());
+  for (const std::array<EdgeId, 3>& sides : result.face_edges_)
+    for (const std::size_t side : {2u, 0u, 1u}) {
+      EdgeId& edge = edge_renumbered[sides[side]];
+      if (edge != kNoId) continue;
+      edge = static_cast<EdgeId>(old_edges.size());
+      old_edges.push_back(sides[side]);
+    }
+  for_parts(edges_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t edge = first; edge < last; ++edge) {
+      const Edge& old = edges_[old_edges[edge]];
+      result.edges_[edge] = {old.start, old.end, moved(old.own), moved(old.other)};
+    }
+  });
+  for_parts(faces_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t face = first; face < last; ++face)
+      for (EdgeId& edge : result.face_edges_[face]) edge = edge_renumbered[edge];
+  });
+  for_parts(vertex_corners_.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t vertex = first; vertex < last; ++vertex)
+      result.vertex_corners_[vertex] = moved(vertex_corners_[vertex]);
+  });
   result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
   return result;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "parallel_parts.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -13,6 +14,37 @@ namespace {
 
 /// Sides in the order in which they number edges: ab, bc, ca.
 constexpr std::array<int, 3> kSideOrder = {2, 0, 1};
+
+/// Numbers edges by first use, face by face. is_first(face, side) tells whether no earlier face has
+/// that edge; number(face, side, edge) takes the numbers of those, in any order. Returns how many.
+template <class IsFirst, class Number>
+EdgeId number_by_first_use(std::size_t face_count, IsFirst is_first, Number number) {
+  std::vector<std::uint8_t> sides(face_count);  // [face] one bit per side that is first
+  std::vector<EdgeId> before(part_count(face_count), 0);
+  for_parts(face_count, [&](std::size_t first, std::size_t last, std::size_t part) {
+    EdgeId edges = 0;
+    for (std::size_t face = first; face < last; ++face)
+      for (const int side : kSideOrder)
+        if (is_first(static_cast<FaceId>(face), side)) {
+          sides[face] = static_cast<std::uint8_t>(sides[face] | 1u << side);
+          ++edges;
+        }
+    before[part] = edges;
+  });
+  EdgeId total = 0;
+  for (EdgeId& edges : before) {
+    const EdgeId of_part = edges;
+    edges = total;
+    total += of_part;
+  }
+  for_parts(face_count, [&](std::size_t first, std::size_t last, std::size_t part) {
+    EdgeId edge = before[part];
+    for (std::size_t face = first; face < last; ++face)
+      for (const int side : kSideOrder)
+        if ((sides[face] >> side & 1) != 0) number(static_cast<FaceId>(face), side, edge++);
+  });
+  return total;
+}
 
 auto& entry(auto&& table, FaceSide side) {
   return table[side.face()][static_cast<std::size_t>(side.side())];
@@ -40,6 +72,29 @@ VertexId opposite_vertex(std::span<const FaceVertices> faces, FaceSide half_edge
                   face_at(2), same_edge.size() > 3 ? ", ..." : ""));
 }
 
+/// Makes the half-edges of one edge each other's twins, or finds a border. Returns whether they run
+/// it in opposite directions.
+bool match(std::span<const FaceVertices> faces, std::span<const std::uint64_t> same_edge,
+           VertexId low, std::string_view source, std::span<SideCodes> twins,
+           std::uint64_t& border_count) {
+  if (same_edge.size() > 2) refuse_shared_edge(low, same_edge, source);
+  const FaceSide one = from_code(static_cast<std::uint32_t>(same_edge[0]));
+  if (same_edge.size() == 1) {
+    entry(twins, one) = kNoId;
+    ++border_count;
+    return true;
+  }
+  const FaceSide two = from_code(static_cast<std::uint32_t>(same_edge[1]));
+  entry(twins, one) = two.code;
+  entry(twins, two) = one.code;
+  if (start_vertex(faces, one) != start_vertex(faces, two)) return true;
+  if (opposite_vertex(faces, one) == opposite_vertex(faces, two))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: face {}: expected a new face, found face {} once more", source,
+                            two.face(), one.face()));
+  return false;
+}
+
 }  // namespace
 
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
@@ -64,33 +119,31 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
 
   MatchedSides result;
   result.twins.resize(faces.size());
-  std::uint32_t first = 0;
-  for (VertexId low = 0; low < vertex_count; ++low) {
-    const std::uint32_t last = bucket[low];
-    std::sort(&entries[first], &entries[last]);
-    while (first < last) {
-      std::uint32_t next = first + 1;
-      while (next < last && entries[next] >> 32 == entries[first] >> 32) ++next;
-      const FaceSide one = from_code(static_cast<std::uint32_t>(entries[first]));
-      if (next - first == 1) {
-        entry(result.twins, one) = kNoId;
-        ++result.border_count;
-      } else if (next - first == 2) {
-        const FaceSide two = from_code(static_cast<std::uint32_t>(entries[first + 1]));
-        entry(result.twins, one) = two.code;
-        entry(result.twins, two) = one.code;
-        if (start_vertex(faces, one) == start_vertex(faces, two)) {
-          result.oriented = false;
-          if (opposite_vertex(faces, one) == opposite_vertex(faces, two))
-            throw Error(ErrorCode::kInvalidArgument,
-                        fmt::format("{}: face {}: expected a new face, found face {} once more",
-                                    source, two.face(), one.face()));
-        }
-      } else {
-        refuse_shared_edge(low, {&entries[first], next - first}, source);
+  struct Part {
+    std::uint64_t border_count = 0;
+    bool oriented = true;
+  };
+  std::vector<Part> parts(part_count(vertex_count));
+  for_parts(vertex_count, [&](std::size_t first_low, std::size_t last_low, std::size_t part) {
+    for (std::size_t low = first_low; low < last_low; ++low) {
+      // A bucket's place in the count has moved to its end.
+      std::uint32_t first = low == 0 ? 0 : bucket[low - 1];
+      const std::uint32_t last = bucket[low];
+      std::sort(&entries[first], &entries[last]);
+      while (first < last) {
+        std::uint32_t next = first + 1;
+        while (next < last && entries[next] >> 32 == entries[first] >> 32) ++next;
+        const std::span<const std::uint64_t> same_edge(&entries[first], next - first);
+        if (!match(faces, same_edge, static_cast<VertexId>(low), source, result.twins,
+                   parts[part].border_count))
+          parts[part].oriented = false;
+        first = next;
       }
-      first = next;
     }
+  });
+  for (const Part& part : parts) {
+    result.border_count += part.border_count;
+    result.oriented = result.oriented && part.oriented;
   }
   return result;
 }
@@ -168,48 +221,55 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
       result[vertex] = FaceSide(face, corner);
     }
 
-  for (VertexId vertex = 0; vertex < vertex_count; ++vertex) {
-    const FaceSide first = result[vertex];
-    if (!first.exists()) continue;
-    std::uint32_t reached = 0;
-    FaceSide corner = first;
-    do {
-      ++reached;
-      const FaceSide beyond =
-          from_code(entry(twins, FaceSide(corner.face(), (corner.side() + 1) % 3)));
-      corner = beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
-    } while (corner.exists() && corner != first);
-    if (reached != fans[vertex].corner_count)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
-                              "in that of face {}",
-                              source, vertex, fans[vertex].corner_count, reached, first.face()));
-  }
+  for_parts(vertex_count, [&](std::size_t first_vertex, std::size_t last_vertex, std::size_t) {
+    for (std::size_t vertex = first_vertex; vertex < last_vertex; ++vertex) {
+      const FaceSide first = result[vertex];
+      if (!first.exists()) continue;
+      std::uint32_t reached = 0;
+      FaceSide corner = first;
+      do {
+        ++reached;
+        const FaceSide beyond =
+            from_code(entry(twins, FaceSide(corner.face(), (corner.side() + 1) % 3)));
+        corner = beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
+      } while (corner.exists() && corner != first);
+      if (reached != fans[vertex].corner_count)
+        throw Error(
+            ErrorCode::kInvalidArgument,
+            fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
+                        "in that of face {}",
+                        source, vertex, fans[vertex].corner_count, reached, first.face()));
+    }
+  });
   return result;
 }
 
 std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<SideCodes> twins,
                                std::uint64_t border_count) {
-  std::vector<Edge> edges;
-  edges.reserve((3 * faces.size() + border_count) / 2);
-  for (FaceId face = 0; face < faces.size(); ++face)
-    for (const int side : kSideOrder) {
-      const FaceSide here(face, side);
-      std::uint32_t& code = entry(twins, here);
-      const FaceSide beyond = from_code(code);
-      // An earlier face has already put the edge in the place of its own twin.
-      if (beyond.exists() && beyond.face() < face) {
-        code = entry(twins, beyond);
-        continue;
+  std::vector<Edge> edges((3 * faces.size() + border_count) / 2);
+  std::vector<SideCodes> numbers(faces.size());  // [face][side] of the edges that it numbers
+  const auto is_first = [&](FaceId face, int side) {
+    const FaceSide beyond = from_code(entry(twins, FaceSide(face, side)));
+    return !beyond.exists() || beyond.face() > face;
+  };
+  number_by_first_use(faces.size(), is_first, [&](FaceId face, int side, EdgeId edge) {
+    const FaceSide here(face, side), beyond = from_code(entry(twins, here));
+    const VertexId start = start_vertex(faces, here);
+    const VertexId end = faces[face][static_cast<std::size_t>((side + 2) % 3)];
+    entry(numbers, here) = edge;
+    if (!beyond.exists() || start < end)
+      edges[edge] = {start, end, here, beyond};
+    else
+      edges[edge] = {end, start, beyond, here};
+  });
+  for_parts(faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t face = first; face < last; ++face)
+      for (int side = 0; side < 3; ++side) {
+        const FaceSide here(static_cast<FaceId>(face), side);
+        std::uint32_t& code = entry(twins, here);
+        code = entry(numbers, is_first(here.face(), side) ? here : from_code(code));
       }
-      const VertexId start = start_vertex(faces, here);
-      const VertexId end = faces[face][static_cast<std::size_t>((side + 2) % 3)];
-      code = static_cast<std::uint32_t>(edges.size());
-      if (!beyond.exists() || start < end)
-        edges.push_back({start, end, here, beyond});
-      else
-        edges.push_back({end, start, beyond, here});
-    }
+  });
   return edges;
 }
 

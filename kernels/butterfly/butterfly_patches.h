@@ -8,8 +8,8 @@ namespace plait {
 namespace butterfly {
 
 /// An odd vertex away from extraordinary ones and from the ends of borders.
-template <class Real, class Patch>
-Vector3<Real> odd_in_patch(const PatchFrame<Patch>& frame) {
+template <class Real, int kSide, class Patch>
+Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
   using Record = Vector3<Real>;
   const Record& a = frame.coarse_at(-1, 1);
   const Record& b = frame.coarse_at(1, -1);
@@ -42,28 +42,30 @@ void butterfly_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Recor
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
-    for_each_owned(patch, level, [&](int side, std::int64_t row, std::int64_t column, bool border) {
-      const PatchFrame frame(patch, {side, level, row, column}, level);
-      const EdgeId edge = topology.face_edges[face][static_cast<std::size_t>(side)];
-      const Edge& ends = topology.edges[edge];
-      Record& to = frame.at(0, 0);
-      // Only the edge's own face sees its ends: the points next to them lie on the edge.
-      const bool at_end = patch.owns(side) && row == 0 && column == last;
-      const bool at_start = patch.owns(side) && row == last && column == 0;
-      if (border) {
-        const Record before = at_end ? butterfly::along_border(topology, coarse, ends.end, edge)
-                                     : frame.coarse_at(-3, 3);
-        const Record after = at_start ? butterfly::along_border(topology, coarse, ends.start, edge)
-                                      : frame.coarse_at(3, -3);
-        to = loop::by_axis<Real>(butterfly::odd_border<Real>, before, frame.coarse_at(-1, 1),
-                                 frame.coarse_at(1, -1), after);
-        return;
-      }
-      const bool odd_end = at_end && extraordinary.contains(ends.end);
-      const bool odd_start = at_start && extraordinary.contains(ends.start);
-      to = odd_end || odd_start ? extraordinary.odd(edge, odd_start, odd_end)
-                                : butterfly::odd_in_patch<Real>(frame);
-    });
+    for_each_owned(
+        patch, level, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+          const PatchFrame frame(patch, side, level, row, column, level);
+          const EdgeId edge = topology.face_edges[face][static_cast<std::size_t>(side())];
+          const Edge& ends = topology.edges[edge];
+          Record& to = frame.at(0, 0);
+          // Only the edge's own face sees its ends: the points next to them lie on the edge.
+          const bool at_end = patch.owns(side) && row == 0 && column == last;
+          const bool at_start = patch.owns(side) && row == last && column == 0;
+          if (border) {
+            const Record before = at_end ? butterfly::along_border(topology, coarse, ends.end, edge)
+                                         : frame.coarse_at(-3, 3);
+            const Record after = at_start
+                                     ? butterfly::along_border(topology, coarse, ends.start, edge)
+                                     : frame.coarse_at(3, -3);
+            to = loop::by_axis<Real>(butterfly::odd_border<Real>, before, frame.coarse_at(-1, 1),
+                                     frame.coarse_at(1, -1), after);
+            return;
+          }
+          const bool odd_end = at_end && extraordinary.contains(ends.end);
+          const bool odd_start = at_start && extraordinary.contains(ends.start);
+          to = odd_end || odd_start ? extraordinary.odd(edge, odd_start, odd_end)
+                                    : butterfly::odd_in_patch<Real>(frame);
+        });
     collect_rings(patch, topology, level, rings);
   }
 }

@@ -32,7 +32,8 @@ class Diamond {
     level_ = level;
     size_ = std::int64_t{1} << level;
     stride_ = size_ + 3;
-    points_.resize(static_cast<std::size_t>(stride_ * stride_));
+    // One record more, for reads of a whole vector register at the last one.
+    points_.resize(static_cast<std::size_t>(stride_ * stride_) + 1);
   }
 
   int level() const { return level_; }
@@ -63,43 +64,63 @@ struct SlotSource {
   }
 };
 
+/// Calls visit(row, first, step, n) for every row of the slot at `level`: its vertex of column 0 in
+/// the grid and the step from one column to the next. Border slots end their rows before column n.
+template <class Record, class Visit>
+void for_each_slot_row(const Diamond<Record>& diamond, int level, Visit visit) {
+  const std::int64_t n = slot_side(level);
+  const std::int64_t scale = std::int64_t{1} << (diamond.level() - level);
+  for (std::int64_t row = 0; row < n; ++row)
+    visit(row, diamond.at((2 * row + 1) * scale, scale), 2 * scale, n);
+}
+
 /// The vertices that one face has in the slots of one of its sides, copied into the half of the
 /// diamond that the face is, as seen from `side`. `turned` says that the face is the other one.
 template <class Record>
 void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSide side, bool turned,
                  int slots_of, int level, Diamond<Record>& diamond) {
   const FaceId face = side.face();
-  const EdgeId edge = mesh.face_edges[face][static_cast<std::size_t>(slots_of)];
-  const bool own = mesh.is_own(face, slots_of);
-  const bool border = mesh.edges[edge].is_border();
-  const Record* slot = source.slot(level, edge).data();
+  const EdgeId edge_id = mesh.face_edges[face][static_cast<std::size_t>(slots_of)];
+  const Edge& edge = mesh.edges[edge_id];
   const std::int64_t n = slot_side(level), size = diamond.size(), stride = diamond.stride();
-  const std::int64_t scale = std::int64_t{1} << (diamond.level() - level);
-  const std::size_t start = static_cast<std::size_t>((side.side() + 1) % 3),
-                    end = static_cast<std::size_t>((side.side() + 2) % 3),
-                    along = static_cast<std::size_t>((slots_of + 2) % 3),
-                    apex = static_cast<std::size_t>(slots_of);
-  // One column further, the weight at the end of the slot's side grows and that opposite it
-  // shrinks.
-  std::int64_t step[3] = {};
-  step[along] = 2 * scale;
-  step[apex] = -2 * scale;
-  const std::int64_t grid_step = (turned ? -1 : 1) * (step[start] * stride + step[end]);
-  for (std::int64_t row = 0; row < n; ++row) {
-    std::int64_t weight[3] = {};
-    weight[(apex + 1) % 3] = (2 * row + 1) * scale;
-    weight[along] = scale;
-    weight[apex] = size - weight[(apex + 1) % 3] - scale;
-    Record* to = turned ? diamond.at(size - weight[start], size - weight[end])
-                        : diamond.at(weight[start], weight[end]);
-    if (own) {
-      const Record* from = slot + slot_position(level, border, row, 0);
-      for (std::int64_t column = 0; column < n - row; ++column)
-        to[column * grid_step] = from[column];
-    } else {
-      const Record* from = slot + (n - 1 - row) * n + (n - 1);
-      for (std::int64_t column = 0; column < n - row; ++column)
-        to[column * grid_step] = from[-column];
+  const std::int64_t scale = std::int64_t{1} << (diamond.level() - level), both = 2 * scale;
+  // Where row 0, column 0 goes in the grid, and what a row and a column further add. On the edge's
+  // own side p follows the row and q the column; on the next one q follows the row, and on the last
+  // one p the column, while the third weight makes up for it.
+  std::int64_t first = scale * stride + scale, row_step = both * stride, column_step = both;
+  const int turn = slots_of - side.side() + (slots_of < side.side() ? 3 : 0);
+  if (turn == 1) {
+    first = (size - both) * stride + scale;
+    row_step = both - both * stride;
+    column_step = -both * stride;
+  } else if (turn == 2) {
+    first = scale * stride + (size - both);
+    row_step = -both;
+    column_step = both * stride - both;
+  }
+  Record* to = diamond.at(0, 0) + first;
+  if (turned) {
+    to = diamond.at(size, size) - first;
+    row_step = -row_step;
+    column_step = -column_step;
+  }
+  const Record* from = source.slot(level, edge_id).data();
+  if (edge.own == FaceSide(face, slots_of)) {
+    const bool triangle = edge.is_border();
+    for (std::int64_t row = 0; row < n; ++row) {
+      const std::int64_t columns = n - row;
+      for (std::int64_t column = 0; column < columns; ++column)
+        to[column * column_step] = from[column];
+      to += row_step;
+      from += triangle ? columns : n;
+    }
+  } else {
+    from += n * n - 1;
+    for (std::int64_t columns = n; columns > 0; --columns) {
+      for (std::int64_t column = 0; column < columns; ++column)
+        to[column * column_step] = from[-column];
+      to += row_step;
+      from -= n;
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "diamond/diamond.h"
+#include "diamond/lanes.h"
 #include "plait/edge_index.h"
 #include "plait/kernels/loop_rules.h"
 #include "plait/vector3.h"
@@ -34,16 +35,6 @@ void odd_slot(const Diamond<Vector3<Real>>& diamond, bool border, Vector3<Real>*
   }
 }
 
-/// The sums of opposite pairs around (p, q).
-template <class Real>
-struct Pairs {
-  Vector3<Real> first, second, third;
-};
-template <class Real>
-Pairs<Real> pairs_around(const Vector3<Real>* v, std::int64_t stride) noexcept {
-  return {v[stride] + v[-stride], v[1] + v[-1], v[1 - stride] + v[stride - 1]};
-}
-
 /// Calls rule(Record&, p, q, on_border) for every record of the slot at `level`, with its place in
 /// a grid of `grid_level`.
 template <class Record, class Rule>
@@ -56,22 +47,42 @@ void for_each_in_slot(int level, int grid_level, bool border, Record* slot, Rule
            border && row + column == n - 1);
 }
 
+/// even() and limit() of three numbers at once; see diamond/lanes.h.
+inline Lanes even_at_once(const Lanes& v, const Lanes& pair0, const Lanes& pair1,
+                          const Lanes& pair2) {
+  return 0.4f * v + 0.1f * ring_sum(pair0, pair1, pair2);
+}
+inline Vector3<double> even_at_once(const Vector3<double>& v, const Vector3<double>& pair0,
+                                    const Vector3<double>& pair1, const Vector3<double>& pair2) {
+  return by_axis<double>(even<double>, v, pair0, pair1, pair2);
+}
+inline Lanes limit_at_once(const Lanes& v, const Lanes& pair0, const Lanes& pair1,
+                           const Lanes& pair2) {
+  return 0.5f * v + ring_sum(pair0, pair1, pair2) / 12.0f;
+}
+inline Vector3<double> limit_at_once(const Vector3<double>& v, const Vector3<double>& pair0,
+                                     const Vector3<double>& pair1, const Vector3<double>& pair2) {
+  return by_axis<double>(limit<double>, v, pair0, pair1, pair2);
+}
+
 /// Moves the slot at `level` < diamond.level(), which holds the new odd vertices.
 template <class Real>
 void even_slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
                Vector3<Real>* slot) noexcept {
   const std::int64_t stride = diamond.stride();
-  for_each_in_slot(level, diamond.level(), border, slot,
-                   [&](Vector3<Real>& v, std::int64_t p, std::int64_t q, bool on_border) {
-                     const Vector3<Real>* centre = diamond.at(p, q);
-                     if (on_border) {
-                       v = by_axis<Real>(even_border<Real>, v, centre[1 - stride],
-                                         centre[stride - 1]);
-                     } else {
-                       const Pairs<Real> pairs = pairs_around(centre, stride);
-                       v = by_axis<Real>(even<Real>, v, pairs.first, pairs.second, pairs.third);
-                     }
-                   });
+  for_each_slot_row(
+      diamond, level,
+      [&](std::int64_t row, const Vector3<Real>* v, std::int64_t step, std::int64_t n) {
+        const std::int64_t inside = border ? n - 1 - row : n;
+        for (std::int64_t column = 0; column < inside; ++column, v += step, ++slot)
+          store(
+              even_at_once(load_exactly(slot), load(v + stride) + load(v - stride),
+                           load(v + 1) + load(v - 1), load(v + 1 - stride) + load(v + stride - 1)),
+              slot);
+        if (!border) return;
+        *slot = by_axis<Real>(even_border<Real>, *slot, v[1 - stride], v[stride - 1]);
+        ++slot;
+      });
 }
 
 /// Limit positions of the slot at `level`; `diamond` holds the whole finest mesh.
@@ -79,16 +90,18 @@ template <class Real>
 void limit_slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
                 Vector3<Real>* slot) noexcept {
   const std::int64_t stride = diamond.stride();
-  for_each_in_slot(level, diamond.level(), border, slot,
-                   [&](Vector3<Real>& to, std::int64_t p, std::int64_t q, bool on_border) {
-                     const Vector3<Real>* v = diamond.at(p, q);
-                     if (on_border) {
-                       to = by_axis<Real>(limit_border<Real>, *v, v[1 - stride], v[stride - 1]);
-                     } else {
-                       const Pairs<Real> pairs = pairs_around(v, stride);
-                       to = by_axis<Real>(limit<Real>, *v, pairs.first, pairs.second, pairs.third);
-                     }
-                   });
+  for_each_slot_row(
+      diamond, level,
+      [&](std::int64_t row, const Vector3<Real>* v, std::int64_t step, std::int64_t n) {
+        const std::int64_t inside = border ? n - 1 - row : n;
+        for (std::int64_t column = 0; column < inside; ++column, v += step, ++slot)
+          store(
+              limit_at_once(load(v), load(v + stride) + load(v - stride), load(v + 1) + load(v - 1),
+                            load(v + 1 - stride) + load(v + stride - 1)),
+              slot);
+        if (!border) return;
+        *slot++ = by_axis<Real>(limit_border<Real>, *v, v[1 - stride], v[stride - 1]);
+      });
 }
 
 }  // namespace plait::loop

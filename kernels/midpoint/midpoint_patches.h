@@ -15,8 +15,8 @@ void midpoint_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
-    for_each_owned(patch, level, [&](int side, std::int64_t row, std::int64_t column, bool) {
-      const PatchFrame frame(patch, {side, level, row, column}, level);
+    for_each_owned(patch, level, [&](auto side, std::int64_t row, std::int64_t column, bool) {
+      const PatchFrame frame(patch, side, level, row, column, level);
       frame.at(0, 0) =
           loop::by_axis<Real>(midpoint::odd<Real>, frame.coarse_at(-1, 1), frame.coarse_at(1, -1));
     });

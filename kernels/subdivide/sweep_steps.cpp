@@ -9,6 +9,7 @@
 #include "diamond/diamond.h"
 #include "loop/loop_diamond.h"
 #include "midpoint/midpoint_diamond.h"
+#include "normals/normal_rows.h"
 #include "normals/normal_rules.h"
 #include "plait/error.h"
 #include "plait/kernels/loop_base.h"
@@ -155,8 +156,9 @@ void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, Attr
     const bool border = mesh.edges[edge].is_border();
     for (int born = 1; born <= level; ++born) {
       if (normal != kNoId)
-        normals::slot(diamond, born, border,
-                      view.records<Vector3<float>>(normal_access, base_level + born, edge).data());
+        normals::slot_rows(
+            diamond, born, border,
+            view.records<Vector3<float>>(normal_access, base_level + born, edge).data());
       if (limit != kNoId)
         loop::limit_slot(diamond, born, border,
                          view.records<Record>(limit_access, base_level + born, edge).data());

@@ -104,8 +104,8 @@ void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId 
     const auto limit_patch = limits_mesh ? std::optional(limits_mesh->patch(face)) : std::nullopt;
     for (int born = 1; born <= level; ++born)
       for_each_owned(
-          patch, born, [&](int side, std::int64_t row, std::int64_t column, bool border) {
-            const PatchFrame frame(patch, {side, born, row, column}, level);
+          patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+            const PatchFrame frame(patch, side, born, row, column, level);
             const FaceIndex place = from_side(face, {side, born, row, column});
             const Record& v = frame.at(0, 0);
             if (normal_patch)

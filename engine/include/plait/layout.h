@@ -16,7 +16,7 @@ enum class LayoutKind : std::uint8_t {
   kGiven,      ///< the input's face order
   kSpatial,    ///< faces sorted along the longest axis of the bounding box (Guskov's paper)
   kHilbert,    ///< faces along a three-dimensional Hilbert curve
-  kRcm,        ///< reverse Cuthill-McKee order of the faces' adjacency (Boost.Graph)
+  kRcm,        ///< reverse Cuthill-McKee order of the faces' adjacency
   kAutomatic,  ///< the one of spatial, hilbert and rcm with the smallest span of the Loop stencils
 };
 

@@ -30,6 +30,10 @@ class LevelGeometry {
   bool is_border(EdgeId edge) const;
 
   std::uint64_t slot_offset(EdgeId edge) const;  ///< bytes from the start of the level
+  /// The same where the number of border edges before `edge` is known.
+  std::uint64_t slot_offset(EdgeId edge, std::uint64_t border_rank) const {
+    return edge * full_slot_bytes_ - border_rank * border_saving_bytes_;
+  }
   std::uint64_t slot_bytes(EdgeId edge) const;
 
   std::uint64_t block_count() const { return block_count_; }

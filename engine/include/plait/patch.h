@@ -5,7 +5,6 @@
 // PatchMesh says what it may rely on.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstdint>
 #include <memory>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "plait/edge_index.h"
+#include "plait/patch_table.h"
 #include "plait/store.h"
 #include "plait/sweep.h"
 
@@ -48,22 +48,36 @@ class PatchWindow {
   void activate(int readable, int first_writable, int last_writable);
   /// Makes `face` current. Errors: kBudget, and those of Pager::pin.
   void enter(FaceId face);
-  Store& store() const { return *store_; }
-  AttributeId attribute() const { return attribute_; }
-
-  struct Level {
-    LevelFile* file = nullptr;
-    std::vector<std::byte*> blocks;  ///< [block] address while pinned
-  };
-  const Level& level(int number) const { return levels_[static_cast<std::size_t>(number)]; }
+  const PatchTable& table() const { return table_; }
+  /// Address of a slot whose block is pinned; levels count from the base mesh.
+  std::byte* slot(int level, EdgeId edge) const { return slot(level, edge, border_rank(edge)); }
 
  private:
   struct Pins;
+  struct Level {
+    LevelFile* file = nullptr;
+    /// [block] address that the level's first byte would have if all of it lay where the block
+    /// does; 0 while the block is not pinned.
+    std::vector<std::uintptr_t> starts;
+  };
+
+  std::uint64_t border_rank(EdgeId edge) const;
+  std::byte* slot(int level, EdgeId edge, std::uint64_t rank) const {
+    const Level& at = levels_[static_cast<std::size_t>(level)];
+    const LevelGeometry& geometry = at.file->geometry;
+    return reinterpret_cast<std::byte*>(at.starts[geometry.block_of(edge)] +
+                                        geometry.slot_offset(edge, rank));
+  }
+  void need(EdgeId edge);
+
   Store* store_;
   AttributeId attribute_;
   Reach reach_;
+  Topology topology_;
+  std::size_t record_bytes_;
   std::vector<Level> levels_;  ///< [level from the base mesh]
   std::unique_ptr<Pins> pins_;
+  PatchTable table_;
 };
 
 /// One attribute of a store as a PatchMesh. Levels count from the store's base mesh. One thread.
@@ -72,26 +86,7 @@ class StorePatches {
  public:
   using Record = RecordType;
 
-  class Patch {
-   public:
-    FaceId face() const { return face_; }
-    bool owns(int side) const { return mesh_->topology_.is_own(face_, side); }
-    bool is_border(int side) const {
-      return !mesh_->topology_.across(FaceSide(face_, side)).exists();
-    }
-    Record& at(int level, std::int64_t i, std::int64_t j) const {
-      return mesh_->at({face_, level, i, j});
-    }
-    bool exists(int level, std::int64_t i, std::int64_t j) const {
-      return unfold_fully(mesh_->topology_, {face_, level, i, j}).face != kNoId;
-    }
-
-   private:
-    friend class StorePatches;
-    Patch(StorePatches* mesh, FaceId face) : mesh_(mesh), face_(face) {}
-    StorePatches* mesh_;
-    FaceId face_;
-  };
+  using Patch = TabledPatch<StorePatches>;
 
   /// `window_bytes` is the share of the store's budget to keep pinned; a face's own blocks are
   /// pinned in any case. Errors: kInvalidArgument if the attribute holds other records.
@@ -101,34 +96,31 @@ class StorePatches {
         window_(std::make_unique<PatchWindow>(store, attribute, reach, window_bytes)),
         topology_(store.base().topology()) {}
 
-  Topology topology() const { return topology_; }
+  const Topology& topology() const { return topology_; }
   std::span<Record> base_records() const { return base_records_; }
   /// See PatchWindow::activate.
   void activate(int readable, int first_writable, int last_writable) {
     window_->activate(readable, first_writable, last_writable);
   }
-  /// Makes `face` the current patch.
+  /// Makes `face` the current patch; the one before it must not be used any more.
   Patch patch(FaceId face) {
     window_->enter(face);
-    return Patch(this, face);
+    return Patch(*this);
   }
 
- private:
-  Record& at(FaceIndex point) {
-    point = unfold_fully(topology_, point);
+  const PatchTable& table() const { return window_->table(); }
+  /// The record at a point of any face whose blocks are pinned.
+  Record& anywhere(const FaceIndex& point) {
     if (is_corner(point.level, point.i, point.j))
       return base_records_[topology_.faces[point.face]
                                           [static_cast<std::size_t>(corner_of(point.i, point.j))]];
     const EdgeIndex index = edge_index(topology_, point);
-    const PatchWindow::Level& level = window_->level(index.level);
-    const LevelGeometry& geometry = level.file->geometry;
-    const std::uint64_t block = geometry.block_of(index.edge);
     const bool border = topology_.edges[index.edge].is_border();
-    auto* slot = reinterpret_cast<Record*>(level.blocks[block] + geometry.slot_offset(index.edge) -
-                                           geometry.block_offset(block));
-    return slot[slot_position(index.level, border, index.row, index.column)];
+    return reinterpret_cast<Record*>(window_->slot(
+        index.level, index.edge))[slot_position(index.level, border, index.row, index.column)];
   }
 
+ private:
   std::span<Record> base_records_;
   std::unique_ptr<PatchWindow> window_;
   Topology topology_;

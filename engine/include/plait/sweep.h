@@ -47,12 +47,15 @@ class SweepView {
   friend class SweepWindow;
   struct Level {
     const LevelGeometry* geometry = nullptr;
-    std::vector<std::byte*> blocks;  ///< [block] address while pinned
+    /// [block] address that the level's first byte would have if all of it lay where the block
+    /// does; 0 while the block is not pinned.
+    std::vector<std::uintptr_t> starts;
   };
   struct Attribute {
     int first_level = 1;
     std::vector<Level> levels;
   };
+  std::span<const EdgeId> border_edges_;
   std::vector<Attribute> accesses_;
 };
 

@@ -26,7 +26,7 @@ template <class Patch, class Record>
 void collect_rings(const Patch& patch, const Topology& mesh, int level, RingTable<Record>& rings) {
   const std::int64_t last = slot_side(level) - 1;
   for (int side = 0; side < 3; ++side) {
-    if (!patch.owns(side)) continue;
+    if (!mesh.is_own(patch.face(), side)) continue;
     const FaceIndex start = from_side(patch.face(), {side, level, last, 0});
     const FaceIndex end = from_side(patch.face(), {side, level, 0, last});
     rings.set(mesh.face_edges[patch.face()][static_cast<std::size_t>(side)],
@@ -45,14 +45,16 @@ void loop_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record>& r
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
-    for_each_owned(patch, level, [&](int side, std::int64_t row, std::int64_t column, bool border) {
-      const PatchFrame frame(patch, {side, level, row, column}, level);
-      const Record& a = frame.coarse_at(-1, 1);
-      const Record& b = frame.coarse_at(1, -1);
-      frame.at(0, 0) = border ? Real(0.5) * (a + b)
-                              : loop::by_axis<Real>(loop::odd<Real>, a, b, frame.coarse_at(-1, -1),
-                                                    frame.coarse_at(1, 1));
-    });
+    for_each_owned(
+        patch, level, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+          const PatchFrame frame(patch, side, level, row, column, level);
+          const Record& a = frame.coarse_at(-1, 1);
+          const Record& b = frame.coarse_at(1, -1);
+          frame.at(0, 0) = border
+                               ? Real(0.5) * (a + b)
+                               : loop::by_axis<Real>(loop::odd<Real>, a, b, frame.coarse_at(-1, -1),
+                                                     frame.coarse_at(1, 1));
+        });
     collect_rings(patch, topology, level, rings);
   }
 }
@@ -69,8 +71,8 @@ void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}
     const auto patch = mesh.patch(face);
     for (int born = 1; born < level; ++born)
       for_each_owned(
-          patch, born, [&](int side, std::int64_t row, std::int64_t column, bool border) {
-            const PatchFrame frame(patch, {side, born, row, column}, level);
+          patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+            const PatchFrame frame(patch, side, born, row, column, level);
             Record& v = frame.at(0, 0);
             v = border ? loop::by_axis<Real>(loop::even_border<Real>, v, frame.at(-1, 1),
                                              frame.at(1, -1))

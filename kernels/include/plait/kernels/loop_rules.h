@@ -66,7 +66,8 @@ constexpr Real limit_border(Real v, Real neighbour0, Real neighbour1) {
 
 /// A rule of three numbers at once, axis by axis.
 template <class Real, class Rule, class... Vectors>
-constexpr Vector3<Real> by_axis(Rule rule, const Vector3<Real>& first, const Vectors&... rest) {
+[[gnu::always_inline]] constexpr Vector3<Real> by_axis(Rule rule, const Vector3<Real>& first,
+                                                       const Vectors&... rest) {
   return {rule(first.x, rest.x...), rule(first.y, rest.y...), rule(first.z, rest.z...)};
 }
 

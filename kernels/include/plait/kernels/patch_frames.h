@@ -2,66 +2,75 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "plait/edge_index.h"
 
 namespace plait {
 
+/// A side of a face as a type: a rule compiled for each side has its directions as constants.
+template <int kSide>
+using PatchSide = std::integral_constant<int, kSide>;
+
 /// The vertices that the current patch computes at one level of birth: those in its interior and
-/// those on the edges that it owns. Calls visit(side, row, column, on_border); the vertex is at
-/// from_side(face, {side, level, row, column}).
+/// those on the edges that it owns. Calls visit(PatchSide, row, column, on_border); the vertex is
+/// at from_side(face, {side, level, row, column}).
 template <class Patch, class Visit>
 void for_each_owned(const Patch& patch, int level, Visit visit) {
   const std::int64_t n = slot_side(level);
-  for (int side = 0; side < 3; ++side) {
+  const auto visit_side = [&](auto side) {
     const bool owns = patch.owns(side), border = patch.is_border(side);
-    for (std::int64_t row = 0; row < n; ++row)
-      for (std::int64_t column = 0; column < n - row; ++column) {
-        const bool on_edge = row + column == n - 1;
-        if (!on_edge || owns) visit(side, row, column, on_edge && border);
-      }
-  }
+    for (std::int64_t row = 0; row < n; ++row) {
+      for (std::int64_t column = 0; column < n - 1 - row; ++column) visit(side, row, column, false);
+      if (owns) visit(side, row, n - 1 - row, border);
+    }
+  };
+  visit_side(PatchSide<0>());
+  visit_side(PatchSide<1>());
+  visit_side(PatchSide<2>());
 }
 
 /// A vertex of a patch and its surroundings as seen from a side of the face, in steps towards the
 /// side's start and end. Seen from the other face of an edge everything is turned by half, which
 /// the rules do not notice.
-template <class Patch>
+template <int kSide, class Patch>
 class PatchFrame {
  public:
-  /// `grid_level` is the level whose grid the steps are in.
-  PatchFrame(const Patch& patch, SideIndex index, int grid_level)
-      : patch_(patch),
-        side_(index.side),
-        place_(at_level(from_side(patch.face(), index), grid_level)) {}
+  /// The vertex at (row, column) of the side's slot at `level`; `grid_level` is the level whose
+  /// grid the steps are in.
+  PatchFrame(const Patch& patch, PatchSide<kSide>, int level, std::int64_t row, std::int64_t column,
+             int grid_level)
+      : patch_(patch), level_(grid_level) {
+    const std::int64_t at_start = 2 * row + 1, at_end = 2 * column + 1;
+    const std::int64_t opposite = (std::int64_t{1} << level) - at_start - at_end;
+    const auto weight = [&](int corner) {
+      return corner == kSide ? opposite : corner == (kSide + 1) % 3 ? at_start : at_end;
+    };
+    i_ = weight(1) << (grid_level - level);
+    j_ = weight(2) << (grid_level - level);
+  }
 
   /// The vertex `p` steps towards the start and `q` towards the end.
-  auto& at(std::int64_t p, std::int64_t q) const {
-    const FaceIndex point = step(p, q);
-    return patch_.at(point.level, point.i, point.j);
+  [[gnu::always_inline]] auto& at(std::int64_t p, std::int64_t q) const {
+    return patch_.at(level_, i_ + step(1, p, q), j_ + step(2, p, q));
   }
   /// The same of a vertex that the next coarser level has. REQUIRES: it has.
-  auto& coarse_at(std::int64_t p, std::int64_t q) const {
-    const FaceIndex point = step(p, q);
-    return patch_.at(point.level - 1, point.i >> 1, point.j >> 1);
+  [[gnu::always_inline]] auto& coarse_at(std::int64_t p, std::int64_t q) const {
+    return patch_.at(level_ - 1, (i_ + step(1, p, q)) >> 1, (j_ + step(2, p, q)) >> 1);
   }
   bool exists(std::int64_t p, std::int64_t q) const {
-    const FaceIndex point = step(p, q);
-    return patch_.exists(point.level, point.i, point.j);
+    return patch_.exists(level_, i_ + step(1, p, q), j_ + step(2, p, q));
   }
 
  private:
-  FaceIndex step(std::int64_t p, std::int64_t q) const {
-    std::int64_t weight[3];
-    weight[(side_ + 1) % 3] = p;
-    weight[(side_ + 2) % 3] = q;
-    weight[side_] = -(p + q);
-    return {place_.face, place_.level, place_.i + weight[1], place_.j + weight[2]};
+  /// How the weight of a corner changes.
+  static constexpr std::int64_t step(int corner, std::int64_t p, std::int64_t q) {
+    return corner == kSide ? -(p + q) : corner == (kSide + 1) % 3 ? p : q;
   }
 
-  const Patch& patch_;
-  int side_;
-  FaceIndex place_;
+  const Patch patch_;
+  int level_;
+  std::int64_t i_, j_;
 };
 
 }  // namespace plait

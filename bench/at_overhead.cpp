@@ -1,0 +1,203 @@
+// What does at(level, i, j) of a store cost beside plain arrays, when everything is in memory?
+//
+//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json]
+//
+// One source, plait/kernels/loop_patches.h, refines the same mesh over: plain arrays of each face
+// (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a store on disk whose
+// blocks are all in their frames. All is allocated and touched before; every counted run begins
+// with the base positions and goes through all levels. Runs alternate, so that a machine whose
+// speed drifts spoils no ratio; ratios are taken within a turn. Fails unless all vertices agree.
+// Without a mesh: an octahedron, refined in memory to 2048 faces.
+#include <fmt/format.h>
+
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "face_arrays.h"
+#include "plait/backends/registry.h"
+#include "plait/error.h"
+#include "plait/in_core_mesh.h"
+#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/patch.h"
+#include "plait/store.h"
+#include "support.h"
+
+namespace {
+
+using namespace plait;
+namespace fs = std::filesystem;
+using Position = Vector3<float>;
+
+struct Settings {
+  std::string mesh, directory = ".";
+  int levels = 5, runs = 5;
+  bool json = false;
+};
+
+BaseMesh octahedron() {
+  IndexedMesh mesh;
+  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+  return rebase(BaseMesh::build(mesh), 4, Scheme::kLoop);
+}
+
+/// The program that is measured.
+template <PatchMesh Mesh>
+void refine_from_base(Mesh& mesh, const BaseMesh& base, int levels) {
+  for (std::size_t vertex = 0; vertex < base.vertex_count(); ++vertex)
+    mesh.base_records()[vertex] = loop::narrow<float>(base.positions()[vertex]);
+  for (int level = 1; level <= levels; ++level) loop_refine_patches(mesh, level);
+}
+
+template <PatchMesh First, PatchMesh Second>
+std::uint64_t count_differences(First& first, Second& second, int level) {
+  first.activate(level, 1, 0);
+  second.activate(level, 1, 0);
+  std::uint64_t differences = 0;
+  const std::int64_t size = std::int64_t{1} << level;
+  for (FaceId face = 0; face < first.topology().faces.size(); ++face) {
+    const auto here = first.patch(face);
+    const auto there = second.patch(face);
+    for (std::int64_t j = 0; j <= size; ++j)
+      for (std::int64_t i = 0; i + j <= size; ++i)
+        differences += !(here.at(level, i, j) == there.at(level, i, j));
+  }
+  return differences;
+}
+
+/// A store with all levels made, and a budget that holds them.
+Store resident_store(const BaseMesh& base, const Settings& settings, const std::string& backend,
+                     const fs::path& path) {
+  StoreOptions options;
+  options.backend = backend;
+  options.budget_bytes =
+      2 * sizeof(Position) * counts_at_level(base, settings.levels).vertices + (64 << 20);
+  options.durability = Durability::kNone;
+  Store store = Store::create(path, base, options, default_backends());
+  add_base_positions(store);
+  for (int level = 1; level <= settings.levels; ++level)
+    store.add_level(store.attribute("position"));
+  return store;
+}
+
+struct Subject {
+  std::string name;
+  std::function<void()> work;
+  std::vector<double> seconds, ratios;  ///< ratios to the first subject of the same turn
+};
+
+void print(const std::vector<Subject>& subjects, const Settings& settings, std::uint64_t vertices) {
+  if (settings.json) {
+    fmt::print("{{\"levels\": {}, \"vertices\": {}, \"runs\": {}, \"subjects\": [", settings.levels,
+               vertices, settings.runs);
+    for (const Subject& of : subjects) {
+      const bench::Spread spread = bench::spread(of.seconds);
+      fmt::print(
+          "{}{{\"name\": \"{}\", \"seconds\": {}, \"seconds_min\": {}, \"seconds_max\": {}, "
+          "\"ratio\": {}}}",
+          &of == &subjects.front() ? "" : ", ", of.name, bench::median(of.seconds), spread.smallest,
+          spread.largest, bench::median(of.ratios));
+    }
+    fmt::print("]}}\n");
+    return;
+  }
+  fmt::print("{} vertices at level {}, {} runs, one thread\n\n", vertices, settings.levels,
+             settings.runs);
+  fmt::print(
+      "| at() over | seconds (min to max) | ns a vertex | over plain arrays (min to max) |\n"
+      "|---|---|---|---|\n");
+  for (const Subject& of : subjects) {
+    const bench::Spread time = bench::spread(of.seconds), ratio = bench::spread(of.ratios);
+    fmt::print("| {} | {:.3f} ({:.3f} to {:.3f}) | {:.1f} | {:.2f} ({:.2f} to {:.2f}) |\n", of.name,
+               bench::median(of.seconds), time.smallest, time.largest,
+               1e9 * bench::median(of.seconds) / double(vertices), bench::median(of.ratios),
+               ratio.smallest, ratio.largest);
+  }
+}
+
+void run(const Settings& settings) {
+  const BaseMesh base =
+      lay_out(settings.mesh.empty() ? octahedron() : read_base_mesh(settings.mesh),
+              LayoutKind::kAutomatic)
+          .mesh;
+  const fs::path path = fs::path(settings.directory) / "plait-bench-at.plait";
+  fs::remove_all(path);  // what is made there is never committed, so it goes with its Store
+  bench::FaceArrays<Position> face_arrays(base, settings.levels);
+  InCoreMesh<Position> in_core(base, settings.levels);
+  Store in_memory = resident_store(base, settings, "memory", {});
+  Store on_disk = resident_store(base, settings, "pread", path);
+  const auto patches_of = [](Store& store) {
+    return StorePatches<Position>(store, store.attribute("position"), store.options().budget_bytes);
+  };
+  auto memory_patches = patches_of(in_memory), disk_patches = patches_of(on_disk);
+  const auto refine = [&](auto& mesh) {
+    return [&] { refine_from_base(mesh, base, settings.levels); };
+  };
+  std::vector<Subject> subjects = {{"plain arrays per face", refine(face_arrays), {}, {}},
+                                   {"InCoreMesh", refine(in_core), {}, {}},
+                                   {"store, memory", refine(memory_patches), {}, {}},
+                                   {"store, warm pread window", refine(disk_patches), {}, {}}};
+  for (int turn = 0; turn <= settings.runs; ++turn)
+    for (Subject& subject : subjects) {
+      const double time = bench::seconds(subject.work);
+      if (turn == 0) continue;  // touches the memory
+      subject.seconds.push_back(time);
+      subject.ratios.push_back(time / subjects.front().seconds.back());
+    }
+  const std::uint64_t read = on_disk.statistics().blocks_read;
+  const std::uint64_t differences =
+      count_differences(face_arrays, in_core, settings.levels) +
+      count_differences(face_arrays, memory_patches, settings.levels) +
+      count_differences(face_arrays, disk_patches, settings.levels);
+  if (differences > 0)
+    throw Error(ErrorCode::kCorruption, fmt::format("{} vertices differ", differences));
+  if (read > 0)
+    throw Error(ErrorCode::kBadState, fmt::format("{} blocks read: not all resident", read));
+  print(subjects, settings, counts_at_level(base, settings.levels).vertices);
+}
+
+Settings parse(int count, char** words) {
+  Settings settings;
+  for (int i = 1; i < count; ++i) {
+    const std::string_view name = words[i];
+    if (name == "--json") {
+      settings.json = true;
+      continue;
+    }
+    const std::string value = i + 1 < count ? words[++i] : "";
+    if (name == "--mesh" && !value.empty())
+      settings.mesh = value;
+    else if (name == "--directory" && !value.empty())
+      settings.directory = value;
+    else if (name == "--levels")
+      settings.levels = std::stoi(value);
+    else if (name == "--runs")
+      settings.runs = std::stoi(value);
+    else
+      throw Error(ErrorCode::kInvalidArgument, fmt::format("what is '{}'?", name));
+  }
+  if (settings.runs < 1 || settings.levels < 1)
+    throw Error(ErrorCode::kInvalidArgument, "expected runs and levels of at least 1");
+  return settings;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    run(parse(count, words));
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plait_bench_at_overhead: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,187 @@
+// plait/patch_table.h: where the records of one base face, and of the faces across its sides, lie:
+// looked up once when the face is entered, so that at(level, i, j) is a few instructions.
+//
+// Reduce (i, j) by its trailing zeros to the level of birth, where k1 = i >> s, k2 = j >> s; their
+// low bits tell the side (see plait/edge_index.h). With a = k1 >> 1, b = k2 >> 1 and n = 2^(l-1),
+// the slot's coordinates are linear in (a, b) on every side:
+//
+//   bits k1 k2   side        row           column
+//        1  1    0 (bc)      a             b
+//        0  1    1 (ca)      b             n-1 - a-b
+//        1  0    2 (ab)      n-1 - a-b     a
+//
+// and from the edge's other face both count backwards: one origin and two steps per side and level.
+// Corners come out at level 0 with a = b = 0, their bits telling which; so they need no branch.
+// A border slot is a triangle whose rows shrink: its places subtract row (row - 1) / 2 records.
+//
+// A face across side x is kept as if turned so that the common edge were its side x too. A point
+// beyond that side then has there the weights size - k(x+1), size - k(x+2) and -k(x).
+// Pinned by tests/engine/execution/patch_test.cpp.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "plait/edge_index.h"
+#include "plait/topology.h"
+
+namespace plait {
+
+/// One thread. Addresses are valid as long as the caller keeps them so.
+class PatchTable {
+ public:
+  struct Place {
+    std::byte* origin = nullptr;
+    std::int64_t a_step = 0, b_step = 0;  ///< bytes
+    std::int64_t triangle_step = 0;       ///< bytes of a record in a triangular slot, else 0
+  };
+
+  FaceId face() const { return face_; }
+  bool owns(int side) const { return (owned_ >> side & 1) != 0; }
+  bool is_border(int side) const { return (borders_ >> side & 1) != 0; }
+
+  /// Makes `face` current, at levels 0 to `levels`. `locate(edge, level)` gives a slot's address
+  /// and is called once per edge and level; `with_neighbours` asks for the faces across too.
+  /// `triangles`: border slots are stored as triangles.
+  template <class Locate>
+  void enter(const Topology& mesh, FaceId face, int levels, std::size_t record_bytes,
+             bool triangles, bool with_neighbours, std::byte* base, Locate locate);
+
+  /// Address of a point of the face. REQUIRES: it is in the face, at a level entered.
+  [[gnu::always_inline]] std::byte* inside(int level, std::int64_t i, std::int64_t j) const {
+    return find(0, level, i, j);
+  }
+  /// Address of a point beyond one side of the face, in the face there; nullptr if it is none of
+  /// that face either, or there is no such face.
+  std::byte* beyond(int level, std::int64_t i, std::int64_t j) const {
+    const std::int64_t size = std::int64_t{1} << level;
+    const int side = size - i - j < 0 ? 0 : i < 0 ? 1 : 2;
+    if (is_border(side)) return nullptr;
+    const std::int64_t there_i = side == 1 ? -i : size - i, there_j = side == 2 ? -j : size - j;
+    if (!contains(size, there_i, there_j)) return nullptr;
+    return find(1 + static_cast<std::size_t>(side), level, there_i, there_j);
+  }
+  static bool contains(std::int64_t size, std::int64_t i, std::int64_t j) {
+    return (i | j | (size - i - j)) >= 0;
+  }
+
+ private:
+  [[gnu::always_inline]] std::byte* find(std::size_t which, int level, std::int64_t i,
+                                         std::int64_t j) const {
+    const int shift =
+        std::countr_zero(static_cast<std::uint64_t>(i | j | std::int64_t{1} << level));
+    const std::int64_t k1 = i >> shift, k2 = j >> shift;
+    const auto bits = static_cast<std::size_t>((k1 & 1) | (k2 & 1) << 1);
+    const Place& place = places_[which][static_cast<std::size_t>(level - shift)][bits];
+    const std::int64_t a = k1 >> 1, b = k2 >> 1;
+    std::byte* const address = place.origin + (a * place.a_step + b * place.b_step);
+    if (place.triangle_step == 0) [[likely]]
+      return address;
+    const std::int64_t n = slot_side(level - shift);
+    const std::int64_t row = bits == 3 ? a : bits == 2 ? b : n - 1 - a - b;
+    return address - row * (row - 1) / 2 * place.triangle_step;
+  }
+
+  /// The place of side `side` at `level`, from the address of its edge's slot.
+  void set(std::size_t which, int side, int level, std::byte* slot, bool own, bool triangle) {
+    const std::int64_t n = slot_side(level), record = own ? record_bytes_ : -record_bytes_;
+    std::byte* const first = own ? slot : slot + (n * n - 1) * record_bytes_;
+    const std::int64_t triangle_step = triangle ? record_bytes_ : 0;
+    auto& places = places_[which][static_cast<std::size_t>(level)];
+    switch (side) {
+      case 0:
+        places[3] = {first, n * record, record, triangle_step};
+        break;
+      case 1:
+        places[2] = {first + (n - 1) * record, -record, (n - 1) * record, triangle_step};
+        break;
+      default:
+        places[1] = {first + (n - 1) * n * record, (1 - n) * record, -n * record, triangle_step};
+    }
+  }
+  void set_corners(const Topology& mesh, std::size_t which, FaceId face, int turn,
+                   std::byte* base) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const VertexId vertex = mesh.faces[face][static_cast<std::size_t>((corner + turn) % 3)];
+      places_[which][0][static_cast<std::size_t>(corner)] = {base + vertex * record_bytes_};
+    }
+  }
+
+  FaceId face_ = kNoId;
+  unsigned owned_ = 0, borders_ = 0;
+  std::int64_t record_bytes_ = 0;
+  /// [the face, or 1 + the side that another lies across][level][low bits of k1, k2]
+  std::array<std::array<std::array<Place, 4>, kMaxLevel + 1>, 4> places_{};
+};
+
+template <class Locate>
+void PatchTable::enter(const Topology& mesh, FaceId face, int levels, std::size_t record_bytes,
+                       bool triangles, bool with_neighbours, std::byte* base, Locate locate) {
+  face_ = face;
+  owned_ = borders_ = 0;
+  record_bytes_ = static_cast<std::int64_t>(record_bytes);
+  set_corners(mesh, 0, face, 0, base);
+  for (int side = 0; side < 3; ++side) {
+    const EdgeId id = mesh.face_edges[face][static_cast<std::size_t>(side)];
+    const Edge& edge = mesh.edges[id];
+    const bool own = edge.own == FaceSide(face, side);
+    owned_ |= unsigned{own} << side;
+    borders_ |= unsigned{edge.is_border()} << side;
+    const auto which = 1 + static_cast<std::size_t>(side);
+    const bool open = with_neighbours && !edge.is_border();
+    for (int level = 1; level <= levels; ++level) {
+      std::byte* const slot = locate(id, level);
+      set(0, side, level, slot, own, triangles && edge.is_border());
+      if (open) set(which, side, level, slot, !own, false);
+    }
+    if (!open) continue;
+    const FaceSide there = own ? edge.other : edge.own;
+    set_corners(mesh, which, there.face(), there.side() + 3 - side, base);
+    for (int turn = 1; turn <= 2; ++turn) {
+      const FaceSide outer(there.face(), (there.side() + turn) % 3);
+      const EdgeId outer_id = mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())];
+      const Edge& outer_edge = mesh.edges[outer_id];
+      for (int level = 1; level <= levels; ++level)
+        set(which, (side + turn) % 3, level, locate(outer_id, level), outer_edge.own == outer,
+            triangles && outer_edge.is_border());
+    }
+  }
+}
+
+/// The current patch of a mesh that has `table()`, `topology()` and `anywhere(FaceIndex)`.
+template <class Mesh>
+class TabledPatch {
+ public:
+  using Record = typename Mesh::Record;
+
+  explicit TabledPatch(Mesh& mesh) : mesh_(&mesh), table_(&mesh.table()) {}
+
+  FaceId face() const { return table_->face(); }
+  bool owns(int side) const { return table_->owns(side); }
+  bool is_border(int side) const { return table_->is_border(side); }
+
+  /// Inlined whatever the compiler thinks of its size: a call costs as much as the look-up.
+  [[gnu::always_inline]] Record& at(int level, std::int64_t i, std::int64_t j) const {
+    if (PatchTable::contains(std::int64_t{1} << level, i, j)) [[likely]]
+      return *reinterpret_cast<Record*>(table_->inside(level, i, j));
+    return beyond(level, i, j);
+  }
+  bool exists(int level, std::int64_t i, std::int64_t j) const {
+    return PatchTable::contains(std::int64_t{1} << level, i, j) ||
+           unfold_fully(mesh_->topology(), {face(), level, i, j}).face != kNoId;
+  }
+
+ private:
+  [[gnu::noinline]] Record& beyond(int level, std::int64_t i, std::int64_t j) const {
+    if (std::byte* const address = table_->beyond(level, i, j))
+      return *reinterpret_cast<Record*>(address);
+    return mesh_->anywhere(unfold_fully(mesh_->topology(), {face(), level, i, j}));
+  }
+
+  Mesh* mesh_;
+  const PatchTable* table_;
+};
+
+}  // namespace plait

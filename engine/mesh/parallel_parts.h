@@ -1,0 +1,36 @@
+// parallel_parts.h: loops over faces and vertices in parts, from several threads, with the results
+// and errors of one thread.
+#pragma once
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <vector>
+
+namespace plait {
+
+constexpr std::size_t kPartElements = std::size_t{1} << 14;
+
+constexpr std::size_t part_count(std::size_t count) {
+  return (count + kPartElements - 1) / kPartElements;
+}
+
+/// Calls body(first, last, part) for all parts of [0, count), each of kPartElements but the last.
+/// All parts are visited; if some throw, what the first of them threw is thrown on.
+template <class Body>
+void for_parts(std::size_t count, Body body) {
+  std::vector<std::exception_ptr> failures(part_count(count));
+  tbb::parallel_for(std::size_t{0}, failures.size(), [&](std::size_t part) {
+    try {
+      body(part * kPartElements, std::min((part + 1) * kPartElements, count), part);
+    } catch (...) {
+      failures[part] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace plait
