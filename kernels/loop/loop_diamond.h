@@ -35,18 +35,6 @@ void odd_slot(const Diamond<Vector3<Real>>& diamond, bool border, Vector3<Real>*
   }
 }
 
-/// Calls rule(Record&, p, q, on_border) for every record of the slot at `level`, with its place in
-/// a grid of `grid_level`.
-template <class Record, class Rule>
-void for_each_in_slot(int level, int grid_level, bool border, Record* slot, Rule rule) {
-  const std::int64_t n = slot_side(level);
-  const std::int64_t scale = std::int64_t{1} << (grid_level - level);
-  for (std::int64_t row = 0; row < n; ++row)
-    for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
-      rule(*slot++, (2 * row + 1) * scale, (2 * column + 1) * scale,
-           border && row + column == n - 1);
-}
-
 /// even() and limit() of three numbers at once; see diamond/lanes.h.
 inline Lanes even_at_once(const Lanes& v, const Lanes& pair0, const Lanes& pair1,
                           const Lanes& pair2) {

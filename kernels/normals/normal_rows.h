@@ -20,9 +20,9 @@ inline void regular_at(const Vector3<float>* v, std::int64_t stride, Vector3<flo
   const Lanes normal = cross(d0 + 0.5f * (d1 - d2), d1 + d2);
   const Lanes squares = normal * normal;
   const float square = squares[0] + squares[1] + squares[2];
-  if (square > 1e-30f && square < 1e30f) [[likely]] {
-    constexpr Lanes kPositiveZeros{0, 0, 0, 0};
-    store(normal / std::sqrt(square) + kPositiveZeros, to);
+  if (comfortable(square)) [[likely]] {
+    constexpr Lanes kZeros{0, 0, 0, 0};  // as kPositiveZeros
+    store((1 / std::sqrt(square)) * normal + kZeros, to);
   } else {
     *to = direction(Vector3<float>{normal[0], normal[1], normal[2]});
   }
@@ -31,7 +31,7 @@ inline void regular_at(const Vector3<double>* v, std::int64_t stride, Vector3<fl
   *to = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
 }
 
-/// As slot(), a row at a time.
+/// Normals of the slot at `level`; `diamond` holds the whole finest mesh.
 template <class Real>
 void slot_rows(const Diamond<Vector3<Real>>& diamond, int level, bool border,
                Vector3<float>* to) noexcept {

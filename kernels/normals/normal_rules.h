@@ -20,8 +20,6 @@
 #include <numbers>
 #include <vector>
 
-#include "diamond/diamond.h"
-#include "loop/loop_diamond.h"
 #include "plait/kernels/loop_base.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
@@ -126,22 +124,6 @@ void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                                      loop::widen(positions[vertex]),
                                      [&](int i) { return ring[static_cast<std::size_t>(i)]; });
   }
-}
-
-/// Normals of the slot at `level`; `diamond` holds the whole finest mesh.
-template <class Real>
-void slot(const Diamond<Vector3<Real>>& diamond, int level, bool border,
-          Vector3<float>* to) noexcept {
-  const std::int64_t stride = diamond.stride();
-  loop::for_each_in_slot(
-      level, diamond.level(), border, to,
-      [&](Vector3<float>& normal, std::int64_t p, std::int64_t q, bool on_border) {
-        const Vector3<Real>* v = diamond.at(p, q);
-        if (on_border)
-          normal = regular_border(*v, v[1 - stride], v[-stride], v[-1], v[stride - 1]);
-        else
-          normal = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
-      });
 }
 
 }  // namespace plait::normals
