@@ -22,9 +22,9 @@ std::string error_text(Call&& call) {
 
 }  // namespace
 
-TEST_CASE("DefaultBackends_Names_AreTheFour") {
+TEST_CASE("DefaultBackends_Names_AreTheFive") {
   CHECK(default_backends().names() ==
-        std::vector<std::string>{"compressed", "memory", "mmap", "pread"});
+        std::vector<std::string>{"compressed", "memory", "mmap", "pread", "uring"});
 }
 
 TEST_CASE("BackendRegistryFind_UnknownName_NamesThoseThereAre") {
