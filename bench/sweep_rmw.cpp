@@ -3,8 +3,8 @@
 //
 //   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB] [--memory
 //   MIB]
-//                         [--threads 2] [--runs 5] [--drop-caches 1] [--only BACKEND]
-//                         [--directory .] [--json FILE]
+//                         [--threads 2] [--runs 5] [--drop-caches 1] [--io-threads N]
+//                         [--only BACKEND] [--directory .] [--json FILE]
 //
 // The sweep adds 1 to every float of the finest level. Each run is a process of its own under the
 // memory limit (cgroup version 1; it says so where it may not set one), cold, with fdatasync inside
@@ -42,7 +42,7 @@ struct Settings {
   int level = 7, refinements = 5, runs = 5, threads = 2;
   std::uint32_t components = 6;
   std::uint64_t limit_mebibytes = 256, memory_mebibytes = 64;
-  int drop_caches = 1;
+  int drop_caches = 1, io_threads = -1;  ///< -1: as the store has it by itself
   std::string directory = ".", only, json;
 };
 
@@ -87,7 +87,11 @@ void make_store(const fs::path& path, const BaseMesh& base, const Settings& sett
 }
 
 double sweep_seconds(const fs::path& path, const Settings& settings) {
-  Store store = Store::open(path, {true, settings.memory_mebibytes << 20}, default_backends());
+  OpenOptions options;
+  options.writable = true;
+  options.budget_bytes = settings.memory_mebibytes << 20;
+  if (settings.io_threads >= 0) options.io_threads = settings.io_threads;
+  Store store = Store::open(path, options, default_backends());
   const double result = seconds([&] { sweep_finest(store, settings, Access::kUpdate); });
   const PagingStatistics paging = store.statistics();
   fmt::print(stderr, "  {:.2f} s, waited {:.2f} s for reads and {:.2f} s for writes\n", result,
@@ -237,6 +241,7 @@ Settings parse(const Options& given) {
   given.number("--threads", settings.threads);
   given.number("--runs", settings.runs);
   given.number("--drop-caches", settings.drop_caches);
+  given.number("--io-threads", settings.io_threads);
   given.text("--only", settings.only);
   given.text("--directory", settings.directory);
   given.text("--json", settings.json);
