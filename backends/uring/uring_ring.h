@@ -26,8 +26,8 @@ class RingRequest {
 /// One submission queue that all levels of all stores share, and one thread that waits for
 /// completions. Safe from any thread.
 ///
-/// No buffers are registered: frames come and go with the budget, and on transfers of a mebibyte
-/// pinning their pages costs a few per cent of one processor and nothing of the disk's speed.
+/// No buffers are registered: frames come and go with the budget. What registering would save was
+/// not measured.
 class UringRing {
  public:
   /// The ring, made if there is none; it lives as long as somebody holds it.
