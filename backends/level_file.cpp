@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <system_error>
 
@@ -106,14 +107,26 @@ void seal_raw(const LevelGeometry& geometry, BlockTable& table, BlockRange block
 
 void check_raw(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
                std::span<std::byte> into, const std::filesystem::path& path) {
+  zero_unwritten(geometry, table, blocks, into);
+  for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
+    const std::span<std::byte> raw = into.first(geometry.block_bytes(block));
+    if (table[block].encoding != BlockEncoding::kNeverWritten) table.check(block, raw, path);
+    into = into.subspan(raw.size());
+  }
+}
+
+void zero_unwritten(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
+                    std::span<std::byte> into) {
   for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
     const std::span<std::byte> raw = into.first(geometry.block_bytes(block));
     if (table[block].encoding == BlockEncoding::kNeverWritten)
       std::fill(raw.begin(), raw.end(), std::byte{0});
-    else
-      table.check(block, raw, path);
     into = into.subspan(raw.size());
   }
+}
+
+void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes) {
+  if (from != to && bytes > 0) std::memcpy(to, from, bytes);
 }
 
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {

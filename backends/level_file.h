@@ -52,6 +52,13 @@ void seal_raw(const LevelGeometry& geometry, BlockTable& table, BlockRange block
 void check_raw(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
                std::span<std::byte> into, const std::filesystem::path& path);
 
+/// Makes those of these blocks zeros that were never written.
+void zero_unwritten(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
+                    std::span<std::byte> into);
+
+/// For backends that hand out addresses: the bytes may be where they belong already.
+void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes);
+
 /// posix_fadvise. Sequential and random are properties of the whole descriptor on Linux.
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept;
 

@@ -4,6 +4,7 @@
 #include "memory/memory_backend.h"
 #include "mmap/mmap_backend.h"
 #include "pread/pread_backend.h"
+#include "uring/uring_backend.h"
 
 namespace plait {
 namespace {
@@ -17,6 +18,8 @@ BackendRegistry built_in() {
                 open_memory_backend, validate_nothing});
   registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
                 open_pread_backend, validate_nothing});
+  registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
+                kUringTraits, open_uring_backend, validate_uring});
   registry.add({"mmap", "raw files, mapped; the operating system pages", kMmapTraits,
                 open_mmap_backend, validate_nothing});
   registry.add({"compressed", "filter and codec per block (--filter, --codec)", kCompressedTraits,

@@ -40,14 +40,6 @@ struct Settings {
   int first = 3, last = 6, runs = 5, threads = 2;
 };
 
-BaseMesh default_mesh() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 5, Scheme::kLoop);
-}
-
 /// The same work on each thread's share of [0, bytes).
 template <class Work>
 double on_threads(int threads, std::uint64_t bytes, Work work) {
@@ -113,7 +105,7 @@ void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, PageC
 
 int run(const Settings& settings) {
   const LaidOutMesh base =
-      lay_out(settings.mesh.empty() ? default_mesh() : read_base_mesh(settings.mesh),
+      lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
               layout_from_name(settings.layout));
   PageCache pages;
   const BackendRegistry backends = recycled_memory(pages);

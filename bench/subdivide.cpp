@@ -14,10 +14,8 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -28,10 +26,12 @@
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/store.h"
+#include "support.h"
 
 namespace {
 
 using namespace plait;
+using namespace plait::bench;
 namespace fs = std::filesystem;
 
 struct Settings {
@@ -54,26 +54,6 @@ struct Times {
   std::uint64_t raw_bytes = 0, stored_bytes = 0, vertices = 0;
   std::string digest;
 };
-
-template <class Work>
-double seconds(Work work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
-
-BaseMesh default_mesh() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 5, Scheme::kLoop);
-}
 
 void run_store(const LaidOutMesh& base, const Settings& settings, const Subject& subject,
                Times& times) {
@@ -137,34 +117,24 @@ double write_floor(const std::vector<std::byte>& from, const Settings& settings,
   return result;
 }
 
-Settings parse(int count, char** words) {
+Settings parse(const Options& given) {
   Settings settings;
-  std::map<std::string, std::string> given;
-  for (int i = 1; i + 1 < count; i += 2) given[words[i]] = words[i + 1];
-  const auto number = [&](const char* name, auto& value) {
-    if (given.contains(name))
-      value = static_cast<std::remove_reference_t<decltype(value)>>(std::stoll(given.at(name)));
-  };
-  const auto text = [&](const char* name, std::string& value) {
-    if (given.contains(name)) value = given.at(name);
-  };
-  text("--mesh", settings.mesh);
-  text("--executor", settings.executor);
-  text("--directory", settings.directory);
-  number("--levels", settings.levels);
-  number("--runs", settings.runs);
-  number("--threads", settings.threads);
+  given.text("--mesh", settings.mesh);
+  given.text("--executor", settings.executor);
+  given.text("--directory", settings.directory);
+  given.number("--levels", settings.levels);
+  given.number("--runs", settings.runs);
+  given.number("--threads", settings.threads);
   std::uint64_t mebibytes = settings.budget_bytes >> 20;
-  number("--memory", mebibytes);
+  given.number("--memory", mebibytes);
   settings.budget_bytes = mebibytes << 20;
-  if (count % 2 == 0 || settings.runs < 1)
-    throw Error(ErrorCode::kInvalidArgument, "expected pairs of --option value, and runs >= 1");
+  if (settings.runs < 1) throw Error(ErrorCode::kInvalidArgument, "expected runs >= 1");
   return settings;
 }
 
 int run(const Settings& settings) {
   const LaidOutMesh base =
-      lay_out(settings.mesh.empty() ? default_mesh() : read_base_mesh(settings.mesh),
+      lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
               LayoutKind::kAutomatic);
   std::vector<Times> times(kSubjects.size());
   std::vector<std::byte> from(64 << 20), to(64 << 20);
@@ -212,7 +182,7 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   try {
-    return run(parse(count, words));
+    return run(parse(Options(count, words)));
   } catch (const std::exception& error) {
     fmt::print(stderr, "plait_bench_subdivide: {}\n", error.what());
     return 1;

@@ -1,9 +1,15 @@
-// What every measurement needs.
+// bench/support.h: what the measurements share.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
+#include <map>
+#include <string>
+#include <type_traits>
 #include <vector>
+
+#include "plait/error.h"
+#include "plait/kernels/subdivide.h"
 
 namespace plait::bench {
 
@@ -26,5 +32,34 @@ struct Spread {
 inline Spread spread(const std::vector<double>& values) {
   return {*std::ranges::min_element(values), *std::ranges::max_element(values)};
 }
+
+/// A closed mesh of 8 * 4^refinements faces.
+inline BaseMesh octahedron(int refinements) {
+  IndexedMesh mesh;
+  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+  return rebase(BaseMesh::build(mesh), refinements, Scheme::kLoop);
+}
+
+/// Pairs of --option value.
+class Options {
+ public:
+  Options(int count, char** words) {
+    for (int i = 1; i + 1 < count; i += 2) given_[words[i]] = words[i + 1];
+    if (count % 2 == 0)
+      throw Error(ErrorCode::kInvalidArgument, "expected pairs of --option value");
+  }
+  void number(const char* name, auto& value) const {
+    if (const auto found = given_.find(name); found != given_.end())
+      value = static_cast<std::remove_reference_t<decltype(value)>>(std::stoll(found->second));
+  }
+  void text(const char* name, std::string& value) const {
+    if (const auto found = given_.find(name); found != given_.end()) value = found->second;
+  }
+
+ private:
+  std::map<std::string, std::string> given_;
+};
 
 }  // namespace plait::bench

@@ -29,7 +29,7 @@ struct Arguments {
   int levels = 0;
   std::string backend = StoreOptions().backend;
   std::string codec, filter;  ///< empty: not given
-  std::string executor = "sweep", layout = "auto", scheme = "loop", precision = "float32",
+  std::string executor = "auto", layout = "auto", scheme = "loop", precision = "float32",
               durability = "commit";
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
   std::uint64_t block_bytes = StoreOptions().block_bytes;
@@ -64,7 +64,12 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   plan.layout = layout_from_name(arguments.layout);
   plan.double_precision = arguments.precision == "float64";
   plan.subdivide.scheme = scheme_from_name(arguments.scheme);
-  plan.subdivide.executor = executor_from_name(arguments.executor);
+  plan.subdivide.executor = arguments.executor != "auto" ? executor_from_name(arguments.executor)
+                            : plan.subdivide.scheme == Scheme::kButterfly ? ExecutorKind::kSweep
+                                                                          : ExecutorKind::kFused;
+  // What is under way at once decides here, not how far stencils reach.
+  if (plan.layout == LayoutKind::kAutomatic && plan.subdivide.executor == ExecutorKind::kFused)
+    plan.layout = LayoutKind::kHilbert;
   plan.subdivide.levels = arguments.levels;
   plan.subdivide.normals = arguments.normals;
   plan.subdivide.limit = arguments.limit;
@@ -198,14 +203,17 @@ void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--codec", arguments.codec, "none, lz4, zstd or zstd:LEVEL; default zstd:1");
   command.add_option("--filter", arguments.filter, "none or shuffle; default shuffle");
   add_size_option(command, "--memory", arguments.memory_bytes, "Budget for blocks in memory");
-  command.add_option("--threads", arguments.threads, "Threads of the sweep executor")
+  command.add_option("--threads", arguments.threads, "Threads that compute")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
-  command.add_option("--executor", arguments.executor, "fused, sweep or transparent")
+  command
+      .add_option("--executor", arguments.executor,
+                  "auto (fused where the scheme allows), fused, sweep or transparent")
       ->capture_default_str();
   command
-      .add_option("--layout", arguments.layout,
-                  "Order of edges on disk: auto, given, spatial, hilbert or rcm")
+      .add_option(
+          "--layout", arguments.layout,
+          "Order of edges on disk: auto (what suits the executor), given, spatial, hilbert or rcm")
       ->capture_default_str();
   command.add_option("--scheme", arguments.scheme, "loop, butterfly or midpoint")
       ->capture_default_str();

@@ -23,8 +23,10 @@ Json paging_json(const PagingStatistics& paging) {
           {"bytes_written", paging.bytes_written},
           {"blocks_prefetched", paging.blocks_prefetched},
           {"blocks_evicted", paging.blocks_evicted},
-          {"waits", paging.waits},
-          {"wait_seconds", 1e-9 * static_cast<double>(paging.wait_ns)},
+          {"read_waits", paging.read_waits},
+          {"read_wait_seconds", 1e-9 * static_cast<double>(paging.read_wait_ns)},
+          {"write_waits", paging.write_waits},
+          {"write_wait_seconds", 1e-9 * static_cast<double>(paging.write_wait_ns)},
           {"peak_frame_bytes", paging.peak_frame_bytes}};
 }
 
@@ -72,6 +74,8 @@ Json to_json(const SubdivideReport& report) {
                {"ns_per_vertex", report.ns_per_vertex()},
                {"bytes_written", report.paging.bytes_written},
                {"bytes_read", report.paging.bytes_read},
+               {"read_wait_seconds", 1e-9 * static_cast<double>(report.paging.read_wait_ns)},
+               {"write_wait_seconds", 1e-9 * static_cast<double>(report.paging.write_wait_ns)},
                {"stored_bytes", report.stored_bytes},
                {"peak_rss_bytes", report.peak_rss_bytes},
                {"base_mesh_bytes", report.base_mesh_bytes},

@@ -100,8 +100,6 @@ class CompressedBackend final : public Backend {
     }
   }
 
-  /// Nothing to do: write() handed everything over.
-  void flush(BlockRange) override {}
   void sync() override { file_.sync(); }
 
   std::uint64_t stored_bytes() const override {

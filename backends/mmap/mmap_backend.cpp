@@ -47,15 +47,16 @@ class MmapBackend final : public Backend {
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    std::copy_n(address(blocks.first), into.size(), into.begin());
+    copy_unless_same(address(blocks.first), into.data(), into.size());
     check_raw(geometry_, table_, blocks, into, file_.path());
   }
 
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    std::copy(from.begin(), from.end(), address(blocks.first));
+    copy_unless_same(from.data(), address(blocks.first), from.size());
     seal_raw(geometry_, table_, blocks, from);
+    start_writing(blocks);
   }
 
   std::byte* address(std::uint64_t block) override {
@@ -89,17 +90,6 @@ class MmapBackend final : public Backend {
       ::madvise(static_cast<std::byte*>(region_.get_address()) + first, end - first, value);
   }
 
-  void flush(BlockRange blocks) override {
-    const ByteRange bytes = fixed_bytes(geometry_, blocks);
-    // Stores into the mapping are the system's already; this starts the way to the disk, which
-    // msync(MS_ASYNC) does not on Linux. Where it is not supported sync() does all of it.
-    if (bytes.count == 0 || mode_ == OpenMode::kRead) return;
-    if (::sync_file_range(file_.descriptor(), static_cast<off_t>(bytes.first),
-                          static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
-        errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
-      throw system_error("flush", file_.path().native(), errno);
-  }
-
   void sync() override {
     if (mode_ == OpenMode::kRead || region_.get_size() == 0) return;
     if (!region_.flush(0, 0, false)) throw system_error("sync", file_.path().native(), errno);
@@ -109,6 +99,17 @@ class MmapBackend final : public Backend {
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:
+  void start_writing(BlockRange blocks) {
+    const ByteRange bytes = fixed_bytes(geometry_, blocks);
+    // Stores into the mapping are the system's already; this starts the way to the disk, which
+    // msync(MS_ASYNC) does not on Linux. Where it is not supported sync() does all of it.
+    if (bytes.count == 0) return;
+    if (::sync_file_range(file_.descriptor(), static_cast<off_t>(bytes.first),
+                          static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
+        errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
+      throw system_error("write", file_.path().native(), errno);
+  }
+
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;

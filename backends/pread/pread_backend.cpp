@@ -37,8 +37,6 @@ class PreadBackend final : public Backend {
     advise_file(file_, fixed_bytes(geometry_, blocks), advice);
   }
 
-  /// Nothing to do: write() handed everything over.
-  void flush(BlockRange) override {}
   void sync() override { file_.sync(); }
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 

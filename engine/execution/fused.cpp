@@ -233,7 +233,9 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
     std::uint64_t bytes = 0;
     for (const AttributeId id : pass.outputs)
       for (int level = 1; level <= pass.levels; ++level) {
-        const LevelGeometry& geometry = store.level_file(id, store.base_level() + level).geometry;
+        const LevelGeometry geometry(mesh.edges.size(), mesh.border_edges, level,
+                                     store.attributes()[id].schema.record_bytes(),
+                                     store.options().block_bytes);
         bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
                  FramePool::frame_bytes(geometry.max_block_bytes());
       }

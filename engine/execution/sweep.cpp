@@ -88,7 +88,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
                     "{} bytes: raise the budget, take smaller blocks or another layout",
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
                     measure_spans(store.base()).loop.span, store.options().block_bytes));
-  store.pager().set_policy(EvictionPolicy::kWindow);
+  store.pager().set_policy(EvictionPolicy::kWindow, needed_bytes);
 
   // No more than the machine runs at once: TBB would print a warning and ignore the rest.
   const int concurrency = std::min(options.threads, tbb::this_task_arena::max_concurrency());
@@ -96,12 +96,13 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
   if (concurrency > 1) arena.emplace(concurrency);
   const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edge_count - first); };
   window.plan(0, chunk_end(0));
+  window.look_ahead(0, chunk);
   for (EdgeId first = 0; first < edge_count;) {
     const EdgeId after = chunk_end(first);
     window.advance();
     if (after < edge_count) {
       window.plan(after, chunk_end(after));
-      window.prefetch();
+      window.look_ahead(after, chunk);
     }
     const SweepView& view = window.view();
     if (arena)

@@ -20,6 +20,8 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
       level.file = &file;
       level.access = access.access;
       level.planned_in.assign(file.geometry.block_count(), 0);
+      if (access.access != Access::kWrite && file.backend->traits().durable)
+        level.announced.assign(file.geometry.block_count(), false);
       seen.levels.push_back({&file.geometry, {}});
       seen.levels.back().starts.assign(file.geometry.block_count(), 0);
     }
@@ -67,12 +69,26 @@ std::uint64_t SweepWindow::planned_bytes() const {
   return bytes;
 }
 
-void SweepWindow::prefetch() {
-  for (const std::vector<Level>& levels : levels_)
-    for (const Level& level : levels)
-      if (level.access != Access::kWrite)
-        for (const std::uint64_t block : level.planned)
-          store_.pager().prefetch(*level.file, {block, 1});
+void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
+  constexpr EdgeId kRuns = 2 * Pager::kInFlight;
+  const auto edge_count = static_cast<EdgeId>(store_.base().edge_count());
+  const EdgeId end = edge_count - first > kRuns * chunk ? first + kRuns * chunk : edge_count;
+  for (ahead_ = std::max(ahead_, first); ahead_ < end; ++ahead_)
+    for (std::size_t access = 0; access < levels_.size(); ++access)
+      for (Level& level : levels_[access])
+        if (!level.announced.empty() && !announce(pass_.accesses[access], level, ahead_)) return;
+}
+
+/// False: the pager has no room at the moment.
+bool SweepWindow::announce(const LevelAccess& access, Level& level, EdgeId edge) {
+  bool taken = true;
+  for_each_edge_in_reach(store_.base().topology(), edge, access.reach, [&](EdgeId needed) {
+    const std::uint64_t block = level.file->geometry.block_of(needed);
+    if (!taken || level.announced[block]) return;
+    taken = store_.pager().prefetch(*level.file, block);
+    level.announced[block] = taken;
+  });
+  return taken;
 }
 
 void SweepWindow::advance() {

@@ -20,8 +20,9 @@ class SweepWindow {
   /// Finds the blocks that the edges [first, after) need. The next advance() pins these.
   void plan(EdgeId first, EdgeId after);
   std::uint64_t planned_bytes() const;
-  /// Announces the planned blocks that are not pinned yet to their backends.
-  void prefetch();
+  /// Announces blocks that the edges from `first` on will need to the pager, as far as it takes
+  /// them, but no more than for some runs of `chunk` edges.
+  void look_ahead(EdgeId first, EdgeId chunk);
   /// Unpins what is not planned, then pins what is.
   void advance();
 
@@ -33,6 +34,7 @@ class SweepWindow {
     Access access = Access::kRead;
     std::vector<std::uint32_t> planned_in;  ///< [block] number of the last plan that needs it
     std::vector<std::uint64_t> planned;     ///< blocks
+    std::vector<bool> announced;            ///< [block]; empty: nothing to read
     std::vector<std::pair<std::uint64_t, PinnedBlock>> pinned;
 
     void need(std::uint64_t block, std::uint32_t plan) {
@@ -42,10 +44,13 @@ class SweepWindow {
     }
   };
 
+  bool announce(const LevelAccess& access, Level& level, EdgeId edge);
+
   Store& store_;
   const SweepPass& pass_;
   std::vector<std::vector<Level>> levels_;  ///< [access][level - first level]
   std::uint32_t plan_number_ = 0;
+  EdgeId ahead_ = 0;  ///< the blocks of all edges before it were announced
   SweepView view_;
 };
 

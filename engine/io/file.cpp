@@ -31,9 +31,13 @@ constexpr std::size_t kMaxTransferBytes = 0x7ffff000;
 
 }  // namespace
 
-File::File(const std::filesystem::path& path, OpenMode mode) : path_(path) {
-  do descriptor_ = ::open(path.c_str(), flags_of(mode) | O_CLOEXEC, 0644);
+File::File(const std::filesystem::path& path, OpenMode mode, Caching caching) : path_(path) {
+  const int flags = flags_of(mode) | O_CLOEXEC | (caching == Caching::kNone ? O_DIRECT : 0);
+  do descriptor_ = ::open(path.c_str(), flags, 0644);
   while (descriptor_ < 0 && errno == EINTR);
+  if (descriptor_ < 0 && errno == EINVAL && caching == Caching::kNone)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("open {}: its file system has no O_DIRECT", path.native()));
   if (descriptor_ < 0)
     throw system_error(mode == OpenMode::kCreate ? "create" : "open", path.native(), errno);
 }

@@ -59,6 +59,10 @@ void BlockTable::seal(std::uint64_t block, std::uint64_t offset, BlockEncoding e
                      checksum(block, stored)};
 }
 
+void BlockTable::mark_written(std::uint64_t block, std::uint64_t offset, std::uint64_t bytes) {
+  entries_[block] = {offset, static_cast<std::uint32_t>(bytes), BlockEncoding::kRaw, 0};
+}
+
 bool BlockTable::matches(std::uint64_t block, std::span<const std::byte> stored) const {
   const BlockEntry& entry = entries_[block];
   if (entry.encoding == BlockEncoding::kNeverWritten) return all_zeros(stored);

@@ -1,7 +1,6 @@
 #include "paging/frame_pool.h"
 
 #include <algorithm>
-#include <cstring>
 #include <new>
 
 namespace plait {
@@ -33,7 +32,6 @@ std::byte* FramePool::take(std::uint64_t bytes) {
   } else {
     if (!make_room(bytes)) return nullptr;
     memory = static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kAlignment)));
-    std::memset(memory, 0, bytes);
   }
   used_bytes_ += bytes;
   peak_bytes_ = std::max(peak_bytes_, used_bytes_);

@@ -1,6 +1,6 @@
 // Memory for frames: recycled by size, handed back to the system only when another size needs it.
 // On virtual machines a fresh page costs more than the disk transfer into it, so a frame's pages
-// are touched once and then kept.
+// are touched once, by whoever fills it first and not under the pager's lock, and then kept.
 #pragma once
 
 #include <cstddef>

@@ -7,17 +7,20 @@
 namespace plait {
 namespace {
 
-/// Walks the blocks of a level in order, holding one at a time.
+/// Walks the blocks of a level in order, holding one at a time: a sweep of its own.
 class BlockCursor {
  public:
   BlockCursor(Pager& pager, LevelFile& file, Access access)
-      : pager_(pager), file_(file), access_(access) {}
+      : pager_(pager), file_(file), access_(access) {
+    pager.set_policy(EvictionPolicy::kWindow);
+  }
   std::span<std::byte> slot(EdgeId edge) {
     const std::uint64_t block = file_.geometry.block_of(edge);
     if (!pinned_ || block != block_) {
       pinned_ = {};
       pinned_ = pager_.pin(file_, block, access_);
       block_ = block;
+      if (access_ == Access::kRead) read_ahead();
     }
     return pinned_.bytes().subspan(
         file_.geometry.slot_offset(edge) - file_.geometry.block_offset(block),
@@ -25,10 +28,16 @@ class BlockCursor {
   }
 
  private:
+  void read_ahead() {
+    const std::uint64_t end = std::min(file_.geometry.block_count(), block_ + 1 + Pager::kInFlight);
+    for (ahead_ = std::max(ahead_, block_ + 1); ahead_ < end; ++ahead_)
+      if (!pager_.prefetch(file_, ahead_)) return;
+  }
+
   Pager& pager_;
   LevelFile& file_;
   Access access_;
-  std::uint64_t block_ = 0;
+  std::uint64_t block_ = 0, ahead_ = 0;
   PinnedBlock pinned_;
 };
 

@@ -6,6 +6,7 @@
 #include <bit>
 #include <random>
 #include <system_error>
+#include <thread>
 
 #include "plait/edge_index.h"
 #include "plait/error.h"
@@ -39,7 +40,10 @@ void check_writable(const Store::Implementation& state) {
     throw Error(ErrorCode::kBadState, fmt::format("{}: opened for reading", state.path.native()));
 }
 
-void check_budget(std::uint64_t budget_bytes) {
+void check_resources(std::uint64_t budget_bytes, std::optional<int> io_threads) {
+  if (io_threads && (*io_threads < 0 || *io_threads > 64))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("open store: {} I/O threads, expected 0 to 64", *io_threads));
   if (budget_bytes < (64u << 10))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("open store: budget {} bytes, expected at least 65536", budget_bytes));
@@ -48,9 +52,9 @@ void check_budget(std::uint64_t budget_bytes) {
 }  // namespace
 
 Store::Implementation::~Implementation() {
-  pager.discard();
+  if (pager) pager->discard();
   for (Attribute& attribute : attributes)
-    for (auto& level : attribute.levels) pager.detach(*level);
+    for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
   // A store that was never committed cannot be opened by anybody: leave nothing of it.
   if (on_disk() && writable && sequence == 0) {
@@ -77,8 +81,16 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(const Attribute& at
   file->writable = mode != OpenMode::kRead;
   file->backend = backend.open(LevelSpec{file->path, mode, file->geometry, file->table,
                                          options.backend_options, component_bytes(schema.type)});
-  pager.attach(*file);
+  pager->attach(*file);
   return file;
+}
+
+void Store::Implementation::make_pager() {
+  const auto processors =
+      static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  pager = std::make_unique<Pager>(
+      options.budget_bytes,
+      options.io_threads.value_or(backend.traits.compressed ? processors : 1));
 }
 
 Store::Store(std::unique_ptr<Implementation> implementation)
@@ -90,12 +102,13 @@ Store::~Store() = default;
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
                     const BackendRegistry& backends) {
   check_options(options);
-  check_budget(options.budget_bytes);
-  auto state = std::make_unique<Implementation>(options.budget_bytes);
+  check_resources(options.budget_bytes, options.io_threads);
+  auto state = std::make_unique<Implementation>();
   state->backend = backends.find(options.backend);
   state->backend.validate(options.backend_options);
   state->base = std::move(base);
   state->options = options;
+  state->make_pager();
   state->uuid = random_uuid();
   state->writable = true;
   encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
@@ -120,10 +133,10 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
 
 Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
                   const BackendRegistry& backends) {
-  check_budget(options.budget_bytes);
+  check_resources(options.budget_bytes, options.io_threads);
   if (!std::filesystem::is_directory(path))
     throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
-  auto state = std::make_unique<Implementation>(options.budget_bytes);
+  auto state = std::make_unique<Implementation>();
   state->path = path;
   state->writable = false;
   state->lock = StoreLock(path / "lock", options.writable, false);
@@ -139,6 +152,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.base_level = manifest.base_level;
   state->options.block_bytes = manifest.block_bytes;
   state->options.budget_bytes = options.budget_bytes;
+  state->options.io_threads = options.io_threads;
   try {
     state->backend = backends.find(manifest.backend);
     state->backend.validate(state->options.backend_options);
@@ -146,6 +160,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
     throw Error(error.code(),
                 fmt::format("open {}: {}", (path / "manifest").native(), error.what()));
   }
+  state->make_pager();
   if (!state->backend.traits.durable)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: backend '{}' keeps nothing on disk",
@@ -163,8 +178,8 @@ const StoreUuid& Store::uuid() const { return implementation_->uuid; }
 std::uint64_t Store::sequence() const { return implementation_->sequence; }
 BackendTraits Store::backend_traits() const { return implementation_->backend.traits; }
 int Store::base_level() const { return implementation_->options.base_level; }
-Pager& Store::pager() { return implementation_->pager; }
-PagingStatistics Store::statistics() const { return implementation_->pager.statistics(); }
+Pager& Store::pager() { return *implementation_->pager; }
+PagingStatistics Store::statistics() const { return implementation_->pager->statistics(); }
 std::span<const AttributeInfo> Store::attributes() const { return implementation_->infos; }
 
 int Store::finest_level() const {
@@ -238,7 +253,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
                 fmt::format("replace attribute '{}': expected another one in its place", name));
   Implementation::Attribute& old = state.attributes[attribute];
   for (auto& level : old.levels) {
-    state.pager.detach(*level);
+    state.pager->detach(*level);
     if (state.on_disk()) state.obsolete.push_back(level->path);
   }
   // Both versions that the manifest names have a file of base records.
@@ -279,7 +294,7 @@ void Store::commit() {
   if (!implementation_->writable)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: opened for reading", path().native()));
-  implementation_->pager.flush();
+  implementation_->pager->flush();
   if (implementation_->on_disk())
     implementation_->write_version();
   else

@@ -21,7 +21,7 @@ struct Store::Implementation {
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
   };
 
-  Implementation(std::uint64_t budget_bytes) : pager(budget_bytes) {}
+  Implementation() = default;
   ~Implementation();
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -34,6 +34,8 @@ struct Store::Implementation {
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
                                         int level, OpenMode mode,
                                         std::span<const BlockEntry> entries);
+  /// `options` and `backend` say how many threads it has.
+  void make_pager();
   Manifest manifest() const;
   void write_version();
   void read_version(const Manifest& manifest, OpenMode mode);
@@ -51,7 +53,7 @@ struct Store::Implementation {
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<std::filesystem::path> obsolete;  ///< files to remove after the next commit
-  Pager pager;                                  ///< last: it refers to the level files
+  std::unique_ptr<Pager> pager;                 ///< last: it refers to the level files
 };
 
 /// Serialised block tables of all levels (docs/format.md, "tables.S").

@@ -14,6 +14,8 @@ VerifyReport verify(Store& store,
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
       total_bytes += store.level_file(id, level).geometry.total_bytes();
 
+  // Blocks are read past the pager: what it holds must be where they are kept.
+  store.pager().flush();
   VerifyReport report;
   std::vector<std::byte> buffer;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {

@@ -54,10 +54,14 @@ template <class Real>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options) {
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = options.levels - store.base_level();
+  const FusedPass pass =
+      fused_pass(levels, store.attribute("position"),
+                 store.has_attribute("normal") ? store.attribute("normal") : kNoId);
+  // New base records, the halves that wait and where, and what each thread works in.
   return vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
-         edges +
+         fused_needs(store, pass, options.threads).slot_bytes +
          static_cast<std::uint64_t>(options.threads) *
-             (SurfaceRefiner<Real>::scratch_bytes(levels) + 4 * vertices);
+             (SurfaceRefiner<Real>::scratch_bytes(levels) + sizeof(std::uint32_t) * vertices);
 }
 
 template void run_fused(SubdivisionRun<float>&, int, AttributeId);

@@ -18,12 +18,12 @@ struct SubdivisionRun {
       : store(store_to_refine),
         options(run_options),
         position(id),
-        rings(store.base().edge_count()) {}
+        rings(options.executor == ExecutorKind::kFused ? 0 : store.base().edge_count()) {}
 
   Store& store;
   const SubdivideOptions& options;
   AttributeId position;
-  /// Rings of the base vertices at the finest level done.
+  /// Rings of the base vertices at the finest level done; the fused executor has its own.
   RingTable<Vector3<Real>> rings;
   std::uint64_t vertices_before = 0, vertices_total = 0;
 

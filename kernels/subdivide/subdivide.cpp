@@ -123,6 +123,9 @@ void subdivide(Store& store, const SubdivideOptions& options) {
 std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options) {
   const std::uint64_t record_bytes =
       store.attributes()[store.attribute("position")].schema.record_bytes();
+  if (options.executor == ExecutorKind::kFused && options.levels > store.base_level())
+    return record_bytes == sizeof(Vector3<double>) ? fused_resident_bytes<double>(store, options)
+                                                   : fused_resident_bytes<float>(store, options);
   // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
   const bool butterfly = options.scheme == Scheme::kButterfly;
   const std::uint64_t side = (std::uint64_t{1} << (options.levels - store.base_level())) + 3;

@@ -4,13 +4,14 @@
 
 #include "plait/backends/registry.h"
 #include "support/counting_backend.h"
+#include "support/usable_backends.h"
 
 namespace plait::test {
 namespace {
 
 void add_backends(std::vector<BackendUnderTest>& result, const BackendRegistry& registry,
                   const std::string& suffix) {
-  for (const std::string& name : registry.names()) {
+  for (const std::string& name : usable_backends()) {
     const BackendRegistry::Entry& entry = registry.find(name);
     if (!entry.traits.compressed) {
       result.push_back({name + suffix, entry, {}});

@@ -14,7 +14,7 @@ namespace plait::test {
 struct BackendCounts {
   std::atomic<std::uint64_t> read_calls = 0, read_blocks = 0, read_bytes = 0;
   std::atomic<std::uint64_t> write_calls = 0, write_blocks = 0, write_bytes = 0;
-  std::atomic<std::uint64_t> advise_calls = 0, flush_calls = 0, sync_calls = 0;
+  std::atomic<std::uint64_t> advise_calls = 0, sync_calls = 0;
 };
 
 class CountingBackend final : public Backend {
@@ -36,14 +36,17 @@ class CountingBackend final : public Backend {
     counts_.write_bytes += from.size();
     inner_->write(blocks, from);
   }
+  void start(Transfer& transfer) noexcept override {
+    const bool read = transfer.direction == Transfer::Direction::kRead;
+    ++(read ? counts_.read_calls : counts_.write_calls);
+    ++(read ? counts_.read_blocks : counts_.write_blocks);
+    (read ? counts_.read_bytes : counts_.write_bytes) += transfer.memory.size();
+    inner_->start(transfer);
+  }
   std::byte* address(std::uint64_t block) override { return inner_->address(block); }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     ++counts_.advise_calls;
     inner_->advise(blocks, advice);
-  }
-  void flush(BlockRange blocks) override {
-    ++counts_.flush_calls;
-    inner_->flush(blocks);
   }
   void sync() override {
     ++counts_.sync_calls;

@@ -58,7 +58,7 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--memory", "1K"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--block", "5000"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--threads", "0"},
-      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "uring"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "tape"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--codec", "lz4"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "compressed", "--codec",
        "rot13"},
@@ -101,7 +101,7 @@ TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
     arguments.insert(arguments.end(), {option, value});
     return here.plait(arguments).errors;
   };
-  CHECK(errors_with("--backend", "uring").find("pread") != std::string::npos);
+  CHECK(errors_with("--backend", "tape").find("pread") != std::string::npos);
   CHECK(errors_with("--executor", "fused").find("sweep") != std::string::npos);
   CHECK(errors_with("--layout", "x").find("hilbert") != std::string::npos);
   CHECK(errors_with("--scheme", "x").find("butterfly") != std::string::npos);

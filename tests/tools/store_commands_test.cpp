@@ -97,13 +97,34 @@ TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
       here.subdivide("s.plait", {"--json", "--executor", "transparent", "--threads", "2"});
   REQUIRE(outcome.status == 0);
   const nlohmann::json report = outcome.json();
-  for (const char* key :
-       {"levels",         "vertices",       "seconds",        "import_seconds",  "layout_seconds",
-        "refine_seconds", "commit_seconds", "cpu_seconds",    "ns_per_vertex",   "bytes_written",
-        "bytes_read",     "stored_bytes",   "peak_rss_bytes", "base_mesh_bytes", "budget_bytes",
-        "backend",        "codec",          "filter",         "block_bytes",     "executor",
-        "threads",        "layout",         "span",           "level_counts",    "digest",
-        "paging"}) {
+  for (const char* key : {"levels",
+                          "vertices",
+                          "seconds",
+                          "import_seconds",
+                          "layout_seconds",
+                          "refine_seconds",
+                          "commit_seconds",
+                          "cpu_seconds",
+                          "ns_per_vertex",
+                          "bytes_written",
+                          "bytes_read",
+                          "stored_bytes",
+                          "peak_rss_bytes",
+                          "base_mesh_bytes",
+                          "budget_bytes",
+                          "backend",
+                          "codec",
+                          "filter",
+                          "block_bytes",
+                          "executor",
+                          "threads",
+                          "layout",
+                          "span",
+                          "level_counts",
+                          "digest",
+                          "paging",
+                          "read_wait_seconds",
+                          "write_wait_seconds"}) {
     CAPTURE(key);
     CHECK(report.contains(key));
   }

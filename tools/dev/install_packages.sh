@@ -10,7 +10,7 @@ set -euo pipefail
 build_packages=(
   g++ cmake ninja-build pkg-config ccache
   libboost-dev libboost-iostreams-dev libtbb-dev libfmt-dev
-  libzstd-dev liblz4-dev zlib1g-dev libxxhash-dev libpng-dev
+  libzstd-dev liblz4-dev zlib1g-dev libxxhash-dev libpng-dev liburing-dev libhwy-dev
   libcli11-dev nlohmann-json3-dev
 )
 tests_packages=(catch2)

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -36,6 +37,29 @@ struct BackendTraits {
   bool durable = false;     ///< keeps data after the process: the level is a file
 };
 
+struct Transfer;
+
+/// Is told when a transfer has ended, from whatever thread that happens in.
+class TransferListener {
+ public:
+  /// Once per transfer, with its error or nullptr. The transfer may be used anew at once.
+  virtual void finished(Transfer& transfer, std::exception_ptr error) noexcept = 0;
+
+ protected:
+  ~TransferListener() = default;
+};
+
+/// One block on its way between memory and a backend. Transfer and memory are the caller's, who
+/// keeps both, and leaves the memory alone, until the listener was told.
+struct Transfer {
+  enum class Direction : std::uint8_t { kRead, kWrite };
+  Direction direction = Direction::kRead;
+  std::uint64_t block = 0;
+  std::span<std::byte> memory;  ///< the block's raw bytes; a write does not change them
+  TransferListener* listener = nullptr;
+  std::uint32_t tag = 0;  ///< the listener's
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -43,23 +67,26 @@ class Backend {
   virtual BackendTraits traits() const noexcept = 0;
 
   /// Whole blocks into `into` (their raw bytes one after another), or a throw. A block that was
-  /// never written reads as zeros. Every block's checksum is verified.
-  /// Errors: kIo, kCorruption.
+  /// never written reads as zeros. Every block's checksum is verified, unless the backend is
+  /// neither durable nor compressed: what never leaves memory is not hashed. Direct backends: if
+  /// `into` is the blocks' own address, nothing is copied. Errors: kIo, kCorruption.
   virtual void read(BlockRange blocks, std::span<std::byte> into) = 0;
 
-  /// Whole blocks from `from`, sealed in the block table. All is handed over when it returns.
-  /// Errors: kIo, kNoSpace.
+  /// Whole blocks from `from`, sealed in the block table. All is handed to the operating system
+  /// when it returns. Direct backends: as read(). Errors: kIo, kNoSpace.
   virtual void write(BlockRange blocks, std::span<const std::byte> from) = 0;
 
-  /// Direct backends: the block's bytes, at one address while the backend lives. The pager checks
-  /// and seals the block. Others: nullptr.
+  /// Begins to read or write one block. As it stands it does all of it with read() or write(); a
+  /// backend that keeps several blocks in flight returns before the transfer has ended.
+  virtual void start(Transfer& transfer) noexcept;
+
+  /// Direct backends: the block's bytes, at one address while the backend lives; what is stored
+  /// there counts once write() was called with this address. Others: nullptr.
   virtual std::byte* address(std::uint64_t block) = 0;
 
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
 
-  /// Hands all bytes of these blocks to the operating system without waiting for the disk.
-  virtual void flush(BlockRange blocks) = 0;
   /// Makes all that was written durable. Errors: kIo, kNoSpace.
   virtual void sync() = 0;
 

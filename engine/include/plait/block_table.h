@@ -48,6 +48,8 @@ class BlockTable {
   /// Enters a block whose stored bytes are `stored`, with their checksum.
   void seal(std::uint64_t block, std::uint64_t offset, BlockEncoding encoding,
             std::span<const std::byte> stored);
+  /// Enters a raw block without a checksum: for levels that never leave memory.
+  void mark_written(std::uint64_t block, std::uint64_t offset, std::uint64_t bytes);
   /// Whether `stored` is what was sealed.
   bool matches(std::uint64_t block, std::span<const std::byte> stored) const;
   /// Errors: kCorruption naming `file`, level, block and offset, both checksums.

@@ -15,12 +15,18 @@ enum class OpenMode : std::uint8_t {
   kCreate,     ///< read and write; must not exist
 };
 
+enum class Caching : std::uint8_t {
+  kPageCache,
+  kNone,  ///< O_DIRECT: offsets, sizes and memory must be multiples of 4096
+};
+
 /// A file descriptor. Whole transfers only: interrupted and short ones are continued, and a read
 /// past the end is an error. Positioned calls are safe from any number of threads.
 class File {
  public:
   File() = default;
-  File(const std::filesystem::path& path, OpenMode mode);
+  /// Errors: kNotFound, kIo, kNoSpace; kNotSupported where there is no O_DIRECT.
+  File(const std::filesystem::path& path, OpenMode mode, Caching caching = Caching::kPageCache);
   ~File();
   File(File&& other) noexcept;
   File& operator=(File&& other) noexcept;

@@ -74,7 +74,7 @@ struct FusedOptions {
   std::function<bool(std::uint64_t faces_done, std::uint64_t face_count)> proceed = {};
 };
 
-/// What a pass needs at its widest place.
+/// What a pass needs at its widest place; the levels need not exist yet.
 struct FusedNeeds {
   std::uint64_t frame_bytes = 0;  ///< of the pager's budget
   std::uint64_t slot_bytes = 0;   ///< beside it: slots under way

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "plait/backend.h"
@@ -25,11 +26,15 @@ struct StoreOptions {
   // Performance
   std::uint64_t block_bytes = 1 << 20;      ///< unit of I/O; 4 KiB to 1 GiB, a power of two
   std::uint64_t budget_bytes = 256u << 20;  ///< all frames; at least 64 KiB
+  /// Threads that read ahead and write behind, 0 to 64; 0: every transfer happens in the caller.
+  /// Not set: one, and where blocks are compressed one for each processor.
+  std::optional<int> io_threads = {};
 };
 
 struct OpenOptions {
   bool writable = false;
   std::uint64_t budget_bytes = 256u << 20;
+  std::optional<int> io_threads = {};  ///< as in StoreOptions
 };
 
 }  // namespace plait

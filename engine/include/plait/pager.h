@@ -1,16 +1,29 @@
 // plait/pager.h: which blocks are in memory. See docs/paging.md.
 //
 // Invariants
-//  1. Bytes of all frames, pinned or not, never exceed the budget.
+//  1. Bytes of all frames, pinned or not, in transfer or not, never exceed the budget.
 //  2. A pinned block stays at one address until its last pin ends.
 //  3. A block is in at most one frame.
 //  4. A dirty block leaves its frame only by way of its backend.
 //  5. A block pinned for Access::kWrite is never read from its backend.
-//  6. Bytes served are bytes whose checksum was verified since they came in.
-//  7. After a failed write the pager is in error: it reads, and refuses to write or flush.
+//  6. Bytes served are bytes whose checksum was verified since they came in (what never leaves
+//     memory has none).
+//  7. After a failed write the pager is in error: it reads, and refuses to write or flush. The
+//     error itself reaches the first caller that is refused, the later ones are told of it.
+//  8. A block that is being written is neither evicted nor pinned for writing; one that is being
+//     read is neither evicted nor pinned.
+//  9. No transfer, checksum or (de)compression happens under the pager's lock.
 //
-// States of a block:  absent --pin--> pinned(n) <--pin/unpin--> resident --evict--> absent
-//                     each of pinned and resident is clean or dirty; evicting a dirty one writes.
+// States of a block
+//
+//   absent --pin--> reading --> pinned(n) <--pin/unpin--> resident --evict--> absent
+//     |                ^           |                         ^  ^
+//     +--pin(kWrite)---|-----------+   unpin, dirty: writing-+  |
+//     +--prefetch--> reading ahead -----------------------------+
+//
+// pinned and resident are clean or dirty. Under EvictionPolicy::kWindow a dirty block whose last
+// pin ends is queued for writing at once, and stays resident, clean; without I/O threads and under
+// kClock it is written when it is evicted. A block that is being written may be pinned for reading.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +53,8 @@ struct PagingStatistics {
   std::uint64_t blocks_read = 0, bytes_read = 0;        ///< raw bytes, by way of the backend
   std::uint64_t blocks_written = 0, bytes_written = 0;  ///< raw bytes
   std::uint64_t blocks_prefetched = 0, blocks_evicted = 0;
-  std::uint64_t waits = 0, wait_ns = 0;  ///< pins that had to wait for a read or a write
+  std::uint64_t read_waits = 0, read_wait_ns = 0;    ///< callers that waited for a block
+  std::uint64_t write_waits = 0, write_wait_ns = 0;  ///< callers that waited for a write
   std::uint64_t peak_frame_bytes = 0;
 };
 
@@ -74,33 +88,43 @@ class PinnedBlock {
   std::span<std::byte> bytes_;
 };
 
-/// Safe from several threads; a pin that must do I/O holds the others up.
+/// Safe from several threads; a pin waits for the transfers that it needs and for no others.
 class Pager {
  public:
-  explicit Pager(std::uint64_t budget_bytes);
+  /// Blocks in flight each way: enough to keep a disk busy.
+  static constexpr std::uint32_t kInFlight = 8;
+
+  /// `io_threads` read ahead and write behind; with 0 every transfer happens in the caller.
+  explicit Pager(std::uint64_t budget_bytes, int io_threads = 1);
   ~Pager();
   Pager(const Pager&) = delete;
   Pager& operator=(const Pager&) = delete;
 
-  /// The level must outlive the pager or be detached.
+  /// The level must outlive the pager or be detached. Errors: std::system_error for want of a
+  /// thread.
   void attach(LevelFile& level);
-  /// Drops all its blocks; dirty ones are lost, so flush first. REQUIRES: none is pinned.
+  /// Drops all its blocks; dirty ones are lost, so flush first. Waits for what is in flight.
+  /// REQUIRES: none is pinned, and no other call of this pager at the same time.
   void detach(LevelFile& level);
 
   /// Errors: kBudget if no frame can be freed; kIo, kNoSpace, kCorruption from the backend;
-  /// kBadState after a failed write.
+  /// after a failed write that write's error, once, and kBadState from then on.
   PinnedBlock pin(LevelFile& level, std::uint64_t block, Access access);
 
-  /// Tells the backend that these blocks will be read soon.
-  void prefetch(LevelFile& level, BlockRange blocks) noexcept;
+  /// The block will be read soon: begins to read it if a frame is free or can be had without
+  /// writing and without taking one from a block announced before, and keeps it until it was pinned
+  /// or nothing else makes room. False: not now, ask again after the next pin.
+  bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
 
-  /// Hands all dirty blocks to their backends; they stay resident.
+  /// Hands all dirty blocks to their backends; they stay resident. Waits for what is in flight.
+  /// REQUIRES: nobody changes a pinned block meanwhile. Errors: as pin() for writing.
   void flush();
   /// Forgets every block that is not pinned, without writing: for a store that is thrown away.
   void discard() noexcept;
 
-  /// Also begins a new sweep: what is resident and not pinned counts as left behind.
-  void set_policy(EvictionPolicy policy);
+  /// Also begins a new sweep: what is resident and not pinned counts as left behind. Of the budget
+  /// `window_bytes` are for pins, and prefetch() leaves them alone.
+  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes = 0);
   std::uint64_t budget_bytes() const noexcept;
   PagingStatistics statistics() const;
 

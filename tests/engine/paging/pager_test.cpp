@@ -1,6 +1,7 @@
 // The pager's invariants (plait/pager.h), by number where a case pins one.
 #include "plait/pager.h"
 
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <map>
@@ -19,16 +20,18 @@ class FakeBackend final : public Backend {
   FakeBackend(const LevelSpec& spec, bool direct)
       : spec_(spec), direct_(direct), bytes_(spec.geometry.total_bytes()) {}
 
-  BackendTraits traits() const noexcept override { return {.direct = direct_}; }
+  BackendTraits traits() const noexcept override { return {.direct = direct_, .durable = true}; }
   void read(BlockRange blocks, std::span<std::byte> into) override {
     ++reads;
-    std::memcpy(into.data(), address_of(blocks.first), into.size());
+    if (into.data() != address_of(blocks.first))
+      std::memcpy(into.data(), address_of(blocks.first), into.size());
     spec_.table.check(blocks.first, into, "fake");
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     ++writes;
     if (fail_writes) throw Error(ErrorCode::kNoSpace, "fake: full");
-    std::memcpy(address_of(blocks.first), from.data(), from.size());
+    if (from.data() != address_of(blocks.first))
+      std::memcpy(address_of(blocks.first), from.data(), from.size());
     spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
                      from);
   }
@@ -36,15 +39,14 @@ class FakeBackend final : public Backend {
   void advise(BlockRange, Advice advice) noexcept override {
     if (advice == Advice::kWillNeed) ++prefetches;
   }
-  void flush(BlockRange) override { ++flushes; }
   void sync() override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
 
   std::byte* address_of(std::uint64_t block) {
     return bytes_.data() + spec_.geometry.block_offset(block);
   }
-  int reads = 0, writes = 0, flushes = 0, prefetches = 0;
-  bool fail_writes = false;
+  std::atomic<int> reads = 0, writes = 0, prefetches = 0;
+  std::atomic<bool> fail_writes = false;
 
  private:
   LevelSpec spec_;
@@ -80,9 +82,9 @@ bool holds(const PinnedBlock& pinned, unsigned char value) {
   return true;
 }
 
-void random_pins(EvictionPolicy policy, bool direct, unsigned seed) {
+void random_pins(EvictionPolicy policy, bool direct, int io_threads, unsigned seed) {
   constexpr std::uint64_t kBudget = 8 * kBlockBytes;
-  Pager pager(kBudget);
+  Pager pager(kBudget, io_threads);
   pager.set_policy(policy);
   TestLevel level(pager, 3, 256 * 32, direct);
   const std::uint64_t blocks = level.file.geometry.block_count();
@@ -93,6 +95,7 @@ void random_pins(EvictionPolicy policy, bool direct, unsigned seed) {
   std::mt19937 random(seed);
   for (int step = 0; step < 20'000; ++step) {
     const std::uint64_t block = random() % blocks;
+    if (random() % 4 == 0) pager.prefetch(level.file, random() % blocks);
     if (random() % 2 == 0 && !held.empty()) {
       const auto victim =
           std::next(held.begin(), static_cast<std::ptrdiff_t>(random() % held.size()));
@@ -132,11 +135,13 @@ void random_pins(EvictionPolicy policy, bool direct, unsigned seed) {
 
 TEST_CASE("Pager_RandomPins_ServesWhatWasWrittenWithinTheBudget") {
   for (const EvictionPolicy policy : {EvictionPolicy::kWindow, EvictionPolicy::kClock})
-    for (const bool direct : {false, true}) random_pins(policy, direct, direct ? 1 : 2);
+    for (const bool direct : {false, true})
+      for (const int io_threads : {0, 1, 3})
+        random_pins(policy, direct, io_threads, direct ? 1 : 2);
 }
 
 TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
-  Pager pager(4 * kBlockBytes);
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 16 * 4096);
   for (std::uint64_t block = 0; block < 16; ++block)
     fill(pager.pin(level.file, block, Access::kWrite), 7);
@@ -147,9 +152,10 @@ TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
 }
 
 TEST_CASE("PagerWindow_NextSweep_EvictsWhatTheLastOneLeftAhead") {
-  Pager pager(4 * kBlockBytes);
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 16 * 4096);
   for (std::uint64_t block = 0; block < 16; ++block) pager.pin(level.file, block, Access::kWrite);
+  pager.flush();  // what is being written goes later
   pager.set_policy(EvictionPolicy::kWindow);
   for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
   level.backend->reads = 0;
@@ -158,7 +164,7 @@ TEST_CASE("PagerWindow_NextSweep_EvictsWhatTheLastOneLeftAhead") {
 }
 
 TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
-  Pager pager(kBlockBytes);
+  Pager pager(kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 2 * 4096);
   fill(pager.pin(level.file, 0, Access::kWrite), 9);
   CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
@@ -167,7 +173,7 @@ TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
 
 TEST_CASE("PagerPin_NeverWrittenDirectBlock_IsZeroWhateverTheMappingHolds") {
   for (const bool writable : {true, false}) {
-    Pager pager(2 * kBlockBytes);
+    Pager pager(2 * kBlockBytes, 1);
     TestLevel level(pager, 1, 2 * 4096, true);
     level.file.writable = writable;
     std::memset(level.backend->address_of(0), 1, kBlockBytes);
@@ -177,7 +183,7 @@ TEST_CASE("PagerPin_NeverWrittenDirectBlock_IsZeroWhateverTheMappingHolds") {
 }
 
 TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
-  Pager pager(2 * kBlockBytes);
+  Pager pager(2 * kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 3 * 4096);
   PinnedBlock first = pager.pin(level.file, 0, Access::kRead);
   const PinnedBlock second = pager.pin(level.file, 1, Access::kRead);
@@ -192,11 +198,13 @@ TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
 }
 
 TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
-  Pager pager(4 * kBlockBytes);
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
   TestLevel coarse(pager, 1, 8 * 4096), fine(pager, 2, 8 * 4096);
   // One coarse block spans four fine ones; it came first, but it ends furthest ahead.
   pager.pin(coarse.file, 0, Access::kWrite);
-  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(fine.file, block, Access::kWrite);
+  for (std::uint64_t block = 0; block < 3; ++block) pager.pin(fine.file, block, Access::kWrite);
+  pager.flush();
+  pager.pin(fine.file, 3, Access::kWrite);
   pager.pin(coarse.file, 0, Access::kRead);
   CHECK(coarse.backend->reads == 0);
   pager.pin(fine.file, 0, Access::kRead);
@@ -204,7 +212,7 @@ TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
 }
 
 TEST_CASE("PagerClock_BlockUsedAgain_OutlivesOneThatWasNot") {
-  Pager pager(3 * kBlockBytes);
+  Pager pager(3 * kBlockBytes, GENERATE(0, 1));
   pager.set_policy(EvictionPolicy::kClock);
   TestLevel level(pager, 1, 8 * 4096);
   for (std::uint64_t block = 0; block < 8; ++block) pager.pin(level.file, block, Access::kWrite);
@@ -220,7 +228,7 @@ TEST_CASE("PagerClock_BlockUsedAgain_OutlivesOneThatWasNot") {
 }
 
 TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invariant 7
-  Pager pager(2 * kBlockBytes);
+  Pager pager(2 * kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 4 * 4096);
   fill(pager.pin(level.file, 0, Access::kWrite), 1);
   pager.flush();
@@ -243,7 +251,7 @@ TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invarian
 }
 
 TEST_CASE("PagerPin_DirectBlockWithAFlippedByte_IsCorruption") {  // invariant 6
-  Pager pager(2 * kBlockBytes);
+  Pager pager(2 * kBlockBytes, GENERATE(0, 1));
   TestLevel level(pager, 1, 4 * 4096, true);
   fill(pager.pin(level.file, 0, Access::kWrite), 5);
   pager.flush();
@@ -259,12 +267,13 @@ TEST_CASE("PagerPin_DirectBlockWithAFlippedByte_IsCorruption") {  // invariant 6
   CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
 }
 
-TEST_CASE("PagerPrefetch_BlocksOnDiskAndNotResident_AreAnnounced") {
-  Pager pager(2 * kBlockBytes);
+TEST_CASE("PagerPrefetch_NoThreads_AnnouncesBlocksOnDiskThatAreNotResident") {
+  Pager pager(2 * kBlockBytes, 0);
   TestLevel level(pager, 1, 4 * 4096);
   for (std::uint64_t block = 0; block < 3; ++block)
     fill(pager.pin(level.file, block, Access::kWrite), 1);
-  pager.prefetch(level.file, {0, 4});  // 0 is evicted, 1 and 2 are resident, 3 was never written
+  // 0 is evicted, 1 and 2 are resident, 3 was never written.
+  for (std::uint64_t block = 0; block < 4; ++block) CHECK(pager.prefetch(level.file, block));
   CHECK(level.backend->prefetches == 1);
   CHECK(pager.statistics().blocks_prefetched == 1);
 }

@@ -7,6 +7,7 @@
 #include "plait/digest.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
+#include "support/usable_backends.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -39,8 +40,8 @@ Store filled(const TemporaryDirectory& directory, const std::string& backend, in
 }  // namespace
 
 TEST_CASE("CopyLevels_AnyBackendToAnyOther_KeepsEveryByte") {
-  for (const std::string& from_backend : default_backends().names())
-    for (const std::string& to_backend : default_backends().names())
+  for (const std::string& from_backend : usable_backends())
+    for (const std::string& to_backend : usable_backends())
       for (const std::uint64_t block_bytes : {4096u, 65536u}) {
         INFO(from_backend << " to " << to_backend << ", blocks of " << block_bytes);
         const TemporaryDirectory directory;

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "plait/backends/registry.h"
+#include "support/usable_backends.h"
 
 namespace plait::test {
 namespace {
@@ -110,7 +111,7 @@ bool holds_sample(Store& store, AttributeId attribute) {
 }
 
 std::vector<std::string> durable_backends() {
-  std::vector<std::string> names = default_backends().names();
+  std::vector<std::string> names = usable_backends();
   std::erase_if(
       names, [](const std::string& name) { return !default_backends().find(name).traits.durable; });
   return names;

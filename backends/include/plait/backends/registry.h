@@ -5,7 +5,8 @@
 
 namespace plait {
 
-/// memory, pread, mmap and compressed. Built once; safe from any thread; add your own to a copy.
+/// memory, pread, uring, mmap and compressed. uring is in the list even where it cannot be had.
+/// Built once; safe from any thread; add your own to a copy.
 const BackendRegistry& default_backends();
 
 }  // namespace plait

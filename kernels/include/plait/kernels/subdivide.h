@@ -53,8 +53,9 @@ void add_base_positions(Store& store, bool double_precision = false);
 /// kCancelled, kIo and kNoSpace.
 void subdivide(Store& store, const SubdivideOptions& options);
 
-/// Bytes that a subdivision of `store` keeps beside its budget: two records per base edge (the
-/// rings of the base vertices) and scratch per thread. REQUIRES: attribute "position".
+/// Bytes that a subdivision of `store` keeps beside its budget: scratch per thread, and two records
+/// per base edge (the rings of the base vertices) or, fused, new base records and the slots that
+/// are under way at once. REQUIRES: attribute "position".
 std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options);
 
 /// How often a mesh must be refined beforehand so that no slot of `record_bytes` records is larger

@@ -1,0 +1,257 @@
+// A block lies in the file as
+//
+//   | head | whole pages ...                            | tail |
+//
+// Head and tail are parts of pages that it shares with its neighbours; where the pages of a level's
+// blocks are its own, both are empty. Whole pages go past the page cache, and the shared ones
+// always through it: there the kernel puts the parts together, whoever writes them at the same
+// time, and no byte is ever reached both ways.
+#include "uring/uring_backend.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <new>
+#include <vector>
+
+#include "level_file.h"
+#include "plait/error.h"
+#include "uring/uring_ring.h"
+
+namespace plait {
+namespace {
+
+/// Memory that O_DIRECT takes.
+struct PageDeleter {
+  void operator()(std::byte* memory) const {
+    ::operator delete(memory, std::align_val_t(kPageBytes));
+  }
+};
+using PageBuffer = std::unique_ptr<std::byte, PageDeleter>;
+
+PageBuffer make_page_buffer(std::size_t bytes) {
+  return PageBuffer(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kPageBytes))));
+}
+
+bool is_aligned(const std::byte* memory) {
+  return reinterpret_cast<std::uintptr_t>(memory) % kPageBytes == 0;
+}
+
+/// Counts transfers down, for callers that wait for all of them.
+class Countdown final : public TransferListener {
+ public:
+  explicit Countdown(std::size_t count) : pending_(count) {}
+  void finished(Transfer&, std::exception_ptr error) noexcept override {
+    const std::scoped_lock lock(mutex_);
+    if (error && !error_) error_ = error;
+    if (--pending_ == 0) ended_.notify_all();
+  }
+  void wait() {
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [&] { return pending_ == 0; });
+    if (error_) std::rethrow_exception(error_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::size_t pending_;
+  std::exception_ptr error_;
+};
+
+class UringBackend final : public Backend {
+ public:
+  explicit UringBackend(const LevelSpec& level)
+      : geometry_(level.geometry),
+        table_(level.table),
+        mode_(level.mode),
+        ring_(UringRing::shared()),
+        file_(open_fixed_file(level, Allocation::kPreallocated)),
+        direct_(open_direct(level)) {}
+
+  BackendTraits traits() const noexcept override { return kUringTraits; }
+
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    check_request(geometry_, blocks, into.size());
+    transfer_all(Transfer::Direction::kRead, blocks, into);
+  }
+
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    check_writable(file_, mode_);
+    check_request(geometry_, blocks, from.size());
+    // A write leaves the memory as it is.
+    transfer_all(Transfer::Direction::kWrite, blocks,
+                 {const_cast<std::byte*>(from.data()), from.size()});
+  }
+
+  void start(Transfer& transfer) noexcept override;
+
+  std::byte* address(std::uint64_t) override { return nullptr; }
+  void advise(BlockRange, Advice) noexcept override {}
+  void sync() override { file_.sync(); }
+  std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
+
+ private:
+  class BlockInFlight;
+
+  static File open_direct(const LevelSpec& level) {
+    try {
+      return {level.path, level.mode == OpenMode::kRead ? OpenMode::kRead : OpenMode::kReadWrite,
+              Caching::kNone};
+    } catch (...) {
+      std::error_code ignored;  // the first error is the one to report
+      if (level.mode == OpenMode::kCreate) std::filesystem::remove(level.path, ignored);
+      throw;
+    }
+  }
+
+  void transfer_all(Transfer::Direction direction, BlockRange blocks, std::span<std::byte> memory) {
+    constexpr std::uint64_t kAtOnce = 8;
+    for (std::uint64_t done = 0; done < blocks.count;) {
+      const std::uint64_t count = std::min(kAtOnce, blocks.count - done);
+      Countdown all(count);
+      std::vector<Transfer> transfers(count);
+      for (std::uint64_t i = 0; i < count; ++i) {
+        const std::uint64_t block = blocks.first + done + i;
+        transfers[i] = {direction, block, memory.first(geometry_.block_bytes(block)), &all};
+        memory = memory.subspan(transfers[i].memory.size());
+      }
+      for (Transfer& transfer : transfers) start(transfer);
+      all.wait();
+      done += count;
+    }
+  }
+
+  const LevelGeometry& geometry_;
+  BlockTable& table_;
+  OpenMode mode_;
+  std::shared_ptr<UringRing> ring_;
+  File file_;    ///< through the page cache
+  File direct_;  ///< past it
+};
+
+/// One transfer; deletes itself when it has ended.
+class UringBackend::BlockInFlight final : public RingRequest {
+ public:
+  BlockInFlight(UringBackend& backend, Transfer& transfer)
+      : backend_(backend),
+        transfer_(transfer),
+        former_(backend.table_[transfer.block]),
+        offset_(backend.geometry_.block_offset(transfer.block)) {
+    const std::uint64_t end = offset_ + transfer.memory.size();
+    const std::uint64_t first_page = (offset_ + kPageBytes - 1) / kPageBytes * kPageBytes;
+    head_bytes_ = std::min(first_page, end) - offset_;
+    const std::uint64_t page_bytes =
+        end > first_page ? (end - first_page) / kPageBytes * kPageBytes : 0;
+    pages_ = transfer.memory.subspan(head_bytes_, page_bytes);
+    if (!pages_.empty() && !is_aligned(pages_.data())) bounce_ = make_page_buffer(page_bytes);
+    rest_ = bounce_ ? std::span(bounce_.get(), page_bytes) : pages_;
+  }
+
+  void begin() {
+    const std::span<std::byte> head = transfer_.memory.first(head_bytes_);
+    const std::span<std::byte> tail = transfer_.memory.subspan(head_bytes_ + pages_.size());
+    const std::uint64_t tail_offset = offset_ + head_bytes_ + pages_.size();
+    if (is_read()) {
+      if (!head.empty()) backend_.file_.read_at(offset_, head);
+      if (!tail.empty()) backend_.file_.read_at(tail_offset, tail);
+    } else {
+      if (bounce_) std::memcpy(bounce_.get(), pages_.data(), pages_.size());
+      if (!head.empty()) backend_.file_.write_at(offset_, head);
+      if (!tail.empty()) backend_.file_.write_at(tail_offset, tail);
+      seal_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory);
+    }
+  }
+
+  /// What follows may delete this object.
+  void submit_rest() noexcept {
+    if (rest_.empty()) return end(nullptr);
+    const std::uint64_t done = pages_.size() - rest_.size();
+    backend_.ring_->submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
+                           backend_.direct_.descriptor(), offset_ + head_bytes_ + done, rest_,
+                           *this);
+  }
+
+  void completed(int result) noexcept override {
+    // Cancelled: the thread that submitted it has ended since.
+    if (result == -EINTR || result == -EAGAIN || result == -ECANCELED) return submit_rest();
+    // Short by less than a page: O_DIRECT cannot go on from there.
+    const auto moved = static_cast<std::size_t>(std::max(result, 0)) / kPageBytes * kPageBytes;
+    if (moved == 0) return end(error_of(result));
+    rest_ = rest_.subspan(moved);
+    submit_rest();
+  }
+
+  void end(std::exception_ptr error) noexcept {
+    if (!error && is_read()) {
+      if (bounce_) std::memcpy(pages_.data(), bounce_.get(), pages_.size());
+      try {
+        check_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory,
+                  backend_.file_.path());
+      } catch (...) {
+        error = std::current_exception();
+      }
+    }
+    if (error && !is_read()) backend_.table_.entries()[transfer_.block] = former_;
+    Transfer& transfer = transfer_;
+    delete this;
+    transfer.listener->finished(transfer, error);
+  }
+
+ private:
+  bool is_read() const { return transfer_.direction == Transfer::Direction::kRead; }
+
+  std::exception_ptr error_of(int result) const noexcept {
+    const char* const verb = is_read() ? "read" : "write";
+    const std::string& path = backend_.file_.path().native();
+    try {
+      if (result < 0) return std::make_exception_ptr(system_error(verb, path, -result));
+      const std::uint64_t at = offset_ + head_bytes_ + pages_.size() - rest_.size();
+      return std::make_exception_ptr(
+          Error(is_read() ? ErrorCode::kCorruption : ErrorCode::kIo,
+                std::string(verb) + ' ' + path + ": at byte " + std::to_string(at) + " expected " +
+                    std::to_string(rest_.size()) + " more bytes, found " + std::to_string(result)));
+    } catch (...) {
+      return std::current_exception();
+    }
+  }
+
+  UringBackend& backend_;
+  Transfer& transfer_;
+  BlockEntry former_;
+  std::uint64_t offset_, head_bytes_ = 0;
+  std::span<std::byte> pages_;  ///< the transfer's memory for whole pages
+  PageBuffer bounce_;           ///< for them if theirs is not aligned
+  std::span<std::byte> rest_;   ///< what is still to be moved, in bounce_ or in pages_
+};
+
+void UringBackend::start(Transfer& transfer) noexcept {
+  std::unique_ptr<BlockInFlight> made;
+  try {
+    if (transfer.direction == Transfer::Direction::kWrite) {
+      check_writable(file_, mode_);
+    } else if (table_[transfer.block].encoding == BlockEncoding::kNeverWritten) {
+      std::ranges::fill(transfer.memory, std::byte{0});
+      return transfer.listener->finished(transfer, nullptr);
+    }
+    made = std::make_unique<BlockInFlight>(*this, transfer);
+    made->begin();
+  } catch (...) {
+    const std::exception_ptr error = std::current_exception();
+    if (made) return made.release()->end(error);
+    return transfer.listener->finished(transfer, error);
+  }
+  made.release()->submit_rest();
+}
+
+}  // namespace
+
+std::unique_ptr<Backend> open_uring_backend(const LevelSpec& level) {
+  return std::make_unique<UringBackend>(level);
+}
+
+void validate_uring(const BackendOptions&) { UringRing::shared(); }
+
+}  // namespace plait

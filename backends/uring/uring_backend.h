@@ -1,0 +1,21 @@
+// backends/uring/uring_backend.h: a level as a file of raw bytes, moved by io_uring past the page
+// cache (O_DIRECT). The file is that of pread and mmap, byte for byte.
+#pragma once
+
+#include <memory>
+
+#include "plait/backend.h"
+
+namespace plait {
+
+constexpr BackendTraits kUringTraits{.direct = false, .compressed = false, .durable = true};
+
+/// Errors: as open_fixed_file; kNotSupported as validate_uring, or naming the file where its file
+/// system has no O_DIRECT. A new file is preallocated.
+std::unique_ptr<Backend> open_uring_backend(const LevelSpec& level);
+
+/// Errors: kNotSupported where liburing was absent when this was built, or the kernel refuses
+/// io_uring.
+void validate_uring(const BackendOptions& options);
+
+}  // namespace plait

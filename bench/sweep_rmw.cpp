@@ -1,0 +1,261 @@
+// How fast is one read-modify-write sweep over data several times larger than memory on each
+// backend, beside what the disk gives to a program that only moves the same bytes the same way?
+//
+//   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB] [--memory
+//   MIB]
+//                         [--threads 2] [--runs 5] [--drop-caches 1] [--io-threads N]
+//                         [--only BACKEND] [--directory .] [--json FILE]
+//
+// The sweep adds 1 to every float of the finest level. Each run is a process of its own under the
+// memory limit (cgroup version 1; it says so where it may not set one), cold, with fdatasync inside
+// the time; after each comes its floor, so that a disk that drifts spoils neither: fio reading and
+// writing the same bytes in blocks of the same size (uring: io_uring with O_DIRECT, eight blocks
+// each way; pread and compressed: psync), for mmap a plain loop over a mapping; without fio plain
+// loops for all. Prints a Markdown table of medians with the smallest and largest.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "confined.h"
+#include "plait/backends/registry.h"
+#include "plait/file.h"
+#include "plait/store.h"
+#include "plait/sweep.h"
+#include "support.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Settings {
+  int level = 7, refinements = 5, runs = 5, threads = 2;
+  std::uint32_t components = 6;
+  std::uint64_t limit_mebibytes = 256, memory_mebibytes = 64;
+  int drop_caches = 1, io_threads = -1;  ///< -1: as the store has it by itself
+  std::string directory = ".", only, json;
+};
+
+struct Subject {
+  std::string name, backend, engine;
+};
+const std::vector<Subject> kSubjects = {{"pread", "pread", "psync"},
+                                        {"uring", "uring", "io_uring"},
+                                        {"mmap", "mmap", ""},
+                                        {"compressed lz4", "compressed", "psync"}};
+
+void sweep_finest(Store& store, const Settings& settings, Access access) {
+  SweepPass pass;
+  pass.name = "read, modify, write";
+  pass.accesses = {{0, settings.level, settings.level, access, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+    const std::span<std::byte> slot = view.slot(0, settings.level, edge);
+    auto* const values = reinterpret_cast<float*>(slot.data());
+    const std::size_t count = slot.size() / sizeof(float);
+    if (access == Access::kWrite)
+      for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(edge + i / 16);
+    else
+      for (std::size_t i = 0; i < count; ++i) values[i] += 1.0f;
+  };
+  SweepOptions options;
+  options.threads = settings.threads;
+  sweep(store, pass, options);
+  store.commit();
+}
+
+void make_store(const fs::path& path, const BaseMesh& base, const Settings& settings,
+                const Subject& subject) {
+  fs::remove_all(path);
+  StoreOptions options;
+  options.backend = subject.backend;
+  options.backend_options.codec = "lz4";
+  Store store = Store::create(path, base, options, default_backends());
+  const AttributeId attribute =
+      store.add_attribute({"value", ComponentType::kFloat32, settings.components});
+  for (int level = 1; level <= settings.level; ++level) store.add_level(attribute);
+  sweep_finest(store, settings, Access::kWrite);
+}
+
+double sweep_seconds(const fs::path& path, const Settings& settings) {
+  OpenOptions options;
+  options.writable = true;
+  options.budget_bytes = settings.memory_mebibytes << 20;
+  if (settings.io_threads >= 0) options.io_threads = settings.io_threads;
+  Store store = Store::open(path, options, default_backends());
+  const double result = seconds([&] { sweep_finest(store, settings, Access::kUpdate); });
+  const PagingStatistics paging = store.statistics();
+  fmt::print(stderr, "  {:.2f} s, waited {:.2f} s for reads and {:.2f} s for writes\n", result,
+             1e-9 * double(paging.read_wait_ns), 1e-9 * double(paging.write_wait_ns));
+  return result;
+}
+
+double mapping_seconds(const fs::path& path, std::uint64_t bytes) {
+  File file(path, OpenMode::kReadWrite);
+  return seconds([&] {
+    void* const mapped =
+        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor(), 0);
+    if (mapped == MAP_FAILED) throw system_error("map", path.native(), errno);
+    auto* const values = static_cast<float*>(mapped);
+    for (std::uint64_t i = 0; i < bytes / sizeof(float); ++i) values[i] += 1.0f;
+    if (::msync(mapped, bytes, MS_SYNC) != 0) throw system_error("sync", path.native(), errno);
+    ::munmap(mapped, bytes);
+  });
+}
+
+double plain_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t block_bytes,
+                     Caching caching) {
+  File file(path, OpenMode::kReadWrite, caching);
+  auto* const memory = static_cast<std::byte*>(::operator new(block_bytes, std::align_val_t(4096)));
+  const double result = seconds([&] {
+    for (std::uint64_t at = 0; at < bytes; at += block_bytes) {
+      file.read_at(at, {memory, block_bytes});
+      file.write_at(at, {memory, block_bytes});
+    }
+    file.sync();
+  });
+  ::operator delete(memory, std::align_val_t(4096));
+  return result;
+}
+
+double fio_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t block_bytes,
+                   const std::string& engine) {
+  const bool direct = engine == "io_uring";
+  const std::string text = output_of(fmt::format(
+      "fio --name=floor --filename={} --rw=rw --rwmixread=50 --size={} --io_size={} --bs={} "
+      "--ioengine={} --direct={} --iodepth={} --output-format=json 2>/dev/null",
+      path.native(), bytes, 2 * bytes, block_bytes, engine, direct ? 1 : 0, direct ? 16 : 1));
+  if (text.empty()) throw Error(ErrorCode::kIo, "fio failed");
+  const Json job = Json::parse(text.substr(text.find('{')))["jobs"][0];
+  const double moved =
+      job["read"]["io_bytes"].get<double>() + job["write"]["io_bytes"].get<double>();
+  // fio's time ends before it would sync.
+  const double sync = seconds([&] { File(path, OpenMode::kReadWrite).sync(); });
+  return job["job_runtime"].get<double>() / 1000 * (2 * double(bytes) / moved) + sync;
+}
+
+double floor_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t block_bytes,
+                     const Subject& subject, bool have_fio) {
+  if (subject.engine.empty()) return mapping_seconds(path, bytes);
+  if (have_fio) return fio_seconds(path, bytes, block_bytes, subject.engine);
+  return plain_seconds(path, bytes, block_bytes,
+                       subject.engine == "psync" ? Caching::kPageCache : Caching::kNone);
+}
+
+void make_floor_file(const fs::path& path, std::uint64_t bytes, std::uint64_t block_bytes) {
+  fs::remove(path);
+  File file(path, OpenMode::kCreate);
+  file.preallocate(bytes);
+  const std::vector<std::byte> block(block_bytes, std::byte{1});
+  for (std::uint64_t at = 0; at < bytes; at += block_bytes) file.write_at(at, block);
+  file.sync();
+}
+
+struct Times {
+  std::vector<double> sweep, floor;
+};
+
+std::string spread(const std::vector<double>& values, double bytes) {
+  return fmt::format("{:.2f} ({:.2f} to {:.2f})", 2e-9 * bytes / median(values),
+                     2e-9 * bytes / std::ranges::max(values),
+                     2e-9 * bytes / std::ranges::min(values));
+}
+
+int run(const Settings& settings) {
+  const BaseMesh base = octahedron(settings.refinements);
+  const LevelGeometry geometry(base.edge_count(), {}, settings.level,
+                               settings.components * sizeof(float), StoreOptions().block_bytes);
+  const std::uint64_t bytes = geometry.total_bytes(), block_bytes = geometry.max_block_bytes();
+  const MemoryLimit limit(settings.limit_mebibytes << 20);
+  const bool have_fio = !output_of("fio --version 2>/dev/null").empty();
+  const fs::path floor_file = fs::path(settings.directory) / "plait-bench.floor";
+  make_floor_file(floor_file, bytes, block_bytes);
+
+  bool cold = true;
+  std::vector<Subject> subjects;
+  std::vector<Times> times;
+  for (const Subject& subject : kSubjects) {
+    if (!settings.only.empty() && settings.only != subject.backend) continue;
+    const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
+    make_store(path, base, settings, subject);
+    Times of;
+    for (int turn = 0; turn < settings.runs; ++turn) {
+      const std::vector<fs::path> files = {
+          floor_file, path / fmt::format("attribute0.level{:02}", settings.level)};
+      cold = settings.drop_caches != 0 && make_cold(files);
+      of.sweep.push_back(limit.run([&] { return sweep_seconds(path, settings); }));
+      if (settings.drop_caches != 0) make_cold(files);
+      of.floor.push_back(limit.run(
+          [&] { return floor_seconds(floor_file, bytes, block_bytes, subject, have_fio); }));
+    }
+    fs::remove_all(path);
+    subjects.push_back(subject);
+    times.push_back(of);
+  }
+  fs::remove(floor_file);
+
+  fmt::print(
+      "{} bytes read and written in blocks of {}, {}, {}, {} threads, frames {} MiB, "
+      "floors by {}, {} runs\n\n",
+      bytes, block_bytes,
+      limit.limited() ? fmt::format("memory limit {} MiB", settings.limit_mebibytes)
+                      : "no memory limit (not permitted)",
+      cold                        ? "cold"
+      : settings.drop_caches != 0 ? "page cache given up, not dropped (not permitted)"
+                                  : "warm",
+      settings.threads, settings.memory_mebibytes, have_fio ? "fio" : "plain loops", settings.runs);
+  fmt::print(
+      "| backend | sweep, GB/s read + written (min to max) | floor | sweep / floor |\n"
+      "|---|---|---|---|\n");
+  Json report;
+  for (std::size_t i = 0; i < subjects.size(); ++i) {
+    const double ratio = median(times[i].floor) / median(times[i].sweep);
+    fmt::print("| {} | {} | {} | {:.2f} |\n", subjects[i].name,
+               spread(times[i].sweep, double(bytes)), spread(times[i].floor, double(bytes)), ratio);
+    report.push_back({{"backend", subjects[i].name},
+                      {"bytes", bytes},
+                      {"sweep_seconds", times[i].sweep},
+                      {"floor_seconds", times[i].floor},
+                      {"ratio", ratio}});
+  }
+  if (!settings.json.empty()) std::ofstream(settings.json) << report.dump(2) << '\n';
+  return 0;
+}
+
+Settings parse(const Options& given) {
+  Settings settings;
+  given.number("--level", settings.level);
+  given.number("--refinements", settings.refinements);
+  given.number("--components", settings.components);
+  given.number("--limit", settings.limit_mebibytes);
+  given.number("--memory", settings.memory_mebibytes);
+  given.number("--threads", settings.threads);
+  given.number("--runs", settings.runs);
+  given.number("--drop-caches", settings.drop_caches);
+  given.number("--io-threads", settings.io_threads);
+  given.text("--only", settings.only);
+  given.text("--directory", settings.directory);
+  given.text("--json", settings.json);
+  if (settings.runs < 1) throw Error(ErrorCode::kInvalidArgument, "expected runs >= 1");
+  return settings;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    return run(parse(Options(count, words)));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "plait_bench_sweep_rmw: {}\n", error.what());
+    return 1;
+  }
+}

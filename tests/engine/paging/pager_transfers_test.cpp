@@ -1,0 +1,327 @@
+// What the pager does while blocks are on their way: a backend whose transfers end when the test
+// says so, in the order it says, plays the disk.
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <condition_variable>
+#include <cstring>
+#include <future>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "plait/error.h"
+#include "plait/pager.h"
+
+using namespace plait;
+
+namespace {
+
+constexpr std::uint64_t kBlockBytes = 4096;
+using Direction = Transfer::Direction;
+
+/// Keeps transfers until they are let go; at most `limit` of them pass by themselves.
+class HeldBackend final : public Backend {
+ public:
+  explicit HeldBackend(const LevelSpec& spec) : spec_(spec), bytes_(spec.geometry.total_bytes()) {}
+
+  BackendTraits traits() const noexcept override { return {.durable = true}; }
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    std::memcpy(into.data(), place(blocks.first), into.size());
+    spec_.table.check(blocks.first, into, "held");
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    std::memcpy(place(blocks.first), from.data(), from.size());
+    spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
+                     from);
+  }
+  void start(Transfer& transfer) noexcept override {
+    {
+      const std::scoped_lock lock(mutex_);
+      ++(transfer.direction == Direction::kRead ? started_reads : started_writes);
+      started_.notify_all();
+      if (holding_) {
+        held_.emplace(std::pair(transfer.direction, transfer.block), &transfer);
+        return;
+      }
+    }
+    Backend::start(transfer);
+  }
+  std::byte* address(std::uint64_t) override { return nullptr; }
+  void advise(BlockRange, Advice) noexcept override {}
+  void sync() override {}
+  std::uint64_t stored_bytes() const override { return bytes_.size(); }
+
+  void hold() {
+    const std::scoped_lock lock(mutex_);
+    holding_ = true;
+  }
+  /// Waits until this transfer has begun, then ends it, with an error if `code` is one.
+  void let_go(Direction direction, std::uint64_t block, bool fail = false) {
+    Transfer* transfer = nullptr;
+    {
+      std::unique_lock lock(mutex_);
+      started_.wait(lock, [&] { return held_.contains({direction, block}); });
+      transfer = held_.extract({direction, block}).mapped();
+    }
+    if (fail)
+      transfer->listener->finished(
+          *transfer, std::make_exception_ptr(Error(ErrorCode::kNoSpace, "held: full")));
+    else
+      Backend::start(*transfer);
+  }
+  void let_all_go() {
+    std::map<std::pair<Direction, std::uint64_t>, Transfer*> held;
+    {
+      const std::scoped_lock lock(mutex_);
+      holding_ = false;
+      held.swap(held_);
+    }
+    for (const auto& [what, transfer] : held) Backend::start(*transfer);
+  }
+  void wait_until_started(int reads, int writes) {
+    std::unique_lock lock(mutex_);
+    started_.wait(lock, [&] { return started_reads >= reads && started_writes >= writes; });
+  }
+  std::atomic<int> started_reads = 0, started_writes = 0;
+
+ private:
+  std::byte* place(std::uint64_t block) {
+    return bytes_.data() + spec_.geometry.block_offset(block);
+  }
+  LevelSpec spec_;
+  std::vector<std::byte> bytes_;
+  std::mutex mutex_;
+  std::condition_variable started_;
+  bool holding_ = false;
+  std::map<std::pair<Direction, std::uint64_t>, Transfer*> held_;
+};
+
+/// One level of blocks of 4096 one-byte records, block b filled with b + 1 on the "disk".
+struct HeldLevel {
+  HeldLevel(Pager& its_pager, std::uint64_t blocks) : pager(its_pager) {
+    file.geometry = LevelGeometry(blocks * 4096, {}, 1, 1, kBlockBytes);
+    file.table = BlockTable({}, 0, 1, file.geometry.block_count());
+    auto made = std::make_unique<HeldBackend>(
+        LevelSpec{"held", OpenMode::kCreate, file.geometry, file.table, options, 1});
+    backend = made.get();
+    file.backend = std::move(made);
+    for (std::uint64_t block = 0; block < blocks; ++block)
+      backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, value(block)));
+    pager.attach(file);
+  }
+  static std::byte value(std::uint64_t block) { return static_cast<std::byte>(block + 1); }
+  PinnedBlock pin(std::uint64_t block, Access access) { return pager.pin(file, block, access); }
+  void put(std::uint64_t block, int byte) {
+    std::memset(pin(block, Access::kWrite).bytes().data(), byte, kBlockBytes);
+  }
+
+  BackendOptions options;
+  LevelFile file;
+  HeldBackend* backend = nullptr;
+  Pager& pager;
+};
+
+template <class Call>
+ErrorCode error_of(Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  return ErrorCode::kCancelled;
+}
+
+bool is_waiting(const std::future<void>& future) {
+  return future.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
+}
+
+}  // namespace
+
+TEST_CASE("PagerUnpin_DirtyBlock_IsWrittenAtOnceAndStaysResident") {
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.put(3, 99);
+  level.backend->wait_until_started(0, 1);
+  pager.flush();
+  CHECK(level.backend->started_writes == 1);  // flush found it clean
+  CHECK(level.pin(3, Access::kRead).bytes()[0] == std::byte{99});
+  CHECK(level.backend->started_reads == 0);
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerPin_BlockThatIsBeingWritten_IsSharedForReadingAndWaitsForWriting") {  // 8
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.backend->hold();
+  level.put(0, 50);
+  level.backend->wait_until_started(0, 1);
+  CHECK(level.pin(0, Access::kRead).bytes()[7] == std::byte{50});
+  for (const Access access : {Access::kUpdate, Access::kWrite}) {
+    auto changed = std::async(std::launch::async, [&] {
+      PinnedBlock pinned = level.pin(0, access);
+      std::memset(pinned.bytes().data(), 51, kBlockBytes);
+    });
+    CHECK(is_waiting(changed));
+    level.backend->let_go(Direction::kWrite, 0);
+    changed.get();
+    level.backend->wait_until_started(0, access == Access::kUpdate ? 2 : 3);
+  }
+  CHECK(pager.statistics().write_waits == 2);
+  level.backend->let_all_go();
+  pager.flush();
+  CHECK(pager.statistics().blocks_written == 3);
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerPin_OtherBlocks_DoNotWaitForOneOnItsWay") {  // 9
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  HeldLevel other(pager, 8);
+  level.backend->hold();
+  auto slow = std::async(std::launch::async, [&] { level.pin(0, Access::kRead); });
+  level.backend->wait_until_started(1, 0);
+  CHECK(other.pin(1, Access::kRead).bytes()[0] == HeldLevel::value(1));
+  CHECK(is_waiting(slow));
+  level.backend->let_all_go();
+  slow.get();
+  pager.detach(level.file);
+  pager.detach(other.file);
+}
+
+TEST_CASE("PagerPin_SameBlockFromTwoThreads_IsReadOnce") {  // 3
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.backend->hold();
+  const auto read = [&] { CHECK(level.pin(2, Access::kRead).bytes()[9] == HeldLevel::value(2)); };
+  auto first = std::async(std::launch::async, read);
+  level.backend->wait_until_started(1, 0);
+  auto second = std::async(std::launch::async, read);
+  CHECK(is_waiting(second));
+  level.backend->let_all_go();
+  first.get();
+  second.get();
+  CHECK(level.backend->started_reads == 1);
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerPrefetch_Thread_ReadsAheadWithoutTakingWhatIsNeeded") {
+  Pager pager(6 * kBlockBytes, 1);
+  HeldLevel level(pager, 16);
+  pager.set_policy(EvictionPolicy::kWindow, 2 * kBlockBytes);
+  const PinnedBlock current = level.pin(0, Access::kRead);
+  std::uint64_t ahead = 1;
+  while (pager.prefetch(level.file, ahead)) ++ahead;
+  CHECK(ahead == 5);  // six frames, two of them for pins
+  for (std::uint64_t block = 1; block < ahead; ++block)
+    CHECK(level.pin(block, Access::kRead).bytes()[1] == HeldLevel::value(block));
+  CHECK(level.backend->started_reads == 5);
+  CHECK(pager.statistics().blocks_prefetched == 4);
+  CHECK(pager.prefetch(level.file, ahead));  // those behind make room
+  pager.discard();
+}
+
+TEST_CASE("PagerPrefetch_ManyBlocks_KeepsToTheBoundInFlight") {
+  Pager pager(64 * kBlockBytes, 2);
+  HeldLevel level(pager, 32);
+  level.backend->hold();
+  std::uint64_t ahead = 0;
+  while (pager.prefetch(level.file, ahead)) ++ahead;
+  CHECK(ahead == Pager::kInFlight);
+  level.backend->let_go(Direction::kRead, 3);
+  CHECK(pager.prefetch(level.file, ahead));
+  level.backend->let_all_go();
+  CHECK(level.pin(3, Access::kRead).bytes()[0] == HeldLevel::value(3));
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerUnpin_ManyDirtyBlocks_KeepsToTheBoundAndEvictsNoneUnwritten") {  // 4
+  Pager pager(16 * kBlockBytes, 1);
+  HeldLevel level(pager, 64);
+  level.backend->hold();
+  for (std::uint64_t block = 0; block < 16; ++block) level.put(block, 70);
+  level.backend->wait_until_started(0, Pager::kInFlight);
+  CHECK(level.backend->started_writes == Pager::kInFlight);
+  auto next = std::async(std::launch::async, [&] { level.put(16, 71); });
+  CHECK(is_waiting(next));
+  level.backend->let_go(Direction::kWrite, 5);
+  next.get();
+  level.backend->let_all_go();
+  pager.flush();
+  for (std::uint64_t block = 0; block < 16; ++block)
+    CHECK(level.pin(block, Access::kRead).bytes()[0] == std::byte{70});
+  CHECK(pager.statistics().peak_frame_bytes <= 16 * kBlockBytes);
+  CHECK(pager.statistics().blocks_written == 17);
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerUnpin_WriteBehindFails_ReachesTheNextWriterOnceAndKeepsTheBytes") {  // 7
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.backend->hold();
+  level.put(0, 42);
+  level.backend->let_go(Direction::kWrite, 0, true);
+  const bool by_flush = GENERATE(true, false);
+  const auto ask = [&] {
+    by_flush ? pager.flush() : static_cast<void>(level.pin(1, Access::kUpdate));
+  };
+  CHECK(error_of(ask) == ErrorCode::kNoSpace);
+  CHECK(error_of(ask) == ErrorCode::kBadState);
+  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kBadState);
+  level.backend->let_all_go();
+  // It reads, in what frames are left, and the block that could not be written is still there.
+  for (std::uint64_t block = 1; block < 8; ++block)
+    CHECK(level.pin(block, Access::kRead).bytes()[0] == HeldLevel::value(block));
+  CHECK(level.pin(0, Access::kRead).bytes()[0] == std::byte{42});
+  pager.discard();
+}
+
+TEST_CASE("PagerPrefetch_ReadFails_IsReportedByThePinThatNeedsTheBlock") {
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.file.table.entries()[2].checksum ^= 1;
+  CHECK(pager.prefetch(level.file, 2));
+  CHECK(error_of([&] { level.pin(2, Access::kRead); }) == ErrorCode::kCorruption);
+  level.file.table.entries()[2].checksum ^= 1;
+  CHECK(level.pin(2, Access::kRead).bytes()[0] == HeldLevel::value(2));
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerDiscard_TransfersOnTheirWay_AreWaitedFor") {
+  Pager pager(16 * kBlockBytes, 1);
+  HeldLevel level(pager, 16);
+  level.backend->hold();
+  level.put(0, 1);
+  CHECK(pager.prefetch(level.file, 4));
+  level.backend->wait_until_started(1, 1);
+  auto discarded = std::async(std::launch::async, [&] { pager.discard(); });
+  CHECK(is_waiting(discarded));
+  level.backend->let_all_go();
+  discarded.get();
+  CHECK(level.pin(9, Access::kRead).bytes()[0] == HeldLevel::value(9));
+  pager.detach(level.file);
+}
+
+TEST_CASE("Pager_FourThreadsThatFillBlocksInOrder_WriteEachOnceBehindTheirBacks") {
+  constexpr std::uint64_t kBlocks = 400;
+  Pager pager(12 * kBlockBytes, GENERATE(1, 2));
+  HeldLevel level(pager, 200), other(pager, 200);
+  std::atomic<std::uint64_t> next = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i)
+    threads.emplace_back([&] {
+      for (std::uint64_t n = next++; n < kBlocks; n = next++)
+        (n % 2 == 0 ? level : other).put(n / 2, static_cast<int>(n % 251));
+    });
+  for (std::thread& thread : threads) thread.join();
+  pager.flush();
+  CHECK(pager.statistics().blocks_written == kBlocks);
+  CHECK(pager.statistics().blocks_read == 0);
+  bool same = true;
+  for (std::uint64_t n = 0; n < kBlocks; ++n)
+    same = same && (n % 2 == 0 ? level : other).pin(n / 2, Access::kRead).bytes()[5] ==
+                       static_cast<std::byte>(n % 251);
+  CHECK(same);
+  pager.detach(level.file);
+  pager.detach(other.file);
+}

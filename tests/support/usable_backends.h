@@ -1,0 +1,31 @@
+// tests/support/usable_backends.h: the built-in backends that this machine has.
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "plait/backends/registry.h"
+#include "plait/error.h"
+
+namespace plait::test {
+
+/// Says so on stderr, once, where the kernel or the build refuses one.
+inline const std::vector<std::string>& usable_backends() {
+  static const std::vector<std::string> usable = [] {
+    std::vector<std::string> names = default_backends().names();
+    std::erase_if(names, [](const std::string& name) {
+      try {
+        default_backends().find(name).validate({});
+        return false;
+      } catch (const Error& error) {
+        std::fprintf(stderr, "skipped backend %s: %s\n", name.c_str(), error.what());
+        return error.code() == ErrorCode::kNotSupported;
+      }
+    });
+    return names;
+  }();
+  return usable;
+}
+
+}  // namespace plait::test
