@@ -100,7 +100,11 @@ class CompressedBackend final : public Backend {
     }
   }
 
-  void sync() override { file_.sync(); }
+  void sync(bool durable) override {
+    if (durable) file_.sync();
+    const std::lock_guard lock(mutex_);
+    extents_.hold(std::as_const(table_).entries());
+  }
 
   std::uint64_t stored_bytes() const override {
     const std::lock_guard lock(mutex_);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "plait/error.h"
 
@@ -84,10 +85,16 @@ void ExtentAllocator::release(std::uint64_t offset, std::uint64_t bytes) {
 
 void ExtentAllocator::replace(std::uint64_t block, const BlockEntry& former) {
   if (former.encoding == BlockEncoding::kNeverWritten) return;
-  if (held_[block])
-    held_[block] = false;
-  else
-    release(former.offset, former.stored_bytes);
+  if (!held_[block]) return release(former.offset, former.stored_bytes);
+  held_[block] = false;
+  replaced_.emplace_back(former.offset, former.stored_bytes);
+}
+
+void ExtentAllocator::hold(std::span<const BlockEntry> table) {
+  for (const auto& [offset, bytes] : replaced_before_) release(offset, bytes);
+  replaced_before_ = std::exchange(replaced_, {});
+  for (std::uint64_t block = 0; block < table.size(); ++block)
+    held_[block] = table[block].encoding != BlockEncoding::kNeverWritten;
 }
 
 void ExtentAllocator::insert_free(std::uint64_t offset, std::uint64_t bytes) {

@@ -4,9 +4,10 @@
 //
 // Invariants
 //  1. Extents start at multiples of kAlignmentBytes and do not overlap.
-//  2. The extents that the table had when the file was opened are not given out again while this
-//     object lives: until the next commit they are the only copy of the last version (copy on
-//     write). Those given out since then are free as soon as they are released.
+//  2. Copy on write: extents that the table had when the file was opened, or at a hold(), belong to
+//     a version that may be the last one published. They are given out again after the second
+//     hold() from their replacement on: by the first the next version is on its way, by the second
+//     it is there. Those given out since the last hold() are free as soon as they are released.
 //  3. Free extents never touch each other nor the end.
 #pragma once
 
@@ -44,6 +45,9 @@ class ExtentAllocator {
   /// `block` has got another extent than `former`, which is released if invariant 2 allows it.
   void replace(std::uint64_t block, const BlockEntry& former);
 
+  /// The table is that of a version that is about to be published.
+  void hold(std::span<const BlockEntry> table);
+
   /// One past the last byte in use, a multiple of kAlignmentBytes.
   std::uint64_t end_bytes() const { return end_bytes_; }
 
@@ -53,7 +57,9 @@ class ExtentAllocator {
 
   std::map<std::uint64_t, std::uint64_t> free_;                      ///< offset to bytes
   std::set<std::pair<std::uint64_t, std::uint64_t>> free_by_bytes_;  ///< (bytes, offset)
-  std::vector<bool> held_;  ///< [block] its extent is the one of the opened table
+  std::vector<bool> held_;  ///< [block] its extent is of a version
+  /// Extents of versions, replaced since the last hold(), and between that and the one before.
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> replaced_, replaced_before_;
   std::uint64_t end_bytes_ = 0;
 };
 

@@ -49,7 +49,7 @@ class MemoryBackend final : public Backend {
 
   std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
   void advise(BlockRange, Advice) noexcept override {}
-  void sync() override {}
+  void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }
 
  private:

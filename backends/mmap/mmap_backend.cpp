@@ -90,8 +90,8 @@ class MmapBackend final : public Backend {
       ::madvise(static_cast<std::byte*>(region_.get_address()) + first, end - first, value);
   }
 
-  void sync() override {
-    if (mode_ == OpenMode::kRead || region_.get_size() == 0) return;
+  void sync(bool durable) override {
+    if (!durable || mode_ == OpenMode::kRead || region_.get_size() == 0) return;
     if (!region_.flush(0, 0, false)) throw system_error("sync", file_.path().native(), errno);
     file_.sync();
   }

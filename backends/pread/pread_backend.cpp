@@ -37,7 +37,9 @@ class PreadBackend final : public Backend {
     advise_file(file_, fixed_bytes(geometry_, blocks), advice);
   }
 
-  void sync() override { file_.sync(); }
+  void sync(bool durable) override {
+    if (durable) file_.sync();
+  }
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:

@@ -90,7 +90,9 @@ class UringBackend final : public Backend {
 
   std::byte* address(std::uint64_t) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
-  void sync() override { file_.sync(); }
+  void sync(bool durable) override {
+    if (durable) file_.sync();
+  }
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:

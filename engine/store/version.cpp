@@ -106,9 +106,8 @@ Manifest Store::Implementation::manifest() const {
 
 void Store::Implementation::write_version() {
   const bool durable = options.durability == Durability::kCommit;
-  if (durable)
-    for (const Attribute& attribute : attributes)
-      for (const auto& level : attribute.levels) level->backend->sync();
+  for (const Attribute& attribute : attributes)
+    for (const auto& level : attribute.levels) level->backend->sync(durable);
 
   Manifest next = manifest();
   ++next.sequence;

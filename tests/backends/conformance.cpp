@@ -140,7 +140,7 @@ TEST_CASE("BackendAddress_WhileItLives_IsStableAndSeesWrites") {
       addresses.push_back(backend.address(block));
     const Bytes content = write_all(backend, geometry, Content::kRandom);
     backend.advise({0, geometry.block_count()}, Advice::kDontNeed);
-    backend.sync();
+    backend.sync(true);
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
       REQUIRE(backend.address(block) == addresses[block]);
       CHECK(std::ranges::equal(part(content, geometry, block),

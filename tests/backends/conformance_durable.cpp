@@ -26,7 +26,7 @@ Bytes write_and_close(LevelUnderTest& level, Content content) {
   Bytes bytes = make_content(level.geometry().total_bytes(), content, 3);
   Backend& backend = level.open();
   backend.write({0, level.geometry().block_count()}, bytes);
-  backend.sync();
+  backend.sync(true);
   level.close();
   return bytes;
 }
@@ -59,13 +59,13 @@ TEST_CASE("BackendOpen_AgainWithTheSameTable_HasTheSameBytes") {
       Backend& reader = level.open(OpenMode::kRead);
       CHECK(read_blocks(reader, level.geometry(), all) == bytes);
       CHECK(reader.stored_bytes() > 0);
-      reader.sync();
+      reader.sync(true);
 
       Backend& writer = level.open(OpenMode::kReadWrite);
       CHECK(read_blocks(writer, level.geometry(), all) == bytes);
       const Bytes fresh = make_content(level.geometry().block_bytes(1), Content::kRandom, 9);
       writer.write({1, 1}, fresh);
-      writer.sync();
+      writer.sync(true);
       std::ranges::copy(
           fresh, bytes.begin() + static_cast<std::ptrdiff_t>(level.geometry().block_offset(1)));
       CHECK(read_blocks(level.open(OpenMode::kRead), level.geometry(), all) == bytes);

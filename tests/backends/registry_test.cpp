@@ -74,7 +74,7 @@ TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {
   backend.write({1, 2}, bytes);
   CHECK(read_blocks(backend, level.geometry(), {1, 2}) == bytes);
   backend.advise({0, 1}, Advice::kWillNeed);
-  backend.sync();
+  backend.sync(true);
   CHECK(counts.write_calls == 1);
   CHECK(counts.write_blocks == 2);
   CHECK(counts.write_bytes == bytes.size());

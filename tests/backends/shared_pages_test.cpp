@@ -73,7 +73,7 @@ TEST_CASE("BackendStart_NeighboursThatSharePages_LoseNoByte") {
       LevelUnderTest level(subject, shape);
       Backend& backend = level.open();
       write_from_threads(level, backend);
-      backend.sync();
+      backend.sync(true);
       for (const bool again : {false, true}) {
         Backend& reader = again ? level.open(OpenMode::kRead) : backend;
         bool same = true;

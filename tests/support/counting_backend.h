@@ -48,9 +48,9 @@ class CountingBackend final : public Backend {
     ++counts_.advise_calls;
     inner_->advise(blocks, advice);
   }
-  void sync() override {
-    ++counts_.sync_calls;
-    inner_->sync();
+  void sync(bool durable) override {
+    if (durable) ++counts_.sync_calls;
+    inner_->sync(durable);
   }
   std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
 

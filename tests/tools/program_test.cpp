@@ -62,7 +62,9 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--codec", "lz4"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "compressed", "--codec",
        "rot13"},
-      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "fused"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "magic"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "fused", "--scheme",
+       "butterfly"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--layout", "alphabetical"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "catmull-clark"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "midpoint", "--limit"},
@@ -102,7 +104,7 @@ TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
     return here.plait(arguments).errors;
   };
   CHECK(errors_with("--backend", "tape").find("pread") != std::string::npos);
-  CHECK(errors_with("--executor", "fused").find("sweep") != std::string::npos);
+  CHECK(errors_with("--executor", "magic").find("sweep") != std::string::npos);
   CHECK(errors_with("--layout", "x").find("hilbert") != std::string::npos);
   CHECK(errors_with("--scheme", "x").find("butterfly") != std::string::npos);
 }

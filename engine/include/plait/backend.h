@@ -87,8 +87,10 @@ class Backend {
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
 
-  /// Makes all that was written durable. Errors: kIo, kNoSpace.
-  virtual void sync() = 0;
+  /// What was written so far becomes part of the version that is being committed: until the next
+  /// call but one no later write touches it, unless the backend writes in place. With `durable` it
+  /// is on the disk when this returns. Errors: kIo, kNoSpace.
+  virtual void sync(bool durable) = 0;
 
   /// Bytes that the level takes where it is kept.
   virtual std::uint64_t stored_bytes() const = 0;

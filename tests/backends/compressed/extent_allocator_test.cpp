@@ -34,6 +34,26 @@ TEST_CASE("ExtentAllocator_OpenedTable_KeepsItsExtentsUntilClosed") {
   CHECK(reopened.allocate(2048) == 0);
 }
 
+TEST_CASE("ExtentAllocator_Versions_KeepTheirExtentsUntilTheNextOneIsThere") {
+  ExtentAllocator extents(std::vector<BlockEntry>(1), 0, "level");
+  std::vector<BlockEntry> table = {entry_at(extents.allocate(512), 512)};
+  extents.hold(table);  // version 1, at 0
+  CHECK(extents.allocate(512) == 512);
+  extents.replace(0, table[0]);
+  table[0].offset = 512;
+  CHECK(extents.allocate(512) == 1024);
+  extents.replace(0, table[0]);  // of no version: free
+  table[0].offset = 1024;
+  CHECK(extents.allocate(512) == 512);
+  extents.hold(table);  // version 2, at 1024, may still fail to be published: version 1 stays
+  CHECK(extents.allocate(512) == 1536);
+  extents.replace(0, table[0]);
+  table[0].offset = 1536;
+  extents.hold(table);  // version 3, so 2 is there and 1 may go
+  CHECK(extents.allocate(512) == 0);
+  CHECK(extents.allocate(512) == 2048);
+}
+
 TEST_CASE("ExtentAllocator_ReleasedNeighbours_BecomeOne") {
   ExtentAllocator extents({}, 0, "level");
   for (std::uint64_t i = 0; i < 6; ++i) REQUIRE(extents.allocate(512) == 512 * i);

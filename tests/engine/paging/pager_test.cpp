@@ -39,7 +39,7 @@ class FakeBackend final : public Backend {
   void advise(BlockRange, Advice advice) noexcept override {
     if (advice == Advice::kWillNeed) ++prefetches;
   }
-  void sync() override {}
+  void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
 
   std::byte* address_of(std::uint64_t block) {

@@ -49,7 +49,7 @@ class HeldBackend final : public Backend {
   }
   std::byte* address(std::uint64_t) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
-  void sync() override {}
+  void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
 
   void hold() {
