@@ -149,18 +149,22 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int count, char** words) {
-  CLI::App app("Loop surfaces in memory, beside the floors of moving the same bytes");
-  Settings settings;
-  app.add_option("--mesh", settings.mesh);
-  app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
-  app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
-  app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-  app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-  app.add_option("--executor", settings.executor);
-  app.add_option("--layout", settings.layout);
-  app.add_option("--json", settings.json);
-  CLI11_PARSE(app, count, words);
   try {
+    CLI::App app("Loop surfaces in memory, beside the floors of moving the same bytes");
+    Settings settings;
+    app.add_option("--mesh", settings.mesh);
+    app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
+    app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
+    app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+    app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
+    app.add_option("--executor", settings.executor);
+    app.add_option("--layout", settings.layout);
+    app.add_option("--json", settings.json);
+    try {
+      app.parse(count, words);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error);
+    }
     return run(settings);
   } catch (const std::exception& error) {
     fmt::print(stderr, "plait_bench_loop_in_memory: {}\n", error.what());

@@ -63,7 +63,7 @@ void sweep_finest(Store& store, const Settings& settings, Access access) {
     auto* const values = reinterpret_cast<float*>(slot.data());
     const std::size_t count = slot.size() / sizeof(float);
     if (access == Access::kWrite)
-      for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(edge + i / 16);
+      for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(edge + (i >> 4));
     else
       for (std::size_t i = 0; i < count; ++i) values[i] += 1.0f;
   };

@@ -18,7 +18,7 @@ class OpenBlocks {
   /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
   void open(EdgeId edge);
   /// REQUIRES: open(edge). May be called while others open and close.
-  std::byte* slot(std::size_t output, int level, EdgeId edge) const;
+  std::byte* slot(std::size_t output, int number, EdgeId edge) const;
   /// All slots of this edge are filled.
   void close(EdgeId edge);
   /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.

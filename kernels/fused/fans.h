@@ -39,7 +39,7 @@ class Fans {
       return {p[0], p[kPatchLanes], p[2 * kPatchLanes]};
     }
   };
-  View view(std::uint32_t fan, int level) const;
+  View view(std::uint32_t number, int level) const;
 
   /// A face's corner, and which of its neighbours is the next corner of the face.
   struct Corner {
