@@ -19,7 +19,7 @@ declare -A layer_of_header=(
   [backend.h]=paging [block_table.h]=paging [level_geometry.h]=paging [pager.h]=paging
   [vertex_numbering.h]=paging
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [verify.h]=store
-  [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [sweep.h]=execution
+  [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [fused.h]=execution [sweep.h]=execution
 )
 
 # Folders of engine/, and the other folders, with all that each may include. Layout and index are
