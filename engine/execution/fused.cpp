@@ -56,7 +56,7 @@ class FusedRun {
       }
     } catch (...) {
       const std::scoped_lock lock(mutex_);
-      if (!error_) error_ = std::current_exception();
+      keep_error();
       schedule_.stop();
     }
   }
@@ -111,7 +111,7 @@ class FusedRun {
           Complete& done =
               complete[count++] = {side.edge, side.half, std::exchange(waiting, nullptr)};
           if (!side.own) std::swap(done.own, done.other);
-          blocks_.open(side.edge);
+          open(side.edge);
         }
     }
     merge(std::span(complete.data(), count));
@@ -120,6 +120,21 @@ class FusedRun {
       blocks_.close(done.edge);
       pool_.give_back(done.own);
       if (done.other) pool_.give_back(done.other);
+    }
+  }
+
+  void keep_error() {
+    if (!error_) error_ = std::current_exception();
+  }
+
+  /// Under the lock, and the error too: the next thread's pin would say no more than that a write
+  /// has failed, and must not come first.
+  void open(EdgeId edge) {
+    try {
+      blocks_.open(edge);
+    } catch (...) {
+      keep_error();
+      throw;
     }
   }
 
@@ -177,6 +192,8 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
     throw Error(
         ErrorCode::kInvalidArgument,
         fmt::format("fused '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
+  if (pass.outputs.empty())
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("fused '{}': no outputs", pass.name));
   for (const AttributeId id : pass.outputs) {
     if (id >= store.attributes().size() || pass.levels < 1 ||
         store.base_level() + pass.levels > store.attributes()[id].finest_level)
@@ -193,6 +210,12 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
                   fmt::format("fused '{}': writes to {}, which was opened for reading", pass.name,
                               store.path().native()));
   }
+  if (const std::int64_t size = std::int64_t{1} << pass.levels;
+      pass.lattice.size != size || pass.lattice.halo < 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("fused '{}': a lattice of size {} with a halo of {}, expected size {} "
+                            "and no negative halo",
+                            pass.name, pass.lattice.size, pass.lattice.halo, size));
 }
 
 }  // namespace

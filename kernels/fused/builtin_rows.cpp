@@ -30,28 +30,24 @@ HWY_EXPORT(midpoint_double);
 }  // namespace fused_rows
 
 template <>
-const fused_rows::PatchRows<float>& loop_rows() {
+fused_rows::PatchRows<float> loop_rows() {
   using namespace fused_rows;
-  static const PatchRows<float> rows = HWY_DYNAMIC_DISPATCH(loop_float)();
-  return rows;
+  return HWY_DYNAMIC_DISPATCH(loop_float)();
 }
 template <>
-const fused_rows::PatchRows<double>& loop_rows() {
+fused_rows::PatchRows<double> loop_rows() {
   using namespace fused_rows;
-  static const PatchRows<double> rows = HWY_DYNAMIC_DISPATCH(loop_double)();
-  return rows;
+  return HWY_DYNAMIC_DISPATCH(loop_double)();
 }
 template <>
-const fused_rows::PatchRows<float>& midpoint_rows() {
+fused_rows::PatchRows<float> midpoint_rows() {
   using namespace fused_rows;
-  static const PatchRows<float> rows = HWY_DYNAMIC_DISPATCH(midpoint_float)();
-  return rows;
+  return HWY_DYNAMIC_DISPATCH(midpoint_float)();
 }
 template <>
-const fused_rows::PatchRows<double>& midpoint_rows() {
+fused_rows::PatchRows<double> midpoint_rows() {
   using namespace fused_rows;
-  static const PatchRows<double> rows = HWY_DYNAMIC_DISPATCH(midpoint_double)();
-  return rows;
+  return HWY_DYNAMIC_DISPATCH(midpoint_double)();
 }
 
 }  // namespace plait

@@ -87,10 +87,10 @@ class SurfaceRefiner final : public PatchRefiner {
   LatticeBuffer<float> normals_;
 };
 
-/// The built-in rules, for the instruction set of this machine.
+/// The built-in rules, for the instruction set that is chosen at the time of the call.
 template <class Real>
-const fused_rows::PatchRows<Real>& loop_rows();
+fused_rows::PatchRows<Real> loop_rows();
 template <class Real>
-const fused_rows::PatchRows<Real>& midpoint_rows();
+fused_rows::PatchRows<Real> midpoint_rows();
 
 }  // namespace plait

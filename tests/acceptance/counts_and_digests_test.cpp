@@ -105,7 +105,7 @@ TEST_CASE("CoveringVariants_OverSixMeshes_BringEachBackendToEveryValue") {
   for (int turn = 0; turn < 6; ++turn)
     for (const Variant& variant : covering_variants(turn)) covering.push_back(variant);
   CHECK(covering.size() == 30);
-  CHECK(all_variants().size() == 320);
+  CHECK(all_variants().size() == 480);
   for (std::size_t a = 1; a <= kLayout; ++a)
     for (std::size_t b = 0; b < a; ++b)
       if (b == kBackend || a != kLayout)

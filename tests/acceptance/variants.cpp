@@ -27,12 +27,14 @@ constexpr std::uint64_t kAmpleBytes = std::uint64_t{2} << 30;
 
 Variant make_variant(const BackendChoice& backend, int executor, int threads, int budget, int block,
                      int layout) {
+  constexpr ExecutorKind kExecutors[] = {ExecutorKind::kSweep, ExecutorKind::kTransparent,
+                                         ExecutorKind::kFused};
   constexpr LayoutKind kLayouts[] = {LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert,
                                      LayoutKind::kRcm};
   Variant variant;
   variant.backend = backend.backend;
   variant.codec = backend.codec;
-  variant.executor = executor % 2 == 0 ? ExecutorKind::kSweep : ExecutorKind::kTransparent;
+  variant.executor = kExecutors[executor];
   variant.threads = 1 + threads % 2;
   variant.budget = budget % 2 == 0 ? Budget::kSmallest : Budget::kAmple;
   variant.block_bytes = std::uint64_t{64} << (block % 2 == 0 ? 10 : 14);
@@ -63,10 +65,10 @@ std::string to_string(const Variant& variant) {
 
 std::vector<Variant> all_variants() {
   std::vector<Variant> variants;
-  for (int factors = 0; factors < 64; ++factors)
+  for (int factors = 0; factors < 96; ++factors)
     for (const BackendChoice& backend : kBackends)
-      variants.push_back(make_variant(backend, factors & 1, factors >> 1, factors >> 2,
-                                      factors >> 3, factors >> 4));
+      variants.push_back(
+          make_variant(backend, factors / 32, factors, factors >> 1, factors >> 2, factors >> 3));
   return variants;
 }
 
@@ -74,8 +76,8 @@ std::vector<Variant> covering_variants(int turn) {
   struct Row {
     int executor, threads, budget, block, layout;
   };
-  constexpr Row kRows[] = {{1, 0, 0, 1, 2}, {0, 0, 0, 0, 1}, {0, 1, 1, 0, 1},
-                           {1, 1, 1, 0, 3}, {0, 1, 0, 1, 2}, {0, 0, 1, 1, 0}};
+  constexpr Row kRows[] = {{2, 0, 1, 0, 2}, {0, 0, 0, 1, 1}, {2, 1, 0, 1, 1},
+                           {1, 0, 1, 1, 3}, {1, 1, 0, 0, 2}, {0, 1, 1, 0, 0}};
   std::vector<Variant> variants;
   for (int backend = 0; backend < 5; ++backend) {
     const Row& row = kRows[(turn + backend) % 6];

@@ -27,13 +27,13 @@ struct Variant {
 };
 std::string to_string(const Variant& variant);
 
-/// The full product: 5 backends and codecs x 2 executors x 2 thread counts x 2 budgets x 2 block
-/// sizes x 4 layouts = 320. The backend changes fastest.
+/// The full product: 5 backends and codecs x 3 executors x 2 thread counts x 2 budgets x 2 block
+/// sizes x 4 layouts = 480. The backend changes fastest.
 std::vector<Variant> all_variants();
 
 /// Five of them for the `turn`-th mesh, one a backend. Six turns in a row bring each backend
-/// together with every value of every other factor, and every two values of two factors of two
-/// values.
+/// together with every value of every other factor, and every two values of two factors other than
+/// the layout.
 std::vector<Variant> covering_variants(int turn);
 
 /// One mesh in all layouts, refined with normals as often as asked for.
@@ -45,7 +45,7 @@ class Refiner {
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
   /// Makes the store in a scratch directory, commits, reopens, returns the digest, leaves nothing.
-  /// The smallest budget is exact for sweep, and for transparent the first power of two that does.
+  /// The smallest budget is exact for sweep, and for the others the first power of two that does.
   std::string digest_of(const Variant& variant);
 
   /// Frames that the widest pass of the sweep executor pins at once: nothing less will do.

@@ -3,67 +3,16 @@
 
 #include <catch2/catch.hpp>
 
-#include "plait/backends/registry.h"
-#include "plait/digest.h"
+#include "kernels/run_variant.h"
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
 #include "plait/kernels/loop_patches.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/layout.h"
-#include "plait/store.h"
-#include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
 using namespace plait;
 using namespace plait::test;
 
 namespace {
-
-struct Variant {
-  std::string backend = "memory";
-  std::string codec = "lz4";
-  ExecutorKind executor = ExecutorKind::kSweep;
-  int threads = 1;
-  std::uint64_t budget_bytes = 64 << 20;
-  std::uint64_t block_bytes = 1 << 20;
-  LayoutKind layout = LayoutKind::kGiven;
-};
-
-struct Outcome {
-  std::string digest;
-  PagingStatistics statistics;
-};
-
-Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
-  const TemporaryDirectory directory;
-  StoreOptions options;
-  options.backend = variant.backend;
-  options.backend_options.codec = variant.codec;
-  options.budget_bytes = variant.budget_bytes;
-  options.block_bytes = variant.block_bytes;
-  options.durability = Durability::kNone;
-  options.layout = std::string(to_string(variant.layout));
-  const bool on_disk = variant.backend != "memory";
-  Store store = Store::create(on_disk ? directory.path() / "s.plait" : std::filesystem::path(),
-                              lay_out(base, variant.layout).mesh, options, default_backends());
-  add_base_positions(store);
-  SubdivideOptions subdivide_options = what;
-  subdivide_options.executor = variant.executor;
-  subdivide_options.threads = variant.threads;
-  subdivide(store, subdivide_options);
-  store.commit();
-  Outcome outcome;
-  outcome.statistics = store.statistics();
-  if (!on_disk) {
-    outcome.digest = digest(store).to_string();
-    return outcome;
-  }
-  store.close();
-  Store reopened =
-      Store::open(directory.path() / "s.plait", {false, variant.budget_bytes}, default_backends());
-  outcome.digest = digest(reopened, {-1, variant.threads, {}}).to_string();
-  return outcome;
-}
 
 /// The smallest power of two that the run accepts.
 std::uint64_t smallest_budget(const BaseMesh& base, const SubdivideOptions& what, Variant variant) {
@@ -82,7 +31,8 @@ std::uint64_t smallest_budget(const BaseMesh& base, const SubdivideOptions& what
 void check_all_variants(const BaseMesh& base, const SubdivideOptions& what) {
   const std::string expected = run(base, what, {}).digest;
   for (const std::string backend : {"memory", "pread", "mmap", "compressed"})
-    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent})
+    for (const ExecutorKind executor :
+         {ExecutorKind::kSweep, ExecutorKind::kTransparent, ExecutorKind::kFused})
       for (const int threads : {1, 2})
         for (const std::uint64_t block_bytes : {std::uint64_t{64} << 10, std::uint64_t{1} << 20}) {
           Variant variant;
@@ -118,7 +68,7 @@ TEST_CASE("Digest_EveryVariantOfAMeshWithBorders_IsTheSame") {
   check_all_variants(BaseMesh::build(random_sheet(12, 700)), what);
 }
 
-TEST_CASE("Digest_ButterflyAndMidpointByEitherExecutor_IsTheSame") {
+TEST_CASE("Digest_ButterflyAndMidpointByAnyExecutor_IsTheSame") {
   for (const Scheme scheme : {Scheme::kButterfly, Scheme::kMidpoint}) {
     SubdivideOptions what;
     what.scheme = scheme;
@@ -129,10 +79,12 @@ TEST_CASE("Digest_ButterflyAndMidpointByEitherExecutor_IsTheSame") {
       const std::string expected = run(base, what, variant).digest;
       variant.executor = ExecutorKind::kTransparent;
       CHECK(run(base, what, variant).digest == expected);
-      variant.executor = ExecutorKind::kSweep;
       variant.threads = 2;
       variant.layout = LayoutKind::kHilbert;
+      variant.executor = ExecutorKind::kSweep;
       CHECK(run(base, what, variant).digest == expected);
+      variant.executor = ExecutorKind::kFused;
+      if (scheme == Scheme::kMidpoint) CHECK(run(base, what, variant).digest == expected);
     }
   }
 }

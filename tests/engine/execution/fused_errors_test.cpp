@@ -1,0 +1,268 @@
+// How a fused pass ends when it cannot go on: with the error of whoever failed, in any thread, and
+// with a store that can still be used or says that it cannot.
+#include <fmt/format.h>
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "engine/execution/numbering_refiner.h"
+#include "plait/backends/registry.h"
+#include "plait/layout.h"
+#include "support/counting_backend.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+constexpr int kLevels = 7;  ///< runs of 16 faces
+const std::vector<AttributeSchema> kSchemas = {{"mass", ComponentType::kFloat32, 1}};
+
+/// In an order that keeps few blocks open, so that the others are written on the way.
+BaseMesh mesh_of_many_runs() {
+  return lay_out(BaseMesh::build(random_sphere(8, 200)), LayoutKind::kHilbert).mesh;
+}
+
+Store store_in_memory(const BaseMesh& base) {
+  StoreOptions options = sample_options("memory");
+  options.budget_bytes = 256 << 20;
+  return numbered_store({}, base, options, kSchemas, kLevels, default_backends());
+}
+
+/// Does what a test says before each step of another refiner.
+class HookedRefiner final : public PatchRefiner {
+ public:
+  using Hook = std::function<void(const char* step)>;
+  HookedRefiner(std::unique_ptr<PatchRefiner> inner, const Hook& hook)
+      : inner_(std::move(inner)), hook_(hook) {}
+  void begin(std::span<const FaceId> faces) override {
+    hook_("begin");
+    inner_->begin(faces);
+  }
+  void refine(std::size_t first, std::size_t count) override {
+    hook_("refine");
+    inner_->refine(first, count);
+  }
+  const void* points(std::size_t output) const override {
+    hook_("points");
+    return inner_->points(output);
+  }
+
+ private:
+  std::unique_ptr<PatchRefiner> inner_;
+  const Hook& hook_;
+};
+
+/// `hook` outlives the pass.
+FusedPass hooked(FusedPass pass, const HookedRefiner::Hook& hook) {
+  pass.make_refiner = [make = pass.make_refiner, &hook]() -> std::unique_ptr<PatchRefiner> {
+    hook("make");
+    return std::make_unique<HookedRefiner>(make(), hook);
+  };
+  return pass;
+}
+
+/// Refuses the `refused`-th write of all levels together.
+class FullBackend final : public Backend {
+ public:
+  FullBackend(std::unique_ptr<Backend> inner, std::atomic<int>& writes_left)
+      : inner_(std::move(inner)), writes_left_(writes_left) {}
+  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  void read(BlockRange blocks, std::span<std::byte> into) override { inner_->read(blocks, into); }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    if (--writes_left_ == 0) throw Error(ErrorCode::kNoSpace, "no room for this block");
+    inner_->write(blocks, from);
+  }
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    inner_->advise(blocks, advice);
+  }
+  void flush(BlockRange blocks) override { inner_->flush(blocks); }
+  void sync() override { inner_->sync(); }
+  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+  std::atomic<int>& writes_left_;
+};
+
+}  // namespace
+
+TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
+  const BaseMesh base = mesh_of_many_runs();
+  Store store = store_in_memory(base);
+  NumberingCalls calls(base.face_count());
+  FusedOptions options;
+  std::vector<std::uint64_t> seen;
+  bool calling_thread = true;
+  options.proceed = [&, caller = std::this_thread::get_id()](std::uint64_t done,
+                                                             std::uint64_t count) {
+    calling_thread &= std::this_thread::get_id() == caller && count == base.face_count();
+    seen.push_back(done);
+    return true;
+  };
+  fused(store, numbering_pass(store, kLevels, calls), options);
+  CHECK(calling_thread);
+  REQUIRE(seen.size() > 3);
+  CHECK(std::ranges::is_sorted(seen));
+  CHECK(seen.back() == base.face_count());
+}
+
+TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain") {
+  const BaseMesh base = mesh_of_many_runs();
+  for (const int threads : {1, 2, 4}) {
+    INFO(threads << " threads");
+    Store store = store_in_memory(base);
+    NumberingCalls calls(base.face_count());
+    FusedOptions options{threads, [](std::uint64_t, std::uint64_t) { return false; }};
+    const Error error =
+        error_of([&] { fused(store, numbering_pass(store, kLevels, calls), options); });
+    CHECK(error.code() == ErrorCode::kCancelled);
+    CHECK(names(error, {"'numbering'"}));
+    if (threads == 1)
+      CHECK_FALSE(std::ranges::all_of(calls.refined, [](const auto& times) { return times == 1; }));
+    NumberingCalls again(base.face_count());
+    fused(store, numbering_pass(store, kLevels, again), {threads, {}});
+    CHECK(holds_numbers(store, kLevels));
+  }
+}
+
+TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
+  const BaseMesh base = mesh_of_many_runs();
+  for (const std::string& backend : durable_backends()) {
+    INFO(backend);
+    const TemporaryDirectory directory;
+    const std::filesystem::path path = directory.path() / "s.plait";
+    {
+      StoreOptions options = sample_options(backend);
+      options.budget_bytes = 64 << 20;
+      Store store = numbered_store(path, base, options, kSchemas, kLevels, default_backends());
+      NumberingCalls calls(base.face_count());
+      int left = 2;
+      const Error error = error_of([&] {
+        fused(store, numbering_pass(store, kLevels, calls),
+              {2, [&](std::uint64_t, std::uint64_t) { return --left > 0; }});
+      });
+      CHECK(error.code() == ErrorCode::kCancelled);
+    }
+    CHECK_FALSE(std::filesystem::exists(path));
+  }
+}
+
+TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut") {
+  const BaseMesh base = mesh_of_many_runs();
+  for (const std::string failing : {"make", "begin", "refine", "points"})
+    for (const bool in_helper : {false, true}) {
+      INFO(failing << (in_helper ? " of a helper" : " of the caller"));
+      Store store = store_in_memory(base);
+      NumberingCalls calls(base.face_count());
+      std::atomic<bool> thrown = false;
+      const HookedRefiner::Hook hook = [&, caller = std::this_thread::get_id()](const char* step) {
+        const bool helper = std::this_thread::get_id() != caller;
+        if (helper == in_helper && step == failing) {
+          thrown = true;
+          thrown.notify_all();
+          throw std::out_of_range("a rule of one's own");
+        }
+        // The others wait, so that the one that fails has something to do.
+        if (helper != in_helper) thrown.wait(false);
+      };
+      CHECK_THROWS_WITH(fused(store, hooked(numbering_pass(store, kLevels, calls), hook), {4, {}}),
+                        "a rule of one's own");
+      NumberingCalls again(base.face_count());
+      fused(store, numbering_pass(store, kLevels, again), {2, {}});
+      CHECK(holds_numbers(store, kLevels));
+    }
+}
+
+TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
+  const BaseMesh base = mesh_of_many_runs();
+  for (const std::string backend : {"pread", "compressed"})
+    for (const int threads : {1, 2, 4})
+      for (const int refused : {1, 2, 30}) {
+        INFO(backend << ", write " << refused << ", threads " << threads);
+        const TemporaryDirectory directory;
+        std::atomic<int> writes_left = refused;
+        const BackendRegistry backends =
+            wrapped_registry(default_backends(), [&](std::unique_ptr<Backend> inner) {
+              return std::make_unique<FullBackend>(std::move(inner), writes_left);
+            });
+        StoreOptions options = sample_options(backend);
+        options.budget_bytes = 64 << 20;
+        NumberingCalls calls(base.face_count());
+        {
+          const Store measured =
+              numbered_store({}, base, sample_options("memory"), kSchemas, kLevels, backends);
+          options.budget_bytes =
+              fused_needs(measured, numbering_pass(measured, kLevels, calls), threads).frame_bytes;
+        }
+        Store store = numbered_store(directory.path() / "s.plait", base, options, kSchemas, kLevels,
+                                     backends);
+        const FusedPass pass = numbering_pass(store, kLevels, calls);
+        const Error error = error_of([&] { fused(store, pass, {threads, {}}); });
+        CHECK(error.code() == ErrorCode::kNoSpace);
+        CHECK(names(error, {"no room for this block"}));
+        CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+      }
+}
+
+TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade") {
+  const BaseMesh base = BaseMesh::build(octahedron());
+  Store store =
+      numbered_store({}, base, sample_options("memory"),
+                     {kSchemas[0], {"flag", ComponentType::kInt8, 3}}, 2, default_backends());
+  NumberingCalls calls(base.face_count());
+  FusedPass right = numbering_pass(store, 2, calls);
+  right.outputs = {0};
+  const auto refusal = [&](FusedPass pass, int threads) {
+    const Error error = error_of([&] { fused(store, pass, {threads, {}}); });
+    CHECK(names(error, {"'numbering'"}));
+    CHECK(calls.refiners == 0);
+    return error.code();
+  };
+  for (const int threads : {0, -1, 1025})
+    CHECK(refusal(right, threads) == ErrorCode::kInvalidArgument);
+  FusedPass wrong = right;
+  wrong.outputs = {0, 2};
+  CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
+  wrong.outputs = {};
+  CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
+  wrong.outputs = {0, 1};
+  CHECK(refusal(wrong, 1) == ErrorCode::kNotSupported);
+  for (const int levels : {-1, 0, 3}) {
+    wrong = right;
+    wrong.levels = levels;
+    wrong.lattice.size = levels == 3 ? 8 : 1;
+    CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
+  }
+  for (const PatchLattice lattice : {PatchLattice{2, 1}, PatchLattice{8, 1}, PatchLattice{4, -1}}) {
+    wrong = right;
+    wrong.lattice = lattice;
+    CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
+  }
+}
+
+TEST_CASE("Fused_StoreOpenedForReading_IsRefused") {
+  const BaseMesh base = BaseMesh::build(octahedron());
+  for (const std::string& backend : durable_backends()) {
+    INFO(backend);
+    const TemporaryDirectory directory;
+    const std::filesystem::path path = directory.path() / "s.plait";
+    {
+      Store store =
+          numbered_store(path, base, sample_options(backend), kSchemas, 2, default_backends());
+      store.commit();
+      store.close();
+    }
+    Store store = Store::open(path, {}, default_backends());
+    NumberingCalls calls(base.face_count());
+    const Error error = error_of([&] { fused(store, numbering_pass(store, 2, calls), {}); });
+    CHECK(error.code() == ErrorCode::kBadState);
+    CHECK(names(error, {"'numbering'", path.native()}));
+    CHECK(calls.refiners == 0);
+  }
+}

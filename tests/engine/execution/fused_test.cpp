@@ -1,0 +1,207 @@
+// The fused executor with a user's own rule: every record in its place, every block written once
+// and none read, under the budget that it names.
+#include <fmt/format.h>
+
+#include "engine/execution/numbering_refiner.h"
+#include "plait/backends/registry.h"
+#include "plait/layout.h"
+#include "support/counting_backend.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+std::vector<AttributeSchema> four_schemas() {
+  return {{"position", ComponentType::kFloat32, 3},
+          {"mass", ComponentType::kFloat32, 1},
+          {"precise", ComponentType::kFloat64, 3},
+          {"pair", ComponentType::kUint32, 2}};
+}
+
+StoreOptions options_of(const std::string& backend) {
+  StoreOptions options = sample_options(backend);
+  options.budget_bytes = 64 << 20;
+  return options;
+}
+
+void check_refined_once(const NumberingCalls& calls, int threads) {
+  CHECK(std::ranges::all_of(calls.refined, [](const auto& times) { return times == 1; }));
+  CHECK(calls.in_order);
+  CHECK(calls.refiners == threads);
+}
+
+/// Fills a store in memory and compares every record.
+void check_places(const IndexedMesh& mesh, int levels, int threads, std::uint64_t block_bytes,
+                  const std::vector<AttributeSchema>& schemas = four_schemas()) {
+  INFO(fmt::format("{} faces, level {}, {} threads, blocks of {}", mesh.faces.size(), levels,
+                   threads, block_bytes));
+  StoreOptions options = options_of("memory");
+  options.block_bytes = block_bytes;
+  const BaseMesh base = BaseMesh::build(mesh);
+  Store store = numbered_store({}, base, options, schemas, levels, default_backends());
+  NumberingCalls calls(base.face_count());
+  fused(store, numbering_pass(store, levels, calls), {threads, {}});
+  CHECK(holds_numbers(store, levels));
+  check_refined_once(calls, threads);
+}
+
+std::uint64_t block_count(const Store& store) {
+  std::uint64_t count = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = 1; level <= store.attributes()[id].finest_level; ++level)
+      count += store.level_file(id, level).geometry.block_count();
+  return count;
+}
+
+/// A mesh of many runs of faces, in an order that keeps few slots under way.
+BaseMesh mesh_of_many_runs() {
+  return lay_out(BaseMesh::build(random_sheet(5, 500)), LayoutKind::kHilbert).mesh;
+}
+constexpr int kManyRunsLevels = 6;
+const std::vector<AttributeSchema> kManyRunsSchemas = {{"mass", ComponentType::kFloat32, 1}};
+
+}  // namespace
+
+TEST_CASE("Fused_AllSmallMeshes_PutEveryRecordInItsPlace") {
+  for (const auto& [name, mesh] : all_meshes()) {
+    INFO(name);
+    for (const int levels : {1, 3})
+      for (const int threads : {1, 2}) check_places(mesh, levels, threads, 4096);
+  }
+}
+
+TEST_CASE("Fused_LevelsBlocksAndThreads_PutEveryRecordInItsPlace") {
+  for (const IndexedMesh& mesh : {random_sphere(1, 120), random_sheet(2, 120), two_components()})
+    for (const int levels : {2, 5})
+      for (const int threads : {1, 2, 4})
+        for (const std::uint64_t block_bytes : {std::uint64_t{4} << 10, std::uint64_t{1} << 20})
+          check_places(mesh, levels, threads, block_bytes);
+}
+
+TEST_CASE("Fused_RowsOfSlotsLongerThanAPage_PutEveryRecordInItsPlace") {
+  check_places(two_triangles(), 9, 1, 4096, {{"precise", ComponentType::kFloat64, 3}});
+}
+
+TEST_CASE("Fused_HaloOfAnyWidth_ChangesNothing") {
+  const BaseMesh base = BaseMesh::build(random_sheet(3, 60));
+  for (const std::int64_t halo : {0, 2, 3}) {
+    INFO("halo " << halo);
+    Store store =
+        numbered_store({}, base, options_of("memory"), four_schemas(), 3, default_backends());
+    NumberingCalls calls(base.face_count());
+    fused(store, numbering_pass(store, 3, calls, halo), {2, {}});
+    CHECK(holds_numbers(store, 3));
+  }
+}
+
+TEST_CASE("Fused_RefinedBaseMesh_CountsLevelsFromIt") {
+  const BaseMesh base = BaseMesh::build(random_sphere(4, 60));
+  StoreOptions options = options_of("memory");
+  options.base_level = 2;
+  Store store = numbered_store({}, base, options, four_schemas(), 3, default_backends());
+  REQUIRE(store.finest_level() == 5);
+  NumberingCalls calls(base.face_count());
+  fused(store, numbering_pass(store, 3, calls), {2, {}});
+  CHECK(holds_numbers(store, 3));
+}
+
+TEST_CASE("Fused_FewerLevelsThanThereAre_LeavesTheOthersAlone") {
+  const BaseMesh base = BaseMesh::build(random_sheet(6, 60));
+  Store store =
+      numbered_store({}, base, options_of("memory"), four_schemas(), 4, default_backends());
+  NumberingCalls calls(base.face_count());
+  fused(store, numbering_pass(store, 3, calls), {1, {}});
+  CHECK(holds_numbers(store, 3));
+  const std::vector<std::byte> finest = read_level(store, 0, 4);
+  CHECK(std::ranges::all_of(finest, [](std::byte byte) { return byte == std::byte{0}; }));
+}
+
+// Invariant 5. As many blocks are written as there are, and each holds what it should: none twice.
+TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
+  const BaseMesh base = BaseMesh::build(random_sheet(7, 200));
+  for (const std::string& backend : durable_backends())
+    for (const int threads : {1, 2, 4}) {
+      INFO(backend << " on " << threads << " threads");
+      const TemporaryDirectory directory;
+      const std::filesystem::path path = directory.path() / "s.plait";
+      BackendCounts counts;
+      {
+        Store store = numbered_store(path, base, options_of(backend), four_schemas(), 4,
+                                     counting_registry(default_backends(), counts));
+        NumberingCalls calls(base.face_count());
+        fused(store, numbering_pass(store, 4, calls), {threads, {}});
+        check_refined_once(calls, threads);
+        store.commit();
+        CHECK(counts.read_blocks == 0);
+        if (!store.backend_traits().direct) CHECK(counts.write_blocks == block_count(store));
+        store.close();
+      }
+      Store reopened = Store::open(path, {}, default_backends());
+      CHECK(holds_numbers(reopened, 4));
+    }
+}
+
+TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
+  const BaseMesh base = mesh_of_many_runs();
+  for (const std::string& backend : durable_backends())
+    for (const int threads : {1, 2}) {
+      INFO(backend << " on " << threads << " threads");
+      const TemporaryDirectory directory;
+      const std::filesystem::path path = directory.path() / "s.plait";
+      BackendCounts counts;
+      const auto create = [&](std::uint64_t budget_bytes) {
+        StoreOptions options = options_of(backend);
+        options.budget_bytes = budget_bytes;
+        return numbered_store(path, base, options, kManyRunsSchemas, kManyRunsLevels,
+                              counting_registry(default_backends(), counts));
+      };
+      NumberingCalls calls(base.face_count());
+      std::uint64_t needed = 0;
+      {
+        const Store store = create(64 << 20);
+        const FusedPass pass = numbering_pass(store, kManyRunsLevels, calls);
+        needed = fused_needs(store, pass, threads).frame_bytes;
+        REQUIRE(needed > (64 << 10));
+        if (threads == 1) CHECK(needed < block_count(store) * 4096 / 2);
+      }
+      {
+        Store store = create(needed - 1);
+        const FusedPass pass = numbering_pass(store, kManyRunsLevels, calls);
+        const Error error = error_of([&] { fused(store, pass, {threads, {}}); });
+        CHECK(error.code() == ErrorCode::kBudget);
+        CHECK(names(error, {"'numbering'", std::to_string(needed), std::to_string(needed - 1)}));
+        CHECK(calls.refiners == 0);
+        CHECK(store.statistics().peak_frame_bytes == 0);
+        CHECK(counts.write_blocks == 0);
+        CHECK(counts.read_blocks == 0);
+      }
+      Store store = create(needed);
+      fused(store, numbering_pass(store, kManyRunsLevels, calls), {threads, {}});
+      CHECK(store.statistics().peak_frame_bytes <= needed);
+      store.commit();
+      CHECK(counts.read_blocks == 0);
+      if (!store.backend_traits().direct) CHECK(counts.write_blocks == block_count(store));
+      check_refined_once(calls, threads);
+      CHECK(holds_numbers(store, kManyRunsLevels));
+    }
+}
+
+TEST_CASE("FusedNeeds_MoreThreadsLevelsOrAttributes_NeedsMore") {
+  const BaseMesh base = mesh_of_many_runs();
+  const auto needs = [&](std::size_t attributes, int levels, int threads) {
+    std::vector<AttributeSchema> schemas = four_schemas();
+    schemas.resize(attributes);
+    const Store store =
+        numbered_store({}, base, options_of("memory"), schemas, levels, default_backends());
+    NumberingCalls calls(base.face_count());
+    return fused_needs(store, numbering_pass(store, levels, calls), threads);
+  };
+  const FusedNeeds least = needs(1, 6, 1);
+  for (const FusedNeeds& more : {needs(1, 6, 2), needs(1, 7, 1), needs(2, 6, 1)}) {
+    CHECK(more.frame_bytes > least.frame_bytes);
+    CHECK(more.slot_bytes > least.slot_bytes);
+  }
+}

@@ -1,0 +1,65 @@
+// tests/kernels/run_variant.h: a subdivision under everything that must not change its content.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/store.h"
+#include "support/temporary_directory.h"
+
+namespace plait::test {
+
+struct Variant {
+  std::string backend = "memory";
+  std::string codec = "lz4";
+  ExecutorKind executor = ExecutorKind::kSweep;
+  int threads = 1;
+  std::uint64_t budget_bytes = 64 << 20;
+  std::uint64_t block_bytes = 1 << 20;
+  LayoutKind layout = LayoutKind::kGiven;
+  bool double_precision = false;
+};
+
+struct Outcome {
+  std::string digest;
+  PagingStatistics statistics;
+};
+
+/// Makes the store, refines, commits, reopens where there is a disk, and leaves nothing.
+inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
+  const TemporaryDirectory directory;
+  StoreOptions options;
+  options.backend = variant.backend;
+  options.backend_options.codec = variant.codec;
+  options.budget_bytes = variant.budget_bytes;
+  options.block_bytes = variant.block_bytes;
+  options.durability = Durability::kNone;
+  options.layout = std::string(to_string(variant.layout));
+  const bool on_disk = variant.backend != "memory";
+  Store store = Store::create(on_disk ? directory.path() / "s.plait" : std::filesystem::path(),
+                              lay_out(base, variant.layout).mesh, options, default_backends());
+  add_base_positions(store, variant.double_precision);
+  SubdivideOptions subdivide_options = what;
+  subdivide_options.executor = variant.executor;
+  subdivide_options.threads = variant.threads;
+  subdivide(store, subdivide_options);
+  store.commit();
+  Outcome outcome;
+  outcome.statistics = store.statistics();
+  if (!on_disk) {
+    outcome.digest = digest(store).to_string();
+    return outcome;
+  }
+  store.close();
+  Store reopened =
+      Store::open(directory.path() / "s.plait", {false, variant.budget_bytes}, default_backends());
+  outcome.digest = digest(reopened, {-1, variant.threads, {}}).to_string();
+  return outcome;
+}
+
+}  // namespace plait::test
