@@ -21,6 +21,7 @@
 #include <thread>
 #include <vector>
 
+#include "default_mesh.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
@@ -39,14 +40,6 @@ struct Settings {
   std::string mesh, executor = "fused", layout = "hilbert", json;
   int first = 3, last = 6, runs = 5, threads = 2;
 };
-
-BaseMesh default_mesh() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 5, Scheme::kLoop);
-}
 
 /// The same work on each thread's share of [0, bytes).
 template <class Work>
@@ -113,7 +106,7 @@ void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, PageC
 
 int run(const Settings& settings) {
   const LaidOutMesh base =
-      lay_out(settings.mesh.empty() ? default_mesh() : read_base_mesh(settings.mesh),
+      lay_out(settings.mesh.empty() ? refined_octahedron(5) : read_base_mesh(settings.mesh),
               layout_from_name(settings.layout));
   PageCache pages;
   const BackendRegistry backends = recycled_memory(pages);

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "default_mesh.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -65,14 +66,6 @@ double seconds(Work work) {
 double median(std::vector<double> values) {
   std::ranges::sort(values);
   return values[values.size() / 2];
-}
-
-BaseMesh default_mesh() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 5, Scheme::kLoop);
 }
 
 void run_store(const LaidOutMesh& base, const Settings& settings, const Subject& subject,
@@ -164,7 +157,7 @@ Settings parse(int count, char** words) {
 
 int run(const Settings& settings) {
   const LaidOutMesh base =
-      lay_out(settings.mesh.empty() ? default_mesh() : read_base_mesh(settings.mesh),
+      lay_out(settings.mesh.empty() ? bench::refined_octahedron(5) : read_base_mesh(settings.mesh),
               LayoutKind::kAutomatic);
   std::vector<Times> times(kSubjects.size());
   std::vector<std::byte> from(64 << 20), to(64 << 20);
