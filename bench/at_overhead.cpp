@@ -33,6 +33,7 @@
 namespace {
 
 using namespace plait;
+using namespace plait::bench;
 namespace fs = std::filesystem;
 using Position = Vector3<float>;
 
@@ -41,14 +42,6 @@ struct Settings {
   int levels = 5, runs = 5;
   bool json = false;
 };
-
-BaseMesh octahedron() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 4, Scheme::kLoop);
-}
 
 /// The program that is measured.
 template <PatchMesh Mesh>
@@ -100,12 +93,12 @@ void print(const std::vector<Subject>& subjects, const Settings& settings, std::
     fmt::print("{{\"levels\": {}, \"vertices\": {}, \"runs\": {}, \"subjects\": [", settings.levels,
                vertices, settings.runs);
     for (const Subject& of : subjects) {
-      const bench::Spread spread = bench::spread(of.seconds);
+      const Spread range = spread(of.seconds);
       fmt::print(
           "{}{{\"name\": \"{}\", \"seconds\": {}, \"seconds_min\": {}, \"seconds_max\": {}, "
           "\"ratio\": {}}}",
-          &of == &subjects.front() ? "" : ", ", of.name, bench::median(of.seconds), spread.smallest,
-          spread.largest, bench::median(of.ratios));
+          &of == &subjects.front() ? "" : ", ", of.name, median(of.seconds), range.smallest,
+          range.largest, median(of.ratios));
     }
     fmt::print("]}}\n");
     return;
@@ -116,22 +109,22 @@ void print(const std::vector<Subject>& subjects, const Settings& settings, std::
       "| at() over | seconds (min to max) | ns a vertex | over plain arrays (min to max) |\n"
       "|---|---|---|---|\n");
   for (const Subject& of : subjects) {
-    const bench::Spread time = bench::spread(of.seconds), ratio = bench::spread(of.ratios);
+    const Spread time = spread(of.seconds), ratio = spread(of.ratios);
     fmt::print("| {} | {:.3f} ({:.3f} to {:.3f}) | {:.1f} | {:.2f} ({:.2f} to {:.2f}) |\n", of.name,
-               bench::median(of.seconds), time.smallest, time.largest,
-               1e9 * bench::median(of.seconds) / double(vertices), bench::median(of.ratios),
-               ratio.smallest, ratio.largest);
+               median(of.seconds), time.smallest, time.largest,
+               1e9 * median(of.seconds) / double(vertices), median(of.ratios), ratio.smallest,
+               ratio.largest);
   }
 }
 
 void run(const Settings& settings) {
   const BaseMesh base =
-      lay_out(settings.mesh.empty() ? octahedron() : read_base_mesh(settings.mesh),
+      lay_out(settings.mesh.empty() ? octahedron(4) : read_base_mesh(settings.mesh),
               LayoutKind::kAutomatic)
           .mesh;
   const fs::path path = fs::path(settings.directory) / "plait-bench-at.plait";
   fs::remove_all(path);  // what is made there is never committed, so it goes with its Store
-  bench::FaceArrays<Position> face_arrays(base, settings.levels);
+  FaceArrays<Position> face_arrays(base, settings.levels);
   InCoreMesh<Position> in_core(base, settings.levels);
   Store in_memory = resident_store(base, settings, "memory", {});
   Store on_disk = resident_store(base, settings, "pread", path);
@@ -148,7 +141,7 @@ void run(const Settings& settings) {
                                    {"store, warm pread window", refine(disk_patches), {}, {}}};
   for (int turn = 0; turn <= settings.runs; ++turn)
     for (Subject& subject : subjects) {
-      const double time = bench::seconds(subject.work);
+      const double time = seconds(subject.work);
       if (turn == 0) continue;  // touches the memory
       subject.seconds.push_back(time);
       subject.ratios.push_back(time / subjects.front().seconds.back());

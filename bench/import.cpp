@@ -22,20 +22,13 @@
 namespace {
 
 using namespace plait;
+using namespace plait::bench;
 
 struct Settings {
   std::string mesh;
   int runs = 5;
   bool json = false;
 };
-
-BaseMesh octahedron() {
-  IndexedMesh mesh;
-  mesh.positions = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
-                {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
-  return rebase(BaseMesh::build(mesh), 7, Scheme::kMidpoint);
-}
 
 struct Step {
   std::string name;
@@ -44,7 +37,7 @@ struct Step {
 };
 
 void run(const Settings& settings) {
-  const BaseMesh base = settings.mesh.empty() ? octahedron() : read_base_mesh(settings.mesh);
+  const BaseMesh base = settings.mesh.empty() ? octahedron(7) : read_base_mesh(settings.mesh);
   IndexedMesh indexed;
   indexed.positions.assign(base.positions().begin(), base.positions().end());
   indexed.faces.assign(base.faces().begin(), base.faces().end());
@@ -52,12 +45,12 @@ void run(const Settings& settings) {
 
   std::vector<Step> steps;
   const auto add = [&](const std::string& name, const auto& work) {
-    steps.push_back({name, [work] { return bench::seconds(work); }});
+    steps.push_back({name, [work] { return seconds(work); }});
   };
   if (!settings.mesh.empty()) add("read and connect", [&] { read_base_mesh(settings.mesh); });
   steps.push_back({"connect", [&] {
                      IndexedMesh copy = indexed;
-                     return bench::seconds([&] { BaseMesh::build(std::move(copy)); });
+                     return seconds([&] { BaseMesh::build(std::move(copy)); });
                    }});
   for (const LayoutKind kind : {LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm})
     add(fmt::format("order, {}", to_string(kind)), [&, kind] { face_order(base, kind); });
@@ -74,11 +67,11 @@ void run(const Settings& settings) {
     fmt::print("{{\"vertices\": {}, \"faces\": {}, \"runs\": {}, \"steps\": [", base.vertex_count(),
                base.face_count(), settings.runs);
     for (const Step& step : steps) {
-      const bench::Spread spread = bench::spread(step.seconds);
+      const Spread range = spread(step.seconds);
       fmt::print(
           "{}{{\"name\": \"{}\", \"seconds\": {}, \"seconds_min\": {}, \"seconds_max\": {}}}",
-          &step == &steps.front() ? "" : ", ", step.name, bench::median(step.seconds),
-          spread.smallest, spread.largest);
+          &step == &steps.front() ? "" : ", ", step.name, median(step.seconds), range.smallest,
+          range.largest);
     }
     fmt::print("]}}\n");
     return;
@@ -86,9 +79,9 @@ void run(const Settings& settings) {
   fmt::print("{} vertices, {} faces, {} runs\n\n| step | ms (min to max) |\n|---|---|\n",
              base.vertex_count(), base.face_count(), settings.runs);
   for (const Step& step : steps) {
-    const bench::Spread spread = bench::spread(step.seconds);
-    fmt::print("| {} | {:.1f} ({:.1f} to {:.1f}) |\n", step.name, 1e3 * bench::median(step.seconds),
-               1e3 * spread.smallest, 1e3 * spread.largest);
+    const Spread range = spread(step.seconds);
+    fmt::print("| {} | {:.1f} ({:.1f} to {:.1f}) |\n", step.name, 1e3 * median(step.seconds),
+               1e3 * range.smallest, 1e3 * range.largest);
   }
 }
 

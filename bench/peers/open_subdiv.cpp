@@ -1,0 +1,126 @@
+// OpenSubdiv: uniform refinement of primvars and stencil tables. Both need the topology of every
+// level first; where it does not change between surfaces its cost is paid once, so both times are
+// given.
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/stencilTable.h>
+#include <opensubdiv/far/stencilTableFactory.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/version.h>
+
+#include <memory>
+
+#include "peers/peer.h"
+#include "support.h"
+
+namespace plait::bench {
+namespace {
+
+namespace Far = OpenSubdiv::Far;
+namespace Sdc = OpenSubdiv::Sdc;
+using Refiner = std::unique_ptr<Far::TopologyRefiner>;
+
+struct Point {
+  float x = 0, y = 0, z = 0;
+  void Clear() { x = y = z = 0; }
+  void AddWithWeight(const Point& other, float weight) {
+    x += weight * other.x;
+    y += weight * other.y;
+    z += weight * other.z;
+  }
+};
+
+std::vector<Point> base_points(const BaseMesh& base) {
+  std::vector<Point> points;
+  for (const Vector3<double>& at : base.positions())
+    points.push_back(
+        {static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)});
+  return points;
+}
+
+/// The faces as OpenSubdiv takes them.
+struct Faces {
+  std::vector<int> counts, corners;
+  explicit Faces(const BaseMesh& base) : counts(base.face_count(), 3) {
+    for (const auto& face : base.faces())
+      for (const VertexId corner : face) corners.push_back(static_cast<int>(corner));
+  }
+};
+
+Refiner refine_topology(const BaseMesh& base, const Faces& faces, int level) {
+  Far::TopologyDescriptor descriptor;
+  descriptor.numVertices = static_cast<int>(base.vertex_count());
+  descriptor.numFaces = static_cast<int>(base.face_count());
+  descriptor.numVertsPerFace = faces.counts.data();
+  descriptor.vertIndicesPerFace = faces.corners.data();
+  Sdc::Options options;
+  options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
+  using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+  Refiner refiner(Factory::Create(descriptor, Factory::Options(Sdc::SCHEME_LOOP, options)));
+  refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(level));
+  return refiner;
+}
+
+void copy_out(const Point* from, int count, Points* points) {
+  if (points == nullptr) return;
+  for (int i = 0; i < count; ++i) points->push_back({from[i].x, from[i].y, from[i].z});
+}
+
+double with_primvars(const BaseMesh& base, int level, Points* points, bool topology_too) {
+  const Faces faces(base);
+  Refiner refiner;
+  const double topology = thread_seconds([&] { refiner = refine_topology(base, faces, level); });
+  std::vector<Point> coarser = base_points(base);
+  coarser.reserve(static_cast<std::size_t>(refiner->GetLevel(level - 1).GetNumVertices()));
+  std::vector<Point> finer;
+  finer.reserve(static_cast<std::size_t>(refiner->GetLevel(level).GetNumVertices()));
+  const double result = thread_seconds([&] {
+    const Far::PrimvarRefiner primvars(*refiner);
+    for (int next = 1; next <= level; ++next) {
+      finer.resize(static_cast<std::size_t>(refiner->GetLevel(next).GetNumVertices()));
+      Point* to = finer.data();
+      primvars.Interpolate(next, coarser.data(), to);
+      coarser.swap(finer);
+    }
+  });
+  copy_out(coarser.data(), static_cast<int>(coarser.size()), points);
+  return result + (topology_too ? topology : 0);
+}
+
+double with_stencils(const BaseMesh& base, int level, Points* points, bool tables_too) {
+  const Faces faces(base);
+  std::unique_ptr<const Far::StencilTable> table;
+  const double preparation = thread_seconds([&] {
+    const Refiner refiner = refine_topology(base, faces, level);
+    Far::StencilTableFactory::Options options;
+    options.generateIntermediateLevels = false;
+    options.generateOffsets = true;
+    options.maxLevel = static_cast<unsigned>(level) & 0xfu;
+    table.reset(Far::StencilTableFactory::Create(*refiner, options));
+  });
+  const std::vector<Point> from = base_points(base);
+  std::vector<Point> to(static_cast<std::size_t>(table->GetNumStencils()));
+  const double result = thread_seconds([&] {
+    Point* first = to.data();
+    table->UpdateValues(from.data(), first);
+  });
+  copy_out(to.data(), table->GetNumStencils(), points);
+  return result + (tables_too ? preparation : 0);
+}
+
+}  // namespace
+
+std::vector<Peer> open_subdiv_peers() {
+  const std::string name = "OpenSubdiv " + std::to_string(OPENSUBDIV_VERSION_NUMBER / 10000) + "." +
+                           std::to_string(OPENSUBDIV_VERSION_NUMBER / 100 % 100);
+  const auto peer = [&](const char* measured, auto refine, bool preparation_too) {
+    return Peer{name, measured, [=](const BaseMesh& base, int level, Points* points) {
+                  return refine(base, level, points, preparation_too);
+                }};
+  };
+  return {peer("primvar refinement, topology made before", with_primvars, false),
+          peer("primvar refinement and topology", with_primvars, true),
+          peer("stencils applied, tables made before", with_stencils, false),
+          peer("stencils applied, tables and topology", with_stencils, true)};
+}
+
+}  // namespace plait::bench
