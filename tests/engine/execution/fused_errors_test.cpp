@@ -81,8 +81,7 @@ class FullBackend final : public Backend {
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }
-  void flush(BlockRange blocks) override { inner_->flush(blocks); }
-  void sync() override { inner_->sync(); }
+  void sync(bool durable) override { inner_->sync(durable); }
   std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
 
  private:
