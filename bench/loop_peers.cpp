@@ -90,7 +90,7 @@ Peer plait_peer(const Settings& settings, PageCache& pages, bool preparation_too
       }};
 }
 
-void add(std::vector<Peer>& to, std::vector<Peer> peers) {
+[[maybe_unused]] void add(std::vector<Peer>& to, std::vector<Peer> peers) {
   to.insert(to.end(), peers.begin(), peers.end());
 }
 
