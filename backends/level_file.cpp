@@ -36,7 +36,7 @@ std::uint64_t fixed_file_bytes(const LevelGeometry& geometry) {
   return (geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
 }
 
-File open_fixed_file(const LevelSpec& level, Allocation allocation) {
+File open_fixed_file(const LevelSpec& level) {
   // The block table counts a block's stored bytes in 32 bits.
   check_level(level, std::numeric_limits<std::uint32_t>::max());
   const std::uint64_t bytes = fixed_file_bytes(level.geometry);
@@ -50,7 +50,7 @@ File open_fixed_file(const LevelSpec& level, Allocation allocation) {
   }
   try {
     file.resize(bytes);
-    if (allocation == Allocation::kPreallocated) file.preallocate(bytes);
+    file.preallocate(bytes);
   } catch (...) {
     std::error_code ignored;  // the first error is the one to report
     std::filesystem::remove(level.path, ignored);

@@ -18,12 +18,11 @@ constexpr std::uint64_t kPageBytes = 4096;
 /// Size of the file of a fixed-offset level.
 std::uint64_t fixed_file_bytes(const LevelGeometry& geometry);
 
-enum class Allocation { kSparse, kPreallocated };
-
-/// Creates the level's file at its full size, or opens it and checks its size and that every entry
-/// of the table is one that a fixed-offset backend writes. A file that cannot be made whole is
-/// removed again. Errors: kCorruption, kIo, kNoSpace, kInvalidArgument as check_level.
-File open_fixed_file(const LevelSpec& level, Allocation allocation);
+/// Creates the level's file at its full size, its space taken from the disk, or opens it and checks
+/// its size and that every entry of the table is one that a fixed-offset backend writes. A file
+/// that cannot be made whole is removed again. Errors: kCorruption, kIo, kNoSpace, kInvalidArgument
+/// as check_level.
+File open_fixed_file(const LevelSpec& level);
 
 /// Refuses a table of another size than the level, and blocks beyond `max_block_bytes`.
 /// Errors: kInvalidArgument.

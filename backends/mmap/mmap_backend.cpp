@@ -40,7 +40,7 @@ class MmapBackend final : public Backend {
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        file_(open_fixed_file(level, Allocation::kPreallocated)),
+        file_(open_fixed_file(level)),
         region_(map_file(file_, mode_, fixed_file_bytes(geometry_))) {}
 
   BackendTraits traits() const noexcept override { return kMmapTraits; }

@@ -13,7 +13,7 @@ class PreadBackend final : public Backend {
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        file_(open_fixed_file(level, Allocation::kSparse)) {}
+        file_(open_fixed_file(level)) {}
 
   BackendTraits traits() const noexcept override { return kPreadTraits; }
 

@@ -10,7 +10,7 @@ namespace plait {
 
 constexpr BackendTraits kPreadTraits{.direct = false, .compressed = false, .durable = true};
 
-/// Errors: as open_fixed_file. A new file is sparse: space is taken as blocks are written.
+/// Errors: as open_fixed_file. A new file has its space from the start.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 
 }  // namespace plait

@@ -68,7 +68,7 @@ class UringBackend final : public Backend {
         table_(level.table),
         mode_(level.mode),
         ring_(UringRing::shared()),
-        file_(open_fixed_file(level, Allocation::kPreallocated)),
+        file_(open_fixed_file(level)),
         direct_(open_direct(level)) {}
 
   BackendTraits traits() const noexcept override { return kUringTraits; }
