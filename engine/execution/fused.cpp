@@ -194,6 +194,11 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
         fmt::format("fused '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
   if (pass.outputs.empty())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("fused '{}': no outputs", pass.name));
+  if (pass.levels > kMostFusedLevels)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("fused '{}': {} levels over the store's base mesh, expected at most "
+                            "{}: take smaller slots (a finer base mesh) or another executor",
+                            pass.name, pass.levels, kMostFusedLevels));
   for (const AttributeId id : pass.outputs) {
     if (id >= store.attributes().size() || pass.levels < 1 ||
         store.base_level() + pass.levels > store.attributes()[id].finest_level)
@@ -205,6 +210,9 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
       throw Error(ErrorCode::kNotSupported,
                   fmt::format("fused '{}': '{}' has components of {} bytes, expected 4 or 8",
                               pass.name, schema.name, bytes));
+    if (std::ranges::count(pass.outputs, id) > 1)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("fused '{}': '{}' is more than one output", pass.name, schema.name));
     if (!store.level_file(id, store.base_level() + 1).writable)
       throw Error(ErrorCode::kBadState,
                   fmt::format("fused '{}': writes to {}, which was opened for reading", pass.name,

@@ -23,6 +23,9 @@
 
 namespace plait {
 
+/// A patch is in memory whole: at this level half a million points.
+constexpr int kMostFusedLevels = 10;
+
 /// Patches that are refined side by side, one in each lane of a vector.
 constexpr std::size_t kPatchLanes = 8;
 
@@ -62,9 +65,9 @@ class PatchRefiner {
 
 struct FusedPass {
   std::string name;                  ///< for progress and errors
-  std::vector<AttributeId> outputs;  ///< records of components of four or eight bytes
-  int levels = 1;                    ///< levels 1 to this one, counted from the base mesh
-  PatchLattice lattice;              ///< of the finest level
+  std::vector<AttributeId> outputs;  ///< each once; of components of four or eight bytes
+  int levels = 1;        ///< levels 1 to this one, counted from the base mesh; to kMostFusedLevels
+  PatchLattice lattice;  ///< of the finest level
   std::function<std::unique_ptr<PatchRefiner>()> make_refiner;
 };
 
@@ -83,7 +86,8 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
 
 /// Runs the pass: fills levels 1 to pass.levels of every output, all of them without reading.
 /// Base records are the rule's own affair. Errors: kBudget before anything is touched, saying what
-/// is needed; kCancelled; those of Pager::pin; what a refiner throws.
+/// is needed; kInvalidArgument, kNotSupported and kBadState likewise; kCancelled; those of
+/// Pager::pin; what a refiner throws.
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options);
 
 }  // namespace plait

@@ -232,6 +232,11 @@ TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade") {
   CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
   wrong.outputs = {0, 1};
   CHECK(refusal(wrong, 1) == ErrorCode::kNotSupported);
+  wrong.outputs = {0, 0};
+  CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
+  wrong = right;
+  wrong.levels = kMostFusedLevels + 1;
+  CHECK(refusal(wrong, 1) == ErrorCode::kNotSupported);
   for (const int levels : {-1, 0, 3}) {
     wrong = right;
     wrong.levels = levels;
