@@ -21,6 +21,7 @@
 #include <thread>
 #include <vector>
 
+#include "command_line.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
@@ -149,25 +150,19 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int count, char** words) {
-  try {
-    CLI::App app("Loop surfaces in memory, beside the floors of moving the same bytes");
-    Settings settings;
-    app.add_option("--mesh", settings.mesh);
-    app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
-    app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
-    app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-    app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-    app.add_option("--executor", settings.executor);
-    app.add_option("--layout", settings.layout);
-    app.add_option("--json", settings.json);
-    try {
-      app.parse(count, words);
-    } catch (const CLI::ParseError& error) {
-      return app.exit(error);
-    }
-    return run(settings);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_loop_in_memory: {}\n", error.what());
-    return 1;
-  }
+  Settings settings;
+  return run_program(
+      "plait_bench_loop_in_memory",
+      "Loop surfaces in memory, beside the floors of moving the same bytes", count, words,
+      [&](CLI::App& app) {
+        app.add_option("--mesh", settings.mesh);
+        app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
+        app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
+        app.add_option("--executor", settings.executor);
+        app.add_option("--layout", settings.layout);
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }

@@ -19,6 +19,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "command_line.h"
 #include "own_process.h"
 #include "peers/peer.h"
 #include "plait/error.h"
@@ -223,18 +224,16 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int count, char** words) {
-  CLI::App app("Positions of Loop surfaces in memory, plait beside other libraries");
   Settings settings;
-  app.add_option("--mesh", settings.mesh);
-  app.add_option("--level", settings.level)->check(CLI::Range(1, 8));
-  app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-  app.add_option("--layout", settings.layout);
-  app.add_option("--json", settings.json);
-  CLI11_PARSE(app, count, words);
-  try {
-    return run(settings);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_loop_peers: {}\n", error.what());
-    return 1;
-  }
+  return run_program(
+      "plait_bench_loop_peers",
+      "Positions of Loop surfaces in memory, plait beside other libraries", count, words,
+      [&](CLI::App& app) {
+        app.add_option("--mesh", settings.mesh);
+        app.add_option("--level", settings.level)->check(CLI::Range(1, 8));
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--layout", settings.layout);
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "own_process.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
@@ -204,25 +205,24 @@ int run(const Settings& settings) {
 }  // namespace
 
 int main(int count, char** words) {
-  CLI::App app("Loop surfaces with normals to the disk, beside the floors of writing their bytes");
   Settings settings;
-  app.add_option("--mesh", settings.mesh);
-  app.add_option("--levels", settings.levels)->check(CLI::Range(1, 12));
-  app.add_option("--budgets", settings.budgets, "MiB")
-      ->delimiter(',')
-      ->check(CLI::Range(1, 1 << 20));
-  app.add_option("--backends", settings.backends)->delimiter(',');
-  app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-  app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-  app.add_option("--executor", settings.executor);
-  app.add_option("--layout", settings.layout);
-  app.add_option("--directory", settings.directory);
-  app.add_option("--json", settings.json);
-  CLI11_PARSE(app, count, words);
-  try {
-    return run(settings);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_loop_to_disk: {}\n", error.what());
-    return 1;
-  }
+  return run_program(
+      "plait_bench_loop_to_disk",
+      "Loop surfaces with normals to the disk, beside the floors of writing their bytes", count,
+      words,
+      [&](CLI::App& app) {
+        app.add_option("--mesh", settings.mesh);
+        app.add_option("--levels", settings.levels)->check(CLI::Range(1, 12));
+        app.add_option("--budgets", settings.budgets, "MiB")
+            ->delimiter(',')
+            ->check(CLI::Range(1, 1 << 20));
+        app.add_option("--backends", settings.backends)->delimiter(',');
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
+        app.add_option("--executor", settings.executor);
+        app.add_option("--layout", settings.layout);
+        app.add_option("--directory", settings.directory);
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }

@@ -21,12 +21,14 @@ using Refiner = std::unique_ptr<Far::TopologyRefiner>;
 
 struct Point {
   float x = 0, y = 0, z = 0;
+  // NOLINTBEGIN(readability-identifier-naming): OpenSubdiv's names
   void Clear() { x = y = z = 0; }
   void AddWithWeight(const Point& other, float weight) {
     x += weight * other.x;
     y += weight * other.y;
     z += weight * other.z;
   }
+  // NOLINTEND(readability-identifier-naming)
 };
 
 std::vector<Point> base_points(const BaseMesh& base) {
