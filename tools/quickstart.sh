@@ -82,7 +82,7 @@ step "figures"
 cat <<END
 vertices       $(grouped vertices), position and normal each, levels 0 to $(figure levels)
 time           $(seconds seconds) in all, $(seconds refine_seconds) of it refining
-speed          $(figure ns_per_vertex) ns a vertex
+speed          $(figure ns_per_vertex | awk '/^[0-9]/ { printf "%.1f", $1; next } { print }') ns a vertex
 executor       $(figure executor), $(figure threads) thread(s), layout $(figure layout), span $(figure span)
 disk           $(mebibytes stored_bytes) stored, $(mebibytes bytes_written) written, $(mebibytes bytes_read) read (backend $(figure backend))
 memory         $(mebibytes peak_rss_bytes) at most, with a budget of $(mebibytes budget_bytes)
