@@ -40,7 +40,7 @@ std::vector<Sample> compressed_samples(const IndexedMesh& mesh) {
 }  // namespace
 
 TEST_CASE("ReadBaseMesh_FileCutAnywhere_IsRefusedOrStillAMesh") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   for (const Sample& sample : samples(shapes::octahedron())) {
     std::size_t meshes = 0;
     for (std::size_t length = 0; length < sample.bytes.size(); ++length)
@@ -58,7 +58,7 @@ TEST_CASE("ReadBaseMesh_FileCutAnywhere_IsRefusedOrStillAMesh") {
 }
 
 TEST_CASE("ReadBaseMesh_CompressedFileCutAnywhere_IsRefused") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   for (const Sample& sample : compressed_samples(shapes::octahedron()))
     for (std::size_t length = 0; length < sample.bytes.size(); ++length) {
       INFO(sample.name << " cut at " << length);
@@ -68,7 +68,7 @@ TEST_CASE("ReadBaseMesh_CompressedFileCutAnywhere_IsRefused") {
 }
 
 TEST_CASE("ReadBaseMesh_RandomBytesChanged_IsRefusedOrStillAMesh") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const IndexedMesh mesh = shapes::torus(3, 4);
   std::vector<Sample> all = samples(mesh);
   for (Sample& sample : compressed_samples(mesh)) all.push_back(std::move(sample));
@@ -101,7 +101,7 @@ TEST_CASE("ReadBaseMesh_RandomBytesChanged_IsRefusedOrStillAMesh") {
 }
 
 TEST_CASE("ReadBaseMesh_RandomWords_AreRefusedOrAMesh") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const std::vector<std::string> words = {"ply",
                                           "format ascii 1.0",
                                           "element vertex 3",

@@ -59,7 +59,7 @@ TEST_CASE("ReadBaseMesh_HeaderPromisesMillions_CostsNoMemory") {
     WARN("address space cannot be limited under this sanitizer: skipped");
     return;
   }
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const std::string vertices =
       " 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string faces = "element face 1000000000\nproperty list uint int vertex_indices\n";
@@ -89,14 +89,14 @@ TEST_CASE("ReadBaseMesh_HeaderPromisesMillions_CostsNoMemory") {
 
 TEST_CASE("ReadBaseMesh_TooLittleMemory_IsAnErrorOfItsOwn") {
   if (!kCanLimit) return;
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const auto path = directory.file("a.ply", ply_binary(shapes::torus(1000, 1000), false));
   CHECK(read_within(path, 8 * kMebibyte) == 1 + static_cast<int>(ErrorCode::kOutOfMemory));
 }
 
 TEST_CASE("ReadBaseMesh_MillionFaces_NeedFewTimesTheFile") {
   if (!kCanLimit) return;
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const auto path = directory.file("a.ply", ply_binary(shapes::torus(700, 800), false));
   CHECK(read_within(path, 5 * std::filesystem::file_size(path)) == kMesh);
 }

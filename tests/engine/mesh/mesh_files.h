@@ -1,8 +1,6 @@
 // mesh_files.h: meshes as bytes of every format, whole files of such bytes, and their compression.
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -13,37 +11,22 @@
 
 #include "plait/error.h"
 #include "plait/mesh_io.h"
+#include "support/temporary_directory.h"
 
 namespace plait::mesh_files {
 
-/// A directory that goes with the object.
-class TemporaryDirectory {
+/// With files of meshes in it.
+class MeshDirectory : public test::TemporaryDirectory {
  public:
-  TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "plait-mesh-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    path_ = name;
-  }
-  ~TemporaryDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
   /// A new file each time: ext4 sends one that was cut to nothing and written again to the disk.
   std::filesystem::path file(const std::string& name, const std::string& bytes) const {
-    std::filesystem::remove(path_ / name);
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-    return path_ / name;
+    std::filesystem::remove(path() / name);
+    std::ofstream(path() / name, std::ios::binary) << bytes;
+    return path() / name;
   }
-  const std::filesystem::path& path() const { return path_; }
   std::size_t file_count() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), {}));
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path()), {}));
   }
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string gzip(const std::string& bytes);

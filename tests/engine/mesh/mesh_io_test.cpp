@@ -13,7 +13,7 @@ using Catch::Contains;
 using shapes::refusal;
 
 TEST_CASE("ReadIndexedMesh_EveryFormatAndCompression_GivesTheSameMesh") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   // Large enough that the buffer is filled several times.
   for (const IndexedMesh& mesh : {shapes::octahedron(), shapes::torus(100, 150)})
     for (const Sample& sample : samples(mesh)) {
@@ -27,7 +27,7 @@ TEST_CASE("ReadIndexedMesh_EveryFormatAndCompression_GivesTheSameMesh") {
 }
 
 TEST_CASE("ReadIndexedMesh_MisleadingName_GoesByTheContent") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const IndexedMesh mesh = shapes::octahedron();
   CHECK(same_mesh(read_indexed_mesh(directory.file("a.obj", ply_binary(mesh, true))), mesh));
   CHECK(same_mesh(read_indexed_mesh(directory.file("b.ply", off(mesh))), mesh));
@@ -37,7 +37,7 @@ TEST_CASE("ReadIndexedMesh_MisleadingName_GoesByTheContent") {
 }
 
 TEST_CASE("ReadIndexedMesh_ConcatenatedAndSkippableFrames_AreOneFile") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const IndexedMesh mesh = shapes::octahedron();
   const std::string bytes = obj(mesh), half = bytes.substr(0, 40), rest = bytes.substr(40);
   const std::string skippable("\x53\x2a\x4d\x18\x05\x00\x00\x00hello", 13);
@@ -50,7 +50,7 @@ TEST_CASE("ReadIndexedMesh_ConcatenatedAndSkippableFrames_AreOneFile") {
 TEST_CASE("ReadIndexedMesh_ZstdWithEveryHeaderForm_IsReadToItsEnd") {
   // One raw block after each form of frame header: content size of 0, 1, 2, 4 and 8 bytes, and
   // with a dictionary number of zero.
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const IndexedMesh mesh = shapes::torus(6, 7);
   const std::string bytes = obj(mesh);
   REQUIRE(bytes.size() >= 256);
@@ -89,7 +89,7 @@ TEST_CASE("ReadIndexedMesh_ZstdWithEveryHeaderForm_IsReadToItsEnd") {
 }
 
 TEST_CASE("ReadIndexedMesh_UnknownContent_IsRefused") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const auto read = [&](const std::string& name, const std::string& bytes) {
     return refusal([&] { read_indexed_mesh(directory.file(name, bytes)); });
   };
@@ -102,7 +102,7 @@ TEST_CASE("ReadIndexedMesh_UnknownContent_IsRefused") {
 }
 
 TEST_CASE("ReadIndexedMesh_MissingFile_IsNotFound") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   try {
     read_indexed_mesh(directory.path() / "none.ply");
     FAIL("nothing thrown");
@@ -113,7 +113,7 @@ TEST_CASE("ReadIndexedMesh_MissingFile_IsNotFound") {
 }
 
 TEST_CASE("ReadBaseMesh_NonManifoldFile_IsRefusedWithItsName") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const auto path = directory.file("fins.obj",
                                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\n"
                                    "f 1 2 3\nf 2 1 4\nf 1 2 5\n");
@@ -122,7 +122,7 @@ TEST_CASE("ReadBaseMesh_NonManifoldFile_IsRefusedWithItsName") {
 }
 
 TEST_CASE("WritePly_AnyMesh_ReadsBackTheSame") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   const IndexedMesh mesh = shapes::torus(120, 130);
   const auto path = directory.path() / "out.ply";
   write_ply(path, mesh);
@@ -133,7 +133,7 @@ TEST_CASE("WritePly_AnyMesh_ReadsBackTheSame") {
 }
 
 TEST_CASE("WritePly_Failure_LeavesNothingBehind") {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   IndexedMesh mesh = shapes::octahedron();
   std::filesystem::create_directories(directory.path() / "taken.ply" / "inside");
   CHECK_THROWS_AS(write_ply(directory.path() / "taken.ply", mesh), Error);

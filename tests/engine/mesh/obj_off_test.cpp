@@ -14,7 +14,7 @@ namespace {
 
 IndexedMesh read(const std::string& name, const std::string& bytes,
                  std::vector<std::string>* warnings = nullptr) {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   return read_indexed_mesh(directory.file(name, bytes), warnings);
 }
 

@@ -18,7 +18,7 @@ const std::string kEnd = "end_header\n";
 const std::string kBody = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 IndexedMesh read(const std::string& bytes, std::vector<std::string>* warnings = nullptr) {
-  const TemporaryDirectory directory;
+  const MeshDirectory directory;
   return read_indexed_mesh(directory.file("mesh.ply", bytes), warnings);
 }
 
