@@ -1,6 +1,6 @@
 // What does at(level, i, j) of a store cost beside plain arrays, when everything is in memory?
 //
-//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json]
+//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
 //
 // One source, plait/kernels/loop_patches.h, refines the same mesh over: plain arrays of each face
 // (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a store on disk whose
@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "face_arrays.h"
 #include "plait/backends/registry.h"
 #include "plait/error.h"
@@ -38,9 +39,8 @@ namespace fs = std::filesystem;
 using Position = Vector3<float>;
 
 struct Settings {
-  std::string mesh, directory = ".";
+  std::string mesh, directory = ".", json;
   int levels = 5, runs = 5;
-  bool json = false;
 };
 
 /// The program that is measured.
@@ -89,35 +89,31 @@ struct Subject {
 };
 
 void print(const std::vector<Subject>& subjects, const Settings& settings, std::uint64_t vertices) {
-  if (settings.json) {
-    fmt::print("{{\"levels\": {}, \"vertices\": {}, \"runs\": {}, \"subjects\": [", settings.levels,
-               vertices, settings.runs);
-    for (const Subject& of : subjects) {
-      const Spread range = spread(of.seconds);
-      fmt::print(
-          "{}{{\"name\": \"{}\", \"seconds\": {}, \"seconds_min\": {}, \"seconds_max\": {}, "
-          "\"ratio\": {}}}",
-          &of == &subjects.front() ? "" : ", ", of.name, median(of.seconds), range.smallest,
-          range.largest, median(of.ratios));
-    }
-    fmt::print("]}}\n");
-    return;
-  }
   fmt::print("{} vertices at level {}, {} runs, one thread\n\n", vertices, settings.levels,
              settings.runs);
   fmt::print(
       "| at() over | seconds (min to max) | ns a vertex | over plain arrays (min to max) |\n"
       "|---|---|---|---|\n");
+  nlohmann::ordered_json rows;
   for (const Subject& of : subjects) {
     const Spread time = spread(of.seconds), ratio = spread(of.ratios);
     fmt::print("| {} | {:.3f} ({:.3f} to {:.3f}) | {:.1f} | {:.2f} ({:.2f} to {:.2f}) |\n", of.name,
                median(of.seconds), time.smallest, time.largest,
                1e9 * median(of.seconds) / double(vertices), median(of.ratios), ratio.smallest,
                ratio.largest);
+    rows.push_back({{"name", of.name},
+                    {"seconds", median(of.seconds)},
+                    {"seconds_min", time.smallest},
+                    {"seconds_max", time.largest},
+                    {"ratio", median(of.ratios)}});
   }
+  write_json(settings.json, {{"levels", settings.levels},
+                             {"vertices", vertices},
+                             {"runs", settings.runs},
+                             {"subjects", rows}});
 }
 
-void run(const Settings& settings) {
+int run(const Settings& settings) {
   const BaseMesh base =
       lay_out(settings.mesh.empty() ? octahedron(4) : read_base_mesh(settings.mesh),
               LayoutKind::kAutomatic)
@@ -156,41 +152,21 @@ void run(const Settings& settings) {
   if (read > 0)
     throw Error(ErrorCode::kBadState, fmt::format("{} blocks read: not all resident", read));
   print(subjects, settings, counts_at_level(base, settings.levels).vertices);
-}
-
-Settings parse(int count, char** words) {
-  Settings settings;
-  for (int i = 1; i < count; ++i) {
-    const std::string_view name = words[i];
-    if (name == "--json") {
-      settings.json = true;
-      continue;
-    }
-    const std::string value = i + 1 < count ? words[++i] : "";
-    if (name == "--mesh" && !value.empty())
-      settings.mesh = value;
-    else if (name == "--directory" && !value.empty())
-      settings.directory = value;
-    else if (name == "--levels")
-      settings.levels = std::stoi(value);
-    else if (name == "--runs")
-      settings.runs = std::stoi(value);
-    else
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("what is '{}'?", name));
-  }
-  if (settings.runs < 1 || settings.levels < 1)
-    throw Error(ErrorCode::kInvalidArgument, "expected runs and levels of at least 1");
-  return settings;
+  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  try {
-    run(parse(count, words));
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_at_overhead: {}\n", error.what());
-    return 1;
-  }
+  Settings settings;
+  return run_program(
+      "plait_bench_at_overhead", "at(level, i, j) over a store, beside plain arrays", count, words,
+      [&](CLI::App& app) {
+        app.add_option("--mesh", settings.mesh);
+        app.add_option("--levels", settings.levels)->check(CLI::Range(1, 12));
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--directory", settings.directory);
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }

@@ -1,4 +1,4 @@
-// A measurement's main(): options by CLI11, errors in one line.
+// What a measurement is from outside: options by CLI11, errors in one line, figures to a file.
 #pragma once
 
 #include <fmt/format.h>
@@ -6,8 +6,22 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "plait/error.h"
 
 namespace plait::bench {
+
+/// To `path` unless that is empty. Errors: kIo.
+inline void write_json(const std::string& path, const nlohmann::ordered_json& figures) {
+  if (path.empty()) return;
+  std::ofstream file(path);
+  file << figures.dump(2) << '\n';
+  if (!file.flush())
+    throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", path));
+}
 
 /// declare(app) adds the options, run() measures and returns the exit status.
 template <class Declare, class Run>

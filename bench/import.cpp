@@ -1,6 +1,6 @@
 // How long does a mesh take from its file to the order in which a store keeps it, step by step?
 //
-//   plait_bench_import [--mesh FILE] [--runs 5] [--json]
+//   plait_bench_import [--mesh FILE] [--runs 5] [--json FILE]
 //
 // Reading with connectivity (read_base_mesh), of which the connectivity alone (BaseMesh::build),
 // each order of faces, putting the mesh into one, and the automatic choice (lay_out). Warm page
@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "plait/base_mesh.h"
-#include "plait/error.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -25,9 +25,8 @@ using namespace plait;
 using namespace plait::bench;
 
 struct Settings {
-  std::string mesh;
+  std::string mesh, json;
   int runs = 5;
-  bool json = false;
 };
 
 struct Step {
@@ -36,7 +35,7 @@ struct Step {
   std::vector<double> seconds = {};
 };
 
-void run(const Settings& settings) {
+int run(const Settings& settings) {
   const BaseMesh base = settings.mesh.empty() ? octahedron(7) : read_base_mesh(settings.mesh);
   IndexedMesh indexed;
   indexed.positions.assign(base.positions().begin(), base.positions().end());
@@ -63,56 +62,36 @@ void run(const Settings& settings) {
       if (turn > 0) step.seconds.push_back(time);
     }
 
-  if (settings.json) {
-    fmt::print("{{\"vertices\": {}, \"faces\": {}, \"runs\": {}, \"steps\": [", base.vertex_count(),
-               base.face_count(), settings.runs);
-    for (const Step& step : steps) {
-      const Spread range = spread(step.seconds);
-      fmt::print(
-          "{}{{\"name\": \"{}\", \"seconds\": {}, \"seconds_min\": {}, \"seconds_max\": {}}}",
-          &step == &steps.front() ? "" : ", ", step.name, median(step.seconds), range.smallest,
-          range.largest);
-    }
-    fmt::print("]}}\n");
-    return;
-  }
   fmt::print("{} vertices, {} faces, {} runs\n\n| step | ms (min to max) |\n|---|---|\n",
              base.vertex_count(), base.face_count(), settings.runs);
+  nlohmann::ordered_json rows;
   for (const Step& step : steps) {
     const Spread range = spread(step.seconds);
     fmt::print("| {} | {:.1f} ({:.1f} to {:.1f}) |\n", step.name, 1e3 * median(step.seconds),
                1e3 * range.smallest, 1e3 * range.largest);
+    rows.push_back({{"name", step.name},
+                    {"seconds", median(step.seconds)},
+                    {"seconds_min", range.smallest},
+                    {"seconds_max", range.largest}});
   }
-}
-
-Settings parse(int count, char** words) {
-  Settings settings;
-  for (int i = 1; i < count; ++i) {
-    const std::string_view name = words[i];
-    if (name == "--json") {
-      settings.json = true;
-      continue;
-    }
-    const std::string value = i + 1 < count ? words[++i] : "";
-    if (name == "--mesh" && !value.empty())
-      settings.mesh = value;
-    else if (name == "--runs")
-      settings.runs = std::stoi(value);
-    else
-      throw Error(ErrorCode::kInvalidArgument, fmt::format("what is '{}'?", name));
-  }
-  if (settings.runs < 1) throw Error(ErrorCode::kInvalidArgument, "expected runs of at least 1");
-  return settings;
+  write_json(settings.json, {{"vertices", base.vertex_count()},
+                             {"faces", base.face_count()},
+                             {"runs", settings.runs},
+                             {"steps", rows}});
+  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  try {
-    run(parse(count, words));
-    return 0;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_import: {}\n", error.what());
-    return 1;
-  }
+  Settings settings;
+  return run_program(
+      "plait_bench_import", "From a mesh's file to the order in which a store keeps it", count,
+      words,
+      [&](CLI::App& app) {
+        app.add_option("--mesh", settings.mesh);
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }

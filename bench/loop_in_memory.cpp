@@ -13,9 +13,7 @@
 #include <immintrin.h>
 #endif
 
-#include <CLI/CLI.hpp>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -143,7 +141,7 @@ int run(const Settings& settings) {
                         {"fill_ns_per_vertex", stream},
                         {"digest", at.digest}});
       }
-  if (!settings.json.empty()) std::ofstream(settings.json) << rows.dump(2) << '\n';
+  write_json(settings.json, rows);
   return 0;
 }
 

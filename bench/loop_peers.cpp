@@ -12,9 +12,7 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -217,7 +215,7 @@ int run(const Settings& settings) {
                     {"over_plait_max", ratio.largest},
                     {"peak_bytes_per_vertex", peak}});
   }
-  if (!settings.json.empty()) std::ofstream(settings.json) << rows.dump(2) << '\n';
+  write_json(settings.json, rows);
   return 0;
 }
 

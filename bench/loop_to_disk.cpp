@@ -13,9 +13,7 @@
 // any two runs differ in their digests.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -198,7 +196,7 @@ int run(const Settings& settings) {
       vertices = std::max(vertices, at.vertices);
     }
   fmt::print("\n{} vertices, digest {} in every run\n", vertices, digest);
-  if (!settings.json.empty()) std::ofstream(settings.json) << rows.dump(2) << '\n';
+  write_json(settings.json, rows);
   return 0;
 }
 

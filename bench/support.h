@@ -5,12 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
-#include <string>
-#include <type_traits>
 #include <vector>
 
-#include "plait/error.h"
 #include "plait/kernels/subdivide.h"
 
 namespace plait::bench {
@@ -56,25 +52,5 @@ inline BaseMesh octahedron(int refinements) {
                 {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
   return rebase(BaseMesh::build(mesh), refinements, Scheme::kLoop);
 }
-
-/// Pairs of --option value.
-class Options {
- public:
-  Options(int count, char** words) {
-    for (int i = 1; i + 1 < count; i += 2) given_[words[i]] = words[i + 1];
-    if (count % 2 == 0)
-      throw Error(ErrorCode::kInvalidArgument, "expected pairs of --option value");
-  }
-  void number(const char* name, auto& value) const {
-    if (const auto found = given_.find(name); found != given_.end())
-      value = static_cast<std::remove_reference_t<decltype(value)>>(std::stoll(found->second));
-  }
-  void text(const char* name, std::string& value) const {
-    if (const auto found = given_.find(name); found != given_.end()) value = found->second;
-  }
-
- private:
-  std::map<std::string, std::string> given_;
-};
 
 }  // namespace plait::bench

@@ -19,11 +19,10 @@
 
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "confined.h"
 #include "plait/backends/registry.h"
 #include "plait/file.h"
@@ -36,7 +35,6 @@ namespace {
 using namespace plait;
 using namespace plait::bench;
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 struct Settings {
   int level = 7, refinements = 5, runs = 5, threads = 2;
@@ -216,7 +214,7 @@ int run(const Settings& settings) {
   fmt::print(
       "| backend | sweep, GB/s read + written (min to max) | floor | sweep / floor |\n"
       "|---|---|---|---|\n");
-  Json report;
+  nlohmann::ordered_json report;
   for (std::size_t i = 0; i < subjects.size(); ++i) {
     const double ratio = median(times[i].floor) / median(times[i].sweep);
     fmt::print("| {} | {} | {} | {:.2f} |\n", subjects[i].name,
@@ -227,35 +225,29 @@ int run(const Settings& settings) {
                       {"floor_seconds", times[i].floor},
                       {"ratio", ratio}});
   }
-  if (!settings.json.empty()) std::ofstream(settings.json) << report.dump(2) << '\n';
+  write_json(settings.json, report);
   return 0;
-}
-
-Settings parse(const Options& given) {
-  Settings settings;
-  given.number("--level", settings.level);
-  given.number("--refinements", settings.refinements);
-  given.number("--components", settings.components);
-  given.number("--limit", settings.limit_mebibytes);
-  given.number("--memory", settings.memory_mebibytes);
-  given.number("--threads", settings.threads);
-  given.number("--runs", settings.runs);
-  given.number("--drop-caches", settings.drop_caches);
-  given.number("--io-threads", settings.io_threads);
-  given.text("--only", settings.only);
-  given.text("--directory", settings.directory);
-  given.text("--json", settings.json);
-  if (settings.runs < 1) throw Error(ErrorCode::kInvalidArgument, "expected runs >= 1");
-  return settings;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  try {
-    return run(parse(Options(count, words)));
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "plait_bench_sweep_rmw: {}\n", error.what());
-    return 1;
-  }
+  Settings settings;
+  return run_program(
+      "plait_bench_sweep_rmw", "One read-modify-write sweep, larger than memory", count, words,
+      [&](CLI::App& app) {
+        app.add_option("--level", settings.level)->check(CLI::Range(1, 12));
+        app.add_option("--refinements", settings.refinements)->check(CLI::Range(0, 10));
+        app.add_option("--components", settings.components)->check(CLI::Range(1, 255));
+        app.add_option("--limit", settings.limit_mebibytes, "MiB")->check(CLI::Range(1, 1 << 20));
+        app.add_option("--memory", settings.memory_mebibytes, "MiB")->check(CLI::Range(1, 1 << 20));
+        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
+        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
+        app.add_option("--drop-caches", settings.drop_caches)->check(CLI::Range(0, 1));
+        app.add_option("--io-threads", settings.io_threads)->check(CLI::Range(-1, 64));
+        app.add_option("--only", settings.only, "a backend");
+        app.add_option("--directory", settings.directory);
+        app.add_option("--json", settings.json);
+      },
+      [&] { return run(settings); });
 }
