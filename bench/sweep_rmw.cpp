@@ -133,7 +133,7 @@ double fio_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t bloc
       "--ioengine={} --direct={} --iodepth={} --output-format=json 2>/dev/null",
       path.native(), bytes, 2 * bytes, block_bytes, engine, direct ? 1 : 0, direct ? 16 : 1));
   if (text.empty()) throw Error(ErrorCode::kIo, "fio failed");
-  const Json job = Json::parse(text.substr(text.find('{')))["jobs"][0];
+  const nlohmann::json job = nlohmann::json::parse(text.substr(text.find('{')))["jobs"][0];
   const double moved =
       job["read"]["io_bytes"].get<double>() + job["write"]["io_bytes"].get<double>();
   // fio's time ends before it would sync.
