@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <system_error>
 
 #include "plait/error.h"
 
@@ -52,8 +51,7 @@ File open_fixed_file(const LevelSpec& level) {
     file.resize(bytes);
     file.preallocate(bytes);
   } catch (...) {
-    std::error_code ignored;  // the first error is the one to report
-    std::filesystem::remove(level.path, ignored);
+    remove_file_if_possible(level.path);
     throw;
   }
   return file;

@@ -58,12 +58,14 @@ class RecycledMemory final : public Backend {
   static constexpr BackendTraits kTraits{true, false, false};
   BackendTraits traits() const noexcept override { return kTraits; }
   void read(BlockRange blocks, std::span<std::byte> into) override {
-    std::memcpy(into.data(), address(blocks.first), into.size());
+    std::memcpy(into.data(), address(blocks.first, false), into.size());
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
-    std::memcpy(address(blocks.first), from.data(), from.size());
+    std::memcpy(address(blocks.first, true), from.data(), from.size());
   }
-  std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
+  std::byte* address(std::uint64_t block, bool) override {
+    return base_ + geometry_.block_offset(block);
+  }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }

@@ -19,6 +19,7 @@
 #include "plait/mesh_io.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "resume.h"
 #include "subdivide_report.h"
 
 namespace plait {
@@ -35,7 +36,7 @@ struct Arguments {
   std::uint64_t block_bytes = StoreOptions().block_bytes;
   std::uint64_t max_slot_bytes = 16 << 10;
   int threads = default_thread_count();
-  bool normals = false, limit = false, no_digest = false, force = false;
+  bool normals = false, limit = false, no_digest = false, force = false, resume = false;
 };
 
 /// Everything that can be refused before the mesh is read.
@@ -64,9 +65,10 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   plan.layout = layout_from_name(arguments.layout);
   plan.double_precision = arguments.precision == "float64";
   plan.subdivide.scheme = scheme_from_name(arguments.scheme);
+  const bool by_levels = arguments.resume || plan.subdivide.scheme == Scheme::kButterfly;
   plan.subdivide.executor = arguments.executor != "auto" ? executor_from_name(arguments.executor)
-                            : plan.subdivide.scheme == Scheme::kButterfly ? ExecutorKind::kSweep
-                                                                          : ExecutorKind::kFused;
+                            : by_levels                  ? ExecutorKind::kSweep
+                                                         : ExecutorKind::kFused;
   // What is under way at once decides here, not how far stencils reach.
   if (plan.layout == LayoutKind::kAutomatic && plan.subdivide.executor == ExecutorKind::kFused)
     plan.layout = LayoutKind::kHilbert;
@@ -75,7 +77,14 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   plan.subdivide.limit = arguments.limit;
   plan.subdivide.threads =
       plan.subdivide.executor == ExecutorKind::kTransparent ? 1 : arguments.threads;
-  plan.store.scheme = to_string(plan.subdivide.scheme);
+  // Limit positions are none that a subdivision could go on from.
+  plan.store.scheme =
+      std::string(to_string(plan.subdivide.scheme)) + (arguments.limit ? " limit" : "");
+  if (arguments.resume && (arguments.limit || !backend.traits.durable ||
+                           plan.subdivide.executor == ExecutorKind::kFused))
+    throw Error(ErrorCode::kInvalidArgument,
+                "subdivide: --resume needs a backend that keeps levels and an executor that makes "
+                "one after another (sweep, transparent), and goes without --limit");
 
   if (!backend.traits.durable) {
     if (!arguments.store.empty())
@@ -86,13 +95,16 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   if (arguments.store.empty())
     throw Error(ErrorCode::kInvalidArgument,
                 "subdivide: STORE is missing; only a backend that keeps nothing goes without");
+  if (arguments.resume) return;
   plan.output.emplace(arguments.store,
                       arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
   if (arguments.force) require_replaceable_store(plan.output->final_path(), backends);
 }
 
-/// Reads, refines in memory where slots would be too large, and orders the mesh.
-LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, SubdivideReport& report) {
+/// Reads, refines in memory where slots would be too large, and orders the mesh; as `existing` was,
+/// if there is one.
+LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, const Store* existing,
+                         SubdivideReport& report) {
   Stopwatch clock;
   std::vector<std::string> warnings;
   BaseMesh mesh = read_base_mesh(arguments.mesh, &warnings);
@@ -103,8 +115,11 @@ LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, SubdivideReport
   report.input = figures_of(mesh);
   for (int level = 0; level <= arguments.levels; ++level)
     report.level_counts.push_back(counts_at_level(mesh, level));
-  plan.store.base_level =
-      rebase_levels(arguments.levels, plan.double_precision ? 24 : 12, arguments.max_slot_bytes);
+  plan.store.base_level = existing
+                              ? existing->base_level()
+                              : rebase_levels(arguments.levels, plan.double_precision ? 24 : 12,
+                                              arguments.max_slot_bytes);
+  if (existing) plan.layout = layout_from_name(existing->options().layout);
   if (plan.store.base_level > 0)
     mesh = rebase(mesh, plan.store.base_level, plan.subdivide.scheme, plan.double_precision);
   report.refine_seconds = clock.lap();
@@ -133,7 +148,7 @@ std::string digest_of(Store& store, int threads) {
 
 void describe(const Arguments& arguments, const Plan& plan, Store& store, SubdivideReport& report) {
   report.mesh = arguments.mesh;
-  if (plan.output) report.store = plan.output->final_path();
+  report.store = plan.output ? plan.output->final_path() : store.path();
   report.levels = arguments.levels;
   report.paging = store.statistics();
   report.stored_bytes = store.stored_bytes();
@@ -142,11 +157,11 @@ void describe(const Arguments& arguments, const Plan& plan, Store& store, Subdiv
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     report.base_mesh_bytes += store.base_bytes(id).size();
   report.budget_bytes = plan.store.budget_bytes;
-  report.block_bytes = plan.store.block_bytes;
-  report.backend = plan.store.backend;
+  report.block_bytes = store.options().block_bytes;
+  report.backend = store.options().backend;
   const bool compressed = store.backend_traits().compressed;
-  report.codec = compressed ? plan.store.backend_options.codec : "none";
-  report.filter = compressed ? plan.store.backend_options.filter : "none";
+  report.codec = compressed ? store.options().backend_options.codec : "none";
+  report.filter = compressed ? store.options().backend_options.filter : "none";
   report.durability = arguments.durability;
   report.executor = to_string(plan.subdivide.executor);
   report.threads = plan.subdivide.threads;
@@ -156,30 +171,68 @@ void describe(const Arguments& arguments, const Plan& plan, Store& store, Subdiv
   report.limit = arguments.limit;
 }
 
+/// What an earlier run left of this one; none if there is nothing of that name.
+std::optional<Store> find_earlier_run(const Arguments& arguments, const Plan& plan,
+                                      const CommandContext& context) {
+  if (!arguments.resume || !std::filesystem::exists(arguments.store)) return {};
+  OpenOptions open;
+  open.writable = true;
+  open.budget_bytes = plan.store.budget_bytes;
+  open.durability = plan.store.durability;
+  return open_to_resume(arguments.store, open, plan.subdivide, plan.double_precision,
+                        context.backends);
+}
+
+/// Refines and commits: once at the end, or, to be resumed, also the base mesh and every level.
+void refine(Store& store, Plan& plan, bool by_levels, SubdivideReport& report) {
+  Stopwatch clock;
+  const auto commit = [&] {
+    report.refine_seconds += clock.lap();
+    throw_if_interrupted();
+    store.commit();
+    report.commit_seconds += clock.lap();
+  };
+  if (store.attributes().empty()) {
+    add_base_positions(store, plan.double_precision);
+    if (by_levels) commit();
+  }
+  report.resumed_level = store.finest_level();
+  if (is_finished(store, plan.subdivide)) return by_levels ? void() : commit();
+  if (by_levels) plan.subdivide.level_done = [&](int) { commit(); };
+  Progress progress("subdivide", ProgressUnit::kVertices);
+  plan.subdivide.proceed = [&](const SubdivideProgress& now) {
+    return progress.update(now.vertices_done, now.vertices_total, now.phase);
+  };
+  try {
+    subdivide(store, plan.subdivide);
+    progress.clear();
+    commit();
+  } catch (const Error& error) {
+    if (!by_levels || error.code() != ErrorCode::kCancelled) throw;
+    throw Error(error.code(), std::string(error.what()) + "; what is committed of " +
+                                  store.path().native() +
+                                  " stays, and --resume goes on from there");
+  }
+}
+
 int run(const Arguments& arguments, const CommandContext& context) {
   const Stopwatch whole;
   Plan plan;
   make_plan(arguments, context.backends, plan);
   SubdivideReport report;
   {
-    LaidOutMesh laid_out = prepare_mesh(arguments, plan, report);
-    Progress progress("subdivide", ProgressUnit::kVertices);
-    plan.subdivide.proceed = [&](const SubdivideProgress& now) {
-      return progress.update(now.vertices_done, now.vertices_total, now.phase);
-    };
-    Store store = Store::create(plan.output ? plan.output->path() : std::filesystem::path(),
-                                std::move(laid_out.mesh), plan.store, context.backends);
-    Stopwatch clock;
-    add_base_positions(store, plan.double_precision);
-    subdivide(store, plan.subdivide);
-    report.refine_seconds += clock.lap();
-    progress.clear();
-    throw_if_interrupted();
-    store.commit();
-    report.commit_seconds = clock.lap();
+    std::optional<Store> earlier = find_earlier_run(arguments, plan, context);
+    LaidOutMesh laid_out = prepare_mesh(arguments, plan, earlier ? &*earlier : nullptr, report);
+    if (earlier) require_same_mesh(*earlier, laid_out.mesh);
+    const std::filesystem::path path = plan.output ? plan.output->path() : arguments.store;
+    Store store = earlier ? std::move(*earlier)
+                          : Store::create(plan.output || arguments.resume ? path : "",
+                                          std::move(laid_out.mesh), plan.store, context.backends);
+    refine(store, plan, arguments.resume, report);
     report.seconds = whole.seconds();
     report.cpu_seconds = cpu_seconds();
     describe(arguments, plan, store, report);
+    Stopwatch clock;
     if (!arguments.no_digest) report.digest = digest_of(store, arguments.threads);
     report.digest_seconds = clock.lap();
     report.peak_rss_bytes = peak_rss_bytes();
@@ -231,8 +284,14 @@ void add_options(CLI::App& command, Arguments& arguments) {
       ->check(CLI::IsMember({"commit", "none"}))
       ->capture_default_str();
   command.add_flag("--no-digest", arguments.no_digest, "Do not compute the digest");
-  command.add_flag("--force", arguments.force,
-                   "Replace STORE if it is a store; the old one goes when the new one is whole");
+  CLI::Option* const force = command.add_flag(
+      "--force", arguments.force,
+      "Replace STORE if it is a store; the old one goes when the new one is whole");
+  command
+      .add_flag("--resume", arguments.resume,
+                "Commit every level under its final name, and go on from the last one committed if "
+                "STORE is there; it keeps its backend, codec, block size and layout")
+      ->excludes(force);
 }
 
 }  // namespace
@@ -250,7 +309,9 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
                   "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
                   "  plait subdivide bunny.ply bunny.plait --levels 4 --backend compressed "
                   "--codec lz4 --memory 64MiB\n"
-                  "  plait subdivide spot.ply --levels 3 --backend memory --json");
+                  "  plait subdivide spot.ply --levels 3 --backend memory --json\n"
+                  "  plait subdivide statue.ply statue.plait --levels 6 --resume    again after a "
+                  "crash");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run(*arguments, context); };
   });

@@ -60,6 +60,7 @@ Json to_json(const SubdivideReport& report) {
                {"base", mesh_json(report.base)},
                {"base_level", report.base_level},
                {"levels", report.levels},
+               {"resumed_level", report.resumed_level},
                {"vertices", report.level_counts.back().vertices},
                {"edges", report.level_counts.back().edges},
                {"faces", report.level_counts.back().faces},

@@ -22,6 +22,7 @@ struct SubdivideReport {
   std::filesystem::path mesh, store;  ///< store: empty if nothing was kept
   MeshFigures input, base;            ///< as read; as stored (refined base_level times)
   int base_level = 0, levels = 0;
+  int resumed_level = 0;                  ///< what was there when the work began
   std::vector<LevelCounts> level_counts;  ///< [level], 0 to levels
   /// Up to the end of the commit: import + layout + refine + commit and what is between them.
   double seconds = 0, import_seconds = 0, layout_seconds = 0, refine_seconds = 0,

@@ -88,7 +88,7 @@ class CompressedBackend final : public Backend {
     }
   }
 
-  std::byte* address(std::uint64_t) override { return nullptr; }
+  std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
     const std::uint64_t first = std::min(blocks.first, table_.size());

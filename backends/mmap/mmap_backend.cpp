@@ -9,10 +9,10 @@
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
 #include <cerrno>
-#include <system_error>
 
 #include "level_file.h"
 #include "plait/error.h"
+#include "plait/file_operations.h"
 
 namespace plait {
 namespace {
@@ -21,14 +21,18 @@ namespace interprocess = boost::interprocess;
 
 interprocess::mapped_region map_file(const File& file, OpenMode mode, std::uint64_t bytes) {
   if (bytes == 0) return {};
+  const FileOperation mapping{FileOperation::Kind::kMap, file.path()};
   try {
+    if (const int error = before_operation(mapping).error; error != 0)
+      throw system_error("map", file.path().native(), error);
+    // A hole that the disk has no room for would end the process when it is stored into.
+    if (mode == OpenMode::kReadWrite) File(file.path(), mode).preallocate(bytes);
     const auto access =
         mode == OpenMode::kRead ? interprocess::read_only : interprocess::read_write;
     // The region outlives its file_mapping, which only holds a descriptor.
     return {interprocess::file_mapping(file.path().c_str(), access), access, 0, bytes};
   } catch (const interprocess::interprocess_exception& failure) {
-    std::error_code ignored;  // the failure to map is the one to report
-    if (mode == OpenMode::kCreate) std::filesystem::remove(file.path(), ignored);
+    if (mode == OpenMode::kCreate) remove_file_if_possible(file.path());
     throw Error(ErrorCode::kIo,
                 fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()));
   }
@@ -47,19 +51,24 @@ class MmapBackend final : public Backend {
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    copy_unless_same(address(blocks.first), into.data(), into.size());
+    copy_unless_same(address(blocks.first, false), into.data(), into.size());
     check_raw(geometry_, table_, blocks, into, file_.path());
   }
 
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    copy_unless_same(from.data(), address(blocks.first), from.size());
+    copy_unless_same(from.data(), address(blocks.first, true), from.size());
     seal_raw(geometry_, table_, blocks, from);
     start_writing(blocks);
   }
 
-  std::byte* address(std::uint64_t block) override {
+  std::byte* address(std::uint64_t block, bool) override {
+    // Beyond the end of its file a mapping ends the process that touches it.
+    if (const std::uint64_t found = file_.size(); found < fixed_file_bytes(geometry_))
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("access {}: expected {} bytes, found {}: it was cut short",
+                              file_.path().native(), fixed_file_bytes(geometry_), found));
     return static_cast<std::byte*>(region_.get_address()) + geometry_.block_offset(block);
   }
 
@@ -92,7 +101,7 @@ class MmapBackend final : public Backend {
 
   void sync(bool durable) override {
     if (!durable || mode_ == OpenMode::kRead || region_.get_size() == 0) return;
-    if (!region_.flush(0, 0, false)) throw system_error("sync", file_.path().native(), errno);
+    // On Linux this is what msync(MS_SYNC) of the whole mapping does.
     file_.sync();
   }
 

@@ -31,7 +31,7 @@ class PreadBackend final : public Backend {
     seal_raw(geometry_, table_, blocks, from);
   }
 
-  std::byte* address(std::uint64_t) override { return nullptr; }
+  std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
     advise_file(file_, fixed_bytes(geometry_, blocks), advice);

@@ -18,6 +18,7 @@
 
 #include "level_file.h"
 #include "plait/error.h"
+#include "plait/file_operations.h"
 #include "uring/uring_ring.h"
 
 namespace plait {
@@ -88,7 +89,7 @@ class UringBackend final : public Backend {
 
   void start(Transfer& transfer) noexcept override;
 
-  std::byte* address(std::uint64_t) override { return nullptr; }
+  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool durable) override {
     if (durable) file_.sync();
@@ -103,8 +104,7 @@ class UringBackend final : public Backend {
       return {level.path, level.mode == OpenMode::kRead ? OpenMode::kRead : OpenMode::kReadWrite,
               Caching::kNone};
     } catch (...) {
-      std::error_code ignored;  // the first error is the one to report
-      if (level.mode == OpenMode::kCreate) std::filesystem::remove(level.path, ignored);
+      if (level.mode == OpenMode::kCreate) remove_file_if_possible(level.path);
       throw;
     }
   }
@@ -170,10 +170,13 @@ class UringBackend::BlockInFlight final : public RingRequest {
   /// What follows may delete this object.
   void submit_rest() noexcept {
     if (rest_.empty()) return end(nullptr);
-    const std::uint64_t done = pages_.size() - rest_.size();
+    const FileOperationHook::Verdict verdict = before_operation(operation(rest_.size()));
+    if (verdict.error != 0) return completed(-verdict.error);
+    // Whole pages, or none.
+    const std::uint64_t most_bytes = std::max(verdict.most_bytes, kPageBytes);
     backend_.ring_->submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
-                           backend_.direct_.descriptor(), offset_ + head_bytes_ + done, rest_,
-                           *this);
+                           backend_.direct_.descriptor(), rest_offset(),
+                           rest_.first(std::min<std::uint64_t>(most_bytes, rest_.size())), *this);
   }
 
   void completed(int result) noexcept override {
@@ -182,6 +185,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
     // Short by less than a page: O_DIRECT cannot go on from there.
     const auto moved = static_cast<std::size_t>(std::max(result, 0)) / kPageBytes * kPageBytes;
     if (moved == 0) return end(error_of(result));
+    after_operation(operation(moved));
     rest_ = rest_.subspan(moved);
     submit_rest();
   }
@@ -203,6 +207,11 @@ class UringBackend::BlockInFlight final : public RingRequest {
   }
 
  private:
+  std::uint64_t rest_offset() const { return offset_ + head_bytes_ + pages_.size() - rest_.size(); }
+  FileOperation operation(std::uint64_t bytes) const {
+    return {is_read() ? FileOperation::Kind::kRead : FileOperation::Kind::kWrite,
+            backend_.file_.path(), rest_offset(), bytes};
+  }
   bool is_read() const { return transfer_.direction == Transfer::Direction::kRead; }
 
   std::exception_ptr error_of(int result) const noexcept {
@@ -210,11 +219,11 @@ class UringBackend::BlockInFlight final : public RingRequest {
     const std::string& path = backend_.file_.path().native();
     try {
       if (result < 0) return std::make_exception_ptr(system_error(verb, path, -result));
-      const std::uint64_t at = offset_ + head_bytes_ + pages_.size() - rest_.size();
-      return std::make_exception_ptr(
-          Error(is_read() ? ErrorCode::kCorruption : ErrorCode::kIo,
-                std::string(verb) + ' ' + path + ": at byte " + std::to_string(at) + " expected " +
-                    std::to_string(rest_.size()) + " more bytes, found " + std::to_string(result)));
+      return std::make_exception_ptr(Error(is_read() ? ErrorCode::kCorruption : ErrorCode::kIo,
+                                           std::string(verb) + ' ' + path + ": at byte " +
+                                               std::to_string(rest_offset()) + " expected " +
+                                               std::to_string(rest_.size()) +
+                                               " more bytes, found " + std::to_string(result)));
     } catch (...) {
       return std::current_exception();
     }

@@ -68,6 +68,7 @@ std::pair<std::uint32_t, std::span<std::byte>> Pager::Implementation::pin(LevelF
       frame.sweep = sweep_;
       if (access != Access::kRead) frame.dirty = true;
     }
+    if (access != Access::kRead) make_writable(lock, entry);
     const std::span<std::byte> bytes = frames_[entry].transfer.memory;
     say_goodbye(lock);
     return {entry, bytes};

@@ -56,6 +56,7 @@ class Pager::Implementation final : public TransferListener {
     std::uint32_t sweep = 0;  ///< the last one that used it
     Activity activity = Activity::kNone;
     bool direct = false;
+    bool writable = false;  ///< direct: its backend knows that it may be stored into
     bool dirty = false;
     bool announced = false;  ///< prefetched, and not pinned since
     bool waiting = false;    ///< is in to_write_
@@ -77,6 +78,8 @@ class Pager::Implementation final : public TransferListener {
   /// Frees a frame, or waits until that may be tried again. False: it let go of the lock.
   bool make_room(Lock& lock, const LevelFile& wanted_by, std::uint64_t wanted_bytes);
   std::uint32_t clean_victim();
+  /// A frame that can be had without writing, or kNoId.
+  std::uint32_t take_clean_frame(LevelFile& level, std::uint64_t block) noexcept;
   void evict(std::uint32_t entry) noexcept;
   /// Tells direct backends what was evicted. Not under the lock.
   void say_goodbye(Lock& lock) noexcept;
@@ -90,6 +93,8 @@ class Pager::Implementation final : public TransferListener {
 
   // pager_transfers.cpp
   void bring_in(Lock& lock, std::uint32_t entry, Access access);
+  /// Before a pinned frame is stored into, which its backend must know if it shows its own memory.
+  void make_writable(Lock& lock, std::uint32_t entry);
   void start(Lock& lock, std::uint32_t entry);
   void wait(Lock& lock, Direction direction);
   void wait_for(Lock& lock, std::uint32_t entry);

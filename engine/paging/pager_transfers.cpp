@@ -100,6 +100,20 @@ void Pager::Implementation::wait_for(Lock& lock, std::uint32_t entry) {
   });
 }
 
+std::uint32_t Pager::Implementation::take_clean_frame(LevelFile& level,
+                                                      std::uint64_t block) noexcept {
+  try {
+    while (true) {
+      if (const std::uint32_t entry = take_frame(level, block); entry != kNoId) return entry;
+      const std::uint32_t victim = clean_victim();
+      if (victim == kNoId) return kNoId;
+      evict(victim);
+    }
+  } catch (...) {
+    return kNoId;  // whoever pins the block will be told
+  }
+}
+
 bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noexcept {
   Lock lock(mutex_);
   if (const std::uint32_t entry = resident_[level.pager_slot][block]; entry != kNoId) {
@@ -123,12 +137,7 @@ bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noex
   if (reads_ahead_ >= kInFlight ||
       announced_bytes_ + frame_bytes + window_bytes_ > pool_.budget_bytes())
     return false;
-  std::uint32_t entry = kNoId;
-  while ((entry = take_frame(level, block)) == kNoId) {
-    const std::uint32_t victim = clean_victim();
-    if (victim == kNoId) break;
-    evict(victim);
-  }
+  const std::uint32_t entry = take_clean_frame(level, block);
   if (entry != kNoId) {
     announce(entry);
     frames_[entry].activity = Activity::kReading;
@@ -211,6 +220,9 @@ void Pager::Implementation::flush() {
   }
   while (writes_in_flight_ > 0) wait(lock, Direction::kWrite);
   if (failed_) refuse("flush");
+  // What may be stored into before a commit may not after it: backends are asked anew.
+  for (Frame& frame : frames_)
+    if (frame.level && !is_memory(*frame.level)) frame.writable = false;
 }
 
 void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) noexcept {

@@ -1,10 +1,8 @@
 #include "store/lock.h"
 
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstring>
 #include <string>
 
@@ -26,22 +24,22 @@ StoreLock::StoreLock(const std::filesystem::path& path, bool exclusive, bool cre
     : file_(path, create      ? OpenMode::kCreate
                   : exclusive ? OpenMode::kReadWrite
                               : OpenMode::kRead) {
-  int result = 0;
-  do result = ::flock(file_.descriptor(), (exclusive ? LOCK_EX : LOCK_SH) | LOCK_NB);
-  while (result != 0 && errno == EINTR);
-  if (result != 0) {
-    if (errno != EWOULDBLOCK) throw system_error("lock", path.native(), errno);
-    throw Error(
-        ErrorCode::kBusy,
-        exclusive ? fmt::format("open {} for writing: in use by readers or by writer {}",
-                                path.native(), holder_text(file_))
-                  : fmt::format("open {}: being written by {}", path.native(), holder_text(file_)));
+  if (file_.lock(exclusive)) {
+    if (exclusive) write_holder();
+    return;
   }
-  if (exclusive) {
-    const std::string text = std::to_string(::getpid());
-    file_.resize(0);
-    file_.write_at(0, std::as_bytes(std::span(text)));
-  }
+  // Readers leave no name, and do not keep another one out.
+  if (exclusive && file_.lock(false))
+    throw Error(ErrorCode::kBusy,
+                fmt::format("open {} for writing: in use by readers", path.native()));
+  throw Error(ErrorCode::kBusy, fmt::format("open {}: in use by {}, which writes it", path.native(),
+                                            holder_text(file_)));
+}
+
+void StoreLock::write_holder() {
+  const std::string text = std::to_string(::getpid());
+  file_.resize(0);
+  file_.write_at(0, std::as_bytes(std::span(text)));
 }
 
 }  // namespace plait

@@ -13,10 +13,12 @@ namespace plait {
 class StoreLock {
  public:
   StoreLock() = default;
-  /// Errors: kBusy naming the holder's process number if it is known; kIo.
+  /// Errors: kBusy, of a writer with its process number; kIo.
   StoreLock(const std::filesystem::path& path, bool exclusive, bool create);
 
  private:
+  void write_holder();
+
   File file_;
 };
 

@@ -21,6 +21,18 @@ constexpr std::uint32_t kKnownRequiredFlags = 0;
 constexpr std::size_t kEntriesOffset = 256, kEntryBytes = 64, kChecksumOffset = 4088;
 constexpr std::size_t kTextBytes = 16, kNameBytes = 32;
 
+/// Those of the two slots that are whole.
+std::vector<ManifestSlot> read_slots(const File& file) {
+  const std::uint64_t size = std::min<std::uint64_t>(file.size(), 2 * kManifestSlotBytes);
+  std::vector<ManifestSlot> slots;
+  for (std::uint64_t at = 0; at + kManifestSlotBytes <= size; at += kManifestSlotBytes) {
+    ManifestSlot slot;
+    file.read_at(at, slot);
+    if (is_whole_slot(slot)) slots.push_back(slot);
+  }
+  return slots;
+}
+
 }  // namespace
 
 bool is_attribute_name(std::string_view name) {
@@ -156,21 +168,29 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
 }
 
 Manifest read_manifest(const std::filesystem::path& path) {
-  const File file(path, OpenMode::kRead);
-  const std::uint64_t size = file.size();
+  return read_manifest(File(path, OpenMode::kRead));
+}
+
+Manifest read_manifest(const File& file) {
   std::optional<ManifestSlot> newest;
-  for (std::uint64_t offset = 0; offset + kManifestSlotBytes <= size && offset < 8192;
-       offset += kManifestSlotBytes) {
-    ManifestSlot slot;
-    file.read_at(offset, slot);
-    if (!is_whole_slot(slot)) continue;
+  for (const ManifestSlot& slot : read_slots(file))
     if (!newest || load<std::uint64_t>(slot, 40) > load<std::uint64_t>(*newest, 40)) newest = slot;
-  }
   if (!newest)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: no manifest slot has the right magic and checksum ({} bytes)",
-                            path.native(), size));
-  return decode_manifest(*newest, path);
+                            file.path().native(), file.size()));
+  return decode_manifest(*newest, file.path());
+}
+
+std::vector<Manifest> read_whole_slots(const File& file) {
+  std::vector<Manifest> versions;
+  for (const ManifestSlot& slot : read_slots(file)) {
+    try {
+      versions.push_back(decode_manifest(slot, file.path()));
+    } catch (const Error&) {  // the other one may be right
+    }
+  }
+  return versions;
 }
 
 void write_manifest(File& file, const Manifest& manifest) {

@@ -53,6 +53,9 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
 /// The newest whole slot of the file. Errors: kNotFound if there is no file, kCorruption if no
 /// slot is whole.
 Manifest read_manifest(const std::filesystem::path& path);
+Manifest read_manifest(const File& file);
+/// Both slots as far as they are whole and right.
+std::vector<Manifest> read_whole_slots(const File& file);
 
 /// Writes the slot that the sequence number says.
 void write_manifest(File& file, const Manifest& manifest);

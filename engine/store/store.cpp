@@ -10,6 +10,9 @@
 
 #include "plait/edge_index.h"
 #include "plait/error.h"
+#include "store/file_names.h"
+#include "store/guarded_backend.h"
+#include "store/recovery.h"
 #include "store/store_state.h"
 
 namespace plait {
@@ -56,16 +59,17 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
+  if (!on_disk() || !writable) return;
   // A store that was never committed cannot be opened by anybody: leave nothing of it.
-  if (on_disk() && writable && sequence == 0) {
-    std::error_code ignored;
+  std::error_code ignored;
+  if (sequence == 0)
     std::filesystem::remove_all(path, ignored);
-  }
+  else if (!failed)  // a commit that failed may yet turn out to have reached the disk
+    remove_left_over_files(path);
 }
 
 std::filesystem::path Store::Implementation::level_path(std::uint32_t number, int level) const {
-  return on_disk() ? path / fmt::format("attribute{}.level{:02}", number, level)
-                   : std::filesystem::path();
+  return on_disk() ? path / level_file_name(number, level) : std::filesystem::path();
 }
 
 std::unique_ptr<LevelFile> Store::Implementation::open_level(const Attribute& attribute,
@@ -79,13 +83,23 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(const Attribute& at
   std::ranges::copy(entries, file->table.entries().begin());
   file->path = level_path(attribute.number, level);
   file->writable = mode != OpenMode::kRead;
-  file->backend = backend.open(LevelSpec{file->path, mode, file->geometry, file->table,
-                                         options.backend_options, component_bytes(schema.type)});
+  const LevelSpec spec{file->path,
+                       mode,
+                       file->geometry,
+                       file->table,
+                       options.backend_options,
+                       component_bytes(schema.type)};
+  file->backend = backend.open(spec);
+  if (journal)
+    file->backend = std::make_unique<GuardedBackend>(std::move(file->backend), spec,
+                                                     attribute.number, level, *journal);
   pager->attach(*file);
   return file;
 }
 
-void Store::Implementation::make_pager() {
+void Store::Implementation::make_ready() {
+  if (on_disk() && writable && writes_in_place() && options.durability == Durability::kCommit)
+    journal = std::make_unique<RollbackJournal>(path, uuid, sequence);
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   pager = std::make_unique<Pager>(
@@ -108,7 +122,6 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   state->backend.validate(options.backend_options);
   state->base = std::move(base);
   state->options = options;
-  state->make_pager();
   state->uuid = random_uuid();
   state->writable = true;
   encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
@@ -117,17 +130,15 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create store: backend {} needs a path", options.backend));
   } else {
-    std::error_code error;
-    if (!std::filesystem::create_directory(path, error)) {
-      if (!error)
-        throw Error(ErrorCode::kInvalidArgument,
-                    fmt::format("create {}: it exists already", path.native()));
-      throw system_error("create", path.native(), error.value());
-    }
+    if (std::filesystem::exists(std::filesystem::symlink_status(path)))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("create {}: it exists already", path.native()));
+    make_directory(path);
     state->path = path;
-    state->lock = StoreLock(path / "lock", true, true);
-    state->base_mesh_size = write_base_mesh_file(path / "base.mesh", state->base);
+    state->lock = StoreLock(path / kLockName, true, true);
+    state->base_mesh_size = write_base_mesh_file(path / kBaseMeshName, state->base);
   }
+  state->make_ready();
   return Store(std::move(state));
 }
 
@@ -139,10 +150,9 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   auto state = std::make_unique<Implementation>();
   state->path = path;
   state->writable = false;
-  state->lock = StoreLock(path / "lock", options.writable, false);
-  const Manifest manifest = read_manifest(path / "manifest");
+  state->lock = lock_recovered(path, options.writable, options.durability);
+  const Manifest manifest = read_manifest(path / kManifestName);
   state->sequence = manifest.sequence;
-  state->writable = options.writable;
   state->uuid = manifest.uuid;
   state->next_number = manifest.next_attribute_number;
   state->options.backend = manifest.backend;
@@ -151,6 +161,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.scheme = manifest.scheme;
   state->options.base_level = manifest.base_level;
   state->options.block_bytes = manifest.block_bytes;
+  state->options.durability = options.durability;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
   try {
@@ -158,15 +169,16 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
     state->backend.validate(state->options.backend_options);
   } catch (const Error& error) {
     throw Error(error.code(),
-                fmt::format("open {}: {}", (path / "manifest").native(), error.what()));
+                fmt::format("open {}: {}", (path / kManifestName).native(), error.what()));
   }
-  state->make_pager();
   if (!state->backend.traits.durable)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: backend '{}' keeps nothing on disk",
-                            (path / "manifest").native(), manifest.backend));
+                            (path / kManifestName).native(), manifest.backend));
   state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
-  state->base = read_base_mesh_file(path / "base.mesh", state->base_mesh_size);
+  state->base = read_base_mesh_file(path / kBaseMeshName, state->base_mesh_size);
+  state->writable = options.writable;
+  state->make_ready();
   state->read_version(manifest, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   return Store(std::move(state));
 }
@@ -237,8 +249,7 @@ void Store::add_level(AttributeId attribute) {
   Implementation::Attribute& data = state.attributes[attribute];
   if (state.on_disk()) {
     // Left over by a run that ended before its commit.
-    std::error_code ignored;
-    std::filesystem::remove(state.level_path(data.number, level), ignored);
+    remove_file(state.level_path(data.number, level));
   }
   data.levels.push_back(state.open_level(data, info.schema, level, OpenMode::kCreate, {}));
   info.finest_level = level;
@@ -259,7 +270,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   // Both versions that the manifest names have a file of base records.
   if (state.on_disk() && state.sequence > 0)
     for (const std::uint64_t version : {state.sequence, state.sequence - 1})
-      state.obsolete.push_back(state.base_path(old.number, version));
+      state.obsolete.push_back(state.path / base_file_name(old.number, version));
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);
@@ -294,11 +305,20 @@ void Store::commit() {
   if (!implementation_->writable)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: opened for reading", path().native()));
-  implementation_->pager->flush();
-  if (implementation_->on_disk())
-    implementation_->write_version();
-  else
-    ++implementation_->sequence;
+  if (implementation_->failed)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("commit {}: refused since an earlier one failed; reopen the store",
+                            path().native()));
+  try {
+    implementation_->pager->flush();
+    if (implementation_->on_disk())
+      implementation_->write_version();
+    else
+      ++implementation_->sequence;
+  } catch (...) {
+    implementation_->failed = true;
+    throw;
+  }
 }
 
 void Store::close() { implementation_.reset(); }

@@ -11,6 +11,7 @@
 #include "store/base_mesh_file.h"
 #include "store/lock.h"
 #include "store/manifest.h"
+#include "store/rollback_journal.h"
 
 namespace plait {
 
@@ -27,15 +28,15 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
+  /// What is written goes where committed blocks lie.
+  bool writes_in_place() const { return backend.traits.durable && !backend.traits.compressed; }
   std::filesystem::path level_path(std::uint32_t number, int level) const;
-  std::filesystem::path base_path(std::uint32_t number, std::uint64_t version) const;
-  std::filesystem::path tables_path(std::uint64_t version) const;
   /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
                                         int level, OpenMode mode,
                                         std::span<const BlockEntry> entries);
-  /// `options` and `backend` say how many threads it has.
-  void make_pager();
+  /// The pager, and a journal where one is needed; `options`, `backend` and the rest are there.
+  void make_ready();
   Manifest manifest() const;
   void write_version();
   void read_version(const Manifest& manifest, OpenMode mode);
@@ -49,7 +50,9 @@ struct Store::Implementation {
   std::uint32_t next_number = 0;
   StoredSize base_mesh_size;
   bool writable = false;
+  bool failed = false;  ///< a commit did: what is on the disk is not known
   StoreLock lock;
+  std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<std::filesystem::path> obsolete;  ///< files to remove after the next commit

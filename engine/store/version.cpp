@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cstring>
-#include <system_error>
 
 #include "plait/error.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
+#include "store/file_names.h"
 #include "store/store_state.h"
 
 namespace plait {
@@ -19,8 +19,7 @@ constexpr std::size_t kTablesHeaderBytes = 16;
 /// Creates the file anew, whatever an earlier run left under its name.
 void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes,
                       bool durable) {
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
+  remove_file(path);
   File file(path, OpenMode::kCreate);
   file.write_at(0, bytes);
   if (durable) file.sync();
@@ -59,15 +58,6 @@ void check_entries(std::span<const BlockEntry> entries, const LevelGeometry& geo
 }
 
 }  // namespace
-
-std::filesystem::path Store::Implementation::base_path(std::uint32_t number,
-                                                       std::uint64_t version) const {
-  return path / fmt::format("attribute{}.base.{}", number, version);
-}
-
-std::filesystem::path Store::Implementation::tables_path(std::uint64_t version) const {
-  return path / fmt::format("tables.{}", version);
-}
 
 std::vector<std::byte> encode_tables(const Store::Implementation& store) {
   std::vector<std::byte> bytes(kTablesHeaderBytes);
@@ -112,18 +102,18 @@ void Store::Implementation::write_version() {
   Manifest next = manifest();
   ++next.sequence;
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    write_whole_file(base_path(attributes[i].number, next.sequence), attributes[i].base_bytes,
-                     durable);
+    write_whole_file(path / base_file_name(attributes[i].number, next.sequence),
+                     attributes[i].base_bytes, durable);
     next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
   const std::vector<std::byte> tables = encode_tables(*this);
-  write_whole_file(tables_path(next.sequence), tables, durable);
+  write_whole_file(path / tables_file_name(next.sequence), tables, durable);
   next.tables_bytes = tables.size();
   next.tables_checksum = checksum_of(tables);
   if (durable) sync_directory(path);
 
-  const std::filesystem::path manifest_path = path / "manifest";
-  const bool fresh = !std::filesystem::exists(manifest_path);
+  const std::filesystem::path manifest_path = path / kManifestName;
+  const bool fresh = sequence == 0;
   File file(manifest_path, fresh ? OpenMode::kCreate : OpenMode::kReadWrite);
   if (fresh) file.resize(2 * kManifestSlotBytes);
   write_manifest(file, next);
@@ -134,21 +124,20 @@ void Store::Implementation::write_version() {
     sync_directory(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
   }
 
-  // The slot of version sequence - 1 was just overwritten: its files have no name any more.
-  std::error_code ignored;
+  // From here on the version is there, whatever becomes of what is no longer needed.
+  if (journal) journal->begin_version(next.sequence);
   if (sequence > 0) {
-    std::filesystem::remove(tables_path(sequence - 1), ignored);
+    remove_file_if_possible(path / tables_file_name(sequence - 1));
     for (const Attribute& attribute : attributes)
-      std::filesystem::remove(base_path(attribute.number, sequence - 1), ignored);
+      remove_file_if_possible(path / base_file_name(attribute.number, sequence - 1));
   }
-  for (const std::filesystem::path& file_path : obsolete)
-    std::filesystem::remove(file_path, ignored);
+  for (const std::filesystem::path& file_path : obsolete) remove_file_if_possible(file_path);
   obsolete.clear();
   sequence = next.sequence;
 }
 
 void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode) {
-  const std::filesystem::path manifest_path = path / "manifest";
+  const std::filesystem::path manifest_path = path / kManifestName;
   if (base.vertex_count() != manifest.vertex_count || base.edge_count() != manifest.edge_count ||
       base.face_count() != manifest.face_count ||
       base.border_edge_count() != manifest.border_edge_count)
@@ -157,7 +146,7 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
                             "edges, {} faces)",
                             manifest_path.native(), base.vertex_count(), base.edge_count(),
                             base.face_count()));
-  const std::filesystem::path tables_file = tables_path(manifest.sequence);
+  const std::filesystem::path tables_file = path / tables_file_name(manifest.sequence);
   const std::vector<std::byte> tables =
       read_whole_file(tables_file, manifest.tables_bytes, manifest.tables_checksum);
   std::span<const std::byte> rest(tables);
@@ -173,7 +162,7 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
     Attribute attribute;
     attribute.number = stored.number;
     attribute.base_bytes =
-        read_whole_file(base_path(stored.number, manifest.sequence),
+        read_whole_file(path / base_file_name(stored.number, manifest.sequence),
                         base.vertex_count() * stored.schema.record_bytes(), stored.base_checksum);
     for (int level = manifest.base_level + 1; level <= stored.finest_level; ++level) {
       const LevelGeometry geometry(base.edge_count(), base.border_edges(),

@@ -83,6 +83,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
     if (options.scheme == Scheme::kLoop)
       sweeping ? move_even(run, level) : move_even_transparent(run, level);
+    if (options.level_done) options.level_done(base_level + level);
   }
   if (!options.normals && !options.limit) return;
 

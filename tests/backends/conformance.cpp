@@ -52,7 +52,7 @@ TEST_CASE("Backend_WhatItIs_AgreesWithItsEntry") {
     CHECK(backend.traits().compressed == subject.entry.traits.compressed);
     CHECK(backend.traits().durable == subject.entry.traits.durable);
     CHECK_FALSE(subject.entry.summary.empty());
-    CHECK((backend.address(0) != nullptr) == subject.entry.traits.direct);
+    CHECK((backend.address(0, false) != nullptr) == subject.entry.traits.direct);
   }
 }
 
@@ -137,12 +137,12 @@ TEST_CASE("BackendAddress_WhileItLives_IsStableAndSeesWrites") {
     const LevelGeometry& geometry = level.geometry();
     std::vector<std::byte*> addresses;
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block)
-      addresses.push_back(backend.address(block));
+      addresses.push_back(backend.address(block, true));
     const Bytes content = write_all(backend, geometry, Content::kRandom);
     backend.advise({0, geometry.block_count()}, Advice::kDontNeed);
     backend.sync(true);
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
-      REQUIRE(backend.address(block) == addresses[block]);
+      REQUIRE(backend.address(block, false) == addresses[block]);
       CHECK(std::ranges::equal(part(content, geometry, block),
                                std::span(addresses[block], geometry.block_bytes(block))));
     }

@@ -43,7 +43,9 @@ class CountingBackend final : public Backend {
     (read ? counts_.read_bytes : counts_.write_bytes) += transfer.memory.size();
     inner_->start(transfer);
   }
-  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  std::byte* address(std::uint64_t block, bool writable) override {
+    return inner_->address(block, writable);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     ++counts_.advise_calls;
     inner_->advise(blocks, advice);

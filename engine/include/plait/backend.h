@@ -80,9 +80,11 @@ class Backend {
   /// backend that keeps several blocks in flight returns before the transfer has ended.
   virtual void start(Transfer& transfer) noexcept;
 
-  /// Direct backends: the block's bytes, at one address while the backend lives; what is stored
-  /// there counts once write() was called with this address. Others: nullptr.
-  virtual std::byte* address(std::uint64_t block) = 0;
+  /// Direct backends: the block's bytes, at one address while the backend lives. Nothing may be
+  /// stored there before it was asked for as `writable`; what is, counts once write() was called
+  /// with this address. Others: nullptr. Errors: kCorruption for a file that was cut short; kIo,
+  /// kNoSpace if what must be kept of the block cannot be.
+  virtual std::byte* address(std::uint64_t block, bool writable) = 0;
 
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;

@@ -1,5 +1,5 @@
-// plait/file.h: the one door to the operating system's files. Every read, write and sync of a
-// store goes through here, so that tests can stand in it.
+// plait/file.h: the one door to the operating system's files. Every operation passes
+// plait/file_operations.h, where tests can stand.
 #pragma once
 
 #include <cstddef>
@@ -45,6 +45,9 @@ class File {
   /// (posix_fallocate).
   void preallocate(std::uint64_t bytes);
   void sync();
+  /// flock, which ends with the last descriptor of this open, whatever becomes of the process.
+  /// False: somebody else's lock is in the way. Errors: kIo.
+  bool lock(bool exclusive);
   /// Reports what the destructor would have to swallow.
   void close();
 
@@ -53,6 +56,12 @@ class File {
   int descriptor_ = -1;
 };
 
+/// Errors: kIo, kNoSpace; also if there is one of that name.
+void make_directory(const std::filesystem::path& path);
+/// One that is not there is no error. Errors: kIo.
+void remove_file(const std::filesystem::path& path);
+/// For what is left over, and may stay so.
+void remove_file_if_possible(const std::filesystem::path& path) noexcept;
 /// Makes the names in a directory durable.
 void sync_directory(const std::filesystem::path& directory);
 

@@ -35,6 +35,9 @@ struct OpenOptions {
   bool writable = false;
   std::uint64_t budget_bytes = 256u << 20;
   std::optional<int> io_threads = {};  ///< as in StoreOptions
+  /// Of what a writer does. kNone: blocks are overwritten without a way back, so that a crash may
+  /// cost the store.
+  Durability durability = Durability::kCommit;
 };
 
 }  // namespace plait

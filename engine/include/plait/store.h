@@ -97,7 +97,9 @@ class Store {
   Pager& pager();
 
   /// Publishes all levels and attributes as the next version, durably unless options().durability
-  /// is kNone. Errors: kIo, kNoSpace; kBadState after a failed write.
+  /// is kNone: after a crash at any moment open() gives the version before, or this one, whole.
+  /// After an error nothing more can be committed before the store is opened again. REQUIRES: no
+  /// block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit.
   void commit();
   /// Releases the lock and reports what the destructor would have to swallow.
   void close();

@@ -77,7 +77,9 @@ class FullBackend final : public Backend {
     if (--writes_left_ == 0) throw Error(ErrorCode::kNoSpace, "no room for this block");
     inner_->write(blocks, from);
   }
-  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  std::byte* address(std::uint64_t block, bool writable) override {
+    return inner_->address(block, writable);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

@@ -35,7 +35,9 @@ class FakeBackend final : public Backend {
     spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
                      from);
   }
-  std::byte* address(std::uint64_t block) override { return direct_ ? address_of(block) : nullptr; }
+  std::byte* address(std::uint64_t block, bool) override {
+    return direct_ ? address_of(block) : nullptr;
+  }
   void advise(BlockRange, Advice advice) noexcept override {
     if (advice == Advice::kWillNeed) ++prefetches;
   }

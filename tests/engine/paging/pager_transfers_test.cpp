@@ -47,7 +47,7 @@ class HeldBackend final : public Backend {
     }
     Backend::start(transfer);
   }
-  std::byte* address(std::uint64_t) override { return nullptr; }
+  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }

@@ -41,6 +41,9 @@ struct SubdivideOptions {
   bool limit = false;    ///< projects positions to the limit surface (Loop only)
   int threads = 1;       ///< transparent uses one, whatever is asked for
   std::function<bool(const SubdivideProgress&)> proceed = {};  ///< false cancels
+  /// Positions have reached this level everywhere, and nothing is pinned: the store may be
+  /// committed. Not called by the fused executor, which finishes all levels at once.
+  std::function<void(int level)> level_done = {};
 };
 
 /// Gives a store that has no attribute yet its base positions: attribute "position", float32 x 3 or

@@ -1,0 +1,32 @@
+// The names of a store's files; docs/format.md, "Directory".
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace plait {
+
+inline constexpr char kManifestName[] = "manifest";
+inline constexpr char kBaseMeshName[] = "base.mesh";
+inline constexpr char kLockName[] = "lock";
+inline constexpr char kJournalName[] = "journal";
+
+inline std::string level_file_name(std::uint32_t attribute, int level) {
+  return fmt::format("attribute{}.level{:02}", attribute, level);
+}
+inline std::string base_file_name(std::uint32_t attribute, std::uint64_t version) {
+  return fmt::format("attribute{}.base.{}", attribute, version);
+}
+inline std::string tables_file_name(std::uint64_t version) {
+  return fmt::format("tables.{}", version);
+}
+
+/// Whether a name is one that versions come and go by.
+inline bool is_version_file_name(std::string_view name) {
+  return name.starts_with("attribute") || name.starts_with("tables.");
+}
+
+}  // namespace plait

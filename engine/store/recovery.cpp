@@ -1,0 +1,90 @@
+#include "store/recovery.h"
+
+#include <chrono>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "plait/error.h"
+#include "store/file_names.h"
+#include "store/rollback_journal.h"
+
+namespace plait {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What may keep a reader waiting is another one that is putting blocks back, or about to.
+constexpr int kAttempts = 100;
+constexpr std::chrono::milliseconds kPause{20};
+
+bool must_be_undone(const fs::path& store) {
+  if (!fs::exists(fs::symlink_status(RollbackJournal::path_in(store)))) return false;
+  const Manifest manifest = read_manifest(store / kManifestName);
+  return is_hot_journal(store, manifest.uuid, manifest.sequence);
+}
+
+void undo(const fs::path& store) {
+  const Manifest manifest = read_manifest(store / kManifestName);
+  roll_back(store, manifest.uuid, manifest.sequence);
+}
+
+/// A slot whose sync failed may be what is read and yet not what is on the disk. Written once more
+/// it becomes both; torn it is what it was.
+void write_newest_slot_again(const fs::path& store) {
+  File file(store / kManifestName, OpenMode::kReadWrite);
+  write_manifest(file, read_manifest(file));
+  file.sync();
+  file.close();
+  sync_directory(store);
+}
+
+StoreLock lock_for_reading(const fs::path& store) {
+  for (int attempt = 1;; ++attempt) {
+    try {
+      {
+        StoreLock lock(store / kLockName, false, false);
+        if (!must_be_undone(store)) return lock;
+      }
+      const StoreLock lock(store / kLockName, true, false);
+      undo(store);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !must_be_undone(store)) throw;
+      std::this_thread::sleep_for(kPause);
+    }
+  }
+}
+
+}  // namespace
+
+StoreLock lock_recovered(const fs::path& store, bool writable, Durability durability) {
+  if (!writable) return lock_for_reading(store);
+  StoreLock lock(store / kLockName, true, false);
+  undo(store);
+  if (durability == Durability::kCommit) write_newest_slot_again(store);
+  remove_left_over_files(store);
+  return lock;
+}
+
+void remove_left_over_files(const fs::path& store) noexcept {
+  try {
+    std::set<std::string> named;
+    const File file(store / kManifestName, OpenMode::kRead);
+    const Manifest newest = read_manifest(file);
+    for (const ManifestAttribute& attribute : newest.attributes)
+      for (int level = newest.base_level + 1; level <= attribute.finest_level; ++level)
+        named.insert(level_file_name(attribute.number, level));
+    for (const Manifest& version : read_whole_slots(file)) {
+      named.insert(tables_file_name(version.sequence));
+      for (const ManifestAttribute& attribute : version.attributes)
+        named.insert(base_file_name(attribute.number, version.sequence));
+    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(store)) {
+      const std::string name = entry.path().filename().string();
+      if (is_version_file_name(name) && !named.contains(name)) remove_file_if_possible(entry);
+    }
+  } catch (...) {  // what stays is in nobody's way
+  }
+}
+
+}  // namespace plait

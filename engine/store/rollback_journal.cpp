@@ -1,0 +1,243 @@
+#include "store/rollback_journal.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "plait/edge_index.h"
+#include "plait/error.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/file_names.h"
+
+namespace plait {
+namespace {
+
+constexpr char kMagic[] = "plaitjnl";
+constexpr std::size_t kHeaderBytes = 48, kHeaderChecksumOffset = 40;
+constexpr std::size_t kRecordBytes = 40, kRecordChecksumOffset = 32;
+constexpr std::size_t kChunkBytes = 1 << 20;
+
+using Header = std::array<std::byte, kHeaderBytes>;
+using RecordHeader = std::array<std::byte, kRecordBytes>;
+
+Header make_header(const StoreUuid& uuid, std::uint64_t sequence) {
+  Header header{};
+  const std::span<std::byte> bytes(header);
+  std::memcpy(bytes.data(), kMagic, 8);
+  save(bytes, 8, std::uint32_t{1});
+  std::ranges::copy(uuid, bytes.begin() + 16);
+  save(bytes, 32, sequence);
+  save(bytes, kHeaderChecksumOffset, checksum_of(bytes.first(kHeaderChecksumOffset)));
+  return header;
+}
+
+std::uint64_t seed_of(const Header& header) {
+  return load<std::uint64_t>(header, kHeaderChecksumOffset);
+}
+
+struct Record {
+  std::uint32_t attribute = 0, level = 0;
+  std::uint64_t block = 0, offset = 0, bytes = 0, checksum = 0;
+};
+
+RecordHeader encode(const Record& record) {
+  RecordHeader header{};
+  const std::span<std::byte> bytes(header);
+  save(bytes, 0, record.attribute);
+  save(bytes, 4, record.level);
+  save(bytes, 8, record.block);
+  save(bytes, 16, record.offset);
+  save(bytes, 24, record.bytes);
+  save(bytes, kRecordChecksumOffset, record.checksum);
+  return header;
+}
+
+Record decode(const RecordHeader& header) {
+  return {load<std::uint32_t>(header, 0),  load<std::uint32_t>(header, 4),
+          load<std::uint64_t>(header, 8),  load<std::uint64_t>(header, 16),
+          load<std::uint64_t>(header, 24), load<std::uint64_t>(header, kRecordChecksumOffset)};
+}
+
+/// Of a record's header and, part by part, its block; seeded by the journal's own checksum.
+class RecordChecksum {
+ public:
+  RecordChecksum(std::uint64_t seed, const Record& record) : state_(XXH3_createState()) {
+    if (!state_) throw Error(ErrorCode::kOutOfMemory, "journal: no memory for a checksum");
+    XXH3_64bits_reset_withSeed(state_.get(), seed);
+    const RecordHeader header = encode(record);
+    add(std::span(header).first(kRecordChecksumOffset));
+  }
+  void add(std::span<const std::byte> part) {
+    XXH3_64bits_update(state_.get(), part.data(), part.size());
+  }
+  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
+
+ private:
+  struct Free {
+    void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+  };
+  std::unique_ptr<XXH3_state_t, Free> state_;
+};
+
+/// Calls visit(position, part) for each part of `bytes` bytes at `offset`.
+template <class Visit>
+void for_each_part(const File& file, std::uint64_t offset, std::uint64_t bytes,
+                   std::vector<std::byte>& buffer, Visit visit) {
+  for (std::uint64_t done = 0; done < bytes;) {
+    const std::uint64_t count = std::min<std::uint64_t>(kChunkBytes, bytes - done);
+    buffer.resize(kChunkBytes);
+    const std::span<std::byte> part = std::span(buffer).first(count);
+    file.read_at(offset + done, part);
+    visit(done, part);
+    done += count;
+  }
+}
+
+/// The record at `at` and where its block begins, unless the journal's whole part ends there.
+std::optional<Record> read_record(const File& journal, std::uint64_t at, std::uint64_t size,
+                                  std::uint64_t seed, std::vector<std::byte>& buffer) {
+  if (size - at < kRecordBytes) return {};
+  RecordHeader header;
+  journal.read_at(at, header);
+  const Record record = decode(header);
+  if (record.bytes == 0 || record.bytes > size - at - kRecordBytes) return {};
+  RecordChecksum checksum(seed, record);
+  for_each_part(journal, at + kRecordBytes, record.bytes, buffer,
+                [&](std::uint64_t, std::span<const std::byte> part) { checksum.add(part); });
+  if (checksum.value() != record.checksum) return {};
+  return record;
+}
+
+File open_level_of(const Record& record, const std::filesystem::path& store) {
+  const auto refuse = [&](const std::string& reason) {
+    return Error(ErrorCode::kCorruption,
+                 fmt::format("roll back {}: block {} of attribute {}, level {}: {}",
+                             (store / kJournalName).native(), record.block, record.attribute,
+                             record.level, reason));
+  };
+  if (record.level > kMaxLevel) throw refuse("there is no such level");
+  const std::filesystem::path path =
+      store / level_file_name(record.attribute, static_cast<int>(record.level));
+  if (!std::filesystem::is_regular_file(path)) throw refuse("its file is not there");
+  File file(path, OpenMode::kReadWrite);
+  const std::uint64_t size = file.size();
+  if (record.offset > size || record.bytes > size - record.offset)
+    throw refuse(fmt::format("expected {} bytes at byte {}, found a file of {} bytes", record.bytes,
+                             record.offset, size));
+  return file;
+}
+
+/// The journal, if it is one of this version of this store.
+std::optional<File> open_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
+                                     std::uint64_t sequence) {
+  File journal(RollbackJournal::path_in(store), OpenMode::kRead);
+  Header header{};
+  if (journal.size() >= kHeaderBytes) journal.read_at(0, header);
+  if (header != make_header(uuid, sequence)) return {};
+  return journal;
+}
+
+/// Returns how many blocks it put back.
+std::uint64_t put_back(const File& journal, std::uint64_t seed,
+                       const std::filesystem::path& store) {
+  const std::uint64_t size = journal.size();
+  std::uint64_t restored = 0;
+  std::vector<std::byte> buffer;
+  std::set<std::filesystem::path> changed;
+  for (std::uint64_t at = kHeaderBytes;;) {
+    const std::optional<Record> record = read_record(journal, at, size, seed, buffer);
+    if (!record) break;
+    File level = open_level_of(*record, store);
+    for_each_part(journal, at + kRecordBytes, record->bytes, buffer,
+                  [&](std::uint64_t done, std::span<const std::byte> part) {
+                    level.write_at(record->offset + done, part);
+                  });
+    changed.insert(level.path());
+    at += kRecordBytes + record->bytes;
+    ++restored;
+  }
+  for (const std::filesystem::path& level : changed) File(level, OpenMode::kReadWrite).sync();
+  return restored;
+}
+
+}  // namespace
+
+RollbackJournal::RollbackJournal(const std::filesystem::path& store, const StoreUuid& uuid,
+                                 std::uint64_t sequence)
+    : store_(store), uuid_(uuid), sequence_(sequence) {}
+
+std::filesystem::path RollbackJournal::path_in(const std::filesystem::path& store) {
+  return store / kJournalName;
+}
+
+void RollbackJournal::create() {
+  const std::filesystem::path path = path_in(store_);
+  remove_file(path);
+  File file(path, OpenMode::kCreate);
+  const Header header = make_header(uuid_, sequence_);
+  file.write_at(0, header);
+  sync_directory(store_);
+  file_ = std::move(file);
+  seed_ = seed_of(header);
+  end_ = kHeaderBytes;
+}
+
+void RollbackJournal::keep(std::uint32_t attribute, int level, const std::filesystem::path& file,
+                           const LevelGeometry& geometry, std::span<const std::uint64_t> blocks) {
+  if (blocks.empty()) return;
+  const std::scoped_lock lock(mutex_);
+  if (!file_.is_open()) create();
+  const File level_file(file, OpenMode::kRead);
+  std::vector<std::byte> buffer;
+  std::uint64_t end = end_;
+  for (const std::uint64_t block : blocks) {
+    Record record{attribute, static_cast<std::uint32_t>(level), block, geometry.block_offset(block),
+                  geometry.block_bytes(block)};
+    RecordChecksum checksum(seed_, record);
+    for_each_part(level_file, record.offset, record.bytes, buffer,
+                  [&](std::uint64_t at, std::span<const std::byte> part) {
+                    checksum.add(part);
+                    file_.write_at(end + kRecordBytes + at, part);
+                  });
+    record.checksum = checksum.value();
+    file_.write_at(end, encode(record));
+    end += kRecordBytes + record.bytes;
+  }
+  file_.sync();
+  end_ = end;
+}
+
+void RollbackJournal::begin_version(std::uint64_t sequence) {
+  const std::scoped_lock lock(mutex_);
+  sequence_ = sequence;
+  if (!file_.is_open()) return;
+  file_ = File();
+  remove_file_if_possible(path_in(store_));
+}
+
+bool is_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
+                    std::uint64_t sequence) {
+  return open_hot_journal(store, uuid, sequence).has_value();
+}
+
+std::uint64_t roll_back(const std::filesystem::path& store, const StoreUuid& uuid,
+                        std::uint64_t sequence) {
+  const std::filesystem::path path = RollbackJournal::path_in(store);
+  if (!std::filesystem::exists(std::filesystem::symlink_status(path))) return 0;
+  std::uint64_t restored = 0;
+  if (const std::optional<File> journal = open_hot_journal(store, uuid, sequence))
+    restored = put_back(*journal, seed_of(make_header(uuid, sequence)), store);
+  remove_file(path);
+  sync_directory(store);
+  return restored;
+}
+
+}  // namespace plait

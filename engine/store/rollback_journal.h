@@ -1,0 +1,66 @@
+// The rollback journal: what blocks of the last committed version held before they are overwritten
+// in place, so that the version can be put back after a crash. Bytes: docs/format.md, "journal".
+//
+// Invariants
+//  1. A block of the committed version is in the journal, and the journal on the disk, before the
+//     first byte of it is overwritten.
+//  2. The journal belongs to one version of one store. It is hot while the manifest names that
+//     version as its newest; from the next one's manifest slot on it means nothing and is removed.
+//  3. Putting blocks back may be interrupted and begun again any number of times.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <mutex>
+#include <span>
+
+#include "plait/block_table.h"
+#include "plait/file.h"
+#include "plait/level_geometry.h"
+
+namespace plait {
+
+/// Safe from several threads.
+class RollbackJournal {
+ public:
+  /// Nothing is made before the first keep().
+  RollbackJournal(const std::filesystem::path& store, const StoreUuid& uuid,
+                  std::uint64_t sequence);
+
+  /// Enters blocks of a level's file as they are there, good or damaged. On the disk when it
+  /// returns. Errors: kIo, kNoSpace; the blocks must not be overwritten then.
+  void keep(std::uint32_t attribute, int level, const std::filesystem::path& file,
+            const LevelGeometry& geometry, std::span<const std::uint64_t> blocks);
+
+  /// Version `sequence` has been committed: what was kept is of no use any more.
+  void begin_version(std::uint64_t sequence);
+  /// The version that blocks are kept of.
+  std::uint64_t sequence() const { return sequence_; }
+
+  static std::filesystem::path path_in(const std::filesystem::path& store);
+
+ private:
+  void create();
+
+  std::filesystem::path store_;
+  StoreUuid uuid_;
+  std::atomic<std::uint64_t> sequence_;
+  std::mutex mutex_;
+  File file_;
+  std::uint64_t end_ = 0, seed_ = 0;
+};
+
+/// Whether the store has a journal of version `sequence`. Errors: kIo.
+bool is_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
+                    std::uint64_t sequence);
+
+/// Puts back what the store's journal holds of version `sequence`, its newest one, makes that
+/// durable, and removes the journal. Returns the number of blocks. A torn end is ignored: what it
+/// stood for was never overwritten. A
+/// journal of another version is removed. REQUIRES: the writer's lock.
+/// Errors: kCorruption for a record that no journal of this store can have; kIo, kNoSpace.
+std::uint64_t roll_back(const std::filesystem::path& store, const StoreUuid& uuid,
+                        std::uint64_t sequence);
+
+}  // namespace plait

@@ -1,0 +1,143 @@
+// Every file operation of a run fails once, for each of them in turn; or falls short everywhere.
+#include "durability/faults.h"
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <optional>
+
+#include "durability/workload.h"
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+class LastCommit final : public CommitObserver {
+ public:
+  void committing(std::uint64_t version) override { in_flight_ = version; }
+  void committed(std::uint64_t version) override { committed_ = in_flight_ = version; }
+  bool allows(std::uint64_t version) const {
+    return version == committed_ || version == in_flight_;
+  }
+  std::uint64_t committed() const { return committed_; }
+
+ private:
+  std::uint64_t committed_ = 0, in_flight_ = 0;
+};
+
+/// Runs with operation `failing` made to fail. False: there are not so many.
+bool try_run(const std::string& backend, std::uint64_t failing, int error,
+             FailingOperations::From from, const std::vector<Digest>& versions) {
+  const TemporaryDirectory here;
+  const std::filesystem::path store = here.path() / "s.plait";
+  LastCommit last;
+  std::optional<Error> reported;
+  bool failed = false;
+  {
+    FailingOperations operations(here.path(), failing, error, from);
+    try {
+      run_workload(store, backend, last);
+    } catch (const Error& caught) {
+      reported = caught;
+    }
+    failed = operations.failed();
+  }
+  if (!failed) {
+    REQUIRE_FALSE(reported);
+    return false;
+  }
+  CAPTURE(backend, failing, error, reported ? reported->what() : "nothing was reported");
+  if (reported) {
+    REQUIRE(reported->code() == (error == ENOSPC ? ErrorCode::kNoSpace : ErrorCode::kIo));
+    REQUIRE(names(*reported, {here.path().string()}));
+  }
+  if (last.committed() == 0 && from == FailingOperations::From::kOne && reported)
+    REQUIRE(file_names(here.path()).empty());
+  const std::uint64_t version = version_found(store, versions);
+  REQUIRE(last.allows(version));
+  return true;
+}
+
+/// Every one, or in the short run one in `stride`.
+std::uint64_t stride(std::uint64_t short_run) { return std::getenv("PLAIT_LONG") ? 1 : short_run; }
+
+}  // namespace
+
+TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
+  for (const std::string& backend : backends_on_disk()) {
+    const TemporaryDirectory undisturbed;
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    std::uint64_t tried = 0;
+    for (const int error : {EIO, ENOSPC})
+      for (const auto from :
+           {FailingOperations::From::kOne, FailingOperations::From::kAllFromThere})
+        for (std::uint64_t failing = tried % 7; try_run(backend, failing, error, from, versions);
+             failing += stride(7))
+          ++tried;
+    CHECK(tried > 50);
+  }
+}
+
+TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
+  for (const std::string& backend : backends_on_disk()) {
+    const TemporaryDirectory undisturbed, here;
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    LastCommit last;
+    {
+      const ShortAndInterrupted operations(977);
+      run_workload(here.path() / "s.plait", backend, last);
+      CHECK(operations.operations() > 500);
+    }
+    CHECK(version_found(here.path() / "s.plait", versions) == versions.size() - 1);
+  }
+}
+
+TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
+  for (const std::string& backend : backends_on_disk()) {
+    CAPTURE(backend);
+    const TemporaryDirectory here;
+    const std::filesystem::path path = here.path() / "s.plait";
+    StoreOptions options = sample_options(backend);
+    options.durability = Durability::kCommit;
+    Store store =
+        Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+    add_sample(store, sample_schemas()[0], 2);
+    store.commit();
+    change_blocks(store, 0, 2, 1);
+    {
+      const FailingOperations operations(here.path(), 0, EIO,
+                                         FailingOperations::From::kAllFromThere);
+      CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kIo);
+    }
+    CHECK(read_level(store, 0, 1) == sample_level(store, sample_schemas()[0], 1));
+    CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+    store.close();
+    Store again = Store::open(path, {true}, default_backends());
+    CHECK(again.sequence() == 1);
+    CHECK(holds_sample(again, 0));
+    change_blocks(again, 0, 2, 1);
+    again.commit();
+  }
+}
+
+TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  {
+    Store store = Store::create(path, BaseMesh::build(torus_grid(8, 6)), sample_options("mmap"),
+                                default_backends());
+    add_sample(store, sample_schemas()[0], 3);
+    store.commit();
+  }
+  Store store = Store::open(path, {}, default_backends());
+  std::filesystem::resize_file(path / "attribute0.level03", 4096);
+  CHECK(error_of([&] { read_level(store, 0, 3); }).code() == ErrorCode::kCorruption);
+  CHECK(read_level(store, 0, 2) == sample_level(store, sample_schemas()[0], 2));
+}
+
+}  // namespace plait::test

@@ -1,0 +1,111 @@
+// plait subdivide --resume: goes on from what is committed, and refuses what is another work.
+#include <signal.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "program.h"
+#include "support/usable_backends.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names subdivide(int levels, Names further = {}) {
+  Names arguments{"subdivide", "m.ply", "s.plait", "--levels", std::to_string(levels), "--json"};
+  arguments.insert(arguments.end(), further.begin(), further.end());
+  return arguments;
+}
+
+void make_mesh(const TemporaryDirectory& here, const char* name, const char* vertices) {
+  REQUIRE(run(here.path(), {"generate", "torus", name, "--vertices", vertices}).status == 0);
+}
+
+}  // namespace
+
+TEST_CASE("Resume_LevelByLevel_GivesWhatOneRunGives") {
+  for (const std::string& backend : usable_backends()) {
+    if (backend == "memory") continue;
+    for (const std::string scheme : {"loop", "butterfly", "midpoint"}) {
+      CAPTURE(backend, scheme);
+      const TemporaryDirectory here;
+      make_mesh(here, "m.ply", "300");
+      const Names options{"--backend", backend, "--scheme", scheme,
+                          "--memory",  "1MiB",  "--block",  "16KiB"};
+      Names whole = subdivide(4, options);
+      whole[2] = "whole.plait";
+      whole.push_back("--normals");
+      const Outcome expected = run(here.path(), whole);
+      REQUIRE(expected.status == 0);
+
+      Names part = options;
+      part.push_back("--resume");
+      for (const int levels : {1, 3}) {
+        const Outcome outcome = run(here.path(), subdivide(levels, part));
+        REQUIRE(outcome.status == 0);
+        CHECK(outcome.json()["resumed_level"] == (levels == 1 ? 0 : 1));
+      }
+      part.push_back("--normals");
+      const Outcome outcome = run(here.path(), subdivide(4, part));
+      REQUIRE(outcome.status == 0);
+      CHECK(outcome.json()["digest"] == expected.json()["digest"]);
+      const Outcome again = run(here.path(), subdivide(4, part));
+      CHECK(again.json()["resumed_level"] == 4);
+      CHECK(again.json()["digest"] == expected.json()["digest"]);
+      CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+    }
+  }
+}
+
+TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "300");
+  make_mesh(here, "other.ply", "400");
+  REQUIRE(run(here.path(), subdivide(3, {"--resume", "--normals"})).status == 0);
+  const auto digest = run(here.path(), {"digest", "s.plait", "--json"}).json()["digest"];
+  Names other_mesh = subdivide(3, {"--resume"});
+  other_mesh[1] = "other.ply";
+  for (const Names& arguments :
+       {other_mesh, subdivide(2, {"--resume"}), subdivide(4, {"--resume", "--normals"}),
+        subdivide(3, {"--resume", "--scheme", "midpoint"}),
+        subdivide(3, {"--resume", "--precision", "float64"})}) {
+    const Outcome outcome = run(here.path(), arguments);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.json()["error"]["code"] == "invalid_argument");
+    CHECK(run(here.path(), {"digest", "s.plait", "--json"}).json()["digest"] == digest);
+  }
+  REQUIRE(run(here.path(), subdivide(3, {"--force", "--limit"})).status == 0);
+  CHECK(run(here.path(), subdivide(4, {"--resume"})).status == 2);
+}
+
+TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "20000");
+  Names whole = subdivide(6);
+  whole[2] = "whole.plait";
+  const Outcome expected = run(here.path(), whole);
+  REQUIRE(expected.status == 0);
+  {
+    Program program(here.path(), subdivide(6, {"--resume"}));
+    while (!std::filesystem::exists(here.path() / "s.plait" / "attribute0.level04"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ::kill(program.process(), SIGINT);
+    const Outcome outcome = program.wait();
+    CHECK(outcome.status == 128 + SIGINT);
+    CHECK(outcome.json()["error"]["message"].get<std::string>().find("--resume") !=
+          std::string::npos);
+  }
+  CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+  const Outcome outcome = run(here.path(), subdivide(6, {"--resume"}));
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.json()["resumed_level"] >= 3);
+  CHECK(outcome.json()["digest"] == expected.json()["digest"]);
+}
+
+}  // namespace plait::test
