@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 namespace plait {
@@ -9,6 +10,31 @@ namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
+
+/// Takes a plus sign off, which std::from_chars does not know; nothing if another sign follows.
+std::optional<std::string_view> without_plus(std::string_view word) {
+  if (!word.starts_with('+')) return word;
+  word.remove_prefix(1);
+  return word.starts_with('-') ? std::nullopt : std::optional(word);
+}
+
+/// Whether a decimal number that no double can hold is too small rather than too large: by where
+/// its first digit that counts stands, written as 0.d... times a power of ten.
+bool is_below_doubles(std::string_view number) {
+  const std::size_t mantissa_end = std::min(number.find_first_of("eE"), number.size());
+  const std::string_view mantissa = number.substr(0, mantissa_end);
+  const auto point = static_cast<std::int64_t>(std::min(mantissa.find('.'), mantissa.size()));
+  const auto digit = static_cast<std::int64_t>(mantissa.find_first_of("123456789"));
+  const std::int64_t place = digit < point ? point - digit : point - digit + 1;
+  if (mantissa_end == number.size()) return place < 0;
+
+  std::string_view text = number.substr(mantissa_end + 1);
+  if (text.starts_with('+')) text.remove_prefix(1);
+  std::int32_t exponent = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
+  // A word is too short to make up for an exponent that no integer holds.
+  return error == std::errc() ? place + exponent < 0 : text.starts_with('-');
+}
 
 }  // namespace
 
@@ -103,23 +129,24 @@ void TextInput::refuse_end(std::string_view element, std::string_view expected) 
 }
 
 std::optional<double> parse_number(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
+  const std::optional<std::string_view> number = without_plus(word);
+  if (!number || number->empty()) return std::nullopt;
+  const char* const last = number->data() + number->size();
   double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+  const auto [end, error] = std::from_chars(number->data(), last, value);
+  if (end != last) return std::nullopt;
   if (error == std::errc()) return value;
-  if (error != std::errc::result_out_of_range) return std::nullopt;
-  const bool tiny = word.find("e-") != std::string_view::npos ||
-                    word.find("E-") != std::string_view::npos ||
-                    word.substr(word.starts_with('-') ? 1 : 0).starts_with("0.");
-  return tiny ? std::optional(0.0) : std::nullopt;
+  return error == std::errc::result_out_of_range && is_below_doubles(*number) ? std::optional(0.0)
+                                                                              : std::nullopt;
 }
 
 std::optional<std::int64_t> parse_integer(std::string_view word) {
-  if (word.starts_with('+')) word.remove_prefix(1);
+  const std::optional<std::string_view> number = without_plus(word);
+  if (!number || number->empty()) return std::nullopt;
+  const char* const last = number->data() + number->size();
   std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || word.empty()) return std::nullopt;
+  const auto [end, error] = std::from_chars(number->data(), last, value);
+  if (error != std::errc() || end != last) return std::nullopt;
   return value;
 }
 

@@ -1,20 +1,14 @@
 // Writing and reading one committed version: tables, base records, manifest slot.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstring>
-
 #include "plait/error.h"
-#include "store/byte_order.h"
+#include "store/block_tables_file.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/store_state.h"
 
 namespace plait {
 namespace {
-
-constexpr char kTablesMagic[] = "plaitblk";
-constexpr std::size_t kTablesHeaderBytes = 16;
 
 /// Creates the file anew, whatever an earlier run left under its name.
 void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes,
@@ -40,29 +34,10 @@ std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::u
   return content;
 }
 
-void check_entries(std::span<const BlockEntry> entries, const LevelGeometry& geometry,
-                   const std::filesystem::path& path) {
-  for (std::uint64_t block = 0; block < entries.size(); ++block) {
-    const BlockEntry& entry = entries[block];
-    const bool right = entry.encoding == BlockEncoding::kNeverWritten
-                           ? entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0
-                       : entry.encoding == BlockEncoding::kRaw
-                           ? entry.stored_bytes == geometry.block_bytes(block)
-                           : entry.encoding == BlockEncoding::kEncoded && entry.stored_bytes > 0 &&
-                                 entry.stored_bytes < geometry.block_bytes(block);
-    if (!right || entry.offset > (std::uint64_t{1} << 62))
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("open {}: the table entry of block {} is out of range", path.native(),
-                              block));
-  }
-}
-
 }  // namespace
 
 std::vector<std::byte> encode_tables(const Store::Implementation& store) {
-  std::vector<std::byte> bytes(kTablesHeaderBytes);
-  std::memcpy(bytes.data(), kTablesMagic, 8);
-  save(std::span(bytes), 8, std::uint32_t{1});
+  std::vector<std::byte> bytes = block_tables_header();
   for (const auto& attribute : store.attributes)
     for (const auto& level : attribute.levels) {
       const auto entries = std::as_bytes(level->table.entries());
@@ -149,14 +124,7 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
   const std::filesystem::path tables_file = path / tables_file_name(manifest.sequence);
   const std::vector<std::byte> tables =
       read_whole_file(tables_file, manifest.tables_bytes, manifest.tables_checksum);
-  std::span<const std::byte> rest(tables);
-  const auto refuse = [&](std::string_view reason) {
-    return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", tables_file.native(), reason));
-  };
-  if (rest.size() < kTablesHeaderBytes || std::memcmp(rest.data(), kTablesMagic, 8) != 0 ||
-      load<std::uint32_t>(rest, 8) != 1)
-    throw refuse("no header of block tables");
-  rest = rest.subspan(kTablesHeaderBytes);
+  BlockTablesReader tables_reader(tables, tables_file);
 
   for (const ManifestAttribute& stored : manifest.attributes) {
     Attribute attribute;
@@ -168,19 +136,13 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
       const LevelGeometry geometry(base.edge_count(), base.border_edges(),
                                    level - manifest.base_level, stored.schema.record_bytes(),
                                    manifest.block_bytes);
-      if (rest.size() / sizeof(BlockEntry) < geometry.block_count())
-        throw refuse("it ends before its last level");
-      std::vector<BlockEntry> entries(geometry.block_count());
-      const std::size_t bytes = entries.size() * sizeof(BlockEntry);
-      if (bytes > 0) std::memcpy(entries.data(), rest.data(), bytes);
-      rest = rest.subspan(bytes);
-      check_entries(entries, geometry, tables_file);
+      const std::vector<BlockEntry> entries = tables_reader.next_level(geometry);
       attribute.levels.push_back(open_level(attribute, stored.schema, level, mode, entries));
     }
     infos.push_back({stored.schema, stored.finest_level});
     attributes.push_back(std::move(attribute));
   }
-  if (!rest.empty()) throw refuse("it goes on after its last level");
+  tables_reader.finish();
 }
 
 }  // namespace plait

@@ -36,7 +36,7 @@ TEST_CASE("Resume_LevelByLevel_GivesWhatOneRunGives") {
       const TemporaryDirectory here;
       make_mesh(here, "m.ply", "300");
       const Names options{"--backend", backend, "--scheme", scheme,
-                          "--memory",  "1MiB",  "--block",  "16KiB"};
+                          "--memory",  "4MiB",  "--block",  "16KiB"};
       Names whole = subdivide(4, options);
       whole[2] = "whole.plait";
       whole.push_back("--normals");

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, those only that are missing.
 #
-#   tools/dev/install_packages.sh [build] [tests] [checks]     default: build tests
+#   tools/dev/install_packages.sh [build] [tests] [checks] [fuzz]     default: build tests
 #
 # This list is the one place where packages are named. It needs root, or sudo, only when something
 # is missing. On a system without dpkg it names the packages and leaves the rest to CMake.
@@ -16,6 +16,7 @@ build_packages=(
 tests_packages=(catch2)
 # Versions are fixed here: another clang-format lays the same code out differently.
 checks_packages=(clang-format-14 clang-tidy-14)
+fuzz_packages=(clang-14 libclang-rt-14-dev)
 
 groups=("$@")
 [ ${#groups[@]} -gt 0 ] || groups=(build tests)
@@ -25,8 +26,9 @@ for group in "${groups[@]}"; do
     build) wanted+=("${build_packages[@]}") ;;
     tests) wanted+=("${tests_packages[@]}") ;;
     checks) wanted+=("${checks_packages[@]}") ;;
+    fuzz) wanted+=("${fuzz_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are build, tests, checks" >&2
+      echo "install_packages: unknown group '$group'; there are build, tests, checks, fuzz" >&2
       exit 2
       ;;
   esac

@@ -1,0 +1,24 @@
+// A file base.mesh whose checksum is right. What is accepted is what the bytes say.
+#include "store/base_mesh_file.h"
+
+#include "mesh_target.h"
+#include "store/checksum.h"
+
+using namespace plait;
+using namespace plait::fuzz;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::size_t kHeaderBytes = 32;
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
+  const std::filesystem::path path = path_of(data, size);
+  accepts({ErrorCode::kCorruption}, [&] {
+    const BaseMesh mesh = read_base_mesh_file(path, {size, checksum_of(bytes)});
+    check_base_mesh(mesh);
+    const auto positions = std::as_bytes(mesh.positions());
+    const auto faces = std::as_bytes(mesh.faces());
+    require(size == kHeaderBytes + positions.size() + faces.size());
+    require(std::ranges::equal(positions, bytes.subspan(kHeaderBytes, positions.size())));
+    require(std::ranges::equal(faces, bytes.last(faces.size())));
+  });
+  return 0;
+}

@@ -1,0 +1,71 @@
+// Any block through any codec and filter chain and back.
+//
+// Input: coding, room for the codec, then the block.
+#include <algorithm>
+#include <cstdint>
+
+#include "coding.h"
+#include "compressed/block_coder.h"
+#include "oracle.h"
+
+using namespace plait;
+using namespace plait::fuzz;
+
+namespace {
+
+void check_filter(const Filter& filter, std::span<const std::byte> raw) {
+  ExactBytes filtered(raw.size()), back(raw.size());
+  filter.encode(raw, filtered.span());
+  filter.decode(filtered.span(), back.span());
+  require(std::ranges::equal(raw, back.span()));
+  filter.decode(raw, back.span());
+  filter.encode(back.span(), filtered.span());
+  require(std::ranges::equal(raw, filtered.span()));
+}
+
+/// Compresses into `room` bytes; if that is enough, what is there decodes to `raw`.
+bool check_codec(Codec& codec, std::span<const std::byte> raw, std::size_t room) {
+  ExactBytes into(room);
+  const std::optional<std::size_t> stored_bytes = codec.compress(raw, into.span());
+  if (!stored_bytes) return false;
+  require(*stored_bytes <= room);
+  ExactBytes stored(into.span().first(*stored_bytes)), back(raw.size());
+  codec.decompress(stored.span(), back.span());
+  require(std::ranges::equal(raw, back.span()));
+  return true;
+}
+
+void check_coder(BlockCoder& coder, std::span<const std::byte> raw) {
+  const EncodedBlock encoded = coder.encode(raw);
+  if (encoded.encoding == BlockEncoding::kRaw) {
+    require(std::ranges::equal(raw, encoded.bytes));
+    return;
+  }
+  require(encoded.encoding == BlockEncoding::kEncoded);
+  require(!encoded.bytes.empty() && encoded.bytes.size() <= max_encoded_bytes(raw.size()));
+  ExactBytes stored(encoded.bytes), back(raw.size());
+  coder.decode(stored.span(), back.span());
+  require(std::ranges::equal(raw, back.span()));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  InputBytes input(data, size);
+  const Coding coding = take_coding(input);
+  const std::size_t room = input.take<std::uint16_t>();
+  ExactBytes block(input.rest());
+  const std::span<const std::byte> raw = block.span();
+
+  for (const auto& filter : make_filter_chain(coding.filter, coding.component_bytes))
+    check_filter(*filter, raw);
+  const auto codec = make_codec(coding.codec);
+  check_codec(*codec, raw, room);
+  require(check_codec(*codec, raw, codec->bound(raw.size())));
+  // The coder is made for blocks that may be larger, and meets more than one.
+  BlockCoder coder(coding.codec, coding.filter, coding.component_bytes, raw.size() + room);
+  check_coder(coder, raw);
+  check_coder(coder, raw.first(raw.size() / 2));
+  check_coder(coder, raw);
+  return 0;
+}

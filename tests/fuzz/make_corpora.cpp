@@ -1,0 +1,313 @@
+// tests/fuzz/make_corpora.cpp: writes the seeds of all targets, the same each time.
+//
+//   make_corpora tests/fuzz/corpora
+//
+// A file that a fuzzer found lies beside them under a name of its own and is left alone.
+#include <zlib.h>
+#include <zstd.h>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "compressed/block_coder.h"
+#include "plait/level_geometry.h"
+#include "store/block_tables_file.h"
+#include "store/manifest.h"
+
+using namespace plait;
+
+namespace {
+
+std::filesystem::path corpora;
+
+void seed(const char* target, const char* name, const std::string& bytes) {
+  std::filesystem::create_directories(corpora / target);
+  std::ofstream file(corpora / target / name, std::ios::binary);
+  file << bytes;
+  file.exceptions(std::ios::failbit);
+  file.close();
+}
+
+template <class Number>
+std::string number(Number value, bool big_endian = false) {
+  std::string bytes(reinterpret_cast<const char*>(&value), sizeof(Number));
+  return big_endian ? std::string(bytes.rbegin(), bytes.rend()) : bytes;
+}
+
+std::string text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::span<const std::byte> bytes_of(const std::string& text) {
+  return std::as_bytes(std::span(text));
+}
+
+std::string zstd(const std::string& bytes, bool checksum = false) {
+  std::string result(ZSTD_compressBound(bytes.size()), '\0');
+  ZSTD_CCtx* const context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, checksum ? 1 : 0);
+  result.resize(ZSTD_compress2(context, result.data(), result.size(), bytes.data(), bytes.size()));
+  ZSTD_freeCCtx(context);
+  return result;
+}
+
+std::string gzip(const std::string& bytes, bool with_names = false) {
+  std::string result(bytes.size() + 200, '\0');
+  z_stream stream{};
+  deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
+  gz_header header{};
+  std::string name = "mesh.ply", comment = "a comment", extra = "ab\4\0more";
+  header.name = reinterpret_cast<Bytef*>(name.data());
+  header.comment = reinterpret_cast<Bytef*>(comment.data());
+  header.extra = reinterpret_cast<Bytef*>(extra.data());
+  header.extra_len = static_cast<uInt>(extra.size());
+  if (with_names) deflateSetHeader(&stream, &header);
+  std::string input = bytes;
+  stream.next_in = reinterpret_cast<Bytef*>(input.data());
+  stream.avail_in = static_cast<uInt>(input.size());
+  stream.next_out = reinterpret_cast<Bytef*>(result.data());
+  stream.avail_out = static_cast<uInt>(result.size());
+  deflate(&stream, Z_FINISH);
+  result.resize(stream.total_out);
+  deflateEnd(&stream);
+  return result;
+}
+
+const std::vector<std::vector<double>> kPoints = {{1, 0, 0},  {0, 1, 0}, {-1, 0, 0},
+                                                  {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+const std::vector<std::vector<std::uint32_t>> kFaces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                                                        {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+
+std::string binary_ply(bool big_endian) {
+  std::string bytes = std::string("ply\nformat binary_") + (big_endian ? "big" : "little") +
+                      "_endian 1.0\nelement vertex 6\nproperty float x\nproperty float y\n"
+                      "property float z\nelement face 8\n"
+                      "property list uchar int vertex_indices\nend_header\n";
+  for (const auto& point : kPoints)
+    for (const double x : point) bytes += number(static_cast<float>(x), big_endian);
+  for (const auto& face : kFaces) {
+    bytes += '\3';
+    for (const std::uint32_t vertex : face) bytes += number(vertex, big_endian);
+  }
+  return bytes;
+}
+
+/// Lists among the properties of both elements, another element, a polygon.
+std::string binary_ply_with_lists() {
+  std::string bytes =
+      "ply\r\nformat binary_little_endian 1.0\r\nobj_info none\r\nelement face 1\r\n"
+      "property uchar red\r\nproperty list short uint vertex_index\r\nelement edge 1\r\n"
+      "property list uint double weights\r\nelement vertex 4\r\nproperty list char char tags\r\n"
+      "property double z\r\nproperty short x\r\nproperty ushort y\r\nend_header\r\n";
+  bytes += '\xff' + number(std::int16_t{4});
+  for (std::uint32_t vertex = 0; vertex < 4; ++vertex) bytes += number(vertex);
+  bytes += number(std::uint32_t{2}) + number(1.5) + number(2.5);
+  for (int vertex = 0; vertex < 4; ++vertex)
+    bytes += std::string("\2ab") + number(0.25) +
+             number(static_cast<std::int16_t>(vertex % 3 == 0 ? -1 : 1)) +
+             number(static_cast<std::uint16_t>(vertex / 2));
+  return bytes;
+}
+
+void seed_meshes() {
+  std::string ply =
+      "ply\nformat ascii 1.0\ncomment an octahedron\nelement vertex 6\n"
+      "property float x\nproperty float y\nproperty float z\nelement face 8\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  std::string obj = "# an octahedron\no shape\n", off = "OFF\n# an octahedron\n6 8 12\n";
+  std::string base_mesh = std::string("plaitmsh\1\0\0\0\0\0\0\0", 16) + number(std::uint64_t{6}) +
+                          number(std::uint64_t{8});
+  for (const auto& p : kPoints) {
+    char line[64];
+    std::snprintf(line, sizeof line, "%g %g %g\n", p[0], p[1], p[2]);
+    ply += line;
+    off += line;
+    obj += std::string("v ") + line;
+    for (const double x : p) base_mesh += number(x);
+  }
+  for (const auto& f : kFaces) {
+    char line[64];
+    std::snprintf(line, sizeof line, "3 %u %u %u\n", f[0], f[1], f[2]);
+    ply += line;
+    off += line;
+    std::snprintf(line, sizeof line, "f %u %u/1 %u//2\n", f[0] + 1, f[1] + 1, f[2] + 1);
+    obj += line;
+    for (const std::uint32_t vertex : f) base_mesh += number(vertex);
+  }
+  seed("ply", "ascii", ply);
+  seed("ply", "ascii_cr",
+       "ply\rformat ascii 1.0\relement vertex 3\rproperty float x\r"
+       "property double y\rproperty int z\relement face 1\r"
+       "property list uchar uchar vertex_index\rend_header\r"
+       "0 0 0\r1e-2 0 0\r0 +1.5E3 0\r3 0 1 2\r");
+  seed("ply", "little_endian", binary_ply(false));
+  seed("ply", "big_endian", binary_ply(true));
+  seed("ply", "lists", binary_ply_with_lists());
+  seed("ply", "gzip", gzip(ply));
+  seed("ply", "zstd", zstd(binary_ply(false)));
+  seed("obj", "octahedron", obj);
+  seed("obj", "statements",
+       "mtllib a.mtl\nv 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\r\nv 1 1 \\\n 0\n"
+       "vt 0 0\nvn 0 0 1\ng one two\nusemtl red\ns off\nl 1 2\n"
+       "f -3/1/1 -2/1/1 -1/1/1 4\nv 0 1 0\n");
+  seed("obj", "gzip", gzip(obj));
+  seed("off", "octahedron", off);
+  seed("off", "colours",
+       "COFF\n4 1 0\n0 0 0 1 1 1 1\n1 0 0 1 1 1 1\n1 1 0 1 1 1 1\n"
+       "0 1 0 1 1 1 1\n4 0 1 2 3 0.5 0.5 0.5\n");
+  seed("off", "no_keyword", "3 1 3 # counts\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  seed("off", "zstd", zstd(off));
+  seed("base_mesh_file", "octahedron", base_mesh);
+  std::string triangle = base_mesh.substr(0, 16) + number(std::uint64_t{3}) +
+                         number(std::uint64_t{1}) + base_mesh.substr(32, 72);
+  for (const std::uint32_t vertex : {0u, 1u, 2u}) triangle += number(vertex);
+  seed("base_mesh_file", "triangle", triangle);
+  seed("base_mesh_file", "vertex_count_wraps",
+       base_mesh.substr(0, 16) + number((std::uint64_t{1} << 61) + 6) + base_mesh.substr(24));
+
+  seed("compressed_input", "gzip", gzip(ply));
+  seed("compressed_input", "gzip_names", gzip(off, true));
+  seed("compressed_input", "gzip_two_members", gzip("one") + gzip("two"));
+  seed("compressed_input", "zstd", zstd(ply));
+  seed("compressed_input", "zstd_checksum", zstd(off, true));
+  seed("compressed_input", "zstd_skippable",
+       std::string("\x53\x2a\x4d\x18\3\0\0\0abc", 11) + zstd("one") + zstd("", true));
+  // A window of 1 KiB, a raw block of two bytes, a repeated byte, the end.
+  seed("compressed_input", "zstd_blocks",
+       std::string("\x28\xb5\x2f\xfd\0\0\x10\0\0ab\x42\0\0c\1\0\0", 18));
+}
+
+void seed_manifests() {
+  Manifest manifest;
+  manifest.sequence = 7;
+  manifest.vertex_count = 6;
+  manifest.edge_count = 12;
+  manifest.face_count = 8;
+  manifest.block_bytes = 4096;
+  manifest.base_mesh_bytes = 272;
+  manifest.tables_bytes = 16;
+  manifest.backend = "pread";
+  manifest.codec = manifest.filter = "none";
+  manifest.layout = "hilbert";
+  const std::string plain = text_of(encode_manifest(manifest));
+  seed("manifest", "no_attributes", plain);
+  manifest.sequence = 8;
+  manifest.backend = "compressed";
+  manifest.codec = "zstd:19";
+  manifest.filter = "shuffle";
+  manifest.scheme = "loop";
+  manifest.next_attribute_number = 4;
+  manifest.attributes = {{{"position", ComponentType::kFloat32, 3}, 0, 5, 11},
+                         {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 0, 12},
+                         {{"wide", ComponentType::kUint16, 255}, 1, 20, 13}};
+  const std::string full = text_of(encode_manifest(manifest));
+  seed("manifest", "three_attributes", full);
+  seed("manifest", "two_slots", full + plain);
+}
+
+void seed_block_tables() {
+  struct Shape {
+    std::uint16_t edges;
+    std::uint8_t borders, level, record, block;  ///< as the target takes them
+  };
+  const auto file = [](const std::vector<Shape>& shapes) {
+    std::string levels(1, static_cast<char>(shapes.size())), entries;
+    for (const Shape& shape : shapes) {
+      levels += number(shape);
+      std::vector<EdgeId> borders;
+      for (EdgeId edge = 0; edge < shape.borders; ++edge) borders.push_back(edge);
+      const LevelGeometry geometry(shape.edges, borders, 1 + shape.level, 1 + 8u * shape.record,
+                                   std::uint64_t{4096} << shape.block);
+      for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+        const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
+        const BlockEntry kinds[] = {
+            {},
+            {geometry.block_offset(block), raw_bytes, BlockEncoding::kRaw, 99},
+            {512 * block, raw_bytes / 2, BlockEncoding::kEncoded, 98}};
+        entries += number(kinds[block % 3]);
+      }
+    }
+    return levels + text_of(block_tables_header()) + entries;
+  };
+  seed("block_tables", "no_level", file({}));
+  seed("block_tables", "closed", file({{12, 0, 0, 1, 0}, {12, 0, 5, 1, 0}}));
+  seed("block_tables", "border", file({{40, 7, 3, 2, 0}, {40, 40, 6, 0, 1}, {5, 4, 4, 3, 2}}));
+}
+
+void seed_codecs() {
+  std::string smooth, noise;
+  std::uint32_t state = 1;
+  for (int i = 0; i < 200; ++i) smooth += number(1.0f + static_cast<float>(i) / 256);
+  for (int i = 0; i < 300; ++i) {
+    state = state * 1664525u + 1013904223u;  // any generator will do
+    noise += static_cast<char>(state >> 24);
+  }
+  const char* const codecs[] = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19"};
+  for (int codec = 0; codec < 6; ++codec)
+    for (int filter = 0; filter < 2; ++filter) {
+      const std::string coding = {static_cast<char>(codec), static_cast<char>(filter), 2};
+      const std::string name = "codec" + std::to_string(codec) + (filter == 0 ? "" : "_shuffle");
+      BlockCoder coder(codecs[codec], filter == 0 ? "none" : "shuffle", 4, smooth.size());
+      const EncodedBlock encoded = coder.encode(bytes_of(smooth));
+      seed("codec_decode", name.c_str(),
+           coding + number(static_cast<std::uint16_t>(smooth.size())) + text_of(encoded.bytes));
+      const std::string room = number(std::uint16_t{100});
+      seed("codec_round_trip", name.c_str(), coding + room + (codec % 2 == 0 ? smooth : noise));
+    }
+  seed("codec_round_trip", "one_byte", std::string("\2\1\3\0\0x", 6));
+  seed("codec_round_trip", "zeros", std::string("\1\0\0\0\0", 5) + std::string(1000, '\0'));
+}
+
+void seed_numbers() {
+  const auto level = [](std::uint64_t edges, std::int32_t number_of_level, std::uint64_t record,
+                        std::uint8_t block, std::vector<EdgeId> borders) {
+    std::string bytes = number(edges) + number(number_of_level) + number(record) + number(block);
+    for (const EdgeId edge : borders) bytes += number(edge);
+    return bytes;
+  };
+  seed("level_geometry", "closed", level(30, 5, 12, 20, {}));
+  seed("level_geometry", "border", level(7, 3, 1, 12, {0, 3, 6}));
+  seed("level_geometry", "deep", level(3, 20, 255 * 8, 63, {1}));
+  seed("level_geometry", "nearly_too_large", level(4294967294, 12, 511, 0, {4294967293}));
+  seed("level_geometry", "too_large", level(4294967294, 20, ~std::uint64_t{0}, 30, {}));
+  // The last ones: too large, too small, and no numbers at all.
+  const char* const words[] = {"-1.5e+3",
+                               "+0.1E-400",
+                               "9223372036854775807",
+                               "nan",
+                               "-inf",
+                               ".5",
+                               "1e308",
+                               "0e99999999999",
+                               "0.1e400",
+                               "1e99999999999999999999",
+                               "-1e-99999999999999999999",
+                               "+-1",
+                               "++1"};
+  int count = 0;
+  for (const char* word : words)
+    seed("number_text", ("word" + std::to_string(count++)).c_str(), word);
+}
+
+}  // namespace
+
+int main(int argument_count, char** arguments) try {
+  if (argument_count != 2) {
+    std::fprintf(stderr, "usage: make_corpora DIRECTORY\n");
+    return 2;
+  }
+  corpora = arguments[1];
+  seed_meshes();
+  seed_manifests();
+  seed_block_tables();
+  seed_codecs();
+  seed_numbers();
+  return 0;
+} catch (const std::exception& failure) {
+  std::fprintf(stderr, "make_corpora: %s\n", failure.what());
+  return 1;
+}

@@ -1,0 +1,59 @@
+// A manifest slot as it comes, and once more with the magic and the checksum that it should have.
+// What is decoded encodes to the fields that were there, and that decodes to the same again.
+#include "store/manifest.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "memory_file.h"
+#include "oracle.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+
+using namespace plait;
+using namespace plait::fuzz;
+
+namespace {
+
+constexpr std::size_t kChecksumOffset = 4088;
+
+void check_decoded(const Manifest& manifest, const ManifestSlot& slot) {
+  const ManifestSlot encoded = encode_manifest(manifest);
+  require(is_whole_slot(encoded));
+  require(encode_manifest(decode_manifest(encoded, "encoded")) == encoded);
+  // Version, number of attributes, and all before the names; between them are optional flags.
+  require(std::ranges::equal(std::span(slot).subspan(8, 4), std::span(encoded).subspan(8, 4)));
+  require(
+      std::ranges::equal(std::span(slot).subspan(20, 108), std::span(encoded).subspan(20, 108)));
+}
+
+void check_slot(const ManifestSlot& slot) {
+  const bool decoded = accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported},
+                               [&] { check_decoded(decode_manifest(slot, "slot"), slot); });
+  const bool read = accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported}, [&] {
+    const Manifest manifest =
+        read_manifest(path_of(reinterpret_cast<const std::uint8_t*>(slot.data()), slot.size()));
+    require(encode_manifest(manifest) == encode_manifest(decode_manifest(slot, "slot")));
+  });
+  require(read == (decoded && is_whole_slot(slot)));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  // A file of any length, with any two slots.
+  accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported},
+          [&] { read_manifest(path_of(data, size)); });
+
+  ManifestSlot slot{};
+  if (size > 0) std::memcpy(slot.data(), data, std::min(size, slot.size()));
+  check_slot(slot);
+
+  const ManifestSlot magic = encode_manifest({});
+  std::copy(magic.begin(), magic.begin() + 8, slot.begin());
+  save(std::span<std::byte>(slot), kChecksumOffset,
+       checksum_of(std::span(slot).first(kChecksumOffset)));
+  require(is_whole_slot(slot));
+  check_slot(slot);
+  return 0;
+}

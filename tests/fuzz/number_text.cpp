@@ -1,0 +1,35 @@
+// Words of mesh files as numbers, against the C library's reading of them.
+#include <cerrno>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "mesh/text_input.h"
+#include "oracle.h"
+
+using namespace plait;
+using namespace plait::fuzz;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string word(reinterpret_cast<const char*>(data), size);
+  if (const std::optional<std::int64_t> integer = parse_integer(word)) {
+    char* end = nullptr;
+    errno = 0;
+    require(*integer == std::strtoll(word.c_str(), &end, 10) && errno == 0);
+    require(end == word.data() + word.size());
+  }
+  // What else strtod reads: blanks before a number and hexadecimal ones.
+  const bool is_decimal = word.find_first_of(" \t\n\v\f\rxX") == std::string::npos;
+  char* end = nullptr;
+  const double expected = std::strtod(word.c_str(), &end);
+  const bool is_number = is_decimal && !word.empty() && end == word.data() + word.size();
+  const bool overflows =
+      is_number && std::isinf(expected) && word.find_first_of("iI") == std::string::npos;
+  const std::optional<double> number = parse_number(word);
+  require(number.has_value() == (is_number && !overflows));
+  if (!number || (std::isnan(*number) && std::isnan(expected))) return 0;
+  // The smallest ones may be taken for zero.
+  require(*number == expected || (*number == 0 && std::abs(expected) < 1e-300));
+  return 0;
+}

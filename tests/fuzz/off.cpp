@@ -1,0 +1,8 @@
+// A OFF file, plain or compressed, and the base mesh that it gives.
+#include "mesh/readers.h"
+#include "mesh_target.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  plait::fuzz::check_reader(plait::read_off, data, size);
+  return 0;
+}

@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Builds the fuzz targets with libFuzzer and the address and undefined behaviour sanitizers, and
+# runs each for a while on a copy of its corpus.
+#
+#   tests/fuzz/run.sh [--seconds N] [TARGET...]      default: 60 seconds for each of all targets
+#
+# Ends with nonzero if a target finds something, after naming the input, which stays in
+# build/fuzz/findings. The corpora grow in build/fuzz/grown, and what is there is used again.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+usage() {
+  sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' tests/fuzz/run.sh
+}
+
+seconds=60
+targets=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    -h | --help)
+      usage
+      exit 0
+      ;;
+    --seconds)
+      if ! [[ ${2:-} =~ ^[1-9][0-9]*$ ]]; then
+        echo "tests/fuzz/run.sh: --seconds needs a number" >&2
+        exit 2
+      fi
+      seconds=$2
+      shift 2
+      ;;
+    -*)
+      echo "tests/fuzz/run.sh: unknown option $1" >&2
+      exit 2
+      ;;
+    *)
+      targets+=("$1")
+      shift
+      ;;
+  esac
+done
+if [ ${#targets[@]} -eq 0 ]; then
+  for corpus in tests/fuzz/corpora/*/; do targets+=("$(basename "$corpus")"); done
+fi
+for target in "${targets[@]}"; do
+  if [ ! -d "tests/fuzz/corpora/$target" ]; then
+    echo "tests/fuzz/run.sh: unknown target '$target'; there are $(ls tests/fuzz/corpora | xargs)" >&2
+    exit 2
+  fi
+done
+
+tools/dev/install_packages.sh build tests fuzz
+cmake --preset fuzz --log-level=WARNING
+cmake --build --preset fuzz --parallel "$(nproc)" --target "${targets[@]/#/fuzz_}"
+
+findings=build/fuzz/findings
+mkdir -p "$findings"
+failed=()
+for target in "${targets[@]}"; do
+  corpus=build/fuzz/grown/$target
+  mkdir -p "$corpus"
+  # Seeds are only read; what is new goes to the first directory.
+  options=(-max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$findings/$target-")
+  # An input is at most a few KiB. The largest honest request is the window of a zstd frame.
+  options+=(-max_len=8192 -timeout=20 -rss_limit_mb=1024 -malloc_limit_mb=256)
+  [ ! -f "tests/fuzz/$target.dict" ] || options+=(-dict="tests/fuzz/$target.dict")
+  log=$findings/$target.log
+  printf '==== %s for %d s\n' "$target" "$seconds"
+  if "build/fuzz/tests/fuzz/fuzz_$target" "${options[@]}" "$corpus" "tests/fuzz/corpora/$target" \
+    >"$log" 2>&1; then
+    grep -E 'Done [0-9]+ runs' "$log"
+  else
+    tail -n 60 "$log"
+    failed+=("$target: $(grep -oE "$findings/[^ ]+" "$log" | tail -n 1) (log: $log)")
+  fi
+done
+
+if [ ${#failed[@]} -gt 0 ]; then
+  printf 'fuzz: FOUND %s\n' "${failed[@]}" >&2
+  exit 1
+fi
+echo "fuzz: ${#targets[@]} targets found nothing"
