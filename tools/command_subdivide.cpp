@@ -175,6 +175,8 @@ void describe(const Arguments& arguments, const Plan& plan, Store& store, Subdiv
 std::optional<Store> find_earlier_run(const Arguments& arguments, const Plan& plan,
                                       const CommandContext& context) {
   if (!arguments.resume || !std::filesystem::exists(arguments.store)) return {};
+  // Nothing was committed: Store::create puts the new one in its place.
+  if (!Store::has_commit(arguments.store)) return {};
   OpenOptions open;
   open.writable = true;
   open.budget_bytes = plan.store.budget_bytes;

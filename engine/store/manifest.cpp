@@ -193,6 +193,22 @@ std::vector<Manifest> read_whole_slots(const File& file) {
   return versions;
 }
 
+void create_blank_manifest(const std::filesystem::path& path) {
+  File file(path, OpenMode::kCreate);
+  file.resize(2 * kManifestSlotBytes);
+  file.close();
+}
+
+bool is_blank_manifest(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path)) return false;
+  const File file(path, OpenMode::kRead);
+  std::array<std::byte, 2 * kManifestSlotBytes> bytes{};
+  const std::uint64_t size = file.size();
+  if (size > bytes.size()) return false;
+  file.read_at(0, std::span(bytes).first(size));
+  return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
 void write_manifest(File& file, const Manifest& manifest) {
   file.write_at((manifest.sequence % 2) * kManifestSlotBytes, encode_manifest(manifest));
 }

@@ -57,6 +57,11 @@ Manifest read_manifest(const File& file);
 /// Both slots as far as they are whole and right.
 std::vector<Manifest> read_whole_slots(const File& file);
 
+/// Two slots of zeros, which a store has until its first commit.
+void create_blank_manifest(const std::filesystem::path& path);
+/// Whether there is a manifest and no byte of it was ever written.
+bool is_blank_manifest(const std::filesystem::path& path);
+
 /// Writes the slot that the sequence number says.
 void write_manifest(File& file, const Manifest& manifest);
 

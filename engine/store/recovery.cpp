@@ -1,6 +1,7 @@
 #include "store/recovery.h"
 
 #include <chrono>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -64,6 +65,22 @@ StoreLock lock_recovered(const fs::path& store, bool writable, Durability durabi
   if (durability == Durability::kCommit) write_newest_slot_again(store);
   remove_left_over_files(store);
   return lock;
+}
+
+void remove_if_never_committed(const fs::path& store) {
+  if (!fs::is_directory(store)) return;
+  for (const fs::directory_entry& entry : fs::directory_iterator(store)) {
+    const std::string name = entry.path().filename().string();
+    if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
+        !is_version_file_name(name))
+      return;
+  }
+  std::optional<File> lock;
+  if (fs::exists(store / kLockName)) {
+    lock.emplace(store / kLockName, OpenMode::kReadWrite);
+    if (!lock->lock(true)) return;
+  }
+  if (fs::is_empty(store) || is_blank_manifest(store / kManifestName)) fs::remove_all(store);
 }
 
 void remove_left_over_files(const fs::path& store) noexcept {

@@ -15,6 +15,11 @@ namespace plait {
 /// what no version names is gone. Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
 StoreLock lock_recovered(const std::filesystem::path& store, bool writable, Durability durability);
 
+/// Removes an empty directory, or a store whose writer was killed before its first commit, which
+/// left the manifest blank; nothing that anybody holds or that has a file of another name.
+/// Errors: kIo.
+void remove_if_never_committed(const std::filesystem::path& store);
+
 /// Removes the files of versions that neither slot of the manifest names, as far as possible.
 void remove_left_over_files(const std::filesystem::path& store) noexcept;
 

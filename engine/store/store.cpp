@@ -130,12 +130,14 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create store: backend {} needs a path", options.backend));
   } else {
+    remove_if_never_committed(path);
     if (std::filesystem::exists(std::filesystem::symlink_status(path)))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create {}: it exists already", path.native()));
     make_directory(path);
     state->path = path;
     state->lock = StoreLock(path / kLockName, true, true);
+    create_blank_manifest(path / kManifestName);
     state->base_mesh_size = write_base_mesh_file(path / kBaseMeshName, state->base);
   }
   state->make_ready();
@@ -181,6 +183,11 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->make_ready();
   state->read_version(manifest, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   return Store(std::move(state));
+}
+
+bool Store::has_commit(const std::filesystem::path& path) {
+  return !std::filesystem::is_directory(path) ||
+         !(std::filesystem::is_empty(path) || is_blank_manifest(path / kManifestName));
 }
 
 const std::filesystem::path& Store::path() const { return implementation_->path; }

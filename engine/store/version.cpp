@@ -88,14 +88,11 @@ void Store::Implementation::write_version() {
   if (durable) sync_directory(path);
 
   const std::filesystem::path manifest_path = path / kManifestName;
-  const bool fresh = sequence == 0;
-  File file(manifest_path, fresh ? OpenMode::kCreate : OpenMode::kReadWrite);
-  if (fresh) file.resize(2 * kManifestSlotBytes);
+  File file(manifest_path, OpenMode::kReadWrite);
   write_manifest(file, next);
   if (durable) file.sync();
   file.close();
-  if (durable && fresh) {
-    sync_directory(path);
+  if (durable && sequence == 0) {
     sync_directory(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
   }
 

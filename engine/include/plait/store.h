@@ -39,7 +39,8 @@ class Store {
  public:
   /// A new store of `base` in layout order, with no attribute yet. With an empty `path` nothing
   /// touches the disk; the backend must then not be durable. The directory is complete and
-  /// openable from the first commit() on. Errors: kInvalidArgument, kNotSupported, kIo, kNoSpace;
+  /// openable from the first commit() on; what a writer left that was killed before it is replaced.
+  /// Errors: kInvalidArgument, kNotSupported, kIo, kNoSpace;
   /// kInvalidArgument if `path` exists.
   static Store create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
                       const BackendRegistry& backends);
@@ -49,6 +50,10 @@ class Store {
   /// the holder.
   static Store open(const std::filesystem::path& path, const OpenOptions& options,
                     const BackendRegistry& backends);
+
+  /// False where the directory is empty, or a writer was killed in it before its first commit; true
+  /// of anything else, damaged or not. Errors: kIo.
+  static bool has_commit(const std::filesystem::path& path);
 
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;

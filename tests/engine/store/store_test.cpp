@@ -58,6 +58,35 @@ int in_child_process(const std::function<int()>& body) {
 
 }  // namespace
 
+TEST_CASE("StoreCreate_WhereAWriterWasKilledBeforeItsFirstCommit_ReplacesIt") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  const auto make_left_over = [&](const char* further) {
+    std::filesystem::create_directory(path);
+    for (const char* name : {"lock", "base.mesh", "attribute0.base.1", "tables.1", further})
+      File(path / name, OpenMode::kCreate);
+  };
+  const auto create = [&] {
+    return Store::create(path, BaseMesh::build(two_triangles()), sample_options("pread"),
+                         default_backends());
+  };
+  make_left_over("manifest");
+  create().commit();
+  CHECK(file_names(path) == Names{"base.mesh", "lock", "manifest", "tables.1"});
+  std::filesystem::remove_all(path);
+  // One that lost its manifest, and one that is somebody else's.
+  for (const char* further : {"tables.3", "notes.txt"}) {
+    make_left_over(further);
+    CHECK(error_of([&] { create(); }).code() == ErrorCode::kInvalidArgument);
+    CHECK(file_names(path).size() == 5);
+    std::filesystem::remove_all(path);
+  }
+  // One that is being made.
+  Store writer = create();
+  CHECK(error_of([&] { create(); }).code() == ErrorCode::kInvalidArgument);
+  writer.commit();
+}
+
 TEST_CASE("Store_CommittedAndOpened_HoldsTheSameBytesOnEveryBackend") {
   for (const std::string& backend : durable_backends())
     for (const IndexedMesh& mesh : {random_sphere(3, 60), random_sheet(5, 60), two_components()}) {

@@ -1,0 +1,127 @@
+// One writer and many readers, each opening the store again and again: nobody ever sees a mixture
+// of two versions, and nobody is kept out for good.
+//
+// PLAIT_LONG=1 in the environment goes on for minutes.
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "durability/faults.h"
+#include "durability/workload.h"
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+constexpr int kLevels = 3;
+constexpr std::uint64_t kBudgetBytes = 64 << 10;
+
+std::chrono::seconds duration() { return std::chrono::seconds(std::getenv("PLAIT_LONG") ? 75 : 1); }
+
+std::optional<Store> try_open(const std::filesystem::path& path, bool writable) {
+  try {
+    return Store::open(path, {writable, kBudgetBytes}, default_backends());
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kBusy) throw;
+    return {};
+  }
+}
+
+void fill(Store& store, std::byte value) {
+  for (std::byte& byte : store.base_bytes(0)) byte = value;
+  for (int level = 1; level <= kLevels; ++level) {
+    LevelFile& file = store.level_file(0, level);
+    for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
+      const PinnedBlock pinned = store.pager().pin(file, block, Access::kWrite);
+      std::ranges::fill(pinned.bytes(), value);
+    }
+  }
+}
+
+/// Whether every byte of the store is its version's number.
+bool is_one_version(Store& store) {
+  const auto expected = static_cast<std::byte>(store.sequence());
+  const auto is_expected = [&](std::byte byte) { return byte == expected; };
+  if (!std::ranges::all_of(store.base_bytes(0), is_expected)) return false;
+  for (int level = 1; level <= kLevels; ++level)
+    if (!std::ranges::all_of(read_level(store, 0, level), is_expected)) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
+  for (const std::string& backend : backends_on_disk()) {
+    CAPTURE(backend);
+    const NoWaiting no_waiting;
+    const TemporaryDirectory here;
+    const std::filesystem::path path = here.path() / "s.plait";
+    {
+      StoreOptions options = sample_options(backend);
+      options.durability = Durability::kCommit;
+      Store store =
+          Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+      store.add_attribute({"value", ComponentType::kUint8, 12});
+      for (int level = 0; level < kLevels; ++level) store.add_level(0);
+      fill(store, std::byte{1});
+      store.commit();
+    }
+    std::atomic<bool> end = false;
+    std::atomic<std::uint64_t> mixtures = 0, reads = 0, writes = 0, given_up = 0, errors = 0;
+    const auto whenever_possible = [&](auto work) {
+      return std::thread([&, work] {
+        while (!end) {
+          try {
+            work();
+          } catch (...) {
+            ++errors;
+          }
+          std::this_thread::yield();
+        }
+      });
+    };
+    std::vector<std::thread> threads;
+    for (int reader = 0; reader < 2; ++reader)
+      threads.push_back(whenever_possible([&] {
+        std::optional<Store> store = try_open(path, false);
+        if (!store) return;
+        if (!is_one_version(*store)) ++mixtures;
+        ++reads;
+        // Now and then nobody reads, so that the writer has its turn.
+        store.reset();
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }));
+    threads.push_back(whenever_possible([&] {
+      std::optional<Store> store = try_open(path, true);
+      if (!store) return;
+      if (!is_one_version(*store)) ++mixtures;
+      fill(*store, static_cast<std::byte>(store->sequence() + 1));
+      // What is not committed must be undone by whoever opens the store next.
+      if (writes % 3 == 2) {
+        store->pager().flush();
+        ++given_up;
+      } else {
+        store->commit();
+      }
+      ++writes;
+    }));
+    std::this_thread::sleep_for(duration());
+    end = true;
+    for (std::thread& thread : threads) thread.join();
+    CHECK(errors == 0);
+    CHECK(mixtures == 0);
+    CHECK(reads > 0);
+    CHECK(writes > 0);
+    CHECK(Store::open(path, {}, default_backends()).sequence() == 1 + writes - given_up);
+  }
+}
+
+}  // namespace plait::test

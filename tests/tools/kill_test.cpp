@@ -1,0 +1,105 @@
+// The program killed at random instants: what was committed stays, and the same command goes on.
+//
+// PLAIT_LONG=1 in the environment kills far more often.
+#include <signal.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "program.h"
+#include "support/usable_backends.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+int rounds(int short_run) { return std::getenv("PLAIT_LONG") ? 20 * short_run : short_run; }
+
+/// What became of it, killed after `lifetime_us` unless it ended before.
+Outcome run_and_kill(const std::filesystem::path& directory, const Names& arguments,
+                     std::uint64_t lifetime_us) {
+  Program program(directory, arguments);
+  std::this_thread::sleep_for(std::chrono::microseconds(lifetime_us));
+  ::kill(program.process(), SIGKILL);
+  return program.wait();
+}
+
+std::string digest_of(const std::filesystem::path& directory, const std::string& store) {
+  const Outcome outcome = run(directory, {"digest", store, "--json"});
+  REQUIRE(outcome.status == 0);
+  return outcome.json()["digest"];
+}
+
+std::vector<std::string> backends_on_disk() {
+  std::vector<std::string> names = usable_backends();
+  std::erase(names, "memory");
+  return names;
+}
+
+}  // namespace
+
+TEST_CASE("SubdivideResume_KilledAgainAndAgain_ArrivesWithTheSameBytes") {
+  std::mt19937_64 random(11);
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
+  REQUIRE(run(here.path(), {"subdivide", "m.ply", "whole.plait", "--levels", "5", "--normals",
+                            "--durability", "none"})
+              .status == 0);
+  const std::string expected = digest_of(here.path(), "whole.plait");
+  for (const std::string& backend : backends_on_disk())
+    for (int round = 0; round < rounds(1); ++round) {
+      const Names arguments{"subdivide", "m.ply",    "s.plait",   "--levels", "5",
+                            "--normals", "--resume", "--backend", backend,    "--no-digest",
+                            "--json",    "--memory", "8MiB",      "--block",  "16KiB"};
+      int level = 0;
+      std::uint64_t longest_us = 100000;
+      for (bool done = false; !done; longest_us += longest_us / 8) {
+        const Outcome outcome = run_and_kill(here.path(), arguments, random() % longest_us);
+        CAPTURE(backend, round, outcome.errors);
+        REQUIRE((outcome.status == 0 || outcome.status == 1000 + SIGKILL));
+        done = outcome.status == 0;
+        const Outcome info = run(here.path(), {"info", "s.plait", "--json"});
+        if (info.status != 0) {
+          REQUIRE(level == 0);
+          continue;  // killed before its first commit
+        }
+        const int found = info.json()["finest_level"];
+        REQUIRE(found >= level);
+        level = found;
+        REQUIRE(run(here.path(), {"verify", "s.plait"}).status == 0);
+      }
+      CHECK(digest_of(here.path(), "s.plait") == expected);
+      std::filesystem::remove_all(here.path() / "s.plait");
+    }
+}
+
+TEST_CASE("Convert_Killed_LeavesAWholeCopyOrNone") {
+  std::mt19937_64 random(13);
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  REQUIRE(
+      run(here.path(), {"subdivide", "m.ply", "s.plait", "--levels", "4", "--durability", "none"})
+          .status == 0);
+  const std::string expected = digest_of(here.path(), "s.plait");
+  for (const std::string& backend : backends_on_disk())
+    for (int round = 0; round < rounds(6); ++round) {
+      const Outcome outcome =
+          run_and_kill(here.path(), {"convert", "s.plait", "copy.plait", "--backend", backend},
+                       random() % 60000);
+      CAPTURE(backend, round, outcome.errors);
+      const bool whole = std::filesystem::exists(here.path() / "copy.plait");
+      REQUIRE((whole || outcome.status != 0));
+      if (whole) CHECK(digest_of(here.path(), "copy.plait") == expected);
+      CHECK(digest_of(here.path(), "s.plait") == expected);
+      for (const std::string& name : names_in(here.path()))
+        if (name.starts_with("copy.plait")) std::filesystem::remove_all(here.path() / name);
+    }
+}
+
+}  // namespace plait::test
