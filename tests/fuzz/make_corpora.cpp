@@ -60,7 +60,7 @@ std::string gzip(const std::string& bytes, bool with_names = false) {
   z_stream stream{};
   deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
   gz_header header{};
-  std::string name = "mesh.ply", comment = "a comment", extra = "ab\4\0more";
+  std::string name = "mesh.ply", comment = "a comment", extra("ab\4\0more", 8);
   header.name = reinterpret_cast<Bytef*>(name.data());
   header.comment = reinterpret_cast<Bytef*>(comment.data());
   header.extra = reinterpret_cast<Bytef*>(extra.data());
@@ -280,14 +280,14 @@ void seed_codecs() {
 
 void seed_numbers() {
   const auto level = [](std::uint64_t edges, std::int32_t number_of_level, std::uint64_t record,
-                        std::uint8_t block, std::vector<EdgeId> borders) {
+                        std::uint8_t block, const std::vector<EdgeId>& borders) {
     std::string bytes = number(edges) + number(number_of_level) + number(record) + number(block);
     for (const EdgeId edge : borders) bytes += number(edge);
     return bytes;
   };
   seed("level_geometry", "closed", level(30, 5, 12, 20, {}));
   seed("level_geometry", "border", level(7, 3, 1, 12, {0, 3, 6}));
-  seed("level_geometry", "deep", level(3, 20, 255 * 8, 63, {1}));
+  seed("level_geometry", "deep", level(3, 20, 2040, 63, {1}));
   seed("level_geometry", "nearly_too_large", level(4294967294, 12, 511, 0, {4294967293}));
   seed("level_geometry", "one_block", level(4294967294, 1, 12, 63, {0}));
   seed("level_geometry", "too_large", level(4294967294, 20, ~std::uint64_t{0}, 30, {}));
