@@ -60,7 +60,7 @@ std::string gzip(const std::string& bytes, bool with_names = false) {
   z_stream stream{};
   deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
   gz_header header{};
-  std::string name = "mesh.ply", comment = "a comment", extra = "ab\4\0more";
+  std::string name = "mesh.ply", comment = "a comment", extra("ab\4\0more", 8);
   header.name = reinterpret_cast<Bytef*>(name.data());
   header.comment = reinterpret_cast<Bytef*>(comment.data());
   header.extra = reinterpret_cast<Bytef*>(extra.data());
@@ -147,6 +147,9 @@ void seed_meshes() {
   seed("ply", "little_endian", binary_ply(false));
   seed("ply", "big_endian", binary_ply(true));
   seed("ply", "lists", binary_ply_with_lists());
+  std::string high_index = binary_ply(false);
+  high_index.back() = '\1';
+  seed("ply", "index_too_high", high_index);
   seed("ply", "gzip", gzip(ply));
   seed("ply", "zstd", zstd(binary_ply(false)));
   seed("obj", "octahedron", obj);
@@ -166,12 +169,20 @@ void seed_meshes() {
                          number(std::uint64_t{1}) + base_mesh.substr(32, 72);
   for (const std::uint32_t vertex : {0u, 1u, 2u}) triangle += number(vertex);
   seed("base_mesh_file", "triangle", triangle);
+  triangle[triangle.size() - 4] = 1;
+  seed("base_mesh_file", "vertex_twice", triangle);
+  seed("base_mesh_file", "vertex_unused",
+       base_mesh.substr(0, 24) + number(std::uint64_t{4}) +
+           base_mesh.substr(32, base_mesh.size() - 32 - 48));
   seed("base_mesh_file", "vertex_count_wraps",
        base_mesh.substr(0, 16) + number((std::uint64_t{1} << 61) + 6) + base_mesh.substr(24));
 
   seed("compressed_input", "gzip", gzip(ply));
   seed("compressed_input", "gzip_names", gzip(off, true));
   seed("compressed_input", "gzip_two_members", gzip("one") + gzip("two"));
+  std::string wrong_length = gzip("one");
+  wrong_length.back() = '\1';
+  seed("compressed_input", "gzip_wrong_length", wrong_length);
   seed("compressed_input", "zstd", zstd(ply));
   seed("compressed_input", "zstd_checksum", zstd(off, true));
   seed("compressed_input", "zstd_skippable",
@@ -235,6 +246,9 @@ void seed_block_tables() {
   };
   seed("block_tables", "no_level", file({}));
   seed("block_tables", "closed", file({{12, 0, 0, 1, 0}, {12, 0, 5, 1, 0}}));
+  std::string damaged = file({{12, 0, 0, 1, 0}});
+  damaged[damaged.size() - 12] = '\7';
+  seed("block_tables", "encoding_unknown", damaged);
   seed("block_tables", "border", file({{40, 7, 3, 2, 0}, {40, 40, 6, 0, 1}, {5, 4, 4, 3, 2}}));
 }
 
@@ -255,6 +269,8 @@ void seed_codecs() {
       const EncodedBlock encoded = coder.encode(bytes_of(smooth));
       seed("codec_decode", name.c_str(),
            coding + number(static_cast<std::uint16_t>(smooth.size())) + text_of(encoded.bytes));
+      seed("codec_decode", (name + "_short").c_str(),
+           coding + number(std::uint16_t{790}) + text_of(encoded.bytes));
       const std::string room = number(std::uint16_t{100});
       seed("codec_round_trip", name.c_str(), coding + room + (codec % 2 == 0 ? smooth : noise));
     }
@@ -264,15 +280,16 @@ void seed_codecs() {
 
 void seed_numbers() {
   const auto level = [](std::uint64_t edges, std::int32_t number_of_level, std::uint64_t record,
-                        std::uint8_t block, std::vector<EdgeId> borders) {
+                        std::uint8_t block, const std::vector<EdgeId>& borders) {
     std::string bytes = number(edges) + number(number_of_level) + number(record) + number(block);
     for (const EdgeId edge : borders) bytes += number(edge);
     return bytes;
   };
   seed("level_geometry", "closed", level(30, 5, 12, 20, {}));
   seed("level_geometry", "border", level(7, 3, 1, 12, {0, 3, 6}));
-  seed("level_geometry", "deep", level(3, 20, 255 * 8, 63, {1}));
+  seed("level_geometry", "deep", level(3, 20, 2040, 63, {1}));
   seed("level_geometry", "nearly_too_large", level(4294967294, 12, 511, 0, {4294967293}));
+  seed("level_geometry", "one_block", level(4294967294, 1, 12, 63, {0}));
   seed("level_geometry", "too_large", level(4294967294, 20, ~std::uint64_t{0}, 30, {}));
   // The last ones: too large, too small, and no numbers at all.
   const char* const words[] = {"-1.5e+3",

@@ -20,8 +20,8 @@ class MemoryFile {
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
 
-  /// Replaces the content.
-  void write(std::span<const std::uint8_t> bytes) {
+  /// Replaces the content, which is the system's and no part of this object.
+  void write(std::span<const std::uint8_t> bytes) const {
     check(::ftruncate(descriptor_, 0) == 0);
     while (!bytes.empty()) {
       const ssize_t put = ::write(descriptor_, bytes.data(), bytes.size());
@@ -43,7 +43,7 @@ class MemoryFile {
 
 /// The one file of a program, holding `size` bytes at `data`.
 inline std::filesystem::path path_of(const std::uint8_t* data, std::size_t size) {
-  static MemoryFile file;
+  static const MemoryFile file;
   file.write({data, size});
   return file.path();
 }

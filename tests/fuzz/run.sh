@@ -53,6 +53,7 @@ tools/dev/install_packages.sh build tests fuzz
 cmake --preset fuzz --log-level=WARNING
 cmake --build --preset fuzz --parallel "$(nproc)" --target "${targets[@]/#/fuzz_}"
 
+export UBSAN_OPTIONS=print_stacktrace=1
 findings=build/fuzz/findings
 mkdir -p "$findings"
 failed=()

@@ -38,7 +38,7 @@ class LevelGeometry {
 
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
-  std::uint64_t block_of(EdgeId edge) const { return edge >> shift_; }
+  std::uint64_t block_of(EdgeId edge) const { return std::uint64_t{edge} >> shift_; }
   EdgeId first_edge(std::uint64_t block) const;           ///< first edge of the block
   EdgeId edge_after(std::uint64_t block) const;           ///< one past its last edge
   std::uint64_t block_offset(std::uint64_t block) const;  ///< block_count() gives the total
