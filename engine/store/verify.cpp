@@ -31,7 +31,8 @@ VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::u
         try {
           file.backend->read({block, 1}, std::span(buffer).first(bytes));
         } catch (const Error& error) {
-          if (error.code() != ErrorCode::kCorruption) throw;
+          // A bad place on the disk is an error of reading; the blocks beside it may be whole.
+          if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;
           ++report.damaged_count;
           if (damaged) damaged({id, level, block});
           if (report.damaged.size() < kMaxReported)

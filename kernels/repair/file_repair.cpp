@@ -38,7 +38,11 @@ class Remains {
     const BlockEntry& entry = level.table[block];
     if (entry.offset > bytes_ || entry.stored_bytes > bytes_ - entry.offset) return std::nullopt;
     stored_.resize(entry.stored_bytes);
-    file_.read_at(entry.offset, stored_);
+    try {
+      file_.read_at(entry.offset, stored_);
+    } catch (const Error&) {
+      return std::nullopt;  // a bad place on the disk
+    }
     if (!level.table.matches(block, stored_)) return std::nullopt;
     return stored_;
   }
@@ -57,7 +61,7 @@ void FileRepair::run() {
         lose(file, "nothing else in the store says what it held");
         break;
       case StoreFile::kBlockTables:
-        lose(file, "the checksums of all blocks are in it");
+        repair_tables(file);
         break;
       case StoreFile::kBaseRecords:
         if (const std::string refusal = recomputation_.refusal(file.attribute); !refusal.empty())
@@ -70,17 +74,24 @@ void FileRepair::run() {
     }
 }
 
+void FileRepair::repair_tables(const DamagedFile& file) {
+  if (proof_.backend().traits.compressed)
+    return lose(file, "nothing else says where blocks are in a compressed level");
+  if (structure_.base.edge_count() == 0) return lose(file, "base.mesh is damaged too");
+  const auto bytes =
+      tables_from_levels(store_, structure_, [&](std::uint64_t done, std::uint64_t total) {
+        return !options_.proceed || options_.proceed("seal blocks", done, total);
+      });
+  if (!bytes) return lose(file, "a level is damaged too, or has blocks that were never written");
+  put_in_place(file, *bytes);
+}
+
 bool FileRepair::rebuild_base_records(const DamagedFile& file) {
   for (const bool limit : recomputation_.ways()) {
     Store& made = recomputation_.make(limit);
     const std::span<const std::byte> bytes = made.base_bytes(made.attribute(file.attribute));
     if (!is_content_of(file, bytes)) continue;
-    if (!options_.dry_run) {
-      File image(image_path(), OpenMode::kCreate);
-      image.write_at(0, bytes);
-      image.close();
-    }
-    put_in_place(file);
+    put_in_place(file, bytes);
     return true;
   }
   return false;
@@ -138,6 +149,15 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   }
   if (image.is_open()) image.close();
   return lost;
+}
+
+void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte> bytes) {
+  if (!options_.dry_run) {
+    File image(image_path(), OpenMode::kCreate);
+    image.write_at(0, bytes);
+    image.close();
+  }
+  put_in_place(file);
 }
 
 void FileRepair::put_in_place(const DamagedFile& file) {

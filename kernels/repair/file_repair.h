@@ -1,5 +1,5 @@
-// Files that keep a store from being opened: base records and levels are put back whole, by content
-// that has the checksums which manifest and block tables record.
+// Files that keep a store from being opened: base records, levels and block tables are put back
+// whole, by content that has the checksums which manifest and block tables record.
 #pragma once
 
 #include <filesystem>
@@ -28,11 +28,15 @@ class FileRepair {
   void run();
 
  private:
+  void repair_tables(const DamagedFile& file);
   bool rebuild_base_records(const DamagedFile& file);
   void repair_level(const DamagedFile& file);
-  /// Writes the level's file into the scratch directory, of blocks computed anew (`made` may be
-  /// nullptr) and of those that are still whole. The number of blocks for which there is neither.
+  /// Writes the level's file into the scratch directory (in a dry run only counts), of blocks
+  /// computed anew, where `made` is given, and of those that are still whole. The number of blocks
+  /// for which there is neither.
   std::uint64_t make_image(const DamagedFile& file, Store* made);
+  /// The content, or the image that was made.
+  void put_in_place(const DamagedFile& file, std::span<const std::byte> bytes);
   void put_in_place(const DamagedFile& file);
   void lose(const DamagedFile& file, const std::string& why);
   std::filesystem::path image_path() { return scratch_.path() / "image"; }

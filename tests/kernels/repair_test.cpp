@@ -2,9 +2,11 @@
 // is cancelled.
 #include "plait/kernels/repair.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <iterator>
+#include <memory>
+#include <set>
 
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
@@ -32,6 +34,49 @@ BackendRegistry with_another_codec() {
         return open(LevelSpec{spec.path, spec.mode, spec.geometry, spec.table, options,
                               spec.component_bytes});
       };
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A disk with a bad place under some blocks of one level, which heals when they are written.
+class BadPlace final : public Backend {
+ public:
+  BadPlace(std::unique_ptr<Backend> inner, std::set<std::uint64_t>& bad)
+      : inner_(std::move(inner)), bad_(bad) {}
+  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      if (bad_.contains(block)) throw system_error("read", "a bad place", EIO);
+    inner_->read(blocks, into);
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      bad_.erase(block);
+    inner_->write(blocks, from);
+  }
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    inner_->advise(blocks, advice);
+  }
+  void sync(bool durable) override { inner_->sync(durable); }
+  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+  std::set<std::uint64_t>& bad_;
+};
+
+/// The built-in backends, with `bad` blocks in level 3 of attribute number 0.
+BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    entry.open = [&bad, open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
+      if (spec.path.filename() != "attribute0.level03" || spec.mode == OpenMode::kCreate)
+        return open(spec);
+      return std::make_unique<BadPlace>(open(spec), bad);
+    };
     result.add(std::move(entry));
   }
   return result;
@@ -167,6 +212,24 @@ TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
     CHECK(victim.is_as_before());
     CHECK(victim.is_alone());
   }
+}
+
+TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
+  const Victim victim("pread");
+  std::set<std::uint64_t> bad = {1, 6};
+  const BackendRegistry backends = on_a_bad_disk(bad);
+  {
+    Store store = Store::open(victim.path(), {false, 8 << 20}, backends);
+    const VerifyReport report = verify(store);
+    REQUIRE(report.damaged_count == 2);
+    CHECK(report.damaged[1].block == 6);
+    CHECK(report.damaged[1].reason.find("a bad place") != std::string::npos);
+  }
+  const RepairReport report = repair(victim.path(), {}, backends);
+  CHECK(report.whole());
+  CHECK(report.rebuilt_count == 2);
+  CHECK(bad.empty());
+  CHECK(victim.is_as_before());
 }
 
 TEST_CASE("Repair_StoreInUse_IsRefused") {

@@ -286,6 +286,32 @@ TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
   }
 }
 
+TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
+  for (const std::string backend : {"pread", "mmap"}) {
+    CAPTURE(backend);
+    const Workplace here;
+    const std::string expected = here.subdivide({"--backend", backend, "--normals"});
+    const auto before = here.content();
+    here.flip("tables.1", 100);
+    const Outcome dry = here.plait({"repair", "s.plait", "--dry-run"});
+    CHECK(dry.status == 0);
+    CHECK(dry.output.find("can be rebuilt: tables.1") == 0);
+    here.repaired(expected);
+    CHECK(here.content() == before);
+
+    here.flip("attribute1.level02", 100);
+    fs::remove(here.path("s.plait/tables.1"));
+    const Outcome both = here.plait({"repair", "s.plait"});
+    CHECK(both.status == 1);
+    CHECK(both.output.find("lost: tables.1") == 0);
+    CHECK_FALSE(fs::exists(here.path("s.plait/tables.1")));
+  }
+  const Workplace here;
+  here.subdivide({"--backend", "compressed"});
+  here.flip("tables.1", 100);
+  CHECK(here.plait({"repair", "s.plait"}).status == 1);
+}
+
 TEST_CASE("Repair_ManifestSlotDamaged_IsReportedAndHarmless") {
   const Workplace here;
   const std::string expected = here.subdivide({});

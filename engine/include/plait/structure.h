@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,6 +54,14 @@ StoreStructure check_structure(const std::filesystem::path& store, const Backend
 
 /// Whether `bytes` are what the manifest expects of `file`. REQUIRES: no level.
 bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes);
+
+/// Block tables made again from the level files of a store that keeps blocks raw and at fixed
+/// places: every block is read and sealed. Nothing unless they have the checksum that the manifest
+/// names, which they have if every block was written and is whole. REQUIRES: such a store, its base
+/// mesh whole. Errors: kIo; kCancelled where `proceed` returns false.
+std::optional<std::vector<std::byte>> tables_from_levels(
+    const std::filesystem::path& store, const StoreStructure& structure,
+    const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
 /// Puts the file `from`, on the same filesystem, in place of the store's file `name`, durably and
 /// in one step. Holds the writer's lock meanwhile. Errors: kBusy, kIo, kNoSpace.
