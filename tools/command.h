@@ -19,6 +19,7 @@ void add_generate_command(CLI::App& program, CommandContext& context);
 void add_subdivide_command(CLI::App& program, CommandContext& context);
 void add_info_command(CLI::App& program, CommandContext& context);
 void add_verify_command(CLI::App& program, CommandContext& context);
+void add_repair_command(CLI::App& program, CommandContext& context);
 void add_digest_command(CLI::App& program, CommandContext& context);
 void add_export_command(CLI::App& program, CommandContext& context);
 void add_convert_command(CLI::App& program, CommandContext& context);

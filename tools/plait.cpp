@@ -61,6 +61,7 @@ int run_program(int argument_count, char** arguments) {
   add_subdivide_command(program, context);
   add_info_command(program, context);
   add_verify_command(program, context);
+  add_repair_command(program, context);
   add_digest_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);

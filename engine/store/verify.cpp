@@ -6,8 +6,8 @@
 
 namespace plait {
 
-VerifyReport verify(Store& store,
-                    const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::uint64_t)>& proceed,
+                    const std::function<void(const BlockAddress&)>& damaged) {
   constexpr std::size_t kMaxReported = 1000;
   std::uint64_t total_bytes = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
@@ -31,8 +31,10 @@ VerifyReport verify(Store& store,
         try {
           file.backend->read({block, 1}, std::span(buffer).first(bytes));
         } catch (const Error& error) {
-          if (error.code() != ErrorCode::kCorruption) throw;
+          // A bad place on the disk is an error of reading; the blocks beside it may be whole.
+          if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;
           ++report.damaged_count;
+          if (damaged) damaged({id, level, block});
           if (report.damaged.size() < kMaxReported)
             report.damaged.push_back({info.schema.name, level, block, file.table[block].offset,
                                       file.geometry.first_edge(block),

@@ -24,8 +24,8 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",   "verify", "digest",
-                         "export",   "convert",   "layout", "render"};
+const Names kCommands = {"generate", "subdivide", "info",    "verify", "repair",
+                         "digest",   "export",    "convert", "layout", "render"};
 
 }  // namespace
 
@@ -78,6 +78,7 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "no/such/directory/s.plait", "--levels", "2"},
       {"info", "missing.plait"},
       {"verify", "missing.plait"},
+      {"repair", "missing.plait"},
       {"digest", "missing.plait"},
       {"layout", "mesh.ply", "--layout", "alphabetical"},
       {"generate", "teapot", "t.ply"},
@@ -130,6 +131,8 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--json"},
       {"info", "s.plait", "--json"},
       {"verify", "s.plait", "--json"},
+      {"verify", "s.plait", "--fast", "--json"},
+      {"repair", "s.plait", "--json"},
       {"digest", "s.plait", "--json"},
       {"export", "s.plait", "s.ply", "--json"},
       {"convert", "s.plait", "c.plait", "--backend", "compressed", "--json"},

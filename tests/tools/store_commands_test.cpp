@@ -192,6 +192,40 @@ TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
   }
 }
 
+TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
+  const Workplace here;
+  for (const std::string backend : {"pread", "mmap", "compressed"}) {
+    CAPTURE(backend);
+    const std::string store = backend + ".plait";
+    REQUIRE(here.subdivide(store, {"--backend", backend, "--normals"}).status == 0);
+    flip_byte(largest_file(here.path(store)), 5000);  // inside a block
+    const Outcome fast = here.plait({"verify", store, "--fast"});
+    CHECK(fast.status == 0);
+    CHECK(fast.output.find("blocks not read") != std::string::npos);
+    CHECK(here.plait({"verify", store, "--fast", "--json"}).json()["blocks_read"] == false);
+    CHECK(here.plait({"verify", store}).status == 1);
+
+    flip_byte(here.path(store) / "attribute1.base.1", 3);
+    std::filesystem::remove(here.path(store) / "attribute0.level01");
+    std::filesystem::resize_file(here.path(store) / "attribute1.level03", 100);
+    std::ofstream(here.path(store) / "tables.9") << "of no version";
+    for (const Names& option : {Names{}, Names{"--fast"}}) {
+      Names arguments = {"verify", store, "--json"};
+      arguments.insert(arguments.end(), option.begin(), option.end());
+      const Outcome outcome = here.plait(arguments);
+      CHECK(outcome.status == 1);
+      const nlohmann::json report = outcome.json();
+      CHECK(report["ok"] == false);
+      CHECK(report["blocks_read"] == false);
+      REQUIRE(report["damaged_files"].size() == 3);
+      CHECK(report["damaged_files"][0]["file"] == "attribute0.level01");
+      CHECK(report["damaged_files"][1]["file"] == "attribute1.base.1");
+      CHECK(report["damaged_files"][2]["file"] == "attribute1.level03");
+      CHECK(report["left_over"] == Names{"tables.9"});
+    }
+  }
+}
+
 TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   const Workplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);

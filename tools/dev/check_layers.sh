@@ -18,7 +18,8 @@ declare -A layer_of_header=(
   [layout.h]=layout
   [backend.h]=paging [block_table.h]=paging [level_geometry.h]=paging [pager.h]=paging
   [vertex_numbering.h]=paging
-  [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [verify.h]=store
+  [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store
+  [structure.h]=store [verify.h]=store
   [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [sweep.h]=execution
 )
 

@@ -28,8 +28,12 @@ struct VerifyReport {
 };
 
 /// Reads every block of every level through its backend, one after another, past the pager.
-/// Damage goes into the report; only what keeps it from going on is thrown (kIo, kCancelled).
+/// Damage, also a block that the operating system fails to read, goes into the report; only what
+/// keeps it from going on is thrown (kCancelled, kOutOfMemory; kIo while flushing).
+/// `damaged` is told of every bad block, also of those that the report only counts. What
+/// Store::open refuses already is found by check_structure (plait/structure.h).
 VerifyReport verify(
-    Store& store, const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+    Store& store, const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {},
+    const std::function<void(const BlockAddress&)>& damaged = {});
 
 }  // namespace plait

@@ -1,0 +1,71 @@
+// plait/structure.h: the files that a committed version of a store consists of, each checked by
+// itself and without the content of blocks. Where Store::open ends at the first bad one, this names
+// all of them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "plait/backend.h"
+#include "plait/base_mesh.h"
+#include "plait/options.h"
+#include "plait/pager.h"
+#include "plait/store.h"
+
+namespace plait {
+
+enum class StoreFile : std::uint8_t { kBaseMesh, kBlockTables, kBaseRecords, kLevel };
+
+/// A file that the version needs and that is not what the manifest says.
+struct DamagedFile {
+  StoreFile kind = StoreFile::kLevel;
+  std::string name;       ///< in the store's directory
+  std::string attribute;  ///< base records and levels: whose
+  int level = 0;          ///< levels: which
+  std::string reason;
+  std::uint64_t expected_bytes = 0, expected_checksum = 0;  ///< all but levels
+  /// Levels: geometry and seals of what should be there, without a backend; nullptr where base mesh
+  /// or block tables are damaged too.
+  std::unique_ptr<LevelFile> expected_level;
+};
+
+struct StoreStructure {
+  std::uint64_t sequence = 0;  ///< of the version that Store::open takes
+  std::uint64_t files = 0;     ///< looked at, good or bad
+  StoreOptions options;        ///< as the manifest says
+  std::vector<AttributeInfo> attributes;
+  BaseMesh base;  ///< empty if base.mesh is damaged
+  std::vector<DamagedFile> damaged;
+  std::vector<std::string> left_over;  ///< names in the directory that no version refers to
+  std::vector<std::string> notes;      ///< what is odd and does no harm: a bad manifest slot
+};
+
+/// Checks manifest, base mesh, base records and block tables with their checksums, and of each
+/// level file size and extents as its backend sees them. Holds the reader's lock meanwhile. Errors:
+/// as Store::open for what concerns the whole store (no such directory, no whole manifest, an
+/// unknown backend, somebody writing); kIo.
+StoreStructure check_structure(const std::filesystem::path& store, const BackendRegistry& backends);
+
+/// Whether `bytes` are what the manifest expects of `file`. REQUIRES: no level.
+bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes);
+
+/// Block tables made again from the level files of a store that keeps blocks raw and at fixed
+/// places: every block is read and sealed. Nothing unless they have the checksum that the manifest
+/// names, which they have if every block was written and is whole. REQUIRES: such a store, its base
+/// mesh whole. Errors: kIo; kCancelled where `proceed` returns false.
+std::optional<std::vector<std::byte>> tables_from_levels(
+    const std::filesystem::path& store, const StoreStructure& structure,
+    const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+
+/// Puts the file `from`, on the same filesystem, in place of the store's file `name`, durably and
+/// in one step. Holds the writer's lock meanwhile. Errors: kBusy, kIo, kNoSpace.
+void replace_file(const std::filesystem::path& store, const std::string& name,
+                  const std::filesystem::path& from);
+
+}  // namespace plait

@@ -1,0 +1,60 @@
+#include "repair/block_proof.h"
+
+#include <algorithm>
+#include <system_error>
+
+namespace plait {
+
+struct BlockProof::Model {
+  const LevelFile* of = nullptr;
+  std::filesystem::path path;
+  BlockTable table;
+  std::unique_ptr<Backend> backend;
+
+  ~Model() {
+    backend.reset();
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+};
+
+BlockProof::BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
+                       ScratchDirectory& scratch)
+    : backend_(backend), options_(options), scratch_(scratch) {}
+
+BlockProof::~BlockProof() = default;
+
+BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t component_bytes) {
+  if (model_ && model_->of == &file) return *model_;
+  model_.reset();
+  auto model = std::make_unique<Model>();
+  model->of = &file;
+  model->path = scratch_.path() / "sealed";
+  model->table = file.table;
+  std::ranges::fill(model->table.entries(), BlockEntry{});
+  model->backend = backend_.open(LevelSpec{model->path, OpenMode::kCreate, file.geometry,
+                                           model->table, options_, component_bytes});
+  model_ = std::move(model);
+  return *model_;
+}
+
+std::optional<std::span<const std::byte>> BlockProof::stored_bytes(const LevelFile& file,
+                                                                   std::size_t component_bytes,
+                                                                   std::uint64_t block,
+                                                                   std::span<const std::byte> raw) {
+  const BlockEntry& expected = file.table[block];
+  if (expected.encoding == BlockEncoding::kRaw)
+    return file.table.matches(block, raw) ? std::optional(raw) : std::nullopt;
+  if (expected.encoding == BlockEncoding::kNeverWritten) return std::nullopt;
+  Model& model = model_of(file, component_bytes);
+  model.backend->write({block, 1}, raw);
+  const BlockEntry& found = model.table[block];
+  if (found.encoding != expected.encoding || found.stored_bytes != expected.stored_bytes ||
+      found.checksum != expected.checksum)
+    return std::nullopt;
+  stored_.resize(found.stored_bytes);
+  File(model.path, OpenMode::kRead).read_at(found.offset, stored_);
+  return stored_;
+}
+
+}  // namespace plait

@@ -1,0 +1,46 @@
+// Whether bytes are those that a damaged block had: they are if they get the same seal.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "plait/backend.h"
+#include "plait/pager.h"
+#include "repair/scratch_directory.h"
+
+namespace plait {
+
+class BlockProof {
+ public:
+  /// The arguments outlive this object.
+  BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
+             ScratchDirectory& scratch);
+  ~BlockProof();
+
+  const BackendRegistry::Entry& backend() const { return backend_; }
+
+  /// What the level's file should hold for this block if `raw` is its content: stored bytes whose
+  /// checksum is the one in the level's table. Nothing if they have another one. Valid until the
+  /// next call. REQUIRES: `file` is the same object for all blocks of a level.
+  std::optional<std::span<const std::byte>> stored_bytes(const LevelFile& file,
+                                                         std::size_t component_bytes,
+                                                         std::uint64_t block,
+                                                         std::span<const std::byte> raw);
+
+ private:
+  /// A level of the same identity, where blocks are sealed to be looked at.
+  struct Model;
+  Model& model_of(const LevelFile& file, std::size_t component_bytes);
+
+  const BackendRegistry::Entry& backend_;
+  const BackendOptions& options_;
+  ScratchDirectory& scratch_;
+  std::unique_ptr<Model> model_;
+  std::vector<std::byte> stored_;
+};
+
+}  // namespace plait

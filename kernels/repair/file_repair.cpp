@@ -1,0 +1,173 @@
+#include "repair/file_repair.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t kPageBytes = 4096;
+
+/// docs/format.md, "Level files".
+std::uint64_t file_bytes(const LevelFile& level, bool compressed) {
+  if (!compressed) return (level.geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+  std::uint64_t end = 0;
+  for (const BlockEntry& entry : level.table.entries())
+    end = std::max(end, entry.offset + entry.stored_bytes);
+  return end;
+}
+
+/// What is left of a level's file.
+class Remains {
+ public:
+  explicit Remains(const fs::path& path) {
+    if (!fs::is_regular_file(path)) return;
+    file_ = File(path, OpenMode::kRead);
+    bytes_ = file_.size();
+  }
+  /// The block's stored bytes if they are whole, valid until the next call.
+  std::optional<std::span<const std::byte>> stored_bytes(const LevelFile& level,
+                                                         std::uint64_t block) {
+    const BlockEntry& entry = level.table[block];
+    if (entry.offset > bytes_ || entry.stored_bytes > bytes_ - entry.offset) return std::nullopt;
+    stored_.resize(entry.stored_bytes);
+    try {
+      file_.read_at(entry.offset, stored_);
+    } catch (const Error&) {
+      return std::nullopt;  // a bad place on the disk
+    }
+    if (!level.table.matches(block, stored_)) return std::nullopt;
+    return stored_;
+  }
+
+ private:
+  File file_;
+  std::uint64_t bytes_ = 0;
+  std::vector<std::byte> stored_;
+};
+
+}  // namespace
+
+void FileRepair::run() {
+  for (const DamagedFile& file : structure_.damaged) switch (file.kind) {
+      case StoreFile::kBaseMesh:
+        lose(file, "nothing else in the store says what it held");
+        break;
+      case StoreFile::kBlockTables:
+        repair_tables(file);
+        break;
+      case StoreFile::kBaseRecords:
+        if (const std::string refusal = recomputation_.refusal(file.attribute); !refusal.empty())
+          lose(file, refusal);
+        else if (!rebuild_base_records(file))
+          lose(file, "what follows from the base mesh is not what it held");
+        break;
+      case StoreFile::kLevel:
+        repair_level(file);
+    }
+}
+
+void FileRepair::repair_tables(const DamagedFile& file) {
+  if (proof_.backend().traits.compressed)
+    return lose(file, "nothing else says where blocks are in a compressed level");
+  if (structure_.base.edge_count() == 0) return lose(file, "base.mesh is damaged too");
+  const auto bytes =
+      tables_from_levels(store_, structure_, [&](std::uint64_t done, std::uint64_t total) {
+        return !options_.proceed || options_.proceed("seal blocks", done, total);
+      });
+  if (!bytes) return lose(file, "a level is damaged too, or has blocks that were never written");
+  put_in_place(file, *bytes);
+}
+
+bool FileRepair::rebuild_base_records(const DamagedFile& file) {
+  for (const bool limit : recomputation_.ways()) {
+    Store& made = recomputation_.make(limit);
+    const std::span<const std::byte> bytes = made.base_bytes(made.attribute(file.attribute));
+    if (!is_content_of(file, bytes)) continue;
+    put_in_place(file, bytes);
+    return true;
+  }
+  return false;
+}
+
+void FileRepair::repair_level(const DamagedFile& file) {
+  if (!file.expected_level)
+    return lose(file, "base mesh or block tables, which say what it held, are damaged too");
+  const std::string refusal = recomputation_.refusal(file.attribute);
+  std::uint64_t lost = 0;
+  if (!refusal.empty()) {
+    lost = make_image(file, nullptr);
+    if (lost == 0) return put_in_place(file);
+  } else {
+    for (const bool limit : recomputation_.ways()) {
+      lost = make_image(file, &recomputation_.make(limit));
+      if (lost == 0) return put_in_place(file);
+    }
+  }
+  lose(file, fmt::format("{} of its {} blocks: {}", lost, file.expected_level->table.size(),
+                         refusal.empty() ? "what follows from the base mesh is not what they held"
+                                         : refusal));
+}
+
+std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
+  const LevelFile& level = *file.expected_level;
+  const auto info = std::ranges::find_if(structure_.attributes, [&](const AttributeInfo& each) {
+    return each.schema.name == file.attribute;
+  });
+  const std::size_t component = component_bytes(info->schema.type);
+  std::error_code ignored;
+  File image;
+  if (!options_.dry_run) {
+    fs::remove(image_path(), ignored);
+    image = File(image_path(), OpenMode::kCreate);
+    image.resize(file_bytes(level, proof_.backend().traits.compressed));
+  }
+  Remains remains(store_ / file.name);
+  std::uint64_t lost = 0;
+  for (std::uint64_t block = 0; block < level.table.size(); ++block) {
+    if (options_.proceed && !options_.proceed("rebuild " + file.name, block, level.table.size()))
+      throw Error(ErrorCode::kCancelled, fmt::format("repair {}: cancelled", store_.native()));
+    if (level.table[block].encoding == BlockEncoding::kNeverWritten) continue;
+    std::optional<std::span<const std::byte>> stored = remains.stored_bytes(level, block);
+    PinnedBlock pinned;
+    if (!stored && made != nullptr) {
+      LevelFile& from = made->level_file(made->attribute(file.attribute), file.level);
+      pinned = made->pager().pin(from, block, Access::kRead);
+      stored = proof_.stored_bytes(level, component, block, pinned.bytes());
+    }
+    if (!stored)
+      ++lost;
+    else if (!options_.dry_run)
+      image.write_at(level.table[block].offset, *stored);
+  }
+  if (image.is_open()) image.close();
+  return lost;
+}
+
+void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte> bytes) {
+  if (!options_.dry_run) {
+    File image(image_path(), OpenMode::kCreate);
+    image.write_at(0, bytes);
+    image.close();
+  }
+  put_in_place(file);
+}
+
+void FileRepair::put_in_place(const DamagedFile& file) {
+  if (!options_.dry_run) replace_file(store_, file.name, image_path());
+  report_.rebuilt_files.push_back({file.name, file.reason});
+}
+
+void FileRepair::lose(const DamagedFile& file, const std::string& why) {
+  report_.lost_files.push_back(
+      {file.name, fmt::format("{}; it cannot be rebuilt: {}", file.reason, why)});
+}
+
+}  // namespace plait

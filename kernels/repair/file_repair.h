@@ -1,0 +1,53 @@
+// Files that keep a store from being opened: base records, levels and block tables are put back
+// whole, by content that has the checksums which manifest and block tables record.
+#pragma once
+
+#include <filesystem>
+
+#include "plait/structure.h"
+#include "repair/block_proof.h"
+#include "repair/recomputation.h"
+
+namespace plait {
+
+class FileRepair {
+ public:
+  /// The arguments outlive this object.
+  FileRepair(const std::filesystem::path& store, const StoreStructure& structure,
+             const RepairOptions& options, Recomputation& recomputation, BlockProof& proof,
+             ScratchDirectory& scratch, RepairReport& report)
+      : store_(store),
+        structure_(structure),
+        options_(options),
+        recomputation_(recomputation),
+        proof_(proof),
+        scratch_(scratch),
+        report_(report) {}
+
+  /// Enters every damaged file of the structure into the report, rebuilt or lost.
+  void run();
+
+ private:
+  void repair_tables(const DamagedFile& file);
+  bool rebuild_base_records(const DamagedFile& file);
+  void repair_level(const DamagedFile& file);
+  /// Writes the level's file into the scratch directory (in a dry run only counts), of blocks
+  /// computed anew, where `made` is given, and of those that are still whole. The number of blocks
+  /// for which there is neither.
+  std::uint64_t make_image(const DamagedFile& file, Store* made);
+  /// The content, or the image that was made.
+  void put_in_place(const DamagedFile& file, std::span<const std::byte> bytes);
+  void put_in_place(const DamagedFile& file);
+  void lose(const DamagedFile& file, const std::string& why);
+  std::filesystem::path image_path() { return scratch_.path() / "image"; }
+
+  const std::filesystem::path& store_;
+  const StoreStructure& structure_;
+  const RepairOptions& options_;
+  Recomputation& recomputation_;
+  BlockProof& proof_;
+  ScratchDirectory& scratch_;
+  RepairReport& report_;
+};
+
+}  // namespace plait

@@ -1,0 +1,47 @@
+// The refinement that a store's manifest describes, made anew from its base mesh in a scratch
+// store.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/kernels/repair.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/structure.h"
+#include "repair/scratch_directory.h"
+
+namespace plait {
+
+class Recomputation {
+ public:
+  /// The arguments outlive this object.
+  Recomputation(const StoreStructure& structure, const RepairOptions& options,
+                const BackendRegistry& backends, ScratchDirectory& scratch);
+
+  /// Why this attribute cannot be computed anew; empty if it can.
+  std::string refusal(std::string_view attribute) const;
+
+  /// No manifest records whether positions were projected to the limit surface: what may have been
+  /// done, the way that was made last first.
+  std::vector<bool> ways() const;
+  /// The levels made anew, with or without projection; the last result is kept. REQUIRES: an
+  /// attribute without refusal. Errors: those of Store::create and subdivide.
+  Store& make(bool limit);
+
+ private:
+  std::uint64_t level_bytes(bool limit) const;
+
+  const StoreStructure& structure_;
+  const RepairOptions& options_;
+  const BackendRegistry& backends_;
+  ScratchDirectory& scratch_;
+  std::string refusal_;
+  SubdivideOptions subdivide_;
+  bool double_precision_ = false;
+  std::optional<Store> made_;
+  bool made_limit_ = false;
+};
+
+}  // namespace plait

@@ -1,0 +1,249 @@
+// repair() as a library: nothing is put back without proof, and nothing half-made is left when it
+// is cancelled.
+#include "plait/kernels/repair.h"
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <iterator>
+#include <memory>
+#include <set>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/kernels/subdivide.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The built-in backends, with a codec in `compressed` that writes otherwise than it did before, as
+/// a newer release of zstd may.
+BackendRegistry with_another_codec() {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    if (name == "compressed")
+      entry.open = [open = entry.open](const LevelSpec& spec) {
+        static const BackendOptions options = {"zstd:15", "shuffle"};
+        return open(LevelSpec{spec.path, spec.mode, spec.geometry, spec.table, options,
+                              spec.component_bytes});
+      };
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A disk with a bad place under some blocks of one level, which heals when they are written.
+class BadPlace final : public Backend {
+ public:
+  BadPlace(std::unique_ptr<Backend> inner, std::set<std::uint64_t>& bad)
+      : inner_(std::move(inner)), bad_(bad) {}
+  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      if (bad_.contains(block)) throw system_error("read", "a bad place", EIO);
+    inner_->read(blocks, into);
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      bad_.erase(block);
+    inner_->write(blocks, from);
+  }
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    inner_->advise(blocks, advice);
+  }
+  void sync(bool durable) override { inner_->sync(durable); }
+  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+  std::set<std::uint64_t>& bad_;
+};
+
+/// The built-in backends, with `bad` blocks in level 3 of attribute number 0.
+BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    entry.open = [&bad, open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
+      if (spec.path.filename() != "attribute0.level03" || spec.mode == OpenMode::kCreate)
+        return open(spec);
+      return std::make_unique<BadPlace>(open(spec), bad);
+    };
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A refined store on disk, and what it held.
+class Victim {
+ public:
+  explicit Victim(const std::string& backend) {
+    StoreOptions options;
+    options.backend = backend;
+    options.block_bytes = 4096;
+    options.budget_bytes = 8 << 20;
+    options.scheme = "loop";
+    options.durability = Durability::kNone;
+    Store store =
+        Store::create(path(), BaseMesh::build(random_sphere(11, 300)), options, default_backends());
+    add_base_positions(store);
+    subdivide(store, {.executor = ExecutorKind::kFused, .levels = 3, .normals = true});
+    store.commit();
+    expected_ = digest(store);
+  }
+
+  fs::path path() const { return directory_.path() / "s.plait"; }
+  Store open(bool writable = false) const {
+    return Store::open(path(), {writable, 8 << 20}, default_backends());
+  }
+  /// Flips a bit of the block's stored bytes.
+  void damage(AttributeId attribute, int level, std::uint64_t block) const {
+    const Store store = open();
+    const LevelFile& level_file = store.level_file(attribute, level);
+    File file(level_file.path, OpenMode::kReadWrite);
+    std::byte value{};
+    const std::uint64_t offset = level_file.table[block].offset + 20;
+    file.read_at(offset, std::span(&value, 1));
+    value ^= std::byte{0x10};
+    file.write_at(offset, std::span(&value, 1));
+  }
+  std::uint64_t damaged_count() const {
+    Store store = open();
+    return verify(store).damaged_count;
+  }
+  bool is_as_before() const {
+    Store store = open();
+    return digest(store) == expected_;
+  }
+  /// Neither a scratch directory nor anything else beside the store.
+  bool is_alone() const {
+    return std::distance(fs::directory_iterator(directory_.path()), {}) == 1;
+  }
+
+ private:
+  TemporaryDirectory directory_;
+  Digest expected_;
+};
+
+bool is_raw(const Victim& victim, int level, std::uint64_t block) {
+  return victim.open().level_file(0, level).table[block].encoding == BlockEncoding::kRaw;
+}
+
+}  // namespace
+
+TEST_CASE("Repair_AnotherCodecAndAllElseEqual_IsRebuilt") {
+  const Victim victim("compressed");
+  REQUIRE_FALSE(is_raw(victim, 3, 4));
+  victim.damage(0, 3, 4);
+  victim.damage(1, 3, 0);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.whole());
+  CHECK(report.rebuilt_count == 2);
+  CHECK(victim.is_as_before());
+  CHECK(victim.is_alone());
+}
+
+TEST_CASE("Repair_AnotherCodecAndSomethingElseDiffers_IsLost") {
+  const Victim victim("compressed");
+  {
+    Store store = victim.open(true);
+    {
+      const PinnedBlock pinned = store.pager().pin(store.level_file(0, 3), 1, Access::kUpdate);
+      pinned.bytes()[3] ^= std::byte{1};
+    }
+    store.commit();
+  }
+  victim.damage(0, 3, 4);
+  victim.damage(1, 3, 0);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.rebuilt_count == 1);  // the normals are still those of the refinement
+  REQUIRE(report.lost_count == 1);
+  CHECK(report.lost[0].attribute == "position");
+  CHECK(victim.damaged_count() == 1);
+  CHECK(repair(victim.path(), {}, default_backends()).whole());  // its seal tells it after all
+}
+
+TEST_CASE("Repair_AnotherCodecAndNothingElseInTheLevel_IsLost") {
+  const Victim victim("compressed");
+  for (std::uint64_t block = 0; block < victim.open().level_file(0, 3).table.size(); ++block)
+    victim.damage(0, 3, block);
+  const std::uint64_t damaged = victim.damaged_count();
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.lost_count > 0);  // some blocks are the same with either codec
+  CHECK(report.lost_count + report.rebuilt_count == damaged);
+  CHECK(victim.damaged_count() == report.lost_count);
+  CHECK(repair(victim.path(), {}, default_backends()).whole());
+  CHECK(victim.is_as_before());
+}
+
+TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
+  for (const char* backend : {"pread", "mmap", "compressed"}) {
+    const Victim victim(backend);
+    for (const std::uint64_t block : {0u, 2u, 5u}) victim.damage(0, 3, block);
+    fs::remove(victim.path() / "attribute1.level03");
+    RepairOptions options;
+    options.budget_bytes = 704 << 10;  // what is made anew goes to the disk
+    std::uint64_t calls = 0, last_call = 0;
+    options.proceed = [&](std::string_view, std::uint64_t, std::uint64_t) {
+      return ++calls != last_call;
+    };
+    for (last_call = 1; last_call < 1000000; last_call = last_call * 5 / 4 + 1) {
+      CAPTURE(backend, last_call);
+      calls = 0;
+      try {
+        const RepairReport report = repair(victim.path(), options, default_backends());
+        CHECK(report.whole());
+        break;
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kCancelled);
+      }
+      CHECK(calls == last_call);
+      CHECK(victim.is_alone());
+    }
+    CHECK(last_call > 20);
+    CHECK(victim.is_as_before());
+    CHECK(victim.is_alone());
+  }
+}
+
+TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
+  const Victim victim("pread");
+  std::set<std::uint64_t> bad = {1, 6};
+  const BackendRegistry backends = on_a_bad_disk(bad);
+  {
+    Store store = Store::open(victim.path(), {false, 8 << 20}, backends);
+    const VerifyReport report = verify(store);
+    REQUIRE(report.damaged_count == 2);
+    CHECK(report.damaged[1].block == 6);
+    CHECK(report.damaged[1].reason.find("a bad place") != std::string::npos);
+  }
+  const RepairReport report = repair(victim.path(), {}, backends);
+  CHECK(report.whole());
+  CHECK(report.rebuilt_count == 2);
+  CHECK(bad.empty());
+  CHECK(victim.is_as_before());
+}
+
+TEST_CASE("Repair_StoreInUse_IsRefused") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 1);
+  const Store reader = victim.open();
+  try {
+    repair(victim.path(), {}, default_backends());
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kBusy);
+  }
+  RepairOptions options;
+  options.dry_run = true;
+  CHECK(repair(victim.path(), options, default_backends()).rebuilt_count == 1);
+  CHECK(victim.damaged_count() == 1);
+}

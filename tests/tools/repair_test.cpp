@@ -1,0 +1,332 @@
+// plait repair: what follows from the base mesh comes back to the last bit, what does not is named,
+// and nothing is written that is not proven. The oracle is the digest from before the damage.
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "plait/store.h"
+#include "program.h"
+#include "support/test_meshes.h"
+#include "support/usable_backends.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::vector<std::string>;
+
+struct Workplace {
+  TemporaryDirectory directory;
+  explicit Workplace(const IndexedMesh& mesh = random_sphere(7, 300)) {
+    write_ply(path("mesh.ply"), mesh);
+  }
+  fs::path path(const std::string& name) const { return directory.path() / name; }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+  /// A store s.plait with blocks of 4 KiB; its digest.
+  std::string subdivide(const Names& options) const {
+    Names arguments = {"subdivide", "mesh.ply", "s.plait", "--levels",
+                       "3",         "--block",  "4KiB",    "--force"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome made = plait(arguments);
+    CAPTURE(made.errors);
+    REQUIRE(made.status == 0);
+    return digest();
+  }
+  std::string digest() const {
+    const Outcome outcome = plait({"digest", "s.plait"});
+    CHECK(outcome.status == 0);
+    return outcome.last_line();
+  }
+  Store open() const { return Store::open(path("s.plait"), {true, 8 << 20}, default_backends()); }
+  void flip(const std::string& file, std::streamoff offset) const {
+    std::fstream stream(path("s.plait") / file, std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekg(offset);
+    const char byte = static_cast<char>(stream.get());
+    stream.seekp(offset);
+    stream.put(static_cast<char>(byte ^ 0x20));
+  }
+  /// Every file of the store but the lock, in which each writer leaves its number.
+  std::map<std::string, std::string> content() const {
+    std::map<std::string, std::string> files;
+    for (const std::string& name : names_in(path("s.plait"))) {
+      std::ifstream file(path("s.plait") / name, std::ios::binary);
+      if (name != "lock")
+        files[name] = {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+    }
+    return files;
+  }
+  /// Repairs with success, and looks whether all is as it was.
+  nlohmann::json repaired(const std::string& expected, Names options = {}) const {
+    options.insert(options.begin(), {"repair", "s.plait", "--json"});
+    const Outcome outcome = plait(options);
+    CAPTURE(outcome.errors, outcome.output);
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.json()["ok"] == true);
+    CHECK(plait({"verify", "s.plait"}).status == 0);
+    CHECK(digest() == expected);
+    CHECK(names_in(directory.path()) == Names{"mesh.ply", "s.plait"});
+    return outcome.json();
+  }
+};
+
+/// Every third block of the finest level, one in the coarsest, of positions and of normals.
+std::size_t damage_blocks(const Workplace& here) {
+  std::vector<std::pair<std::string, std::streamoff>> places;
+  {
+    Store store = here.open();
+    for (AttributeId id = 0; id < store.attributes().size(); ++id)
+      for (const int level : {store.base_level() + 1, store.finest_level()}) {
+        const LevelFile& file = store.level_file(id, level);
+        for (std::uint64_t block = 0; block < file.table.size(); block += 3) {
+          places.emplace_back(file.path.filename(), file.table[block].offset + 5);
+          if (level == store.base_level() + 1) break;
+        }
+      }
+  }
+  for (const auto& [file, offset] : places) here.flip(file, offset);
+  return places.size();
+}
+
+void move_positions(Store& store, std::uint64_t first_block, std::uint64_t block_after) {
+  LevelFile& file = store.level_file(store.attribute("position"), 3);
+  for (std::uint64_t block = first_block; block < std::min(block_after, file.table.size());
+       ++block) {
+    const PinnedBlock pinned = store.pager().pin(file, block, Access::kUpdate);
+    const std::span<float> numbers(reinterpret_cast<float*>(pinned.bytes().data()),
+                                   pinned.bytes().size() / sizeof(float));
+    for (float& number : numbers) number *= 1.25f;
+  }
+  store.commit();
+}
+
+}  // namespace
+
+TEST_CASE("Repair_DamagedBlocks_AreRebuiltInEveryBackend") {
+  for (const std::string& backend : usable_backends()) {
+    if (!default_backends().find(backend).traits.durable) continue;
+    CAPTURE(backend);
+    const Workplace here;
+    const std::string expected = here.subdivide({"--backend", backend, "--normals"});
+    const std::size_t damaged = damage_blocks(here);
+    REQUIRE(damaged > 6);
+    REQUIRE(here.plait({"verify", "s.plait"}).status == 1);
+    const nlohmann::json report = here.repaired(expected);
+    CHECK(report["rebuilt_count"] == damaged);
+    CHECK(report["rebuilt"].size() == damaged);
+    CHECK(report["version"] == 2);
+    const std::string again = here.plait({"repair", "s.plait"}).output;
+    CHECK(again.find("whole, nothing to repair") != std::string::npos);
+  }
+}
+
+TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
+  const std::vector<Names> kinds = {
+      {"--scheme", "butterfly", "--normals"},
+      {"--scheme", "midpoint"},
+      {"--limit", "--normals"},
+      {"--limit", "--backend", "compressed"},
+      {"--precision", "float64", "--normals"},
+      {"--executor", "transparent", "--layout", "rcm"},
+      {"--max-slot", "64", "--normals"},
+  };
+  for (const bool border : {false, true}) {
+    const Workplace here(border ? random_sheet(3, 250) : random_sphere(5, 250));
+    for (const Names& kind : kinds) {
+      CAPTURE(border, kind);
+      const std::string expected = here.subdivide(kind);
+      const std::size_t damaged = damage_blocks(here);
+      CHECK(here.repaired(expected)["rebuilt_count"] == damaged);
+    }
+  }
+}
+
+TEST_CASE("Repair_WithLittleMemory_WorksBesideTheStore") {
+  for (const std::string backend : {"pread", "compressed"}) {
+    const Workplace here;
+    const std::string expected = here.subdivide({"--backend", backend, "--normals"});
+    damage_blocks(here);
+    here.repaired(expected, {"--memory", "704KiB", "--threads", "1"});
+  }
+}
+
+TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
+  const Workplace here;
+  here.subdivide({});
+  {
+    Store store = here.open();
+    const AttributeId mass = store.add_attribute({"mass", ComponentType::kFloat64, 1});
+    store.add_level(mass);
+    {
+      const PinnedBlock pinned = store.pager().pin(store.level_file(mass, 1), 0, Access::kWrite);
+      std::ranges::fill(pinned.bytes(), std::byte{0x3f});
+    }
+    store.commit();
+  }
+  here.flip("attribute1.level01", 100);
+  here.flip("attribute0.level03", 9000);
+  const Outcome outcome = here.plait({"repair", "s.plait", "--json"});
+  CHECK(outcome.status == 1);
+  const nlohmann::json report = outcome.json();
+  REQUIRE(report["lost_count"] == 1);
+  CHECK(report["lost"][0]["attribute"] == "mass");
+  CHECK(report["lost"][0]["level"] == 1);
+  CHECK(report["lost"][0]["first_edge"] == 0);
+  CHECK(report["rebuilt_count"] == 1);
+  const nlohmann::json verified = here.plait({"verify", "s.plait", "--json"}).json();
+  REQUIRE(verified["damaged_count"] == 1);
+  CHECK(verified["damaged"][0]["attribute"] == "mass");
+}
+
+TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
+  for (const std::string backend : {"pread", "compressed"}) {
+    CAPTURE(backend);
+    const Workplace here;
+    here.subdivide({"--backend", backend});
+    {
+      Store store = here.open();
+      move_positions(store, 0, ~std::uint64_t{0});
+    }
+    std::uint64_t offset = 0;
+    {
+      const Store store = here.open();
+      offset = store.level_file(0, 3).table[3].offset;
+    }
+    here.flip("attribute0.level03", static_cast<std::streamoff>(offset) + 5);
+    const auto before = here.content();
+    const Outcome outcome = here.plait({"repair", "s.plait"});
+    CHECK(outcome.status == 1);
+    CHECK(outcome.output.find("lost: position, level 3, block ") == 0);
+    CHECK(here.content() == before);
+    CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+  }
+}
+
+TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
+  const Workplace here;
+  const std::string pure = here.subdivide({});
+  {
+    Store store = here.open();
+    move_positions(store, 2, 3);
+  }
+  const std::string expected = here.digest();
+  REQUIRE(expected != pure);
+  here.flip("attribute0.level03", 5);
+  here.flip("attribute0.level03", 5 * 4096 + 7);
+  CHECK(here.repaired(expected)["rebuilt_count"] == 2);
+}
+
+TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
+  const Workplace here;
+  const std::string expected = here.subdivide({"--normals"});
+  const std::size_t damaged = damage_blocks(here);
+  const auto before = here.content();
+  const auto read_lock = [&] {
+    std::ifstream lock(here.path("s.plait/lock"));
+    return std::string(std::istreambuf_iterator<char>(lock), {});
+  };
+  const std::string lock = read_lock();
+  const Outcome outcome = here.plait({"repair", "s.plait", "--dry-run", "--json"});
+  CHECK(outcome.status == 0);
+  CHECK(outcome.json()["rebuilt_count"] == damaged);
+  CHECK(outcome.json()["dry_run"] == true);
+  CHECK(here.content() == before);
+  CHECK(read_lock() == lock);
+  CHECK(here.plait({"repair", "s.plait", "--dry-run"}).output.find("can be rebuilt: position") ==
+        0);
+
+  fs::remove(here.path("s.plait/attribute1.level03"));
+  const auto without = here.content();
+  const Outcome missing = here.plait({"repair", "s.plait", "--dry-run"});
+  CHECK(missing.status == 0);
+  CHECK(missing.output.find("can be rebuilt: attribute1.level03") == 0);
+  CHECK(here.content() == without);
+  CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+  here.repaired(expected);
+}
+
+TEST_CASE("Repair_FilesMissingOrShort_AreRebuilt") {
+  for (const std::string backend : {"pread", "mmap", "compressed"}) {
+    CAPTURE(backend);
+    const Workplace here;
+    const std::string expected = here.subdivide({"--backend", backend, "--normals", "--limit"});
+    const auto before = here.content();
+    fs::remove(here.path("s.plait/attribute1.level03"));
+    fs::resize_file(here.path("s.plait/attribute0.level03"), 6000);
+    fs::remove(here.path("s.plait/attribute1.base.1"));
+    here.flip("attribute0.base.1", 17);
+    here.flip("attribute0.level02", 17);
+    const nlohmann::json found = here.plait({"verify", "s.plait", "--json"}).json();
+    CHECK(found["damaged_files"].size() == 4);
+    const nlohmann::json report = here.repaired(expected);
+    CHECK(report["rebuilt_files"].size() == 4);
+    CHECK(report["rebuilt_count"] == 1);
+    for (const char* name : {"attribute1.level03", "attribute0.level03"})
+      if (backend != "compressed") CHECK(here.content()[name] == before.at(name));
+  }
+}
+
+TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
+  for (const std::string file : {"base.mesh", "tables.1"}) {
+    CAPTURE(file);
+    const Workplace here;
+    here.subdivide({});
+    here.flip(file, 40);
+    fs::remove(here.path("s.plait/attribute0.level02"));
+    const auto before = here.content();
+    const Outcome outcome = here.plait({"repair", "s.plait"});
+    CHECK(outcome.status == 1);
+    CHECK(outcome.output.find("lost: " + file) == 0);
+    CHECK(outcome.output.find("lost: attribute0.level02") != std::string::npos);
+    CHECK(here.content() == before);
+  }
+}
+
+TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
+  for (const std::string backend : {"pread", "mmap"}) {
+    CAPTURE(backend);
+    const Workplace here;
+    const std::string expected = here.subdivide({"--backend", backend, "--normals"});
+    const auto before = here.content();
+    here.flip("tables.1", 100);
+    const Outcome dry = here.plait({"repair", "s.plait", "--dry-run"});
+    CHECK(dry.status == 0);
+    CHECK(dry.output.find("can be rebuilt: tables.1") == 0);
+    here.repaired(expected);
+    CHECK(here.content() == before);
+
+    here.flip("attribute1.level02", 100);
+    fs::remove(here.path("s.plait/tables.1"));
+    const Outcome both = here.plait({"repair", "s.plait"});
+    CHECK(both.status == 1);
+    CHECK(both.output.find("lost: tables.1") == 0);
+    CHECK_FALSE(fs::exists(here.path("s.plait/tables.1")));
+  }
+  const Workplace here;
+  here.subdivide({"--backend", "compressed"});
+  here.flip("tables.1", 100);
+  CHECK(here.plait({"repair", "s.plait"}).status == 1);
+}
+
+TEST_CASE("Repair_ManifestSlotDamaged_IsReportedAndHarmless") {
+  const Workplace here;
+  const std::string expected = here.subdivide({});
+  {
+    Store store = here.open();
+    store.commit();
+  }
+  here.flip("manifest", 4096 + 50);  // the older version's
+  const nlohmann::json report = here.plait({"repair", "s.plait", "--json"}).json();
+  CHECK(report["ok"] == true);
+  CHECK(report["version"] == 2);
+  REQUIRE(report["notes"].size() == 1);
+  CHECK(here.digest() == expected);
+  here.flip("manifest", 60);
+  CHECK(here.plait({"repair", "s.plait"}).status == 1);
+}
+
+}  // namespace plait::test

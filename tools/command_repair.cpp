@@ -1,0 +1,136 @@
+// plait repair: rebuilds what is damaged and can be computed again, or says what is lost.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "damage_report.h"
+#include "measure.h"
+#include "plait/kernels/repair.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::filesystem::path store;
+  bool dry_run = false;
+  std::uint64_t memory_bytes = RepairOptions().budget_bytes;
+  int threads = default_thread_count();
+};
+
+nlohmann::ordered_json json_files(const std::vector<RepairedFile>& files) {
+  nlohmann::ordered_json result = nlohmann::ordered_json::array();
+  for (const RepairedFile& file : files)
+    result.push_back({{"file", file.name}, {"reason", file.reason}});
+  return result;
+}
+
+nlohmann::ordered_json json_report(const Arguments& arguments, const RepairReport& report,
+                                   double seconds) {
+  return {{"store", arguments.store.string()},
+          {"ok", report.whole()},
+          {"dry_run", arguments.dry_run},
+          {"version", report.version},
+          {"files", report.files},
+          {"rebuilt_files", json_files(report.rebuilt_files)},
+          {"lost_files", json_files(report.lost_files)},
+          {"blocks_read", report.blocks_examined},
+          {"blocks", report.blocks},
+          {"bytes", report.bytes},
+          {"rebuilt_count", report.rebuilt_count},
+          {"rebuilt", to_json(report.rebuilt)},
+          {"lost_count", report.lost_count},
+          {"lost", to_json(report.lost)},
+          {"left_over", report.left_over},
+          {"notes", report.notes},
+          {"seconds", seconds}};
+}
+
+/// "2 files and 1 block", "nothing".
+std::string amount(std::size_t files, std::uint64_t blocks) {
+  std::string text;
+  if (files > 0) text += fmt::format("{} file{}", files, files == 1 ? "" : "s");
+  if (files > 0 && blocks > 0) text += " and ";
+  if (blocks > 0) text += fmt::format("{} block{}", format_count(blocks), blocks == 1 ? "" : "s");
+  return text.empty() ? "nothing" : text;
+}
+
+std::string text_report(const Arguments& arguments, const RepairReport& report, double seconds) {
+  const std::string rebuilt = arguments.dry_run ? "can be rebuilt" : "rebuilt";
+  std::string text;
+  for (const RepairedFile& file : report.lost_files)
+    text += fmt::format("lost: {}: {}\n", file.name, file.reason);
+  text += to_text("lost", report.lost, report.lost_count);
+  for (const RepairedFile& file : report.rebuilt_files)
+    text += fmt::format("{}: {}: {}\n", rebuilt, file.name, file.reason);
+  text += to_text(rebuilt, report.rebuilt, report.rebuilt_count);
+  text += to_text(report.left_over, report.notes);
+  text += fmt::format("{}: {} files", arguments.store.native(), report.files);
+  text += report.blocks_examined
+              ? fmt::format(" and {} in {} blocks checked, {:.2f} s: ", format_bytes(report.bytes),
+                            format_count(report.blocks), seconds)
+              : fmt::format(" checked, blocks not read: it cannot be opened as it is, {:.2f} s: ",
+                            seconds);
+  const std::string done = amount(report.rebuilt_files.size(), report.rebuilt_count);
+  if (report.whole() && done == "nothing") return text + "whole, nothing to repair\n";
+  text += fmt::format("{} {}", done, rebuilt);
+  if (report.whole()) return text + (arguments.dry_run ? "; nothing changed\n" : "; whole\n");
+  return text + fmt::format("; lost: {}\n", amount(report.lost_files.size(), report.lost_count));
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  Progress progress("repair", ProgressUnit::kNone);
+  RepairOptions options;
+  options.dry_run = arguments.dry_run;
+  options.budget_bytes = arguments.memory_bytes;
+  options.threads = arguments.threads;
+  options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
+    return progress.update(done, total, phase);
+  };
+  const RepairReport report = repair(arguments.store, options, context.backends);
+  progress.clear();
+  print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
+                     : text_report(arguments, report, clock.seconds()));
+  return report.whole() ? kExitDone : kExitFailed;
+}
+
+}  // namespace
+
+void add_repair_command(CLI::App& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("repair", "Rebuild what is damaged in a store, or say what is lost");
+  command->add_option("STORE", arguments->store, "The store")->required();
+  command->add_flag("--dry-run", arguments->dry_run, "Say what would be done and change nothing");
+  add_size_option(*command, "--memory", arguments->memory_bytes,
+                  "Budget for blocks in memory, half of it for what is computed anew");
+  command->add_option("--threads", arguments->threads, "Threads that compute")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  add_json_option(*command, context);
+  command->footer(
+      "Positions and normals that `plait subdivide` made follow from the base mesh: they are\n"
+      "computed anew, and put back where their bytes have the checksums that the store records\n"
+      "for what is damaged. Everything else that is damaged is lost, stays as it is and is named.\n"
+      "What is computed anew and does not fit into memory goes to STORE.repair-PID meanwhile.\n"
+      "Ends with status 0 if everything is there (with --dry-run: would be), 1 if something is\n"
+      "lost.\n"
+      "\n"
+      "Examples:\n"
+      "  plait repair surface.plait --dry-run\n"
+      "  plait repair surface.plait --memory 2GiB\n"
+      "  plait repair surface.plait --json");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait
