@@ -55,7 +55,9 @@ class BadPlace final : public Backend {
       bad_.erase(block);
     inner_->write(blocks, from);
   }
-  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  std::byte* address(std::uint64_t block, bool writable) override {
+    return inner_->address(block, writable);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }
