@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What may keep a reader waiting is another one that is putting blocks back, or about to.
-constexpr int kAttempts = 100;
+constexpr int kAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
 
 bool must_be_undone(const fs::path& store) {
@@ -50,7 +50,10 @@ StoreLock lock_for_reading(const fs::path& store) {
       const StoreLock lock(store / kLockName, true, false);
       undo(store);
     } catch (const Error& error) {
-      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !must_be_undone(store)) throw;
+      // Without the lock nothing of the store may be read, but this much is known: where there is
+      // no journal nobody is putting blocks back.
+      const bool may_end_soon = fs::exists(fs::symlink_status(RollbackJournal::path_in(store)));
+      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !may_end_soon) throw;
       std::this_thread::sleep_for(kPause);
     }
   }

@@ -7,7 +7,9 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -75,14 +77,17 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
       store.commit();
     }
     std::atomic<bool> end = false;
-    std::atomic<std::uint64_t> mixtures = 0, reads = 0, writes = 0, given_up = 0, errors = 0;
+    std::atomic<std::uint64_t> mixtures = 0, reads = 0, writes = 0, given_up = 0;
+    std::mutex mutex;
+    std::string errors;
     const auto whenever_possible = [&](auto work) {
       return std::thread([&, work] {
         while (!end) {
           try {
             work();
-          } catch (...) {
-            ++errors;
+          } catch (const std::exception& error) {
+            const std::scoped_lock lock(mutex);
+            errors += std::string(error.what()) + "\n";
           }
           std::this_thread::yield();
         }
@@ -116,7 +121,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     std::this_thread::sleep_for(duration());
     end = true;
     for (std::thread& thread : threads) thread.join();
-    CHECK(errors == 0);
+    CHECK(errors == "");
     CHECK(mixtures == 0);
     CHECK(reads > 0);
     CHECK(writes > 0);
