@@ -310,6 +310,25 @@ void seed_numbers() {
     seed("number_text", ("word" + std::to_string(count++)).c_str(), word);
 }
 
+std::string journal_record(std::uint32_t level, std::uint64_t offset, const std::string& bytes) {
+  // The target enters the checksum.
+  return number(std::uint32_t{0}) + number(level) + number(std::uint64_t{0}) + number(offset) +
+         number(std::uint64_t{bytes.size()}) + number(std::uint64_t{0}) + bytes;
+}
+
+void seed_journals() {
+  const std::string block(512, 'b');
+  const std::string whole = journal_record(1, 512, block);
+  seed("journal", "one_block", whole);
+  seed("journal", "two_blocks", whole + journal_record(1, 3584, block));
+  seed("journal", "torn", whole + whole.substr(0, 300));
+  seed("journal", "beyond_the_file", journal_record(1, 3585, block));
+  seed("journal", "far_beyond_the_file", journal_record(1, ~std::uint64_t{0} - 10, block));
+  seed("journal", "no_such_level", journal_record(1000, 0, block));
+  seed("journal", "no_such_file", journal_record(2, 0, block));
+  seed("journal", "empty_block", journal_record(1, 0, "") + whole);
+}
+
 }  // namespace
 
 int main(int argument_count, char** arguments) try {
@@ -323,6 +342,7 @@ int main(int argument_count, char** arguments) try {
   seed_block_tables();
   seed_codecs();
   seed_numbers();
+  seed_journals();
   return 0;
 } catch (const std::exception& failure) {
   std::fprintf(stderr, "make_corpora: %s\n", failure.what());

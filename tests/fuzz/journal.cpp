@@ -1,0 +1,108 @@
+// A rollback journal whose header is right and whose rest is the input, put back into a store of
+// one level file; and the input as the whole journal. Either the journal is refused, or it is gone
+// and the level file is as long as before.
+#include <stdlib.h>
+#include <xxhash.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "oracle.h"
+#include "plait/file_operations.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/file_names.h"
+#include "store/rollback_journal.h"
+
+using namespace plait;
+using namespace plait::fuzz;
+
+namespace {
+
+constexpr std::uint64_t kSequence = 7, kLevelBytes = 4096;
+
+/// What the disk would do is of no interest here.
+class NoWaiting final : public FileOperationHook {
+ public:
+  NoWaiting() { set_file_operation_hook(this); }
+  ~NoWaiting() { set_file_operation_hook(nullptr); }
+  Verdict before(const FileOperation& operation) noexcept override {
+    Verdict verdict;
+    verdict.pretend = operation.kind == FileOperation::Kind::kSync ||
+                      operation.kind == FileOperation::Kind::kSyncDirectory;
+    return verdict;
+  }
+  void after(const FileOperation&) noexcept override {}
+};
+
+/// A directory with a level file, gone when the program ends.
+struct Place {
+  Place() {
+    std::string name = (std::filesystem::temp_directory_path() / "plait-fuzz-XXXXXX").string();
+    require(::mkdtemp(name.data()) != nullptr);
+    path = name;
+    std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x');
+  }
+  ~Place() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  std::filesystem::path path;
+};
+
+/// docs/format.md, "journal".
+std::vector<std::byte> right_header() {
+  std::vector<std::byte> bytes(48);
+  std::memcpy(bytes.data(), "plaitjnl", 8);
+  save(std::span(bytes), 8, std::uint32_t{1});
+  save(std::span(bytes), 32, kSequence);
+  save(std::span(bytes), 40, checksum_of(std::span(bytes).first(40)));
+  return bytes;
+}
+
+/// Gives records, as far as they are whole, the checksums that they should have.
+void seal_records(std::span<std::byte> bytes, std::uint64_t seed) {
+  while (bytes.size() >= 40) {
+    const auto count = load<std::uint64_t>(bytes, 24);
+    if (count > bytes.size() - 40) return;
+    XXH3_state_t* const state = XXH3_createState();
+    XXH3_64bits_reset_withSeed(state, seed);
+    XXH3_64bits_update(state, bytes.data(), 32);
+    XXH3_64bits_update(state, bytes.subspan(40).data(), count);
+    save(bytes, 32, std::uint64_t{XXH3_64bits_digest(state)});
+    XXH3_freeState(state);
+    bytes = bytes.subspan(40 + count);
+  }
+}
+
+void try_journal(const Place& place, std::span<const std::byte> bytes) {
+  const std::filesystem::path journal = RollbackJournal::path_in(place.path);
+  std::ofstream(journal, std::ios::binary | std::ios::trunc)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  const bool taken =
+      accepts({ErrorCode::kCorruption}, [&] { roll_back(place.path, {}, kSequence); });
+  require(taken != std::filesystem::exists(journal));
+  require(std::filesystem::file_size(place.path / level_file_name(0, 1)) == kLevelBytes);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const Place place;
+  static const NoWaiting no_waiting;
+  const auto input = std::as_bytes(std::span(data, size));
+  try_journal(place, input);
+  std::vector<std::byte> bytes = right_header();
+  // Checksums that are right, for whatever the records say.
+  const auto seed = load<std::uint64_t>(bytes, 40);
+  bytes.insert(bytes.end(), input.begin(), input.end());
+  try_journal(place, bytes);
+  seal_records(std::span(bytes).subspan(48), seed);
+  try_journal(place, bytes);
+  return 0;
+}
