@@ -1,17 +1,18 @@
 // How fast is one read-modify-write sweep over data several times larger than memory on each
 // backend, beside what the disk gives to a program that only moves the same bytes the same way?
 //
-//   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB] [--memory
-//   MIB]
-//                         [--threads 2] [--runs 5] [--drop-caches 1] [--io-threads N]
-//                         [--only BACKEND] [--directory .] [--json FILE]
+//   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB]
+//                         [--memory MIB] [--threads 2] [--runs 5] [--drop-caches 1]
+//                         [--io-threads N] [--only BACKEND] [--journal] [--directory .]
+//                         [--json FILE]
 //
 // The sweep adds 1 to every float of the finest level. Each run is a process of its own under the
 // memory limit (cgroup version 1; it says so where it may not set one), cold, with fdatasync inside
-// the time; after each comes its floor, so that a disk that drifts spoils neither: fio reading and
-// writing the same bytes in blocks of the same size (uring: io_uring with O_DIRECT, eight blocks
-// each way; pread and compressed: psync), for mmap a plain loop over a mapping; without fio plain
-// loops for all. Prints a Markdown table of medians with the smallest and largest.
+// the time, and as scratch, unless --journal asks for what an atomic commit costs; after each comes
+// its floor, so that a disk that drifts spoils neither: fio reading and writing the same bytes in
+// blocks of the same size (uring: io_uring with O_DIRECT, eight blocks each way; pread and
+// compressed: psync), for mmap a plain loop over a mapping; without fio plain loops for all. Prints
+// a Markdown table of medians with the smallest and largest.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -41,6 +42,7 @@ struct Settings {
   std::uint32_t components = 6;
   std::uint64_t limit_mebibytes = 256, memory_mebibytes = 64;
   int drop_caches = 1, io_threads = -1;  ///< -1: as the store has it by itself
+  bool journal = false;
   std::string directory = ".", only, json;
 };
 
@@ -88,9 +90,14 @@ double sweep_seconds(const fs::path& path, const Settings& settings) {
   OpenOptions options;
   options.writable = true;
   options.budget_bytes = settings.memory_mebibytes << 20;
+  options.durability = settings.journal ? Durability::kCommit : Durability::kNone;
   if (settings.io_threads >= 0) options.io_threads = settings.io_threads;
   Store store = Store::open(path, options, default_backends());
-  const double result = seconds([&] { sweep_finest(store, settings, Access::kUpdate); });
+  const double result = seconds([&] {
+    sweep_finest(store, settings, Access::kUpdate);
+    if (!settings.journal)
+      File(store.level_file(0, settings.level).path, OpenMode::kReadWrite).sync();
+  });
   const PagingStatistics paging = store.statistics();
   fmt::print(stderr, "  {:.2f} s, waited {:.2f} s for reads and {:.2f} s for writes\n", result,
              1e-9 * double(paging.read_wait_ns), 1e-9 * double(paging.write_wait_ns));
@@ -246,6 +253,7 @@ int main(int count, char** words) {
         app.add_option("--drop-caches", settings.drop_caches)->check(CLI::Range(0, 1));
         app.add_option("--io-threads", settings.io_threads)->check(CLI::Range(-1, 64));
         app.add_option("--only", settings.only, "a backend");
+        app.add_flag("--journal", settings.journal, "keep what was there before, to come back to");
         app.add_option("--directory", settings.directory);
         app.add_option("--json", settings.json);
       },

@@ -72,10 +72,9 @@ std::filesystem::path Store::Implementation::level_path(std::uint32_t number, in
   return on_disk() ? path / level_file_name(number, level) : std::filesystem::path();
 }
 
-std::unique_ptr<LevelFile> Store::Implementation::open_level(const Attribute& attribute,
-                                                             const AttributeSchema& schema,
-                                                             int level, OpenMode mode,
-                                                             std::span<const BlockEntry> entries) {
+std::unique_ptr<LevelFile> Store::Implementation::open_level(
+    const Attribute& attribute, const AttributeSchema& schema, int level, OpenMode mode,
+    std::span<const BlockEntry> entries) const {
   auto file = std::make_unique<LevelFile>();
   file->geometry = LevelGeometry(base.edge_count(), base.border_edges(), level - options.base_level,
                                  schema.record_bytes(), options.block_bytes);

@@ -34,7 +34,7 @@ struct Store::Implementation {
   /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
                                         int level, OpenMode mode,
-                                        std::span<const BlockEntry> entries);
+                                        std::span<const BlockEntry> entries) const;
   /// The pager, and a journal where one is needed; `options`, `backend` and the rest are there.
   void make_ready();
   Manifest manifest() const;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
 #include <set>
 #include <tuple>
 
@@ -20,8 +19,9 @@ bool before(const BlockAddress& a, const BlockAddress& b) {
 
 void BlockRepair::run() {
   const auto any_open = [&] {
-    return std::ranges::any_of(std::views::iota(std::size_t{0}, damaged_.size()),
-                               [&](std::size_t at) { return is_open(at); });
+    for (std::size_t at = 0; at < damaged_.size(); ++at)
+      if (is_open(at)) return true;
+    return false;
   };
   if (!any_open()) return;
   for (const bool limit : recomputation_.ways()) {
