@@ -94,6 +94,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
       });
     };
     std::vector<std::thread> threads;
+    threads.reserve(3);
     for (int reader = 0; reader < 2; ++reader)
       threads.push_back(whenever_possible([&] {
         std::optional<Store> store = try_open(path, false);
@@ -121,7 +122,8 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     std::this_thread::sleep_for(duration());
     end = true;
     for (std::thread& thread : threads) thread.join();
-    CHECK(errors == "");
+    CAPTURE(errors);
+    CHECK(errors.empty());
     CHECK(mixtures == 0);
     CHECK(reads > 0);
     CHECK(writes > 0);

@@ -49,12 +49,12 @@ struct RepairReport {
   bool whole() const { return lost_count == 0 && lost_files.empty(); }
 };
 
-/// Examines the store, rebuilds what it can, commits, and reads the rebuilt blocks back. What is
-/// lost stays as it is. Nobody else may have the store open; with `dry_run` others may read it.
-/// Cancelled or ended at any instant, the store has what it had, or a part of the repair.
+/// Examines the store at `path`, rebuilds what it can, commits, and reads the rebuilt blocks back.
+/// What is lost stays as it is. Nobody else may have the store open; with `dry_run` others may read
+/// it. Cancelled or ended at any instant, the store has what it had, or a part of the repair.
 /// Errors: those of check_structure and Store::open for what concerns the whole store; kBudget,
 /// kCancelled, kIo, kNoSpace.
-RepairReport repair(const std::filesystem::path& store, const RepairOptions& options,
+RepairReport repair(const std::filesystem::path& path, const RepairOptions& options,
                     const BackendRegistry& backends);
 
 }  // namespace plait
