@@ -17,6 +17,7 @@
 #include "store/file_names.h"
 #include "store/manifest.h"
 #include "store/recovery.h"
+#include "store/stored_geometry.h"
 
 namespace plait {
 namespace fs = std::filesystem;
@@ -160,9 +161,8 @@ class StructureCheck {
   /// nullptr once the tables turned out too short for their levels.
   std::unique_ptr<LevelFile> expected_level(const ManifestAttribute& attribute, int level) {
     auto file = std::make_unique<LevelFile>();
-    file->geometry = LevelGeometry(result_.base.edge_count(), result_.base.border_edges(),
-                                   level - manifest_.base_level, attribute.schema.record_bytes(),
-                                   manifest_.block_bytes);
+    file->geometry =
+        stored_geometry(manifest_, result_.base, attribute, level, store_ / kManifestName);
     const std::uint64_t blocks = file->geometry.block_count();
     if (entries_.size() / sizeof(BlockEntry) < blocks) {
       entries_known_ = false;

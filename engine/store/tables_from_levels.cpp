@@ -7,6 +7,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/manifest.h"
+#include "store/stored_geometry.h"
 
 namespace plait {
 namespace {
@@ -47,9 +48,8 @@ std::optional<std::vector<std::byte>> tables_from_levels(
     for (int level = manifest.base_level + 1; level <= attribute.finest_level; ++level) {
       if (proceed && !proceed(done++, levels))
         throw Error(ErrorCode::kCancelled, "make block tables: cancelled");
-      const LevelGeometry geometry(structure.base.edge_count(), structure.base.border_edges(),
-                                   level - manifest.base_level, attribute.schema.record_bytes(),
-                                   manifest.block_bytes);
+      const LevelGeometry geometry =
+          stored_geometry(manifest, structure.base, attribute, level, store / kManifestName);
       BlockTable table(manifest.uuid, attribute.number, level, geometry.block_count());
       const auto path = store / level_file_name(attribute.number, level);
       if (!seal_level(path, geometry, table)) return std::nullopt;

@@ -6,6 +6,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/store_state.h"
+#include "store/stored_geometry.h"
 
 namespace plait {
 namespace {
@@ -130,9 +131,7 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
         read_whole_file(path / base_file_name(stored.number, manifest.sequence),
                         base.vertex_count() * stored.schema.record_bytes(), stored.base_checksum);
     for (int level = manifest.base_level + 1; level <= stored.finest_level; ++level) {
-      const LevelGeometry geometry(base.edge_count(), base.border_edges(),
-                                   level - manifest.base_level, stored.schema.record_bytes(),
-                                   manifest.block_bytes);
+      const LevelGeometry geometry = stored_geometry(manifest, base, stored, level, manifest_path);
       const std::vector<BlockEntry> entries = tables_reader.next_level(geometry);
       attribute.levels.push_back(open_level(attribute, stored.schema, level, mode, entries));
     }

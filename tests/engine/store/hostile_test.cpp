@@ -9,6 +9,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
+#include "plait/edge_index.h"
 #include "plait/verify.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
@@ -272,6 +273,25 @@ TEST_CASE("StoreOpen_TableEntryForgedWithTheRightChecksum_IsRefusedOrFound") {
     forge(victim.path(), "tables.2", tables);
     CHECK(victim.examine() == Outcome::kHarmless);
   }
+}
+
+TEST_CASE("StoreOpen_LevelForgedTooLargeToBe_IsRefusedNamingTheManifest") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  {
+    Store store = Store::create(path, BaseMesh::build(torus_grid(100, 70)), sample_options("pread"),
+                                default_backends());
+    store.add_attribute({"wide", ComponentType::kFloat64, 255});
+    store.commit();
+  }
+  Manifest manifest = read_manifest(path / "manifest");
+  manifest.attributes[0].finest_level = kMaxLevel;
+  {
+    File file(path / "manifest", OpenMode::kReadWrite);
+    write_manifest(file, manifest);
+  }
+  const Error error = error_of([&] { Store::open(path, {}, default_backends()); });
+  CHECK(error.code() == ErrorCode::kCorruption);
 }
 
 TEST_CASE("StoreOpen_BaseMeshForgedWithTheRightChecksum_IsRefused") {
