@@ -1,7 +1,6 @@
 #include "fused/surface_refiner.h"
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
 #include "normals/normal_rules.h"
@@ -11,41 +10,7 @@ namespace plait {
 namespace {
 
 using fused_rows::kPointNumbers;
-constexpr std::size_t kAlignment = 64;
-
-template <class Number>
-Number* at(Number* numbers, const PatchLattice& lattice, std::int64_t i, std::int64_t j) {
-  return numbers + lattice.index(i, j) * static_cast<std::int64_t>(kPointNumbers);
-}
-
-/// One lane of a point.
-template <class Number>
-Vector3<Number> get(const Number* point, std::size_t lane) {
-  return {point[lane], point[kPatchLanes + lane], point[2 * kPatchLanes + lane]};
-}
-template <class Number>
-void put(Number* point, std::size_t lane, const Vector3<Number>& v) {
-  point[lane] = v.x;
-  point[kPatchLanes + lane] = v.y;
-  point[2 * kPatchLanes + lane] = v.z;
-}
-
-struct Step {
-  std::int64_t i, j;
-};
-/// The step that moves one unit of weight to corner `to` from corner `from`.
-constexpr Step step(int to, int from) {
-  return {std::int64_t(to == 1) - std::int64_t(from == 1),
-          std::int64_t(to == 2) - std::int64_t(from == 2)};
-}
-
-/// The point of `side` with this weight at its start.
-FaceIndex on_side(int level, int side, std::int64_t weight) {
-  std::int64_t k[3] = {};
-  k[(side + 1) % 3] = weight;
-  k[(side + 2) % 3] = (std::int64_t{1} << level) - weight;
-  return {0, level, k[1], k[2]};
-}
+using namespace lattice_points;
 
 /// The pairs of opposite neighbours in the order of the frame of `side`.
 template <class Real>
@@ -64,19 +29,6 @@ fused_rows::Neighbours<Real> neighbours(const Real* numbers, const PatchLattice&
 }
 
 }  // namespace
-
-template <class Number>
-LatticeBuffer<Number>::LatticeBuffer(std::int64_t points) {
-  const std::size_t count = static_cast<std::size_t>(points) * kPointNumbers;
-  numbers_.reset(
-      static_cast<Number*>(::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
-  // Lanes without a patch, and beyond borders, are computed with and thrown away.
-  std::fill_n(numbers_.get(), count, Number(0));
-}
-template <class Number>
-void LatticeBuffer<Number>::Free::operator()(Number* numbers) const {
-  ::operator delete(numbers, std::align_val_t(kAlignment));
-}
 
 template <class Real>
 SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement)
@@ -227,51 +179,6 @@ void SurfaceRefiner<Real>::move_even(int level) {
   }
 }
 
-/// Calls visit(lane, side) for the sides that lie on a border.
-template <class Real>
-template <class Visit>
-void SurfaceRefiner<Real>::for_each_border(std::size_t first, std::size_t count,
-                                           Visit visit) const {
-  if (refinement_.mesh.border_edges.empty()) return;
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    const FaceId face = faces_[first + lane];
-    const int turn = first_corner(refinement_.mesh, face);
-    for (int side = 0; side < 3; ++side)
-      if (!refinement_.mesh.across(FaceSide(face, (side + turn) % 3)).exists()) visit(lane, side);
-  }
-}
-
-template <class Real>
-void SurfaceRefiner<Real>::odd_borders(int level, std::size_t first, std::size_t count) {
-  const std::int64_t n = std::int64_t{1} << (level - 1);
-  const PatchLattice coarse{n, 1}, fine{2 * n, 1};
-  for_each_border(first, count, [&](std::size_t lane, int side) {
-    for (std::int64_t t = 0; t < n; ++t) {
-      const FaceIndex a = on_side(level - 1, side, t), b = on_side(level - 1, side, t + 1),
-                      middle = on_side(level, side, 2 * t + 1);
-      put(at(fine_.data(), fine, middle.i, middle.j), lane,
-          Real(0.5) * (get(at(coarse_.data(), coarse, a.i, a.j), lane) +
-                       get(at(coarse_.data(), coarse, b.i, b.j), lane)));
-    }
-  });
-}
-
-template <class Real>
-void SurfaceRefiner<Real>::even_borders(int level, std::size_t first, std::size_t count) {
-  const std::int64_t n = std::int64_t{1} << (level - 1);
-  const PatchLattice coarse{n, 1}, fine{2 * n, 1};
-  for_each_border(first, count, [&](std::size_t lane, int side) {
-    for (std::int64_t t = 1; t < n; ++t) {
-      const FaceIndex old = on_side(level - 1, side, t), a = on_side(level, side, 2 * t - 1),
-                      here = on_side(level, side, 2 * t), b = on_side(level, side, 2 * t + 1);
-      put(at(fine_.data(), fine, here.i, here.j), lane,
-          refinement_.rows.border(get(at(coarse_.data(), coarse, old.i, old.j), lane),
-                                  get(at(fine_.data(), fine, a.i, a.j), lane),
-                                  get(at(fine_.data(), fine, b.i, b.j), lane)));
-    }
-  });
-}
-
 /// Normals, and limit positions beside the positions in `coarse_`.
 template <class Real>
 void SurfaceRefiner<Real>::make_surface() {
@@ -301,33 +208,6 @@ void SurfaceRefiner<Real>::make_surface() {
   }
 }
 
-template <class Real>
-void SurfaceRefiner<Real>::surface_borders(std::size_t first, std::size_t count) {
-  const bool normals = !refinement_.results.normals.empty(),
-             limits = !refinement_.results.limits.empty();
-  if (!normals && !limits) return;
-  for_each_border(first, count, [&](std::size_t lane, int side) {
-    const int start = (side + 1) % 3, end = (side + 2) % 3;
-    for (std::int64_t t = 1; t < finest_.size; ++t) {
-      const FaceIndex here = on_side(refinement_.levels, side, t);
-      const auto near = [&](Step s) {
-        return get(at(static_cast<const Real*>(fine_.data()), finest_, here.i + s.i, here.j + s.j),
-                   lane);
-      };
-      const Vector3<Real> v = near({0, 0}), p1 = near(step(end, start)),
-                          p4 = near(step(start, end));
-      if (normals)
-        put(at(normals_.data(), finest_, here.i, here.j), lane,
-            normals::regular_border(v, p1, near(step(side, start)), near(step(side, end)), p4));
-      if (limits)
-        put(at(coarse_.data(), finest_, here.i, here.j), lane,
-            loop::by_axis<Real>(loop::limit_border<Real>, v, p1, p4));
-    }
-  });
-}
-
-template class LatticeBuffer<float>;
-template class LatticeBuffer<double>;
 template class SurfaceRefiner<float>;
 template class SurfaceRefiner<double>;
 

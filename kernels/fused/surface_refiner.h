@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "fused/fans.h"
+#include "fused/lattice_buffer.h"
 #include "fused/patch_rows.h"
 #include "plait/fused.h"
 
@@ -31,20 +31,6 @@ struct SurfaceRefinement {
   int levels = 1;
   fused_rows::PatchRows<Real> rows;
   BaseResults<Real> results;
-};
-
-/// Numbers in a lattice, aligned to vectors.
-template <class Number>
-class LatticeBuffer {
- public:
-  explicit LatticeBuffer(std::int64_t points);
-  Number* data() const { return numbers_.get(); }
-
- private:
-  struct Free {
-    void operator()(Number* numbers) const;
-  };
-  std::unique_ptr<Number, Free> numbers_;
 };
 
 template <class Real>

@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <vector>
+
+#include "execution/fused_schedule.h"
+#include "execution/slot_halves.h"
+#include "paging/frame_pool.h"
+#include "plait/fused.h"
+
+namespace plait {
+
+FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
+  const Topology mesh = store.base().topology();
+  const HalfShape shape(store, pass.outputs, pass.levels);
+  const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
+  const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
+
+  FusedNeeds needs;
+  std::vector<std::uint8_t> begun(mesh.edges.size());
+  std::uint64_t under_way = 0, most_under_way = 0;
+  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;)
+    for (const EdgeId edge : mesh.face_edges[face]) {
+      if (mesh.edges[edge].is_border()) continue;
+      if (!begun[edge]++) {
+        most_under_way = std::max(most_under_way, ++under_way);
+      } else {
+        --under_way;
+      }
+    }
+  // One half of each waits; threads out of turn may begin more.
+  needs.slot_bytes =
+      (most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size())) * shape.bytes;
+
+  // Edges are numbered by their first face: a window of faces completes a range of edges.
+  std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
+  for (FaceId face = 0; face < mesh.faces.size(); ++face) {
+    EdgeId after = edges_before[face];
+    for (const EdgeId edge : mesh.face_edges[face]) after = std::max(after, edge + 1);
+    edges_before[face + 1] = after;
+  }
+  for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
+    const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
+                 edge_after = edges_before[after];
+    if (first_edge == edge_after) continue;
+    std::uint64_t bytes = 0;
+    for (const AttributeId id : pass.outputs)
+      for (int level = 1; level <= pass.levels; ++level) {
+        const LevelGeometry geometry(mesh.edges.size(), mesh.border_edges, level,
+                                     store.attributes()[id].schema.record_bytes(),
+                                     store.options().block_bytes);
+        bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
+                 FramePool::frame_bytes(geometry.max_block_bytes());
+      }
+    needs.frame_bytes = std::max(needs.frame_bytes, bytes);
+  }
+  return needs;
+}
+
+}  // namespace plait

@@ -1,0 +1,69 @@
+// Numbers in a patch lattice, several patches side by side in lanes.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <new>
+
+#include "fused/patch_rows.h"
+#include "plait/fused.h"
+#include "plait/vector3.h"
+
+namespace plait {
+
+/// Scratch, aligned to vectors. Lanes without a patch, and beyond borders, are computed with and
+/// thrown away: zeros keep them harmless.
+template <class Number>
+class LatticeBuffer {
+ public:
+  explicit LatticeBuffer(std::int64_t points) {
+    const std::size_t count = static_cast<std::size_t>(points) * fused_rows::kPointNumbers;
+    numbers_.reset(
+        static_cast<Number*>(::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
+    std::fill_n(numbers_.get(), count, Number(0));
+  }
+  Number* data() const { return numbers_.get(); }
+
+ private:
+  static constexpr std::size_t kAlignment = 64;
+  struct Free {
+    void operator()(Number* numbers) const {
+      ::operator delete(numbers, std::align_val_t(kAlignment));
+    }
+  };
+  std::unique_ptr<Number, Free> numbers_;
+};
+
+namespace lattice_points {
+
+/// The numbers of a point.
+template <class Number>
+Number* at(Number* numbers, const PatchLattice& lattice, std::int64_t i, std::int64_t j) {
+  return numbers + lattice.index(i, j) * static_cast<std::int64_t>(fused_rows::kPointNumbers);
+}
+
+/// One lane of a point.
+template <class Number>
+Vector3<Number> get(const Number* point, std::size_t lane) {
+  return {point[lane], point[kPatchLanes + lane], point[2 * kPatchLanes + lane]};
+}
+template <class Number>
+void put(Number* point, std::size_t lane, const Vector3<Number>& v) {
+  point[lane] = v.x;
+  point[kPatchLanes + lane] = v.y;
+  point[2 * kPatchLanes + lane] = v.z;
+}
+
+struct Step {
+  std::int64_t i, j;
+};
+/// The step that moves one unit of weight to corner `to` from corner `from`.
+constexpr Step step(int to, int from) {
+  return {std::int64_t(to == 1) - std::int64_t(from == 1),
+          std::int64_t(to == 2) - std::int64_t(from == 2)};
+}
+
+}  // namespace lattice_points
+}  // namespace plait
