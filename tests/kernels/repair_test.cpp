@@ -12,6 +12,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
+#include "support/forwarding_backend.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -40,32 +41,22 @@ BackendRegistry with_another_codec() {
 }
 
 /// A disk with a bad place under some blocks of one level, which heals when they are written.
-class BadPlace final : public Backend {
+class BadPlace final : public ForwardingBackend {
  public:
-  BadPlace(std::unique_ptr<Backend> inner, std::set<std::uint64_t>& bad)
-      : inner_(std::move(inner)), bad_(bad) {}
-  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  BadPlace(std::unique_ptr<Backend> disk, std::set<std::uint64_t>& bad)
+      : ForwardingBackend(std::move(disk)), bad_(bad) {}
   void read(BlockRange blocks, std::span<std::byte> into) override {
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
       if (bad_.contains(block)) throw system_error("read", "a bad place", EIO);
-    inner_->read(blocks, into);
+    inner().read(blocks, into);
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
       bad_.erase(block);
-    inner_->write(blocks, from);
+    inner().write(blocks, from);
   }
-  std::byte* address(std::uint64_t block, bool writable) override {
-    return inner_->address(block, writable);
-  }
-  void advise(BlockRange blocks, Advice advice) noexcept override {
-    inner_->advise(blocks, advice);
-  }
-  void sync(bool durable) override { inner_->sync(durable); }
-  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
 
  private:
-  std::unique_ptr<Backend> inner_;
   std::set<std::uint64_t>& bad_;
 };
 

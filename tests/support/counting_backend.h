@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "plait/backend.h"
+#include "support/forwarding_backend.h"
 
 namespace plait::test {
 
@@ -17,47 +17,41 @@ struct BackendCounts {
   std::atomic<std::uint64_t> advise_calls = 0, sync_calls = 0;
 };
 
-class CountingBackend final : public Backend {
+class CountingBackend final : public ForwardingBackend {
  public:
   /// `counts` outlives this object; several backends may share it.
   CountingBackend(std::unique_ptr<Backend> inner, BackendCounts& counts)
-      : inner_(std::move(inner)), counts_(counts) {}
+      : ForwardingBackend(std::move(inner)), counts_(counts) {}
 
-  BackendTraits traits() const noexcept override { return inner_->traits(); }
   void read(BlockRange blocks, std::span<std::byte> into) override {
     ++counts_.read_calls;
     counts_.read_blocks += blocks.count;
     counts_.read_bytes += into.size();
-    inner_->read(blocks, into);
+    inner().read(blocks, into);
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     ++counts_.write_calls;
     counts_.write_blocks += blocks.count;
     counts_.write_bytes += from.size();
-    inner_->write(blocks, from);
+    inner().write(blocks, from);
   }
   void start(Transfer& transfer) noexcept override {
     const bool read = transfer.direction == Transfer::Direction::kRead;
     ++(read ? counts_.read_calls : counts_.write_calls);
     ++(read ? counts_.read_blocks : counts_.write_blocks);
     (read ? counts_.read_bytes : counts_.write_bytes) += transfer.memory.size();
-    inner_->start(transfer);
-  }
-  std::byte* address(std::uint64_t block, bool writable) override {
-    return inner_->address(block, writable);
+    inner().start(transfer);
   }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     ++counts_.advise_calls;
-    inner_->advise(blocks, advice);
+    inner().advise(blocks, advice);
   }
   void sync(bool durable) override {
     if (durable) ++counts_.sync_calls;
-    inner_->sync(durable);
+    inner().sync(durable);
   }
-  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
 
  private:
-  std::unique_ptr<Backend> inner_;
   BackendCounts& counts_;
 };
 

@@ -106,7 +106,7 @@ class Store {
   /// After an error nothing more can be committed before the store is opened again. REQUIRES: no
   /// block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit.
   void commit();
-  /// Releases the lock and reports what the destructor would have to swallow.
+  /// As the destructor, now: what was not committed is lost, and others may open the store.
   void close();
 
   PagingStatistics statistics() const;

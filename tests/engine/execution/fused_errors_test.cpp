@@ -11,6 +11,7 @@
 #include "plait/backends/registry.h"
 #include "plait/layout.h"
 #include "support/counting_backend.h"
+#include "support/forwarding_backend.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -67,27 +68,16 @@ FusedPass hooked(FusedPass pass, const HookedRefiner::Hook& hook) {
 }
 
 /// Refuses the `refused`-th write of all levels together.
-class FullBackend final : public Backend {
+class FullBackend final : public ForwardingBackend {
  public:
-  FullBackend(std::unique_ptr<Backend> inner, std::atomic<int>& writes_left)
-      : inner_(std::move(inner)), writes_left_(writes_left) {}
-  BackendTraits traits() const noexcept override { return inner_->traits(); }
-  void read(BlockRange blocks, std::span<std::byte> into) override { inner_->read(blocks, into); }
+  FullBackend(std::unique_ptr<Backend> full, std::atomic<int>& writes_left)
+      : ForwardingBackend(std::move(full)), writes_left_(writes_left) {}
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     if (--writes_left_ == 0) throw Error(ErrorCode::kNoSpace, "no room for this block");
-    inner_->write(blocks, from);
+    inner().write(blocks, from);
   }
-  std::byte* address(std::uint64_t block, bool writable) override {
-    return inner_->address(block, writable);
-  }
-  void advise(BlockRange blocks, Advice advice) noexcept override {
-    inner_->advise(blocks, advice);
-  }
-  void sync(bool durable) override { inner_->sync(durable); }
-  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
 
  private:
-  std::unique_ptr<Backend> inner_;
   std::atomic<int>& writes_left_;
 };
 

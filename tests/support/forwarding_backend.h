@@ -1,0 +1,38 @@
+// tests/support/forwarding_backend.h: a backend that does what another one does, for tests to
+// change a part of.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "plait/backend.h"
+
+namespace plait::test {
+
+/// start() is not forwarded: it comes down to read() and write(), whichever override these.
+class ForwardingBackend : public Backend {
+ public:
+  explicit ForwardingBackend(std::unique_ptr<Backend> inner) : inner_(std::move(inner)) {}
+
+  BackendTraits traits() const noexcept override { return inner_->traits(); }
+  void read(BlockRange blocks, std::span<std::byte> into) override { inner_->read(blocks, into); }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    inner_->write(blocks, from);
+  }
+  std::byte* address(std::uint64_t block, bool writable) override {
+    return inner_->address(block, writable);
+  }
+  void advise(BlockRange blocks, Advice advice) noexcept override {
+    inner_->advise(blocks, advice);
+  }
+  void sync(bool durable) override { inner_->sync(durable); }
+  std::uint64_t stored_bytes() const override { return inner_->stored_bytes(); }
+
+ protected:
+  Backend& inner() { return *inner_; }
+
+ private:
+  std::unique_ptr<Backend> inner_;
+};
+
+}  // namespace plait::test
