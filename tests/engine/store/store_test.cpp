@@ -29,8 +29,9 @@ struct Place {
   Store create(const std::string& backend, const IndexedMesh& mesh = random_sheet(5, 40)) const {
     return Store::create(path, BaseMesh::build(mesh), sample_options(backend), default_backends());
   }
+  /// Without threads: some of these tests fork while a store is open.
   Store open(bool writable = false) const {
-    return Store::open(path, {writable, 1 << 20}, default_backends());
+    return Store::open(path, {writable, 1 << 20, 0}, default_backends());
   }
   /// A committed store with attribute "position" of one level.
   void make(const std::string& backend = "pread") const {
