@@ -19,8 +19,12 @@ namespace fs = std::filesystem;
 constexpr int kAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
 
+bool has_journal(const fs::path& store) {
+  return fs::exists(fs::symlink_status(RollbackJournal::path_in(store)));
+}
+
 bool must_be_undone(const fs::path& store) {
-  if (!fs::exists(fs::symlink_status(RollbackJournal::path_in(store)))) return false;
+  if (!has_journal(store)) return false;
   const Manifest manifest = read_manifest(store / kManifestName);
   return is_hot_journal(store, manifest.uuid, manifest.sequence);
 }
@@ -52,8 +56,7 @@ StoreLock lock_for_reading(const fs::path& store) {
     } catch (const Error& error) {
       // Without the lock nothing of the store may be read, but this much is known: where there is
       // no journal nobody is putting blocks back.
-      const bool may_end_soon = fs::exists(fs::symlink_status(RollbackJournal::path_in(store)));
-      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !may_end_soon) throw;
+      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !has_journal(store)) throw;
       std::this_thread::sleep_for(kPause);
     }
   }
@@ -64,8 +67,9 @@ StoreLock lock_for_reading(const fs::path& store) {
 StoreLock lock_recovered(const fs::path& store, bool writable, Durability durability) {
   if (!writable) return lock_for_reading(store);
   StoreLock lock(store / kLockName, true, false);
+  // Before anything goes that the version before the newest one would need.
+  if (durability == Durability::kCommit || has_journal(store)) write_newest_slot_again(store);
   undo(store);
-  if (durability == Durability::kCommit) write_newest_slot_again(store);
   remove_left_over_files(store);
   return lock;
 }
