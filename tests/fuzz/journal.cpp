@@ -1,7 +1,6 @@
 // A rollback journal whose header is right and whose rest is the input, put back into a store of
 // one level file; and the input as the whole journal. Either the journal is refused, or it is gone
 // and the level file is as long as before.
-#include <stdlib.h>
 #include <xxhash.h>
 
 #include <cstring>
@@ -11,12 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "durability/faults.h"
 #include "oracle.h"
-#include "plait/file_operations.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/rollback_journal.h"
+#include "support/temporary_directory.h"
 
 using namespace plait;
 using namespace plait::fuzz;
@@ -25,33 +25,11 @@ namespace {
 
 constexpr std::uint64_t kSequence = 7, kLevelBytes = 4096;
 
-/// What the disk would do is of no interest here.
-class NoWaiting final : public FileOperationHook {
- public:
-  NoWaiting() { set_file_operation_hook(this); }
-  ~NoWaiting() { set_file_operation_hook(nullptr); }
-  Verdict before(const FileOperation& operation) noexcept override {
-    Verdict verdict;
-    verdict.pretend = operation.kind == FileOperation::Kind::kSync ||
-                      operation.kind == FileOperation::Kind::kSyncDirectory;
-    return verdict;
-  }
-  void after(const FileOperation&) noexcept override {}
-};
-
-/// A directory with a level file, gone when the program ends.
+/// A directory with a level file.
 struct Place {
-  Place() {
-    std::string name = (std::filesystem::temp_directory_path() / "plait-fuzz-XXXXXX").string();
-    require(::mkdtemp(name.data()) != nullptr);
-    path = name;
-    std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x');
-  }
-  ~Place() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  std::filesystem::path path;
+  Place() { std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x'); }
+  test::TemporaryDirectory directory;
+  std::filesystem::path path = directory.path();
 };
 
 /// docs/format.md, "journal".
@@ -94,7 +72,7 @@ void try_journal(const Place& place, std::span<const std::byte> bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Place place;
-  static const NoWaiting no_waiting;
+  static const test::NoWaiting no_waiting;
   const auto input = std::as_bytes(std::span(data, size));
   try_journal(place, input);
   std::vector<std::byte> bytes = right_header();
