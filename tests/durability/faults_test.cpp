@@ -12,7 +12,6 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "support/temporary_directory.h"
-#include "support/test_meshes.h"
 
 namespace plait::test {
 namespace {
@@ -102,10 +101,7 @@ TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
     CAPTURE(backend);
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
-    StoreOptions options = sample_options(backend);
-    options.durability = Durability::kCommit;
-    Store store =
-        Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+    Store store = create_store(path, backend);
     add_sample(store, sample_schemas()[0], 2);
     store.commit();
     change_blocks(store, 0, 2, 1);
@@ -129,8 +125,7 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = Store::create(path, BaseMesh::build(torus_grid(8, 6)), sample_options("mmap"),
-                                default_backends());
+    Store store = create_store(path, "mmap");
     add_sample(store, sample_schemas()[0], 3);
     store.commit();
   }

@@ -8,7 +8,6 @@
 #include "plait/backends/registry.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
-#include "support/test_meshes.h"
 
 namespace plait::test {
 namespace {
@@ -51,9 +50,7 @@ struct Abandoned {
 };
 
 Store small_store(const fs::path& path, const std::string& backend, Durability durability) {
-  StoreOptions options = sample_options(backend);
-  options.durability = durability;
-  Store store = Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+  Store store = create_store(path, backend, durability);
   add_sample(store, sample_schemas()[0], 2);
   store.commit();
   return store;

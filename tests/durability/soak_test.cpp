@@ -18,7 +18,6 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "support/temporary_directory.h"
-#include "support/test_meshes.h"
 
 namespace plait::test {
 namespace {
@@ -67,10 +66,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
     {
-      StoreOptions options = sample_options(backend);
-      options.durability = Durability::kCommit;
-      Store store =
-          Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+      Store store = create_store(path, backend);
       store.add_attribute({"value", ComponentType::kUint8, 12});
       for (int level = 0; level < kLevels; ++level) store.add_level(0);
       fill(store, std::byte{1});

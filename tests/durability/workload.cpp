@@ -75,14 +75,18 @@ void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t
   }
 }
 
-void run_workload(const std::filesystem::path& path, const std::string& backend,
-                  CommitObserver& observer) {
+Store create_store(const std::filesystem::path& path, const std::string& backend,
+                   Durability durability) {
   StoreOptions options = sample_options(backend);
   options.budget_bytes = kBudgetBytes;
-  options.durability = Durability::kCommit;
+  options.durability = durability;
+  return Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+}
+
+void run_workload(const std::filesystem::path& path, const std::string& backend,
+                  CommitObserver& observer) {
   {
-    Store store =
-        Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+    Store store = create_store(path, backend);
     for (const auto step : first_steps()) {
       step(store);
       commit(store, observer);
@@ -101,8 +105,7 @@ void run_workload(const std::filesystem::path& path, const std::string& backend,
 std::vector<Digest> digests_of_undisturbed_run(const std::filesystem::path& path,
                                                const std::string& backend) {
   std::vector<Digest> versions(1);
-  StoreOptions options = sample_options(backend);
-  Store store = Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
+  Store store = create_store(path, backend, Durability::kNone);
   for (const auto* steps : {&first_steps(), &second_steps()})
     for (const auto step : *steps) {
       step(store);

@@ -21,6 +21,10 @@ class CommitObserver {
   ~CommitObserver() = default;
 };
 
+/// A new store of the run's base mesh.
+Store create_store(const std::filesystem::path& store, const std::string& backend,
+                   Durability durability = Durability::kCommit);
+
 /// Makes the store and takes it through levels appended, attributes added and replaced, blocks
 /// overwritten in place (all of a level, some of them, one twice), a reopening in between, and at
 /// last changes that are written and never committed. Frames are so few that blocks are evicted.
