@@ -183,6 +183,9 @@ void seed_meshes() {
   std::string wrong_length = gzip("one");
   wrong_length.back() = '\1';
   seed("compressed_input", "gzip_wrong_length", wrong_length);
+  std::string reserved_flag = gzip("two");
+  reserved_flag[3] = 0x40;
+  seed("compressed_input", "gzip_reserved_flag", gzip("one") + reserved_flag);
   seed("compressed_input", "zstd", zstd(ply));
   seed("compressed_input", "zstd_checksum", zstd(off, true));
   seed("compressed_input", "zstd_skippable",
