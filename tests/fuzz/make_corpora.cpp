@@ -307,7 +307,8 @@ void seed_numbers() {
                                "1e99999999999999999999",
                                "-1e-99999999999999999999",
                                "+-1",
-                               "++1"};
+                               "++1",
+                               "nan(xxxxxx)"};
   int count = 0;
   for (const char* word : words)
     seed("number_text", ("word" + std::to_string(count++)).c_str(), word);

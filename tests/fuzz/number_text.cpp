@@ -20,7 +20,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(end == word.data() + word.size());
   }
   // What else strtod reads: blanks before a number and hexadecimal ones.
-  const bool is_decimal = word.find_first_of(" \t\n\v\f\rxX") == std::string::npos;
+  const std::size_t x = word.find_first_of("xX");
+  const bool is_hexadecimal = x != std::string::npos && x == word.find_first_not_of("+-0");
+  const bool is_decimal = !is_hexadecimal && word.find_first_of(" \t\n\v\f\r") == std::string::npos;
   char* end = nullptr;
   const double expected = std::strtod(word.c_str(), &end);
   const bool is_number = is_decimal && !word.empty() && end == word.data() + word.size();
