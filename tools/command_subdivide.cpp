@@ -65,9 +65,8 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   plan.layout = layout_from_name(arguments.layout);
   plan.double_precision = arguments.precision == "float64";
   plan.subdivide.scheme = scheme_from_name(arguments.scheme);
-  const bool by_levels = arguments.resume || plan.subdivide.scheme == Scheme::kButterfly;
   plan.subdivide.executor = arguments.executor != "auto" ? executor_from_name(arguments.executor)
-                            : by_levels                  ? ExecutorKind::kSweep
+                            : arguments.resume           ? ExecutorKind::kSweep
                                                          : ExecutorKind::kFused;
   // What is under way at once decides here, not how far stencils reach.
   if (plan.layout == LayoutKind::kAutomatic && plan.subdivide.executor == ExecutorKind::kFused)
@@ -263,7 +262,7 @@ void add_options(CLI::App& command, Arguments& arguments) {
       ->capture_default_str();
   command
       .add_option("--executor", arguments.executor,
-                  "auto (fused where the scheme allows), fused, sweep or transparent")
+                  "auto (fused; with --resume sweep), fused, sweep or transparent")
       ->capture_default_str();
   command
       .add_option(

@@ -15,11 +15,9 @@ Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
   const Record& b = frame.coarse_at(1, -1);
   const Record& c = frame.coarse_at(-1, -1);
   const Record& d = frame.coarse_at(1, 1);
-  // A wing beyond a border is the continuation of the triangle inside: its edge's ends less its
-  // third corner.
   const auto wing = [&](int p, int q, const Record& end0, const Record& end1,
                         const Record& inside) -> Record {
-    return frame.exists(p, q) ? frame.coarse_at(p, q) : end0 + end1 - inside;
+    return frame.exists(p, q) ? frame.coarse_at(p, q) : continued(end0, end1, inside);
   };
   return loop::by_axis<Real>(odd<Real>, a, b, c, d, wing(-3, 1, a, c, b), wing(3, -1, b, d, a),
                              wing(1, -3, b, c, a), wing(-1, 3, a, d, b));

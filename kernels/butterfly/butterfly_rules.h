@@ -1,17 +1,10 @@
-// The modified Butterfly scheme.
-//
-// D. Zorin, P. Schroeder, W. Sweldens, "Interpolating Subdivision for Meshes with Arbitrary
-// Topology", SIGGRAPH 1996; the eight-point stencil is N. Dyn's, D. Levin's and J. Gregory's (1990)
-// with tension 0. Ends on a border count as regular, a wing missing beyond a border is the
-// continuation of the triangle inside. Pinned by tests/kernels/schemes_test.cpp.
+// The modified Butterfly scheme over the diamonds of a sweep.
 #pragma once
 
-#include <cmath>
-#include <numbers>
-#include <span>
-#include <vector>
+#include <cstdint>
 
 #include "butterfly/extraordinary_rings.h"
+#include "butterfly/stencils.h"
 #include "diamond/diamond.h"
 #include "plait/kernels/loop_base.h"
 #include "plait/kernels/ring_table.h"
@@ -19,20 +12,6 @@
 #include "plait/vector3.h"
 
 namespace plait::butterfly {
-
-/// Regular odd vertex between A and B, opposite C and D; wings over AC and DB, over CB and AD.
-template <class Real>
-constexpr Real odd(Real a, Real b, Real c, Real d, Real wing_ac, Real wing_db, Real wing_cb,
-                   Real wing_ad) {
-  return Real(0.5) * (a + b) + Real(0.125) * (c + d) -
-         Real(0.0625) * ((wing_ac + wing_db) + (wing_cb + wing_ad));
-}
-
-/// Odd vertex on a border: the four-point rule along it.
-template <class Real>
-constexpr Real odd_border(Real before, Real a, Real b, Real after) {
-  return Real(0.5625) * (a + b) - Real(0.0625) * (before + after);
-}
 
 /// The vertex next to border vertex `vertex` along the border that is not on `edge`.
 template <class Real>

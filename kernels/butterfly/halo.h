@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "butterfly/stencils.h"
 #include "diamond/diamond.h"
 #include "plait/edge_index.h"
 
@@ -44,8 +45,8 @@ void fill_halo(const Topology& mesh, const SlotSource<Record>& source, std::span
       for (std::int64_t k = 1; k <= size; ++k) {
         const std::int64_t p = beyond_start ? -1 : k, q = beyond_start ? k : -1;
         if (open) {
-          place(p, q) = beyond_start ? place(0, k) + place(0, k - 1) - place(1, k - 1)
-                                     : place(k, 0) + place(k - 1, 0) - place(k - 1, 1);
+          place(p, q) = beyond_start ? continued(place(0, k), place(0, k - 1), place(1, k - 1))
+                                     : continued(place(k, 0), place(k - 1, 0), place(k - 1, 1));
           continue;
         }
         std::int64_t weight[3] = {};

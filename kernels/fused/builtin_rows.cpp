@@ -3,21 +3,24 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "fused/butterfly_rows-inl.h"
 #include "fused/patch_rows-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plait::fused_rows::HWY_NAMESPACE {
 
-PatchRows<float> loop_float() { return patch_rows<LoopRule, float>(); }
-PatchRows<double> loop_double() { return patch_rows<LoopRule, double>(); }
-PatchRows<float> midpoint_float() { return patch_rows<MidpointRule, float>(); }
-PatchRows<double> midpoint_double() { return patch_rows<MidpointRule, double>(); }
+OneRingRows<float> loop_float() { return one_ring_rows<LoopRule, float>(); }
+OneRingRows<double> loop_double() { return one_ring_rows<LoopRule, double>(); }
+OneRingRows<float> midpoint_float() { return one_ring_rows<MidpointRule, float>(); }
+OneRingRows<double> midpoint_double() { return one_ring_rows<MidpointRule, double>(); }
+ButterflyRows<float> butterfly_float() { return butterfly_rows<float>(); }
+ButterflyRows<double> butterfly_double() { return butterfly_rows<double>(); }
 
 }  // namespace plait::fused_rows::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-#include "fused/surface_refiner.h"
+#include "fused/builtin_rows.h"
 
 namespace plait {
 namespace fused_rows {
@@ -26,28 +29,40 @@ HWY_EXPORT(loop_float);
 HWY_EXPORT(loop_double);
 HWY_EXPORT(midpoint_float);
 HWY_EXPORT(midpoint_double);
+HWY_EXPORT(butterfly_float);
+HWY_EXPORT(butterfly_double);
 
 }  // namespace fused_rows
 
 template <>
-fused_rows::PatchRows<float> loop_rows() {
+fused_rows::OneRingRows<float> loop_rows() {
   using namespace fused_rows;
   return HWY_DYNAMIC_DISPATCH(loop_float)();
 }
 template <>
-fused_rows::PatchRows<double> loop_rows() {
+fused_rows::OneRingRows<double> loop_rows() {
   using namespace fused_rows;
   return HWY_DYNAMIC_DISPATCH(loop_double)();
 }
 template <>
-fused_rows::PatchRows<float> midpoint_rows() {
+fused_rows::OneRingRows<float> midpoint_rows() {
   using namespace fused_rows;
   return HWY_DYNAMIC_DISPATCH(midpoint_float)();
 }
 template <>
-fused_rows::PatchRows<double> midpoint_rows() {
+fused_rows::OneRingRows<double> midpoint_rows() {
   using namespace fused_rows;
   return HWY_DYNAMIC_DISPATCH(midpoint_double)();
+}
+template <>
+fused_rows::ButterflyRows<float> butterfly_rows() {
+  using namespace fused_rows;
+  return HWY_DYNAMIC_DISPATCH(butterfly_float)();
+}
+template <>
+fused_rows::ButterflyRows<double> butterfly_rows() {
+  using namespace fused_rows;
+  return HWY_DYNAMIC_DISPATCH(butterfly_double)();
 }
 
 }  // namespace plait

@@ -1,7 +1,7 @@
-// The base vertices of a run of faces, each with its ring at every level. A base vertex's ring is
-// closed under refinement: the ring at a level follows from the one before it alone, whatever the
-// valence, so irregular corners are evaluated here, once for all the faces around them, and a patch
-// sees nothing but a regular grid.
+// The base vertices of a run of faces, each with its ring (for a reach of two, both rings) at every
+// level. A base vertex's rings are closed under refinement: those of a level follow from those of
+// the one before it alone, whatever the valence, so irregular corners are evaluated here, once for
+// all the faces around them, and a patch sees nothing but a regular grid.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "fused/fan_shape.h"
 #include "fused/patch_rows.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -16,26 +17,40 @@
 namespace plait {
 
 template <class Real>
+struct FanSource {
+  Topology mesh;
+  std::span<const Vector3<Real>> base;
+  /// Level 1, [edge], where rings reach two steps and begin at that level. Empty: they reach one
+  /// step and begin at level 0.
+  std::span<const Vector3<Real>> middles;
+  int levels = 1;
+
+  int reach() const { return middles.empty() ? 1 : 2; }
+  int first_level() const { return middles.empty() ? 0 : 1; }
+};
+
+template <class Real>
 class Fans {
  public:
-  Fans(const Topology& mesh, std::span<const Vector3<Real>> base, int levels,
-       const fused_rows::PatchRows<Real>& rows)
-      : mesh_(mesh),
-        base_(base),
-        levels_(levels),
-        rows_(rows),
-        fan_of_(mesh.vertex_corners.size(), kNoId) {}
+  Fans(const FanSource<Real>& source, const fused_rows::PatchRows<Real>& rows)
+      : source_(source), rows_(rows), fan_of_(source.mesh.vertex_corners.size(), kNoId) {}
 
   /// Evaluates the vertices of these faces. REQUIRES: they descend one by one.
   void evaluate(std::span<const FaceId> faces);
 
-  /// A base vertex at one level: point(0) is itself, 1 to `valence` its ring.
+  /// A base vertex at one level.
   struct View {
     const Real* first = nullptr;  ///< [point][axis][lane], at this vertex's lane
-    int valence = 0;
-    bool border = false;
-    Vector3<Real> point(int number) const {
-      const Real* p = first + static_cast<std::size_t>(number) * fused_rows::kPointNumbers;
+    FanShape shape;
+
+    Vector3<Real> vertex() const { return point(0); }
+    Vector3<Real> neighbour(int spoke) const {
+      return point(shape.first_neighbour() + static_cast<std::size_t>(spoke));
+    }
+
+   private:
+    Vector3<Real> point(std::size_t number) const {
+      const Real* p = first + number * fused_rows::kPointNumbers;
       return {p[0], p[kPatchLanes], p[2 * kPatchLanes]};
     }
   };
@@ -56,22 +71,19 @@ class Fans {
   struct Fan {
     std::size_t first;  ///< of its batch in points_, plus its lane
     std::size_t ring;   ///< in rings_
-    int valence;
-    bool border;
+    FanShape shape;
   };
   struct Batch {
     std::size_t first;
-    int valence;
-    bool border;
+    FanShape shape;
   };
 
   void find(std::span<const FaceId> faces);
   void place();
-  void fill_level_0();
+  void fill_first_level();
+  void fill_two_rings(std::uint32_t number);
 
-  Topology mesh_;
-  std::span<const Vector3<Real>> base_;
-  int levels_;
+  FanSource<Real> source_;
   fused_rows::PatchRows<Real> rows_;
   std::vector<std::uint32_t> fan_of_;  ///< [vertex] while evaluate() runs
   std::vector<VertexId> vertices_;     ///< [fan]

@@ -56,14 +56,5 @@ void put(Number* point, std::size_t lane, const Vector3<Number>& v) {
   point[2 * kPatchLanes + lane] = v.z;
 }
 
-struct Step {
-  std::int64_t i, j;
-};
-/// The step that moves one unit of weight to corner `to` from corner `from`.
-constexpr Step step(int to, int from) {
-  return {std::int64_t(to == 1) - std::int64_t(from == 1),
-          std::int64_t(to == 2) - std::int64_t(from == 2)};
-}
-
 }  // namespace lattice_points
 }  // namespace plait

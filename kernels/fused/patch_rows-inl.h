@@ -1,4 +1,4 @@
-// Bodies of PatchRows. Plain loops over lanes with the rules' own expressions: every instruction
+// Bodies of OneRingRows. Plain loops over lanes with the rules' own expressions: every instruction
 // set evaluates the same ones. Included once for each.
 #if defined(PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H
@@ -175,9 +175,11 @@ Vector3<Real> border_point(const Vector3<Real>& v, const Vector3<Real>& a, const
 }
 
 template <class Rule, class Real>
-PatchRows<Real> patch_rows() {
-  return {odd_row<Rule, Real>, even_row<Rule, Real>, limit_row<Real>,
-          normal_row<Real>,    fan_step<Rule, Real>, border_point<Rule, Real>};
+OneRingRows<Real> one_ring_rows() {
+  return {{limit_row<Real>, normal_row<Real>, fan_step<Rule, Real>},
+          odd_row<Rule, Real>,
+          even_row<Rule, Real>,
+          border_point<Rule, Real>};
 }
 
 }  // namespace plait::fused_rows::HWY_NAMESPACE

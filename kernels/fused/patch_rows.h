@@ -47,8 +47,7 @@ struct SurfaceRow {
   std::int64_t step, count;
 };
 
-/// Base vertices of one valence and their rings, a vertex in each lane: the vertex itself, then its
-/// `valence` neighbours counterclockwise, on a border from border to border.
+/// Base vertices of one valence and their rings, a vertex in each lane, numbered as FanShape says.
 template <class Real>
 struct FanStep {
   const Real* from;
@@ -57,15 +56,35 @@ struct FanStep {
   bool border;
 };
 
+/// What every rule has.
 template <class Real>
 struct PatchRows {
-  void (*odd)(const OddRow<Real>&);
-  void (*even)(const EvenRow<Real>&);
   void (*limit)(const SurfaceRow<Real, Real>&);
   void (*normal)(const SurfaceRow<Real, float>&);
   void (*fan)(const FanStep<Real>&);
+};
+
+/// A rule whose new vertices depend on a one-ring.
+template <class Real>
+struct OneRingRows : PatchRows<Real> {
+  void (*odd)(const OddRow<Real>&);
+  void (*even)(const EvenRow<Real>&);
   /// Where an even vertex on a border goes, from its two new neighbours along it.
   Vector3<Real> (*border)(const Vector3<Real>& v, const Vector3<Real>& a, const Vector3<Real>& b);
+};
+
+/// Points A, B, C, D as in OddRow and the wings: over the edges AC, DB, CB and AD.
+template <class Real>
+struct WingedRow {
+  const Real *a, *b, *c, *d, *wing_ac, *wing_db, *wing_cb, *wing_ad;
+  Real* to;
+  std::int64_t count;
+};
+
+template <class Real>
+struct ButterflyRows : PatchRows<Real> {
+  void (*odd)(const WingedRow<Real>&);
+  void (*even)(const EvenRow<Real>&);  ///< looks at no neighbours
 };
 
 }  // namespace plait::fused_rows

@@ -1,8 +1,11 @@
+// Normals and limit positions, the corners of patches, the base vertices.
 #include "fused/surface_refiner.h"
 
 #include <algorithm>
 #include <utility>
 
+#include "fused/neighbours.h"
+#include "fused/patch_sides.h"
 #include "normals/normal_rules.h"
 #include "plait/kernels/loop_base.h"
 
@@ -12,38 +15,47 @@ namespace {
 using fused_rows::kPointNumbers;
 using namespace lattice_points;
 
-/// The pairs of opposite neighbours in the order of the frame of `side`.
-template <class Real>
-fused_rows::Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice,
-                                        std::int64_t i, std::int64_t j, int side) {
-  const int start = (side + 1) % 3, end = (side + 2) % 3;
-  const auto pair = [&](Step s, std::size_t which, fused_rows::Neighbours<Real>& to) {
-    to.pairs[which][0] = at(numbers, lattice, i + s.i, j + s.j);
-    to.pairs[which][1] = at(numbers, lattice, i - s.i, j - s.j);
-  };
-  fused_rows::Neighbours<Real> result;
-  pair(step(start, side), 0, result);
-  pair(step(end, side), 1, result);
-  pair(step(end, start), 2, result);
-  return result;
+/// What a patch takes over from the fan of a corner: points whose stencils go around it. Spokes
+/// count from the one along the side that starts there; `next` and `previous` are steps towards the
+/// corners that follow and precede it.
+struct CornerPoint {
+  FanRing ring;
+  int spoke;
+  std::int64_t next, previous;
+};
+using enum FanRing;
+constexpr CornerPoint kReachOne[] = {{kNear, -1, 1, -1}, {kNear, 2, -1, 1}};
+// kFar counts at level 1, where it is the base vertex beyond a side; later even vertices keep it.
+constexpr CornerPoint kReachTwo[] = {
+    {kNear, -1, 1, -1},   {kNear, 0, 1, 0},      {kNear, 1, 0, 1},
+    {kNear, 2, -1, 1},    {kBetween, -2, 1, -2}, {kBetween, -1, 2, -1},
+    {kBetween, 1, -1, 2}, {kBetween, 2, -2, 1},  {kFar, -1, 2, -2}};
+std::span<const CornerPoint> corner_points(int reach) {
+  if (reach == 1) return kReachOne;
+  return kReachTwo;
 }
 
 }  // namespace
 
-template <class Real>
-SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement)
-    : refinement_(refinement),
-      finest_{std::int64_t{1} << refinement.levels, 1},
-      fans_(refinement.mesh, refinement.base, refinement.levels, refinement.rows),
-      coarse_(finest_.points()),
-      fine_(finest_.points()),
-      normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {}
+PatchLattice surface_lattice(int levels, int reach) { return {std::int64_t{1} << levels, reach}; }
 
 template <class Real>
-std::uint64_t SurfaceRefiner<Real>::scratch_bytes(int levels) {
-  const PatchLattice lattice{std::int64_t{1} << levels, 1};
-  return static_cast<std::uint64_t>(lattice.points()) * kPointNumbers *
+std::uint64_t surface_scratch_bytes(int levels, int reach) {
+  return static_cast<std::uint64_t>(surface_lattice(levels, reach).points()) * kPointNumbers *
          (2 * sizeof(Real) + sizeof(float));
+}
+
+template <class Real>
+SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
+                                     const fused_rows::PatchRows<Real>& rows)
+    : coarse_(surface_lattice(refinement.source.levels, refinement.source.reach()).points()),
+      fine_(surface_lattice(refinement.source.levels, refinement.source.reach()).points()),
+      refinement_(refinement),
+      rows_(rows),
+      finest_(surface_lattice(refinement.source.levels, refinement.source.reach())),
+      fans_(refinement.source, rows),
+      normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {
+  static_assert(kMostCornerPoints == 1 + std::size(kReachTwo));
 }
 
 template <class Real>
@@ -66,116 +78,82 @@ void SurfaceRefiner<Real>::finish_base() {
   const BaseResults<Real>& results = refinement_.results;
   for (std::uint32_t fan = 0; fan < fans_.vertices().size(); ++fan) {
     const VertexId vertex = fans_.vertices()[fan];
-    const FaceId face = refinement_.mesh.vertex_corners[vertex].face();
+    const FaceId face = refinement_.source.mesh.vertex_corners[vertex].face();
     if (face < lowest || face > highest) continue;
-    const auto view = fans_.view(fan, refinement_.levels);
-    const Vector3<double> v = loop::widen(view.point(0));
-    results.positions[vertex] = view.point(0);
+    const auto view = fans_.view(fan, refinement_.source.levels);
+    const auto& [valence, border, reach] = view.shape;
+    const auto neighbour = [&](int spoke) { return loop::widen(view.neighbour(spoke)); };
+    const Vector3<double> v = loop::widen(view.vertex());
+    results.positions[vertex] = view.vertex();
     if (!results.normals.empty())
-      results.normals[vertex] = normals::of_base_vertex(
-          view.valence, view.border, v, [&](int i) { return loop::widen(view.point(1 + i)); });
+      results.normals[vertex] = normals::of_base_vertex(valence, border, v, neighbour);
     if (results.limits.empty()) continue;
     loop::BaseRing ring;
-    ring.valence = view.valence;
-    ring.first = loop::widen(view.point(1));
-    ring.last = loop::widen(view.point(view.valence));
-    for (int i = 1; i <= view.valence; ++i) ring.sum = ring.sum + loop::widen(view.point(i));
-    results.limits[vertex] = loop::narrow<Real>(loop::limit_of_base(ring, view.border, v));
+    ring.valence = valence;
+    ring.first = neighbour(0);
+    ring.last = neighbour(valence - 1);
+    for (int i = 0; i < valence; ++i) ring.sum = ring.sum + neighbour(i);
+    results.limits[vertex] = loop::narrow<Real>(loop::limit_of_base(ring, border, v));
   }
 }
 
 template <class Real>
 void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
+  const int start = refinement_.source.first_level();
   find_corners(first, count);
-  inject(0, count);
-  for (int level = 1; level <= refinement_.levels; ++level) {
+  inject(start, count);
+  for (int level = start + 1; level <= refinement_.source.levels; ++level) {
     std::swap(coarse_, fine_);
-    make_odd(level);
-    odd_borders(level, first, count);
-    inject(level, count);
-    move_even(level);
-    even_borders(level, first, count);
+    refine_level(level, first, count);
   }
   make_surface();
   surface_borders(first, count);
   if (!refinement_.results.limits.empty()) std::swap(coarse_, fine_);
 }
 
-/// Finds the corners and, of their rings, the two points that no row reaches: next to the face's
-/// own spokes in the faces beyond them. Where a border cuts one off the corner stands in.
+/// Finds the corners' fans, and where their points are in them.
 template <class Real>
 void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
+  const FanSource<Real>& source = refinement_.source;
   for (std::size_t lane = 0; lane < count; ++lane) {
-    const auto turn =
-        static_cast<std::size_t>(first_corner(refinement_.mesh, faces_[first + lane]));
+    const auto turn = static_cast<std::size_t>(first_corner(source.mesh, faces_[first + lane]));
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const auto [fan, spoke] = fans_.corner(first + lane, (corner + turn) % 3);
-      const auto view = fans_.view(fan, 0);
-      const auto ring = [&](int number) -> std::size_t {
-        if (view.border && (number < 0 || number >= view.valence)) return 0;
-        if (number < 0) number += view.valence;
-        if (number >= view.valence) number -= view.valence;
-        return (1 + static_cast<std::size_t>(number)) * kPointNumbers;
-      };
-      corners_[corner][lane] = {view.first,
-                                (1 + static_cast<std::size_t>(view.valence)) * kPointNumbers,
-                                ring(spoke - 1), ring(spoke + 2)};
+      const auto view = fans_.view(fan, source.first_level());
+      Corner& to = corners_[corner][lane];
+      to.fan = view.first;
+      to.level_numbers = view.shape.points() * kPointNumbers;
+      std::size_t number = 0;
+      for (const CornerPoint& point : corner_points(source.reach()))
+        to.points[number++] = view.shape.point(point.ring, spoke + point.spoke) * kPointNumbers;
     }
   }
 }
 
 template <class Real>
 void SurfaceRefiner<Real>::inject(int level, std::size_t count) {
-  const PatchLattice lattice{std::int64_t{1} << level, 1};
+  const PatchLattice lattice = this->lattice(level);
   for (int corner = 0; corner < 3; ++corner) {
     const FaceIndex here = corner_point(0, level, corner);
-    const Step before = step((corner + 1) % 3, (corner + 2) % 3);
-    Real* const centre = at(fine_.data(), lattice, here.i, here.j);
-    Real* const right = at(fine_.data(), lattice, here.i + before.i, here.j + before.j);
-    Real* const left = at(fine_.data(), lattice, here.i - before.i, here.j - before.j);
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      Corner& from = corners_[static_cast<std::size_t>(corner)][lane];
-      for (std::size_t axis = 0; axis < kPointNumbers; axis += kPatchLanes) {
-        centre[axis + lane] = from.fan[axis];
-        right[axis + lane] = from.fan[from.right + axis];
-        left[axis + lane] = from.fan[from.left + axis];
+    const LatticeStep next = step((corner + 1) % 3, corner),
+                      previous = step((corner + 2) % 3, corner);
+    const std::span<Corner> lanes(corners_[static_cast<std::size_t>(corner)].data(), count);
+    const auto copy = [&](Real* to, auto numbers_into_fan) {
+      for (std::size_t lane = 0; lane < count; ++lane) {
+        const Real* const from = lanes[lane].fan + numbers_into_fan(lanes[lane]);
+        for (std::size_t axis = 0; axis < kPointNumbers; axis += kPatchLanes)
+          to[axis + lane] = from[axis];
       }
-      from.fan += from.level_numbers;
+    };
+    copy(at(fine_.data(), lattice, here.i, here.j), [](const Corner&) { return std::size_t{0}; });
+    std::size_t number = 0;
+    for (const CornerPoint& point : corner_points(refinement_.source.reach())) {
+      copy(at(fine_.data(), lattice, here.i + point.next * next.i + point.previous * previous.i,
+              here.j + point.next * next.j + point.previous * previous.j),
+           [number](const Corner& from) { return from.points[number]; });
+      ++number;
     }
-  }
-}
-
-template <class Real>
-void SurfaceRefiner<Real>::make_odd(int level) {
-  const std::int64_t n = std::int64_t{1} << (level - 1);
-  const PatchLattice coarse{n, 1}, fine{2 * n, 1};
-  const auto from = [&](std::int64_t i, std::int64_t j) {
-    return static_cast<const Real*>(at(coarse_.data(), coarse, i, j));
-  };
-  const auto to = [&](std::int64_t i, std::int64_t j) { return at(fine_.data(), fine, i, j); };
-  // Fine rows 2q: middles of edges along the coarse row.
-  for (std::int64_t q = 0; q <= n; ++q)
-    refinement_.rows.odd(
-        {from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q), n - q + 2});
-  // Fine rows 2q + 1: middles of edges that leave the coarse row upwards, in both directions.
-  for (std::int64_t q = -1; q < n; ++q) {
-    const std::int64_t first = q < 0 ? 1 : 0;
-    refinement_.rows.odd({from(first, q), from(first, q + 1), from(first - 1, q + 1),
-                          from(first + 1, q), to(2 * first, 2 * q + 1), q < 0 ? n : n - q + 1});
-    refinement_.rows.odd({from(first, q), from(first - 1, q + 1), from(first - 1, q),
-                          from(first, q + 1), to(2 * first - 1, 2 * q + 1), q < 0 ? n : n - q + 1});
-  }
-}
-
-template <class Real>
-void SurfaceRefiner<Real>::move_even(int level) {
-  const std::int64_t n = std::int64_t{1} << (level - 1);
-  const PatchLattice coarse{n, 1}, fine{2 * n, 1};
-  for (std::int64_t q = 0; q < n; ++q) {
-    const std::int64_t first = q == 0 ? 1 : 0, count = q == 0 ? n - 1 : n - q + 1;
-    refinement_.rows.even({at(static_cast<const Real*>(coarse_.data()), coarse, first, q),
-                           neighbours<Real>(fine_.data(), fine, 2 * first, 2 * q, 2),
-                           at(fine_.data(), fine, 2 * first, 2 * q), count});
+    for (Corner& from : lanes) from.fan += from.level_numbers;
   }
 }
 
@@ -190,13 +168,12 @@ void SurfaceRefiner<Real>::make_surface() {
                        std::int64_t count) {
     const auto around = neighbours<Real>(positions, finest_, i, j, side);
     const Real* v = at(positions, finest_, i, j);
-    if (normals)
-      refinement_.rows.normal({v, around, at(normals_.data(), finest_, i, j), step, count});
-    if (limits) refinement_.rows.limit({v, around, at(coarse_.data(), finest_, i, j), step, count});
+    if (normals) rows_.normal({v, around, at(normals_.data(), finest_, i, j), step, count});
+    if (limits) rows_.limit({v, around, at(coarse_.data(), finest_, i, j), step, count});
   };
-  for (int level = 1; level <= refinement_.levels; ++level) {
+  for (int level = 1; level <= refinement_.source.levels; ++level) {
     const std::int64_t size = std::int64_t{1} << level,
-                       scale = std::int64_t{1} << (refinement_.levels - level);
+                       scale = std::int64_t{1} << (refinement_.source.levels - level);
     for (std::int64_t j = 0; j < size; ++j) {
       if (j % 2 == 0) {
         row(scale, j * scale, 2, 2 * scale, (size - j) / 2);
@@ -210,5 +187,7 @@ void SurfaceRefiner<Real>::make_surface() {
 
 template class SurfaceRefiner<float>;
 template class SurfaceRefiner<double>;
+template std::uint64_t surface_scratch_bytes<float>(int, int);
+template std::uint64_t surface_scratch_bytes<double>(int, int);
 
 }  // namespace plait

@@ -1,12 +1,13 @@
 // A group of patches refined from the base mesh to the finest level, with normals and limit
-// positions.
+// positions. How a level follows from the one before it is the rule's own affair.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
-#include <vector>
 
+#include "fused/builtin_rows.h"
 #include "fused/fans.h"
 #include "fused/lattice_buffer.h"
 #include "fused/patch_rows.h"
@@ -26,57 +27,81 @@ struct BaseResults {
 /// where `results` has room for those of the base vertices.
 template <class Real>
 struct SurfaceRefinement {
-  Topology mesh;
-  std::span<const Vector3<Real>> base;
-  int levels = 1;
-  fused_rows::PatchRows<Real> rows;
+  FanSource<Real> source;
   BaseResults<Real> results;
 };
 
 template <class Real>
-class SurfaceRefiner final : public PatchRefiner {
+class SurfaceRefiner : public PatchRefiner {
  public:
-  explicit SurfaceRefiner(const SurfaceRefinement<Real>& refinement);
-
-  void begin(std::span<const FaceId> faces) override;
-  void refine(std::size_t first, std::size_t count) override;
+  void begin(std::span<const FaceId> faces) final;
+  void refine(std::size_t first, std::size_t count) final;
   /// Output 0: positions or limit positions; 1: normals.
-  const void* points(std::size_t output) const override;
+  const void* points(std::size_t output) const final;
 
-  /// Bytes of scratch that one refiner holds, but for its fans.
-  static std::uint64_t scratch_bytes(int levels);
+ protected:
+  SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
+                 const fused_rows::PatchRows<Real>& rows);
+
+  /// Makes `level` in fine_ from the one before it in coarse_, all but the corners, which
+  /// inject(level) puts in. The group is faces first, first + 1 ... of the run.
+  virtual void refine_level(int level, std::size_t first, std::size_t count) = 0;
+
+  /// Puts the corners and what of their rings no row reaches into fine_. To be called once a level.
+  void inject(int level, std::size_t count);
+
+  /// Calls visit(lane, side) for the sides that lie on a border.
+  template <class Visit>
+  void for_each_border(std::size_t first, std::size_t count, Visit visit) const {
+    const Topology& mesh = refinement_.source.mesh;
+    if (mesh.border_edges.empty()) return;
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const FaceId face = faces_[first + lane];
+      const int turn = first_corner(mesh, face);
+      for (int side = 0; side < 3; ++side)
+        if (!mesh.across(FaceSide(face, (side + turn) % 3)).exists()) visit(lane, side);
+    }
+  }
+
+  PatchLattice lattice(int level) const { return {std::int64_t{1} << level, finest_.halo}; }
+
+  LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; fine_ is the one being made
 
  private:
+  /// As many points as a rule of a reach of two needs around a corner.
+  static constexpr std::size_t kMostCornerPoints = 10;
+  struct Corner {
+    const Real* fan;  ///< at the level that comes next
+    std::size_t level_numbers;
+    std::array<std::size_t, kMostCornerPoints> points;
+  };
+
   void finish_base();
   void find_corners(std::size_t first, std::size_t count);
-  void inject(int level, std::size_t count);
-  void make_odd(int level);
-  void move_even(int level);
-  template <class Visit>
-  void for_each_border(std::size_t first, std::size_t count, Visit visit) const;
-  void odd_borders(int level, std::size_t first, std::size_t count);
-  void even_borders(int level, std::size_t first, std::size_t count);
   void make_surface();
   void surface_borders(std::size_t first, std::size_t count);
 
-  struct Corner {
-    const Real* fan;  ///< at the level that comes next
-    std::size_t level_numbers, right, left;
-  };
-
   SurfaceRefinement<Real> refinement_;
+  fused_rows::PatchRows<Real> rows_;
   PatchLattice finest_;
   Fans<Real> fans_;
   std::span<const FaceId> faces_;
   std::array<std::array<Corner, kPatchLanes>, 3> corners_;  ///< [corner][lane]
-  LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; `fine_` is the last one made
   LatticeBuffer<float> normals_;
 };
 
-/// The built-in rules, for the instruction set that is chosen at the time of the call.
+/// Refiners for the built-in rules: one ring about every vertex, and Butterfly with
+/// refinement.source.middles.
 template <class Real>
-fused_rows::PatchRows<Real> loop_rows();
+std::unique_ptr<PatchRefiner> one_ring_refiner(const SurfaceRefinement<Real>& refinement,
+                                               const fused_rows::OneRingRows<Real>& rows);
 template <class Real>
-fused_rows::PatchRows<Real> midpoint_rows();
+std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<Real>& refinement,
+                                                const fused_rows::ButterflyRows<Real>& rows);
+
+/// The lattice of a refiner's results, and the bytes of scratch that one holds but for its fans.
+PatchLattice surface_lattice(int levels, int reach);
+template <class Real>
+std::uint64_t surface_scratch_bytes(int levels, int reach);
 
 }  // namespace plait

@@ -55,8 +55,7 @@ Recomputation::Recomputation(const StoreStructure& structure, const RepairOption
   }
   if (!refusal_.empty()) return;
   const int levels = position->finest_level - structure.options.base_level;
-  const bool fused =
-      subdivide_.scheme != Scheme::kButterfly && levels >= 1 && levels <= kMostFusedLevels;
+  const bool fused = levels >= 1 && levels <= kMostFusedLevels;
   subdivide_.executor = fused ? ExecutorKind::kFused : ExecutorKind::kSweep;
   subdivide_.levels = position->finest_level;
   subdivide_.threads = options.threads;

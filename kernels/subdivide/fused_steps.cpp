@@ -3,21 +3,39 @@
 #include <utility>
 #include <vector>
 
+#include "butterfly/base_middles.h"
 #include "fused/surface_refiner.h"
+#include "plait/error.h"
 #include "plait/fused.h"
 #include "subdivide/steps.h"
 
 namespace plait {
 namespace {
 
-FusedPass fused_pass(int levels, AttributeId position, AttributeId normal) {
+int reach(Scheme scheme) { return scheme == Scheme::kButterfly ? 2 : 1; }
+
+FusedPass fused_pass(int levels, Scheme scheme, AttributeId position, AttributeId normal) {
   FusedPass pass;
   pass.name = "subdivision";
   pass.outputs = {position};
   if (normal != kNoId) pass.outputs.push_back(normal);
   pass.levels = levels;
-  pass.lattice = {std::int64_t{1} << levels, 1};
+  pass.lattice = surface_lattice(levels, reach(scheme));
   return pass;
+}
+
+template <class Real>
+std::unique_ptr<PatchRefiner> make_refiner(Scheme scheme,
+                                           const SurfaceRefinement<Real>& refinement) {
+  switch (scheme) {
+    case Scheme::kLoop:
+      return one_ring_refiner(refinement, loop_rows<Real>());
+    case Scheme::kMidpoint:
+      return one_ring_refiner(refinement, midpoint_rows<Real>());
+    case Scheme::kButterfly:
+      return butterfly_refiner(refinement, butterfly_rows<Real>());
+  }
+  throw Error(ErrorCode::kInvalidArgument, "subdivide: unknown scheme");
 }
 
 }  // namespace
@@ -31,15 +49,17 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
   std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
   SurfaceRefinement<Real> refinement;
-  refinement.mesh = store.base().topology();
-  refinement.base = base;
-  refinement.levels = levels;
-  refinement.rows = options.scheme == Scheme::kLoop ? loop_rows<Real>() : midpoint_rows<Real>();
+  refinement.source = {store.base().topology(), base, {}, levels};
   refinement.results = {positions, limits, {}};
   if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
+  std::vector<Vector3<Real>> middles;
+  if (options.scheme == Scheme::kButterfly) {
+    middles = butterfly::base_middles(refinement.source.mesh, refinement.source.base);
+    refinement.source.middles = middles;
+  }
 
-  FusedPass pass = fused_pass(levels, run.position, normal);
-  pass.make_refiner = [&] { return std::make_unique<SurfaceRefiner<Real>>(refinement); };
+  FusedPass pass = fused_pass(levels, options.scheme, run.position, normal);
+  pass.make_refiner = [&] { return make_refiner(options.scheme, refinement); };
   FusedOptions how;
   how.threads = options.threads;
   how.proceed = [&](std::uint64_t done, std::uint64_t count) {
@@ -55,13 +75,18 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = options.levels - store.base_level();
   const FusedPass pass =
-      fused_pass(levels, store.attribute("position"),
+      fused_pass(levels, options.scheme, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
+  // Level 1 of Butterfly stays; what it is made of, two rings and the values in double, is given
+  // back before the pass begins.
+  const std::uint64_t middles =
+      options.scheme == Scheme::kButterfly ? edges * (3 * sizeof(Vector3<Real>) + 48) : 0;
   // New base records, the halves that wait and where, and what each thread works in.
   return vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
-         fused_needs(store, pass, options.threads).slot_bytes +
+         middles + fused_needs(store, pass, options.threads).slot_bytes +
          static_cast<std::uint64_t>(options.threads) *
-             (SurfaceRefiner<Real>::scratch_bytes(levels) + sizeof(std::uint32_t) * vertices);
+             (surface_scratch_bytes<Real>(levels, reach(options.scheme)) +
+              sizeof(std::uint32_t) * vertices);
 }
 
 template void run_fused(SubdivisionRun<float>&, int, AttributeId);

@@ -23,10 +23,6 @@ void check(const Store& store, const SubdivideOptions& options) {
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("subdivide: limit positions are Loop's; the scheme is {}",
                             to_string(options.scheme)));
-  if (options.executor == ExecutorKind::kFused && options.scheme == Scheme::kButterfly)
-    throw Error(ErrorCode::kNotSupported,
-                "subdivide: the fused executor takes rules of one ring, loop or midpoint; for "
-                "butterfly take sweep");
   for (const char* name : {"normal", "limit"})
     if (store.has_attribute(name))
       throw Error(ErrorCode::kInvalidArgument,

@@ -1,107 +1,17 @@
 // Rows of a group of patches on every instruction set of this machine: the bits of the scalar
 // rules, number by number.
-#include <hwy/targets.h>
-
-#include <array>
-#include <catch2/catch.hpp>
-#include <cstring>
-#include <limits>
-#include <random>
 #include <vector>
 
-#include "fused/surface_refiner.h"
+#include "fused/builtin_rows.h"
+#include "kernels/row_points.h"
 #include "midpoint/midpoint_diamond.h"
 #include "normals/normal_rules.h"
 #include "plait/kernels/loop_rules.h"
 
 using namespace plait;
-using fused_rows::kPointNumbers;
+using namespace plait::test;
 
 namespace {
-
-constexpr std::size_t kCount = 9;
-
-/// Makes dynamic dispatch choose one instruction set after another, and then the best one again.
-template <class Check>
-void on_every_target(Check check) {
-  int targets = 0;
-  hwy::SetSupportedTargetsForTest(0);
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    INFO(hwy::TargetName(target));
-    check();
-    ++targets;
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-  CHECK(targets > 0);
-}
-
-/// A number that is none has no bits of its own: which operand it comes from is not defined.
-template <class Real>
-bool same_bits(Real a, Real b) {
-  return (a != a && b != b) || std::memcmp(&a, &b, sizeof a) == 0;
-}
-
-/// Points that rows read: [point][axis][lane], aligned as the rows' callers align them.
-template <class Real>
-struct Points {
-  explicit Points(std::size_t count) : numbers(count * kPointNumbers + kAlign) {
-    const auto at = reinterpret_cast<std::uintptr_t>(numbers.data());
-    first = numbers.data() + (64 - at % 64) % 64 / sizeof(Real);
-  }
-  static constexpr std::size_t kAlign = 64 / sizeof(Real);
-  Real* at(std::size_t point) { return first + point * kPointNumbers; }
-  Vector3<Real> get(std::size_t point, std::size_t lane) {
-    return {at(point)[lane], at(point)[kPatchLanes + lane], at(point)[2 * kPatchLanes + lane]};
-  }
-  std::vector<Real> numbers;
-  Real* first;
-};
-
-/// Ordinary numbers of one size with zeros of both signs, equal values and, if asked for, numbers
-/// that overflow, vanish or are none.
-template <class Real>
-void fill(Points<Real>& points, std::size_t count, unsigned seed, Real unit, bool wild) {
-  using Limits = std::numeric_limits<Real>;
-  const std::array<Real, 12> odd_ones = {
-      Real(0),           -Real(0),           Limits::denorm_min(), -Limits::denorm_min(),
-      Limits::min() / 2, Real(1e38),         Real(-1e38),          Limits::max(),
-      Limits::lowest(),  Limits::infinity(), -Limits::infinity(),  Limits::quiet_NaN()};
-  std::mt19937 random(seed);
-  for (std::size_t i = 0; i < count * kPointNumbers; ++i) {
-    const int value = static_cast<int>(random() % 9) - 4;
-    points.first[i] = value == 0 ? (random() % 2 ? Real(0) : -Real(0)) : unit * Real(value) / 3;
-    if (wild && random() % 12 == 0) points.first[i] = odd_ones[random() % odd_ones.size()];
-  }
-}
-
-template <class Real>
-struct Case {
-  Real unit;
-  bool wild;
-};
-template <class Real>
-std::vector<Case<Real>> cases() {
-  return {{Real(1), false},     {Real(1), true},     {Real(0), false},    {Real(1e-42), false},
-          {Real(1e-20), false}, {Real(1e-8), false}, {Real(3e-8), false}, {Real(3e7), false},
-          {Real(1e8), false},   {Real(1e19), true},  {Real(1e38), false}};
-}
-
-/// Calls check(points, seed) for points of every kind.
-template <class Real, class Check>
-void for_all_points(std::size_t count, Check check) {
-  unsigned seed = 0;
-  for (const auto& [unit, wild] : cases<Real>())
-    for (int turn = 0; turn < 6; ++turn) {
-      Points<Real> points(count);
-      fill(points, count, ++seed, unit, wild);
-      INFO("unit " << unit << ", seed " << seed);
-      check(points);
-    }
-}
 
 template <class Real>
 Real odd_of(bool loop_rule, Real a, Real b, Real c, Real d) {
@@ -109,7 +19,7 @@ Real odd_of(bool loop_rule, Real a, Real b, Real c, Real d) {
 }
 
 template <class Real>
-void check_refining(const fused_rows::PatchRows<Real>& rows, bool loop_rule) {
+void check_refining(const fused_rows::OneRingRows<Real>& rows, bool loop_rule) {
   constexpr std::size_t kFine = 2 * kCount;
   for_all_points<Real>(4 * kCount + 7 * kFine, [&](Points<Real>& points) {
     const auto coarse = [&](std::size_t row) { return points.at(row * kCount); };
@@ -182,7 +92,7 @@ void check_surface(const fused_rows::PatchRows<Real>& rows, std::size_t step) {
 
 /// A base vertex and its ring, written down as the in-place rules say, one lane at a time.
 template <class Real>
-void check_fans(const fused_rows::PatchRows<Real>& rows, bool loop_rule) {
+void check_fans(const fused_rows::OneRingRows<Real>& rows, bool loop_rule) {
   for (const int valence : {2, 3, 4, 5, 6, 7, 12, 40})
     for (const bool border : {false, true}) {
       if (valence == 2 && !border) continue;

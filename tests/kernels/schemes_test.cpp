@@ -9,7 +9,8 @@ namespace {
 
 void compare(Scheme scheme, naive::Scheme oracle_scheme) {
   for (const NamedMesh& named : all_meshes())
-    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+    for (const ExecutorKind executor :
+         {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
       const int levels = GENERATE(1, 2, 4);
       INFO(named.name << ", executor " << to_string(executor) << ", level " << levels);
       SubdivideOptions options;

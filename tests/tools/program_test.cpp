@@ -67,8 +67,6 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--backend", "compressed", "--codec",
        "rot13"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "magic"},
-      {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--executor", "fused", "--scheme",
-       "butterfly"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--layout", "alphabetical"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "catmull-clark"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "2", "--scheme", "midpoint", "--limit"},

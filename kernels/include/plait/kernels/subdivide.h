@@ -51,14 +51,13 @@ struct SubdivideOptions {
 void add_base_positions(Store& store, bool double_precision = false);
 
 /// Refines attribute "position" from its finest level to `options.levels`. Does not commit.
-/// Errors: kInvalidArgument, kNotSupported (limit without Loop; fused with Butterfly, or in a store
-/// that has levels), kBudget naming what is needed,
-/// kCancelled, kIo and kNoSpace.
+/// Errors: kInvalidArgument, kNotSupported (limit without Loop; fused in a store that has levels),
+/// kBudget naming what is needed, kCancelled, kIo and kNoSpace.
 void subdivide(Store& store, const SubdivideOptions& options);
 
 /// Bytes that a subdivision of `store` keeps beside its budget: scratch per thread, and two records
-/// per base edge (the rings of the base vertices) or, fused, new base records and the slots that
-/// are under way at once. REQUIRES: attribute "position".
+/// per base edge (the rings of the base vertices) or, fused, new base records, the slots that are
+/// under way at once and, for Butterfly, level 1. REQUIRES: attribute "position".
 std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options);
 
 /// How often a mesh must be refined beforehand so that no slot of `record_bytes` records is larger

@@ -1,0 +1,65 @@
+// Level 1 of the modified Butterfly scheme, straight from the base mesh: the only level at which
+// both ends of an edge, and any vertex of its stencil, may be extraordinary.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "butterfly/butterfly_rules.h"
+#include "butterfly/extraordinary_rings.h"
+#include "butterfly/stencils.h"
+#include "plait/kernels/ring_table.h"
+#include "plait/topology.h"
+#include "plait/vector3.h"
+
+namespace plait::butterfly {
+
+/// The vertex over the side of a face, seen from inside.
+template <class Real>
+Vector3<Real> base_wing(const Topology& mesh, std::span<const Vector3<Real>> base, FaceId face,
+                        int side) {
+  const FaceSide beyond = mesh.across(FaceSide(face, side));
+  if (beyond.exists())
+    return base[mesh.faces[beyond.face()][static_cast<std::size_t>(beyond.side())]];
+  const auto corner = [&](int k) {
+    return base[mesh.faces[face][static_cast<std::size_t>(k % 3)]];
+  };
+  return continued(corner(side + 1), corner(side + 2), corner(side));
+}
+
+/// The vertices of level 1: [edge]. Pinned by tests/kernels/fused_digest_test.cpp, which compares
+/// with the sweep.
+template <class Real>
+std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Vector3<Real>> base) {
+  RingTable<Vector3<Real>> rings(mesh.edges.size());
+  rings.set_from_base(mesh, base);
+  const ExtraordinaryRings<Real> extraordinary(mesh, rings, base);
+  std::vector<Vector3<Real>> middles(mesh.edges.size());
+  for (EdgeId id = 0; id < mesh.edges.size(); ++id) {
+    const Edge& edge = mesh.edges[id];
+    const Vector3<Real>&a = base[edge.end], &b = base[edge.start];
+    const bool odd_start = extraordinary.contains(edge.start),
+               odd_end = extraordinary.contains(edge.end);
+    if (edge.is_border()) {
+      middles[id] = loop::by_axis<Real>(odd_border<Real>, along_border(mesh, rings, edge.end, id),
+                                        a, b, along_border(mesh, rings, edge.start, id));
+    } else if (odd_start || odd_end) {
+      middles[id] = extraordinary.odd(id, odd_start, odd_end);
+    } else {
+      // In its own face the edge starts at the corner after its side's, in the other it ends there.
+      const auto [own, own_side] = std::pair(edge.own.face(), edge.own.side());
+      const auto [other, other_side] = std::pair(edge.other.face(), edge.other.side());
+      const auto wing = [&](FaceId face, int side) {
+        return base_wing(mesh, base, face, side % 3);
+      };
+      middles[id] = loop::by_axis<Real>(
+          odd<Real>, a, b, base[mesh.faces[own][static_cast<std::size_t>(own_side)]],
+          base[mesh.faces[other][static_cast<std::size_t>(other_side)]], wing(own, own_side + 1),
+          wing(other, other_side + 1), wing(own, own_side + 2), wing(other, other_side + 2));
+    }
+  }
+  return middles;
+}
+
+}  // namespace plait::butterfly

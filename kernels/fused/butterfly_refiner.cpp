@@ -1,0 +1,121 @@
+// The modified Butterfly scheme, level by level: its stencils reach two steps, so patches have two
+// rows of their neighbours around them, and corners come with two rings.
+#include <memory>
+
+#include "butterfly/stencils.h"
+#include "fused/patch_sides.h"
+#include "fused/surface_refiner.h"
+#include "plait/kernels/loop_base.h"
+
+namespace plait {
+namespace {
+
+using namespace lattice_points;
+
+template <class Real>
+class ButterflyRefiner final : public SurfaceRefiner<Real> {
+ public:
+  ButterflyRefiner(const SurfaceRefinement<Real>& refinement,
+                   const fused_rows::ButterflyRows<Real>& rows)
+      : SurfaceRefiner<Real>(refinement, rows), rows_(rows) {}
+
+ private:
+  void refine_level(int level, std::size_t first, std::size_t count) override {
+    continue_beyond_borders(level - 1, first, count);
+    keep_even(level);
+    make_odd(level);
+    odd_borders(level, first, count);
+    this->inject(level, count);
+  }
+
+  void continue_beyond_borders(int level, std::size_t first, std::size_t count);
+  void keep_even(int level);
+  void make_odd(int level);
+  void odd_borders(int level, std::size_t first, std::size_t count);
+
+  const Real* from(int level, std::int64_t i, std::int64_t j) const {
+    return at(static_cast<const Real*>(this->coarse_.data()), this->lattice(level - 1), i, j);
+  }
+  Real* to(int level, std::int64_t i, std::int64_t j) const {
+    return at(this->fine_.data(), this->lattice(level), i, j);
+  }
+
+  fused_rows::ButterflyRows<Real> rows_;
+};
+
+/// In coarse_, where `level` is.
+template <class Real>
+void ButterflyRefiner<Real>::continue_beyond_borders(int level, std::size_t first,
+                                                     std::size_t count) {
+  const PatchLattice lattice = this->lattice(level);
+  const auto point = [&](const FaceIndex& p) {
+    return at(this->coarse_.data(), lattice, p.i, p.j);
+  };
+  this->for_each_border(first, count, [&](std::size_t lane, int side) {
+    const LatticeStep inwards = step(side, (side + 1) % 3);
+    for (std::int64_t t = 0; t < lattice.size; ++t) {
+      const FaceIndex a = on_side(level, side, t), b = on_side(level, side, t + 1),
+                      inside{0, level, b.i + inwards.i, b.j + inwards.j},
+                      beyond{0, level, a.i - inwards.i, a.j - inwards.j};
+      put(point(beyond), lane,
+          butterfly::continued(get(point(a), lane), get(point(b), lane), get(point(inside), lane)));
+    }
+  });
+}
+
+template <class Real>
+void ButterflyRefiner<Real>::keep_even(int level) {
+  const std::int64_t n = this->lattice(level - 1).size;
+  for (std::int64_t q = -1; q <= n; ++q)
+    rows_.even({from(level, -1, q), {}, to(level, -2, 2 * q), n - q + 3});
+}
+
+template <class Real>
+void ButterflyRefiner<Real>::make_odd(int level) {
+  const std::int64_t n = this->lattice(level - 1).size;
+  for (std::int64_t q = -1; q <= n; ++q) {
+    const std::int64_t count = n - q + 2;
+    const auto row = [&](std::int64_t i, std::int64_t j) { return from(level, i, q + j); };
+    // Middles of edges along the coarse row.
+    rows_.odd({row(-1, 0), row(0, 0), row(-1, 1), row(0, -1), row(-2, 1), row(1, -1), row(0, 1),
+               row(-1, -1), to(level, -1, 2 * q), count});
+    // Middles of edges that leave the coarse row upwards, in both directions.
+    rows_.odd({row(-1, 0), row(-1, 1), row(-2, 1), row(0, 0), row(-2, 0), row(0, 1), row(-2, 2),
+               row(0, -1), to(level, -2, 2 * q + 1), count});
+    rows_.odd({row(0, 0), row(-1, 1), row(-1, 0), row(0, 1), row(0, -1), row(-1, 2), row(-2, 1),
+               row(1, 0), to(level, -1, 2 * q + 1), count});
+  }
+}
+
+/// Next to the corners the fans have them.
+template <class Real>
+void ButterflyRefiner<Real>::odd_borders(int level, std::size_t first, std::size_t count) {
+  const std::int64_t n = this->lattice(level - 1).size;
+  this->for_each_border(first, count, [&](std::size_t lane, int side) {
+    const auto old = [&](std::int64_t t) {
+      const FaceIndex p = on_side(level - 1, side, t);
+      return get(from(level, p.i, p.j), lane);
+    };
+    for (std::int64_t t = 1; t + 2 <= n; ++t) {
+      const FaceIndex middle = on_side(level, side, 2 * t + 1);
+      put(to(level, middle.i, middle.j), lane,
+          loop::by_axis<Real>(butterfly::odd_border<Real>, old(t - 1), old(t), old(t + 1),
+                              old(t + 2)));
+    }
+  });
+}
+
+}  // namespace
+
+template <class Real>
+std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<Real>& refinement,
+                                                const fused_rows::ButterflyRows<Real>& rows) {
+  return std::make_unique<ButterflyRefiner<Real>>(refinement, rows);
+}
+
+template std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<float>&,
+                                                         const fused_rows::ButterflyRows<float>&);
+template std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<double>&,
+                                                         const fused_rows::ButterflyRows<double>&);
+
+}  // namespace plait

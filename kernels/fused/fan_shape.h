@@ -1,0 +1,42 @@
+// How a base vertex and the rings around it are numbered.
+#pragma once
+
+#include <cstddef>
+
+namespace plait {
+
+/// The rings that a rule reads around a base vertex, by where a point of them lies.
+enum class FanRing {
+  kNear,     ///< next to the vertex on spoke i
+  kFar,      ///< two steps out on spoke i
+  kBetween,  ///< two steps out, between spokes i and i + 1
+};
+
+/// Point 0 is the vertex itself; then come the rings, kNear alone for a reach of one, all three for
+/// a reach of two. Spokes count counterclockwise, on a border from border to border; with a reach
+/// of two a border vertex has one spoke more on either side, whose points lie beyond the border.
+struct FanShape {
+  int valence = 0;
+  bool border = false;
+  int reach = 1;
+
+  constexpr int beyond() const { return border && reach > 1 ? 1 : 0; }
+  constexpr std::size_t points() const {
+    return 1 + (reach > 1 ? 3 : 1) * static_cast<std::size_t>(width());
+  }
+  /// Spokes follow one another; where a border leaves none the vertex itself stands in.
+  constexpr std::size_t point(FanRing ring, int spoke) const {
+    if (!border)
+      spoke = (spoke % valence + valence) % valence;
+    else if (spoke < -beyond() || spoke >= valence + beyond())
+      return 0;
+    return static_cast<std::size_t>(1 + static_cast<int>(ring) * width() + beyond() + spoke);
+  }
+  /// The first of the vertex's own neighbours, which follow one another.
+  constexpr std::size_t first_neighbour() const { return static_cast<std::size_t>(1 + beyond()); }
+
+ private:
+  constexpr int width() const { return valence + 2 * beyond(); }
+};
+
+}  // namespace plait
