@@ -9,9 +9,9 @@
 
 #include <array>
 
-#include "butterfly/fan_border.h"
 #include "butterfly/spoke_rule.h"
 #include "butterfly/stencils.h"
+#include "fused/fan_border.h"
 #include "fused/fan_shape.h"
 #include "fused/patch_rows-inl.h"
 

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "butterfly/fan_border.h"
+#include "fused/fan_border.h"
 #include "fused/lattice_buffer.h"
 
 namespace plait {

@@ -13,7 +13,7 @@ build_packages=(
   libzstd-dev liblz4-dev zlib1g-dev libxxhash-dev libpng-dev liburing-dev libhwy-dev
   libcli11-dev nlohmann-json3-dev
 )
-tests_packages=(catch2)
+tests_packages=(catch2 libbenchmark-dev)
 # Versions are fixed here: another clang-format lays the same code out differently.
 checks_packages=(clang-format-14 clang-tidy-14)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
