@@ -1,7 +1,6 @@
 #include "fused/fans.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "fused/fan_border.h"
@@ -18,11 +17,125 @@ void put(Real* fan, std::size_t point, const Vector3<Real>& v) {
   lattice_points::put(fan + point * kPointNumbers, 0, v);
 }
 
+/// [vertex]
+std::vector<std::uint32_t> count_faces(const Topology& mesh) {
+  std::vector<std::uint32_t> faces(mesh.vertex_corners.size());
+  for (const auto& corners : mesh.faces)
+    for (const VertexId vertex : corners) ++faces[vertex];
+  return faces;
+}
+
 }  // namespace
 
 template <class Real>
 void Fans<Real>::evaluate(std::span<const FaceId> faces) {
+  clear();
   find(faces);
+  finish();
+}
+
+template <class Real>
+void Fans<Real>::evaluate_hubs() {
+  clear();
+  hub_corners_.clear();
+  const std::vector<std::uint32_t> faces_at = count_faces(source_.mesh);
+  for (VertexId vertex = 0; vertex < faces_at.size(); ++vertex) {
+    if (faces_at[vertex] < kHubValence) continue;
+    const auto number = static_cast<std::uint32_t>(vertices_.size());
+    add(vertex, [&](FaceSide corner, int spoke) {
+      hub_corners_.push_back({corner, {number, spoke}});
+    });
+  }
+  std::ranges::sort(hub_corners_, {}, [](const HubCorner& hub) { return hub.corner.code; });
+  finish();
+}
+
+template <class Real>
+std::uint64_t Fans<Real>::hub_bytes(const Topology& mesh, int levels, int reach) {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t faces : count_faces(mesh)) {
+    if (faces < kHubValence) continue;
+    const FanShape at_most{static_cast<int>(faces) + 1, true, reach};
+    bytes +=
+        at_most.points() * kPointNumbers * sizeof(Real) * static_cast<std::uint64_t>(levels + 1) +
+        faces * sizeof(HubCorner);
+  }
+  return bytes;
+}
+
+template <class Real>
+void Fans<Real>::clear() {
+  vertices_.clear();
+  fans_.clear();
+  rings_.clear();
+}
+
+/// The vertices of the run, and which corner of which face has which of them.
+template <class Real>
+void Fans<Real>::find(std::span<const FaceId> faces) {
+  corners_.resize(faces.size());
+  const auto [lowest, highest] = std::ranges::minmax(faces);
+  const auto corner_of = [&](FaceSide corner) -> Corner& {
+    return corners_[highest - corner.face()][static_cast<std::size_t>(corner.side())];
+  };
+  for (const FaceId face : faces)
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide here(face, side);
+      const VertexId vertex = source_.mesh.faces[face][static_cast<std::size_t>(side)];
+      const Corner* const hub = source_.hubs ? source_.hubs->hub_at(here) : nullptr;
+      std::uint32_t& number = fan_of_[vertex];
+      if (number == kNoId) {
+        number = static_cast<std::uint32_t>(vertices_.size());
+        if (hub) {
+          vertices_.push_back(vertex);
+          fans_.push_back(source_.hubs->fans_[hub->fan]);
+        } else {
+          add(vertex, [&](FaceSide corner, int spoke) {
+            if (corner.face() >= lowest && corner.face() <= highest)
+              corner_of(corner) = {number, spoke};
+          });
+        }
+      }
+      if (hub) corner_of(here) = {number, hub->spoke};
+    }
+  for (const VertexId vertex : vertices_) fan_of_[vertex] = kNoId;
+}
+
+/// Null: the corner is at no hub.
+template <class Real>
+auto Fans<Real>::hub_at(FaceSide corner) const -> const Corner* {
+  const auto found = std::ranges::lower_bound(hub_corners_, corner.code, {},
+                                              [](const HubCorner& hub) { return hub.corner.code; });
+  return found != hub_corners_.end() && found->corner == corner ? &found->at : nullptr;
+}
+
+/// Walks around a vertex once: its neighbours, and at_corner(FaceSide, spoke) for its corners.
+template <class Real>
+template <class Visit>
+void Fans<Real>::add(VertexId vertex, Visit at_corner) {
+  vertices_.push_back(vertex);
+  const std::size_t ring = rings_.size();
+  const FaceSide first = source_.mesh.vertex_corners[vertex];
+  bool border = false;
+  int spoke = 0;
+  for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
+    const auto& of_face = source_.mesh.faces[corner.face()];
+    const auto side = static_cast<std::size_t>(corner.side());
+    rings_.push_back(of_face[(side + 1) % 3]);
+    at_corner(corner, spoke);
+    corner = source_.mesh.next_corner(corner);
+    if (corner.exists()) continue;
+    rings_.push_back(of_face[(side + 2) % 3]);
+    border = true;
+    break;
+  }
+  fans_.push_back(
+      {nullptr, ring, {static_cast<int>(rings_.size() - ring), border, source_.reach()}});
+}
+
+/// All levels of the vertices that were added.
+template <class Real>
+void Fans<Real>::finish() {
   place();
   fill_first_level();
   for (const Batch& batch : batches_) {
@@ -33,70 +146,40 @@ void Fans<Real>::evaluate(std::span<const FaceId> faces) {
   }
 }
 
-/// Numbers the vertices and walks around each once: its neighbours, and the faces of the run there.
-template <class Real>
-void Fans<Real>::find(std::span<const FaceId> faces) {
-  vertices_.clear();
-  fans_.clear();
-  rings_.clear();
-  corners_.resize(faces.size());
-  const auto [lowest, highest] = std::ranges::minmax(faces);
-  for (const FaceId face : faces)
-    for (const VertexId vertex : source_.mesh.faces[face]) {
-      if (fan_of_[vertex] != kNoId) continue;
-      const auto number = fan_of_[vertex] = static_cast<std::uint32_t>(vertices_.size());
-      vertices_.push_back(vertex);
-      const std::size_t ring = rings_.size();
-      const FaceSide first = source_.mesh.vertex_corners[vertex];
-      bool border = false;
-      int spoke = 0;
-      for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
-        const auto& of_face = source_.mesh.faces[corner.face()];
-        const auto side = static_cast<std::size_t>(corner.side());
-        rings_.push_back(of_face[(side + 1) % 3]);
-        if (corner.face() >= lowest && corner.face() <= highest)
-          corners_[highest - corner.face()][side] = {number, spoke};
-        corner = source_.mesh.next_corner(corner);
-        if (corner.exists()) continue;
-        rings_.push_back(of_face[(side + 2) % 3]);
-        border = true;
-        break;
-      }
-      fans_.push_back({0, ring, {static_cast<int>(rings_.size() - ring), border, source_.reach()}});
-    }
-  for (const VertexId vertex : vertices_) fan_of_[vertex] = kNoId;
-}
-
 /// Vertices of one kind share batches, and lanes left over repeat nothing: they stay as they are.
 template <class Real>
 void Fans<Real>::place() {
-  std::vector<std::uint32_t> order(fans_.size());
-  std::iota(order.begin(), order.end(), 0u);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t number = 0; number < fans_.size(); ++number)
+    if (!fans_[number].first) order.push_back(number);
   const auto kind = [](const FanShape& shape) { return std::pair(shape.border, shape.valence); };
   std::ranges::stable_sort(order, {}, [&](std::uint32_t fan) { return kind(fans_[fan].shape); });
   const auto levels = static_cast<std::size_t>(source_.levels - source_.first_level() + 1);
   batches_.clear();
   std::size_t end = 0, lane = kPatchLanes;
+  starts_.resize(fans_.size());
   for (const std::uint32_t number : order) {
-    Fan& fan = fans_[number];
-    if (lane == kPatchLanes || kind(batches_.back().shape) != kind(fan.shape)) {
-      batches_.push_back({end, fan.shape});
-      end += fan.shape.points() * kPointNumbers * levels;
+    const FanShape& shape = fans_[number].shape;
+    if (lane == kPatchLanes || kind(batches_.back().shape) != kind(shape)) {
+      batches_.push_back({end, shape});
+      end += shape.points() * kPointNumbers * levels;
       lane = 0;
     }
-    fan.first = batches_.back().first + lane++;
+    starts_[number] = batches_.back().first + lane++;
   }
   if (points_.size() < end) points_.resize(end);
+  for (const std::uint32_t number : order) fans_[number].first = points_.data() + starts_[number];
+  placed_ = std::move(order);
 }
 
 template <class Real>
 void Fans<Real>::fill_first_level() {
-  for (std::uint32_t number = 0; number < fans_.size(); ++number) {
-    Real* const to = points_.data() + fans_[number].first;
+  for (const std::uint32_t number : placed_) {
+    Real* const to = points_.data() + starts_[number];
     const FanShape& shape = fans_[number].shape;
     put(to, 0, source_.base[vertices_[number]]);
     if (shape.reach > 1) {
-      fill_two_rings(number);
+      fill_two_rings(number, to);
       continue;
     }
     for (int spoke = 0; spoke < shape.valence; ++spoke)
@@ -111,10 +194,10 @@ void Fans<Real>::fill_first_level() {
 
 /// At level 1: middles of the spokes, their other ends, and middles of the edges between these.
 template <class Real>
-void Fans<Real>::fill_two_rings(std::uint32_t number) {
+void Fans<Real>::fill_two_rings(std::uint32_t number, Real* to) {
   using enum FanRing;
-  const auto& [first, ring, shape] = fans_[number];
-  Real* const to = points_.data() + first;
+  const std::size_t ring = fans_[number].ring;
+  const FanShape& shape = fans_[number].shape;
   FaceSide corner = source_.mesh.vertex_corners[vertices_[number]];
   for (int spoke = 0; spoke < shape.valence; ++spoke) {
     put(to, shape.point(kFar, spoke), source_.base[rings_[ring + static_cast<std::size_t>(spoke)]]);
@@ -133,9 +216,8 @@ void Fans<Real>::fill_two_rings(std::uint32_t number) {
 template <class Real>
 typename Fans<Real>::View Fans<Real>::view(std::uint32_t number, int level) const {
   const Fan& fan = fans_[number];
-  return {points_.data() + fan.first +
-              static_cast<std::size_t>(level - source_.first_level()) * fan.shape.points() *
-                  kPointNumbers,
+  return {fan.first + static_cast<std::size_t>(level - source_.first_level()) * fan.shape.points() *
+                          kPointNumbers,
           fan.shape};
 }
 

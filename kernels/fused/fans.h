@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,6 +18,9 @@
 namespace plait {
 
 template <class Real>
+class Fans;
+
+template <class Real>
 struct FanSource {
   Topology mesh;
   std::span<const Vector3<Real>> base;
@@ -24,6 +28,8 @@ struct FanSource {
   /// step and begin at level 0.
   std::span<const Vector3<Real>> middles;
   int levels = 1;
+  /// Fans that are evaluated already, shared by all threads: see evaluate_hubs(). May be null.
+  const Fans<Real>* hubs = nullptr;
 
   int reach() const { return middles.empty() ? 1 : 2; }
   int first_level() const { return middles.empty() ? 0 : 1; }
@@ -37,6 +43,14 @@ class Fans {
 
   /// Evaluates the vertices of these faces. REQUIRES: they descend one by one.
   void evaluate(std::span<const FaceId> faces);
+
+  /// From this valence on a vertex is a hub: too many runs have a face of it for each of them to
+  /// evaluate it anew.
+  static constexpr int kHubValence = 256;
+  /// Evaluates all hubs of the mesh instead of a run's vertices.
+  void evaluate_hubs();
+  /// Bytes that evaluate_hubs() takes.
+  static std::uint64_t hub_bytes(const Topology& mesh, int levels, int reach);
 
   /// A base vertex at one level.
   struct View {
@@ -69,19 +83,28 @@ class Fans {
 
  private:
   struct Fan {
-    std::size_t first;  ///< of its batch in points_, plus its lane
+    const Real* first;  ///< at its lane of the first level; null until it is placed
     std::size_t ring;   ///< in rings_
     FanShape shape;
   };
+  struct HubCorner {
+    FaceSide corner;
+    Corner at;
+  };
   struct Batch {
-    std::size_t first;
+    std::size_t first;  ///< in points_
     FanShape shape;
   };
 
+  void clear();
   void find(std::span<const FaceId> faces);
+  template <class Visit>
+  void add(VertexId vertex, Visit at_corner);
+  const Corner* hub_at(FaceSide corner) const;
+  void finish();
   void place();
   void fill_first_level();
-  void fill_two_rings(std::uint32_t number);
+  void fill_two_rings(std::uint32_t number, Real* to);
 
   FanSource<Real> source_;
   fused_rows::PatchRows<Real> rows_;
@@ -90,7 +113,10 @@ class Fans {
   std::vector<Fan> fans_;
   std::vector<VertexId> rings_;  ///< neighbours, counterclockwise
   std::vector<Batch> batches_;
+  std::vector<std::uint32_t> placed_;           ///< fans that are evaluated here, batch by batch
+  std::vector<std::size_t> starts_;             ///< [fan] in points_, of those
   std::vector<std::array<Corner, 3>> corners_;  ///< [face of the run]
+  std::vector<HubCorner> hub_corners_;          ///< ascending
   std::vector<Real> points_;
 };
 

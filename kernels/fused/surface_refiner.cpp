@@ -2,8 +2,12 @@
 #include "fused/surface_refiner.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <span>
 #include <utility>
 
+#include "fused/fan_shape.h"
 #include "fused/neighbours.h"
 #include "fused/patch_sides.h"
 #include "normals/normal_rules.h"
@@ -55,7 +59,7 @@ SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
       finest_(surface_lattice(refinement.source.levels, refinement.source.reach())),
       fans_(refinement.source, rows),
       normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {
-  static_assert(kMostCornerPoints == 1 + std::size(kReachTwo));
+  static_assert(kMostCornerPoints == std::size(kReachTwo));
 }
 
 template <class Real>

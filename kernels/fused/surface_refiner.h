@@ -3,11 +3,11 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
 
-#include "fused/builtin_rows.h"
 #include "fused/fans.h"
 #include "fused/lattice_buffer.h"
 #include "fused/patch_rows.h"
@@ -43,8 +43,8 @@ class SurfaceRefiner : public PatchRefiner {
   SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
                  const fused_rows::PatchRows<Real>& rows);
 
-  /// Makes `level` in fine_ from the one before it in coarse_, all but the corners, which
-  /// inject(level) puts in. The group is faces first, first + 1 ... of the run.
+  /// Makes `level` in fine_ from the one before it in coarse_, and calls inject(level) for what
+  /// rows cannot make. The group is faces first, first + 1 ... of the run.
   virtual void refine_level(int level, std::size_t first, std::size_t count) = 0;
 
   /// Puts the corners and what of their rings no row reaches into fine_. To be called once a level.
@@ -68,8 +68,8 @@ class SurfaceRefiner : public PatchRefiner {
   LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; fine_ is the one being made
 
  private:
-  /// As many points as a rule of a reach of two needs around a corner.
-  static constexpr std::size_t kMostCornerPoints = 10;
+  /// As many points as a rule of a reach of two needs around a corner, besides itself.
+  static constexpr std::size_t kMostCornerPoints = 9;
   struct Corner {
     const Real* fan;  ///< at the level that comes next
     std::size_t level_numbers;

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cstdint>
 #include <memory>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "butterfly/base_middles.h"
+#include "fused/builtin_rows.h"
 #include "fused/surface_refiner.h"
 #include "plait/error.h"
 #include "plait/fused.h"
@@ -22,6 +24,20 @@ FusedPass fused_pass(int levels, Scheme scheme, AttributeId position, AttributeI
   pass.levels = levels;
   pass.lattice = surface_lattice(levels, reach(scheme));
   return pass;
+}
+
+/// Of every scheme, what fans need.
+template <class Real>
+fused_rows::PatchRows<Real> rows_of(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::kLoop:
+      return loop_rows<Real>();
+    case Scheme::kMidpoint:
+      return midpoint_rows<Real>();
+    case Scheme::kButterfly:
+      return butterfly_rows<Real>();
+  }
+  throw Error(ErrorCode::kInvalidArgument, "subdivide: unknown scheme");
 }
 
 template <class Real>
@@ -58,6 +74,10 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
     refinement.source.middles = middles;
   }
 
+  Fans<Real> hubs(refinement.source, rows_of<Real>(options.scheme));
+  hubs.evaluate_hubs();
+  refinement.source.hubs = &hubs;
+
   FusedPass pass = fused_pass(levels, options.scheme, run.position, normal);
   pass.make_refiner = [&] { return make_refiner(options.scheme, refinement); };
   FusedOptions how;
@@ -77,16 +97,20 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const FusedPass pass =
       fused_pass(levels, options.scheme, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
-  // Level 1 of Butterfly stays; what it is made of, two rings and the values in double, is given
-  // back before the pass begins.
-  const std::uint64_t middles =
-      options.scheme == Scheme::kButterfly ? edges * (3 * sizeof(Vector3<Real>) + 48) : 0;
-  // New base records, the halves that wait and where, and what each thread works in.
-  return vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
-         middles + fused_needs(store, pass, options.threads).slot_bytes +
-         static_cast<std::uint64_t>(options.threads) *
-             (surface_scratch_bytes<Real>(levels, reach(options.scheme)) +
-              sizeof(std::uint32_t) * vertices);
+  // Butterfly's level 1 stays; rings and values in double, from which it is made, are given back
+  // before the pass takes what it needs: new base records, the halves that wait and where, hubs,
+  // and what each thread works in.
+  const bool butterfly = options.scheme == Scheme::kButterfly;
+  const std::uint64_t level_1 = butterfly ? edges * sizeof(Vector3<Real>) : 0,
+                      for_level_1 = butterfly ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
+  const std::uint64_t pass_bytes =
+      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
+      fused_needs(store, pass, options.threads).slot_bytes +
+      Fans<Real>::hub_bytes(store.base().topology(), levels, reach(options.scheme)) +
+      static_cast<std::uint64_t>(options.threads) *
+          (surface_scratch_bytes<Real>(levels, reach(options.scheme)) +
+           sizeof(std::uint32_t) * vertices);
+  return level_1 + std::max(for_level_1, pass_bytes);
 }
 
 template void run_fused(SubdivisionRun<float>&, int, AttributeId);
