@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <optional>
 #include <string>
+#include <system_error>
 
 #include "plait/error.h"
 #include "plait/file.h"
@@ -90,13 +92,35 @@ void PartialOutput::publish(bool durable) {
   if (existing_ == Existing::kReplaceFile) {
     rename_entry(path_, final_path_);
   } else if (existing_ == Existing::kReplaceStore && taken(final_path_)) {
-    exchange(path_, final_path_);
-    fs::remove_all(path_);
+    return replace_store(durable);
   } else {
     rename_into_place(path_, final_path_);
   }
   published_ = true;
-  if (!durable) return;
+  if (durable) sync_name();
+}
+
+/// The store that was there goes when the new one has its name for good, and not while anybody has
+/// it open: whoever writes it would go on with the new one's files.
+void PartialOutput::replace_store(bool durable) {
+  std::optional<File> lock;
+  if (fs::is_regular_file(final_path_ / "lock")) {
+    lock.emplace(final_path_ / "lock", OpenMode::kReadWrite);
+    if (!lock->lock(true)) {
+      published_ = true;  // hours of work, perhaps
+      throw Error(ErrorCode::kBusy, fmt::format("replace {}: it is in use; what should replace it "
+                                                "is complete and stays at {}",
+                                                final_path_.native(), path_.native()));
+    }
+  }
+  exchange(path_, final_path_);
+  published_ = true;
+  if (durable) sync_name();
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void PartialOutput::sync_name() const {
   const fs::path parent = final_path_.parent_path();
   sync_directory(parent.empty() ? fs::path(".") : parent);
 }

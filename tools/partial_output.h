@@ -30,10 +30,14 @@ class PartialOutput {
   const std::filesystem::path& final_path() const { return final_path_; }
 
   /// Renames; `durable` also syncs the directory. What was replaced is removed.
-  /// Errors: kInvalidArgument if the name was taken meanwhile; kIo, kNoSpace.
+  /// Errors: kInvalidArgument if the name was taken meanwhile; kBusy if somebody has opened the
+  /// store to be replaced, and then path() stays; kIo, kNoSpace.
   void publish(bool durable);
 
  private:
+  void replace_store(bool durable);
+  void sync_name() const;
+
   std::filesystem::path final_path_, path_;
   Existing existing_;
   bool published_ = false;

@@ -9,12 +9,17 @@ BlockCoder::BlockCoder(const std::string& codec, const std::string& filter,
                        std::size_t component_bytes, std::uint64_t max_raw_bytes)
     : codec_(make_codec(codec)),
       filters_(make_filter_chain(filter, component_bytes)),
-      stored_(max_encoded_bytes(max_raw_bytes)) {
+      max_raw_bytes_(max_raw_bytes) {}
+
+void BlockCoder::make_room() {
+  if (!stored_.empty()) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(filters_.size(), 2); ++i)
-    filtered_[i].resize(max_raw_bytes);
+    filtered_[i].resize(max_raw_bytes_);
+  stored_.resize(max_encoded_bytes(max_raw_bytes_));
 }
 
 EncodedBlock BlockCoder::encode(std::span<const std::byte> raw) {
+  make_room();
   std::span<const std::byte> source = raw;
   for (std::size_t i = 0; i < filters_.size(); ++i) {
     const std::span<std::byte> filtered(filtered_[i % 2].data(), raw.size());
@@ -28,10 +33,12 @@ EncodedBlock BlockCoder::encode(std::span<const std::byte> raw) {
 }
 
 std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
+  make_room();
   return std::span(stored_).first(stored_bytes);
 }
 
 void BlockCoder::decode(std::span<const std::byte> stored, std::span<std::byte> raw) {
+  make_room();
   if (filters_.empty()) return codec_->decompress(stored, raw);
   std::size_t stage = filters_.size() - 1;
   std::span<std::byte> source(filtered_[stage % 2].data(), raw.size());

@@ -42,8 +42,12 @@ class BlockCoder {
  private:
   using Buffer = std::vector<std::byte>;
 
+  /// With the first block: most levels of a store that is opened are not read.
+  void make_room();
+
   std::unique_ptr<Codec> codec_;
   FilterChain filters_;
+  std::uint64_t max_raw_bytes_;
   Buffer stored_;
   Buffer filtered_[2];  ///< where the stages of the chain take turns; empty if not needed
 };

@@ -45,10 +45,10 @@ class CompressedBackend final : public Backend {
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        coders_(level.options.codec, level.options.filter, level.component_bytes,
-                geometry_.max_block_bytes()),
         file_(open_file(level)),
-        extents_(std::as_const(table_).entries(), file_.size(), file_.path()) {}
+        extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
+        coders_(level.options.codec, level.options.filter, level.component_bytes,
+                geometry_.max_block_bytes()) {}
 
   BackendTraits traits() const noexcept override { return kCompressedTraits; }
 
@@ -94,7 +94,11 @@ class CompressedBackend final : public Backend {
     const std::uint64_t first = std::min(blocks.first, table_.size());
     const std::uint64_t end = first + std::min(blocks.count, table_.size() - first);
     for (std::uint64_t block = first; block < end; ++block) {
-      const BlockEntry& entry = table_[block];
+      // Of a block that somebody else may be writing.
+      const BlockEntry entry = [&] {
+        const std::lock_guard lock(mutex_);
+        return table_[block];
+      }();
       if (entry.encoding != BlockEncoding::kNeverWritten)
         advise_file(file_, {entry.offset, entry.stored_bytes}, advice);
     }
@@ -126,8 +130,8 @@ class CompressedBackend final : public Backend {
       throw;
     }
     const BlockEntry former = table_[block];
-    table_.seal(block, offset, encoded.encoding, encoded.bytes);
     const std::lock_guard lock(mutex_);
+    table_.seal(block, offset, encoded.encoding, encoded.bytes);
     extents_.replace(block, former);
   }
 
@@ -145,10 +149,10 @@ class CompressedBackend final : public Backend {
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;
-  CoderPool coders_;
   File file_;
-  mutable std::mutex mutex_;  ///< guards extents_
+  mutable std::mutex mutex_;  ///< guards extents_, and entries against advise()
   ExtentAllocator extents_;
+  CoderPool coders_;
 };
 
 }  // namespace

@@ -83,6 +83,11 @@ void Pager::Implementation::unpin(std::uint32_t entry) noexcept {
   write_behind();
 }
 
+void Pager::Implementation::refuse_writes() noexcept {
+  const Lock lock(mutex_);
+  fail(nullptr);
+}
+
 void Pager::Implementation::discard() noexcept {
   Lock lock(mutex_);
   stop_transfers(lock, nullptr);
@@ -150,6 +155,7 @@ bool Pager::prefetch(LevelFile& level, std::uint64_t block) noexcept {
 }
 
 void Pager::flush() { implementation_->flush(); }
+void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
 
 void Pager::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) {

@@ -34,6 +34,7 @@ class Pager::Implementation final : public TransferListener {
   void unpin(std::uint32_t entry) noexcept;
   bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
   void flush();
+  void refuse_writes() noexcept;
   void discard() noexcept;
   void set_policy(EvictionPolicy policy, std::uint64_t window_bytes);
   std::uint64_t budget_bytes() const { return pool_.budget_bytes(); }

@@ -1,6 +1,7 @@
 #include "store/lock.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -24,7 +25,17 @@ StoreLock::StoreLock(const std::filesystem::path& path, bool exclusive, bool cre
     : file_(path, create      ? OpenMode::kCreate
                   : exclusive ? OpenMode::kReadWrite
                               : OpenMode::kRead) {
+  try {
+    take(path, exclusive);
+  } catch (...) {
+    if (create) remove_file_if_possible(path);
+    throw;
+  }
+}
+
+void StoreLock::take(const std::filesystem::path& path, bool exclusive) {
   if (file_.lock(exclusive)) {
+    check_name(path);
     if (exclusive) write_holder();
     return;
   }
@@ -34,6 +45,17 @@ StoreLock::StoreLock(const std::filesystem::path& path, bool exclusive, bool cre
                 fmt::format("open {} for writing: in use by readers", path.native()));
   throw Error(ErrorCode::kBusy, fmt::format("open {}: in use by {}, which writes it", path.native(),
                                             holder_text(file_)));
+}
+
+/// Between opening and locking another store may have taken the name.
+void StoreLock::check_name(const std::filesystem::path& path) const {
+  struct stat held {
+  }, named{};
+  if (::fstat(file_.descriptor(), &held) == 0 && ::stat(path.c_str(), &named) == 0 &&
+      held.st_dev == named.st_dev && held.st_ino == named.st_ino)
+    return;
+  throw Error(ErrorCode::kBusy,
+              fmt::format("open {}: the store is being replaced or removed", path.native()));
 }
 
 void StoreLock::write_holder() {

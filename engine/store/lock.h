@@ -17,6 +17,8 @@ class StoreLock {
   StoreLock(const std::filesystem::path& path, bool exclusive, bool create);
 
  private:
+  void take(const std::filesystem::path& path, bool exclusive);
+  void check_name(const std::filesystem::path& path) const;
   void write_holder();
 
   File file_;

@@ -1,10 +1,12 @@
 #include "store/recovery.h"
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "plait/error.h"
 #include "store/file_names.h"
@@ -51,8 +53,10 @@ StoreLock lock_for_reading(const fs::path& store) {
         StoreLock lock(store / kLockName, false, false);
         if (!must_be_undone(store)) return lock;
       }
+      // A writer may have come and gone, and left a slot of which nobody knows that it is durable:
+      // the journal of the version before is the next writer's to remove.
       const StoreLock lock(store / kLockName, true, false);
-      undo(store);
+      if (must_be_undone(store)) undo(store);
     } catch (const Error& error) {
       // Without the lock nothing of the store may be read, but this much is known: where there is
       // no journal nobody is putting blocks back.
@@ -87,7 +91,32 @@ void remove_if_never_committed(const fs::path& store) {
     lock.emplace(store / kLockName, OpenMode::kReadWrite);
     if (!lock->lock(true)) return;
   }
-  if (fs::is_empty(store) || is_blank_manifest(store / kManifestName)) fs::remove_all(store);
+  if (is_uncommitted(store)) remove_uncommitted(store);
+}
+
+bool is_uncommitted(const fs::path& store) {
+  if (is_blank_manifest(store / kManifestName)) return true;
+  return std::ranges::all_of(fs::directory_iterator(store), [](const fs::directory_entry& entry) {
+    return entry.path().filename() == kLockName;
+  });
+}
+
+void remove_uncommitted(const fs::path& store) noexcept {
+  try {
+    // A slot that was written in vain must not name what is gone.
+    if (!is_blank_manifest(store / kManifestName)) {
+      remove_file(store / kManifestName);
+      create_blank_manifest(store / kManifestName);
+    }
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(store))
+      if (entry.path().filename() != kManifestName && entry.path().filename() != kLockName)
+        files.push_back(entry.path());
+    for (const char* const last : {kManifestName, kLockName}) files.push_back(store / last);
+    for (const fs::path& file : files) remove_file_if_possible(file);
+    fs::remove(store);
+  } catch (...) {  // nobody can be told; it is replaced by the next one of this name
+  }
 }
 
 void remove_left_over_files(const fs::path& store) noexcept {

@@ -15,10 +15,16 @@ namespace plait {
 /// what no version names is gone. Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
 StoreLock lock_recovered(const std::filesystem::path& store, bool writable, Durability durability);
 
-/// Removes an empty directory, or a store whose writer was killed before its first commit, which
-/// left the manifest blank; nothing that anybody holds or that has a file of another name.
+/// Removes what is_uncommitted(); nothing that anybody holds or that has a file of another name.
 /// Errors: kIo.
 void remove_if_never_committed(const std::filesystem::path& store);
+
+/// Whether a directory is what a writer leaves that is killed before its first commit: empty, or
+/// nothing but a lock, or the manifest is blank. Errors: kIo.
+bool is_uncommitted(const std::filesystem::path& store);
+
+/// Removes a store without a commit in an order that leaves such a directory at every moment.
+void remove_uncommitted(const std::filesystem::path& store) noexcept;
 
 /// Removes the files of versions that neither slot of the manifest names, as far as possible.
 void remove_left_over_files(const std::filesystem::path& store) noexcept;

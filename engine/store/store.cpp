@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 #include <random>
 #include <system_error>
 #include <thread>
@@ -61,9 +62,8 @@ Store::Implementation::~Implementation() {
   attributes.clear();
   if (!on_disk() || !writable) return;
   // A store that was never committed cannot be opened by anybody: leave nothing of it.
-  std::error_code ignored;
   if (sequence == 0)
-    std::filesystem::remove_all(path, ignored);
+    remove_uncommitted(path);
   else if (!failed)  // a commit that failed may yet turn out to have reached the disk
     remove_left_over_files(path);
 }
@@ -134,8 +134,14 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create {}: it exists already", path.native()));
     make_directory(path);
+    try {
+      state->lock = StoreLock(path / kLockName, true, true);
+    } catch (...) {
+      std::error_code ignored;  // if somebody else took the directory it is not empty, and stays
+      std::filesystem::remove(path, ignored);
+      throw;
+    }
     state->path = path;
-    state->lock = StoreLock(path / kLockName, true, true);
     create_blank_manifest(path / kManifestName);
     state->base_mesh_size = write_base_mesh_file(path / kBaseMeshName, state->base);
   }
@@ -185,8 +191,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {
-  return !std::filesystem::is_directory(path) ||
-         !(std::filesystem::is_empty(path) || is_blank_manifest(path / kManifestName));
+  return !std::filesystem::is_directory(path) || !is_uncommitted(path);
 }
 
 const std::filesystem::path& Store::path() const { return implementation_->path; }
@@ -235,6 +240,10 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
                 fmt::format("add attribute '{}': {}", schema.name,
                             has_attribute(schema.name) ? "the name is taken"
                                                        : "the store holds 59 already"));
+  if (state.next_number == std::numeric_limits<std::uint32_t>::max())
+    throw Error(
+        ErrorCode::kNotSupported,
+        fmt::format("add attribute '{}': the store has numbered all that it can", schema.name));
   Implementation::Attribute attribute;
   attribute.number = state.next_number++;
   attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
@@ -322,7 +331,10 @@ void Store::commit() {
     else
       ++implementation_->sequence;
   } catch (...) {
+    // The manifest's new slot may be on the disk or not. What were overwritten now belongs to both
+    // versions, and the journal has it for the older one only.
     implementation_->failed = true;
+    implementation_->pager->refuse_writes();
     throw;
   }
 }

@@ -50,7 +50,8 @@ struct Store::Implementation {
   std::uint32_t next_number = 0;
   StoredSize base_mesh_size;
   bool writable = false;
-  bool failed = false;  ///< a commit did: what is on the disk is not known
+  bool name_is_durable = false;  ///< this writer has synced the directory that the store is in
+  bool failed = false;           ///< a commit did: what is on the disk is not known
   StoreLock lock;
   std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
   std::vector<AttributeInfo> infos;

@@ -241,8 +241,14 @@ bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes) {
   return bytes.size() == file.expected_bytes && checksum_of(bytes) == file.expected_checksum;
 }
 
-void replace_file(const fs::path& store, const std::string& name, const fs::path& from) {
+void replace_file(const fs::path& store, std::uint64_t sequence, const std::string& name,
+                  const fs::path& from) {
   const StoreLock lock = lock_recovered(store, true, Durability::kCommit);
+  if (const std::uint64_t found = read_manifest(store / kManifestName).sequence; found != sequence)
+    throw Error(
+        ErrorCode::kBusy,
+        fmt::format("replace {}: it is of version {}, and somebody has committed version {}",
+                    (store / name).native(), sequence, found));
   File file(from, OpenMode::kReadWrite);
   file.sync();
   file.close();

@@ -35,6 +35,12 @@ std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::u
   return content;
 }
 
+/// Where the store's own name is, however its path is written.
+std::filesystem::path directory_of(const std::filesystem::path& store) {
+  const std::filesystem::path whole = std::filesystem::absolute(store).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).parent_path();
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_tables(const Store::Implementation& store) {
@@ -93,8 +99,9 @@ void Store::Implementation::write_version() {
   write_manifest(file, next);
   if (durable) file.sync();
   file.close();
-  if (durable && sequence == 0) {
-    sync_directory(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
+  if (durable && !name_is_durable) {
+    sync_directory(directory_of(path));
+    name_is_durable = true;
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.

@@ -153,6 +153,7 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
 
 void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte> bytes) {
   if (!options_.dry_run) {
+    remove_file(image_path());  // a level's that could not be made whole
     File image(image_path(), OpenMode::kCreate);
     image.write_at(0, bytes);
     image.close();
@@ -161,7 +162,7 @@ void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte
 }
 
 void FileRepair::put_in_place(const DamagedFile& file) {
-  if (!options_.dry_run) replace_file(store_, file.name, image_path());
+  if (!options_.dry_run) replace_file(store_, structure_.sequence, file.name, image_path());
   report_.rebuilt_files.push_back({file.name, file.reason});
 }
 

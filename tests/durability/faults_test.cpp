@@ -11,6 +11,7 @@
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
+#include "plait/verify.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -118,6 +119,50 @@ TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
     CHECK(holds_sample(again, 0));
     change_blocks(again, 0, 2, 1);
     again.commit();
+  }
+}
+
+/// The caller ignores that a commit failed and goes on changing blocks: none of it may reach what
+/// either version needs, whichever of them the disk has.
+TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
+  for (const std::string& backend : backends_on_disk()) {
+    for (std::uint64_t operation = 0;; ++operation) {
+      INFO(backend << ", operation " << operation);
+      const TemporaryDirectory here;
+      const std::filesystem::path path = here.path() / "s.plait";
+      Digest before, after;
+      bool committed = true, reached = false;
+      {
+        Store store = create_store(path, backend);
+        add_sample(store, sample_schemas()[0], 2);
+        store.commit();
+        before = digest(store);
+        change_blocks(store, 0, 2, 1);
+        after = digest(store);
+        {
+          const FailingOperations operations(here.path(), operation, EIO,
+                                             FailingOperations::From::kOne);
+          try {
+            store.commit();
+          } catch (const Error&) {
+            committed = false;
+          }
+          reached = operations.failed();
+        }
+        if (!reached) break;
+        try {
+          change_blocks(store, 0, 2, 1);
+          store.pager().flush();
+          CHECK(committed);
+        } catch (const Error& error) {
+          CHECK_FALSE(committed);
+        }
+      }
+      Store again = Store::open(path, {true}, default_backends());
+      const Digest found = digest(again);
+      CHECK((found == after || (!committed && found == before)));
+      CHECK(verify(again).damaged_count == 0);
+    }
   }
 }
 

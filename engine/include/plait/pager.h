@@ -119,6 +119,8 @@ class Pager {
   /// Hands all dirty blocks to their backends; they stay resident. Waits for what is in flight.
   /// REQUIRES: nobody changes a pinned block meanwhile. Errors: as pin() for writing.
   void flush();
+  /// From now on nothing is written: pin() for writing and flush() are refused with kBadState.
+  void refuse_writes() noexcept;
   /// Forgets every block that is not pinned, without writing: for a store that is thrown away.
   void discard() noexcept;
 

@@ -65,7 +65,7 @@ std::optional<std::vector<std::byte>> tables_from_levels(
 
 /// Puts the file `from`, on the same filesystem, in place of the store's file `name`, durably and
 /// in one step. Holds the writer's lock meanwhile. Errors: kBusy, kIo, kNoSpace.
-void replace_file(const std::filesystem::path& store, const std::string& name,
-                  const std::filesystem::path& from);
+void replace_file(const std::filesystem::path& store, std::uint64_t sequence,
+                  const std::string& name, const std::filesystem::path& from);
 
 }  // namespace plait

@@ -11,6 +11,8 @@
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
+#include "plait/file.h"
+#include "plait/structure.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -414,6 +416,42 @@ TEST_CASE("StoreLock_HolderThatDied_BlocksNobody") {
           return 7;
         }) == 7);
   CHECK(place.open(true).sequence() == 1);
+}
+
+TEST_CASE("StoreCreate_WhereAWriterDiedBeforeItsManifest_TakesThePlace") {
+  const Place place;
+  std::filesystem::create_directory(place.path);
+  File(place.path / "lock", OpenMode::kCreate).close();
+  CHECK_FALSE(Store::has_commit(place.path));
+  place.make();
+  CHECK(Store::has_commit(place.path));
+}
+
+TEST_CASE("StoreCreate_WhereSomebodyElseIsCreating_LeavesTheirsAlone") {
+  const Place place;
+  std::filesystem::create_directory(place.path);
+  File theirs(place.path / "lock", OpenMode::kCreate);
+  REQUIRE(theirs.lock(true));
+  CHECK_THROWS_AS(place.make(), Error);
+  CHECK(std::filesystem::exists(place.path / "lock"));
+}
+
+TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {
+  const Place place;
+  place.make();
+  {
+    Store store = place.open(true);
+    store.commit();
+  }
+  const std::filesystem::path image = place.path.parent_path() / "image";
+  File(image, OpenMode::kCreate).close();
+  const auto replace = [&](std::uint64_t version) {
+    replace_file(place.path, version, "spare", image);
+  };
+  CHECK_THROWS_AS(replace(1), Error);
+  CHECK(std::filesystem::exists(image));
+  replace(2);
+  CHECK_FALSE(std::filesystem::exists(image));
 }
 
 TEST_CASE("StoreClose_Writer_LetsTheNextOneIn") {
