@@ -2,13 +2,15 @@
 // both ends of an edge, and any vertex of its stencil, may be extraordinary.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "butterfly/butterfly_rules.h"
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/stencils.h"
+#include "plait/kernels/loop_base.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"

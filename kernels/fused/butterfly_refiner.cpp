@@ -1,5 +1,7 @@
 // The modified Butterfly scheme, level by level: its stencils reach two steps, so patches have two
 // rows of their neighbours around them, and corners come with two rings.
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "butterfly/stencils.h"

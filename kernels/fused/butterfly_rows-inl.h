@@ -8,12 +8,16 @@
 #endif
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 
 #include "butterfly/spoke_rule.h"
 #include "butterfly/stencils.h"
 #include "fused/fan_border.h"
 #include "fused/fan_shape.h"
 #include "fused/patch_rows-inl.h"
+#include "fused/patch_rows.h"
+#include "fused/refinement_rules.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plait::fused_rows::HWY_NAMESPACE {

@@ -14,7 +14,7 @@
 namespace plait {
 
 /// Scratch, aligned to vectors. Lanes without a patch, and beyond borders, are computed with and
-/// thrown away: zeros keep them harmless.
+/// thrown away.
 template <class Number>
 class LatticeBuffer {
  public:

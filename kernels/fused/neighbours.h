@@ -1,6 +1,7 @@
 // Rows of the six neighbours of a row of points.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "fused/lattice_buffer.h"

@@ -1,5 +1,5 @@
-// Bodies of OneRingRows. Plain loops over lanes with the rules' own expressions: every instruction
-// set evaluates the same ones. Included once for each.
+// Bodies of PatchRows and OneRingRows. Plain loops over lanes with the rules' own expressions:
+// every instruction set evaluates the same ones. Included once for each.
 #if defined(PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H
 #undef PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H

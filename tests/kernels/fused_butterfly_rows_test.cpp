@@ -84,6 +84,24 @@ void check_butterfly_fans(const fused_rows::ButterflyRows<Real>& rows) {
           }
         }
         CHECK(same);
+        if (!border) return;
+        const auto made = [&](FanRing ring, int i) {
+          return points.at(count + shape.point(ring, i));
+        };
+        using enum FanRing;
+        const int last = valence - 1;
+        const Real* const v = points.at(count);
+        bool continued = true;
+        for (std::size_t k = 0; k < kPointNumbers; ++k) {
+          const auto wing = [&](const Real* to, const Real* a, const Real* b, const Real* inside) {
+            continued &= same_bits(to[k], butterfly::continued(a[k], b[k], inside[k]));
+          };
+          wing(made(kNear, -1), v, made(kNear, 0), made(kNear, 1));
+          wing(made(kNear, valence), v, made(kNear, last), made(kNear, last - 1));
+          wing(made(kBetween, -1), made(kNear, 0), made(kFar, 0), made(kBetween, 0));
+          wing(made(kBetween, last), made(kNear, last), made(kFar, last), made(kBetween, last - 1));
+        }
+        CHECK(continued);
       });
     }
 }

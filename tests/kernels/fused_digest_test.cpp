@@ -88,6 +88,12 @@ TEST_CASE("FusedDigest_FansOfEveryValence_IsThatOfSweep") {
   check_all_results(open_fan(1000), 2);
 }
 
+TEST_CASE("FusedDigest_TwoFacesBackToBack_IsThatOfSweep") {
+  IndexedMesh pillow = single_triangle();
+  pillow.faces.push_back({pillow.faces[0][0], pillow.faces[0][2], pillow.faces[0][1]});
+  for (const int level : {1, 2, 5}) check_all_results(pillow, level);
+}
+
 TEST_CASE("FusedDigest_StripsAndSeveralComponents_IsThatOfSweep") {
   check_all_results(sheet(40, 1), 3);
   check_all_results(annulus(17), 4);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -89,7 +90,7 @@ std::vector<Case<Real>> cases() {
           {Real(1e8), false},   {Real(1e19), true},  {Real(1e38), false}};
 }
 
-/// Calls check(points, seed) for points of every kind.
+/// Calls check(points) for points of every kind.
 template <class Real, class Check>
 void for_all_points(std::size_t count, Check check) {
   unsigned seed = 0;

@@ -20,8 +20,9 @@ std::string_view to_string(Scheme scheme) noexcept;
 Scheme scheme_from_name(std::string_view name);
 
 enum class ExecutorKind : std::uint8_t {
-  kFused,        ///< patch by patch through all levels; Loop and midpoint, from the base mesh
-  kSweep,        ///< level by level, edge by edge
+  kFused,  ///< patch by patch through all levels; patch by patch through all levels, from the base
+           ///< mesh
+  kSweep,  ///< level by level, edge by edge
   kTransparent,  ///< level by level, face by face, as a program of one's own would
 };
 std::string_view to_string(ExecutorKind executor) noexcept;
