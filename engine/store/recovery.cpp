@@ -102,17 +102,21 @@ bool is_uncommitted(const fs::path& store) {
 }
 
 void remove_uncommitted(const fs::path& store) noexcept {
+  const fs::path manifest = store / kManifestName, lock = store / kLockName;
   try {
     // A slot that was written in vain must not name what is gone.
-    if (!is_blank_manifest(store / kManifestName)) {
-      remove_file(store / kManifestName);
-      create_blank_manifest(store / kManifestName);
+    if (fs::exists(manifest) && !is_blank_manifest(manifest)) {
+      remove_file(manifest);
+      create_blank_manifest(manifest);
     }
+  } catch (...) {  // then it goes first
+    remove_file_if_possible(manifest);
+  }
+  try {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(store))
-      if (entry.path().filename() != kManifestName && entry.path().filename() != kLockName)
-        files.push_back(entry.path());
-    for (const char* const last : {kManifestName, kLockName}) files.push_back(store / last);
+      if (entry.path() != manifest && entry.path() != lock) files.push_back(entry.path());
+    files.insert(files.end(), {manifest, lock});
     for (const fs::path& file : files) remove_file_if_possible(file);
     fs::remove(store);
   } catch (...) {  // nobody can be told; it is replaced by the next one of this name
