@@ -30,10 +30,12 @@ struct FanShape {
       spoke = (spoke % valence + valence) % valence;
     else if (spoke < -beyond() || spoke >= valence + beyond())
       return 0;
-    return static_cast<std::size_t>(1 + static_cast<int>(ring) * width() + beyond() + spoke);
+    spoke += beyond();
+    return 1 + static_cast<std::size_t>(ring) * static_cast<std::size_t>(width()) +
+           static_cast<std::size_t>(spoke);
   }
   /// The first of the vertex's own neighbours, which follow one another.
-  constexpr std::size_t first_neighbour() const { return static_cast<std::size_t>(1 + beyond()); }
+  constexpr std::size_t first_neighbour() const { return border && reach > 1 ? 2 : 1; }
 
  private:
   constexpr int width() const { return valence + 2 * beyond(); }

@@ -74,7 +74,7 @@ void Fans<Real>::clear() {
 template <class Real>
 void Fans<Real>::find(std::span<const FaceId> faces) {
   corners_.resize(faces.size());
-  const auto [lowest, highest] = std::ranges::minmax(faces);
+  const FaceId highest = faces.front(), lowest = faces.back();
   const auto corner_of = [&](FaceSide corner) -> Corner& {
     return corners_[highest - corner.face()][static_cast<std::size_t>(corner.side())];
   };
@@ -154,7 +154,7 @@ void Fans<Real>::place() {
     if (!fans_[number].first) order.push_back(number);
   const auto kind = [](const FanShape& shape) { return std::pair(shape.border, shape.valence); };
   std::ranges::stable_sort(order, {}, [&](std::uint32_t fan) { return kind(fans_[fan].shape); });
-  const auto levels = static_cast<std::size_t>(source_.levels - source_.first_level() + 1);
+  const int levels = source_.levels - source_.first_level() + 1;
   batches_.clear();
   std::size_t end = 0, lane = kPatchLanes;
   starts_.resize(fans_.size());
@@ -162,7 +162,7 @@ void Fans<Real>::place() {
     const FanShape& shape = fans_[number].shape;
     if (lane == kPatchLanes || kind(batches_.back().shape) != kind(shape)) {
       batches_.push_back({end, shape});
-      end += shape.points() * kPointNumbers * levels;
+      end += shape.points() * kPointNumbers * static_cast<std::size_t>(levels);
       lane = 0;
     }
     starts_[number] = batches_.back().first + lane++;
@@ -216,8 +216,8 @@ void Fans<Real>::fill_two_rings(std::uint32_t number, Real* to) {
 template <class Real>
 typename Fans<Real>::View Fans<Real>::view(std::uint32_t number, int level) const {
   const Fan& fan = fans_[number];
-  return {fan.first + static_cast<std::size_t>(level - source_.first_level()) * fan.shape.points() *
-                          kPointNumbers,
+  const int levels_before = level - source_.first_level();
+  return {fan.first + static_cast<std::size_t>(levels_before) * fan.shape.points() * kPointNumbers,
           fan.shape};
 }
 
