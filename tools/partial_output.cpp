@@ -104,10 +104,11 @@ void PartialOutput::publish(bool durable) {
 /// it open: whoever writes it would go on with the new one's files.
 void PartialOutput::replace_store(bool durable) {
   std::optional<File> lock;
-  if (fs::is_regular_file(final_path_ / "lock")) {
-    lock.emplace(final_path_ / "lock", OpenMode::kReadWrite);
+  const fs::path lock_path = final_path_ / "lock";  // docs/format.md; a damaged store may have none
+  if (fs::is_regular_file(lock_path)) {
+    lock.emplace(lock_path, OpenMode::kReadWrite);
     if (!lock->lock(true)) {
-      published_ = true;  // hours of work, perhaps
+      published_ = true;  // so that what was made, in hours perhaps, stays
       throw Error(ErrorCode::kBusy, fmt::format("replace {}: it is in use; what should replace it "
                                                 "is complete and stays at {}",
                                                 final_path_.native(), path_.native()));

@@ -50,7 +50,7 @@ class UringRing {
   int push(Operation operation, int descriptor, std::uint64_t offset, std::span<std::byte> memory,
            RingRequest* request) noexcept;
 
-  io_uring ring_{};   ///< mapped perhaps where an earlier one was
+  io_uring ring_{};   ///< for the thread sanitizer: tools/dev/tsan/liburing.h
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;
 };

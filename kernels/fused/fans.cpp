@@ -129,8 +129,7 @@ void Fans<Real>::add(VertexId vertex, Visit at_corner) {
     border = true;
     break;
   }
-  fans_.push_back(
-      {nullptr, ring, {static_cast<int>(rings_.size() - ring), border, source_.reach()}});
+  fans_.push_back({nullptr, ring, {static_cast<int>(rings_.size() - ring), border, source_.reach}});
 }
 
 /// All levels of the vertices that were added.
@@ -186,7 +185,7 @@ void Fans<Real>::fill_first_level() {
       put(to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
           source_.base[rings_[fans_[number].ring + static_cast<std::size_t>(spoke)]]);
   }
-  if (source_.reach() == 1) return;
+  if (source_.reach == 1) return;
   for (const Batch& batch : batches_)
     if (batch.shape.border)
       butterfly::continue_fan(batch.shape.valence, points_.data() + batch.first);

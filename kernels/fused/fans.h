@@ -24,15 +24,14 @@ template <class Real>
 struct FanSource {
   Topology mesh;
   std::span<const Vector3<Real>> base;
-  /// Level 1, [edge], where rings reach two steps and begin at that level. Empty: they reach one
-  /// step and begin at level 0.
-  std::span<const Vector3<Real>> middles;
   int levels = 1;
+  int reach = 1;  ///< of the rings; of two they begin at level 1
+  /// Level 1, [edge]: for a reach of two.
+  std::span<const Vector3<Real>> middles = {};
   /// Fans that are evaluated already, shared by all threads: see evaluate_hubs(). May be null.
   const Fans<Real>* hubs = nullptr;
 
-  int reach() const { return middles.empty() ? 1 : 2; }
-  int first_level() const { return middles.empty() ? 0 : 1; }
+  int first_level() const { return reach - 1; }
 };
 
 template <class Real>

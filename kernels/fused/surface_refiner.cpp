@@ -52,11 +52,11 @@ std::uint64_t surface_scratch_bytes(int levels, int reach) {
 template <class Real>
 SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
                                      const fused_rows::PatchRows<Real>& rows)
-    : coarse_(surface_lattice(refinement.source.levels, refinement.source.reach()).points()),
-      fine_(surface_lattice(refinement.source.levels, refinement.source.reach()).points()),
+    : coarse_(surface_lattice(refinement.source.levels, refinement.source.reach).points()),
+      fine_(surface_lattice(refinement.source.levels, refinement.source.reach).points()),
       refinement_(refinement),
       rows_(rows),
-      finest_(surface_lattice(refinement.source.levels, refinement.source.reach())),
+      finest_(surface_lattice(refinement.source.levels, refinement.source.reach)),
       fans_(refinement.source, rows),
       normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {
   static_assert(kMostCornerPoints == std::size(kReachTwo));
@@ -128,7 +128,7 @@ void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
       to.fan = view.first;
       to.level_numbers = view.shape.points() * kPointNumbers;
       std::size_t number = 0;
-      for (const CornerPoint& point : corner_points(source.reach()))
+      for (const CornerPoint& point : corner_points(source.reach))
         to.points[number++] = view.shape.point(point.ring, spoke + point.spoke) * kPointNumbers;
     }
   }
@@ -151,7 +151,7 @@ void SurfaceRefiner<Real>::inject(int level, std::size_t count) {
     };
     copy(at(fine_.data(), lattice, here.i, here.j), [](const Corner&) { return std::size_t{0}; });
     std::size_t number = 0;
-    for (const CornerPoint& point : corner_points(refinement_.source.reach())) {
+    for (const CornerPoint& point : corner_points(refinement_.source.reach)) {
       copy(at(fine_.data(), lattice, here.i + point.next * next.i + point.previous * previous.i,
               here.j + point.next * next.j + point.previous * previous.j),
            [number](const Corner& from) { return from.points[number]; });

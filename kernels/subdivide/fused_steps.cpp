@@ -65,7 +65,7 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
   std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
   SurfaceRefinement<Real> refinement;
-  refinement.source = {store.base().topology(), base, {}, levels};
+  refinement.source = {store.base().topology(), base, levels, reach(options.scheme)};
   refinement.results = {positions, limits, {}};
   if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
   std::vector<Vector3<Real>> middles;
@@ -109,7 +109,8 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
       Fans<Real>::hub_bytes(store.base().topology(), levels, reach(options.scheme)) +
       static_cast<std::uint64_t>(options.threads) *
           (surface_scratch_bytes<Real>(levels, reach(options.scheme)) +
-           sizeof(std::uint32_t) * vertices);
+           sizeof(std::uint32_t) * vertices) +
+      sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 

@@ -1,0 +1,185 @@
+// How a store begins and ends: created, opened, taken down.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <random>
+#include <system_error>
+#include <thread>
+
+#include "plait/edge_index.h"
+#include "plait/error.h"
+#include "plait/store.h"
+#include "store/file_names.h"
+#include "store/guarded_backend.h"
+#include "store/recovery.h"
+#include "store/store_state.h"
+
+namespace plait {
+namespace {
+
+StoreUuid random_uuid() {
+  std::random_device device;
+  StoreUuid uuid;
+  for (std::byte& byte : uuid) byte = static_cast<std::byte>(device() & 0xff);
+  return uuid;
+}
+
+void check_options(const StoreOptions& options) {
+  if (!std::has_single_bit(options.block_bytes) || options.block_bytes < 4096 ||
+      options.block_bytes > (1u << 30))
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("create store: block size {}, expected a power of two from 4096 to 2^30",
+                    options.block_bytes));
+  if (options.base_level < 0 || options.base_level > kMaxLevel)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("create store: base level {}, expected 0 to {}", options.base_level,
+                            kMaxLevel));
+}
+
+void check_resources(std::uint64_t budget_bytes, std::optional<int> io_threads) {
+  if (io_threads && (*io_threads < 0 || *io_threads > 64))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("open store: {} I/O threads, expected 0 to 64", *io_threads));
+  if (budget_bytes < (64u << 10))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("open store: budget {} bytes, expected at least 65536", budget_bytes));
+}
+
+}  // namespace
+
+Store::Implementation::~Implementation() {
+  if (pager) pager->discard();
+  for (Attribute& attribute : attributes)
+    for (auto& level : attribute.levels) pager->detach(*level);
+  attributes.clear();
+  if (!on_disk() || !writable) return;
+  // A store that was never committed cannot be opened by anybody: leave nothing of it.
+  if (sequence == 0)
+    remove_uncommitted(path);
+  else if (!failed)  // a commit that failed may yet turn out to have reached the disk
+    remove_left_over_files(path);
+}
+
+std::filesystem::path Store::Implementation::level_path(std::uint32_t number, int level) const {
+  return on_disk() ? path / level_file_name(number, level) : std::filesystem::path();
+}
+
+std::unique_ptr<LevelFile> Store::Implementation::open_level(
+    const Attribute& attribute, const AttributeSchema& schema, int level, OpenMode mode,
+    std::span<const BlockEntry> entries) const {
+  auto file = std::make_unique<LevelFile>();
+  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(), level - options.base_level,
+                                 schema.record_bytes(), options.block_bytes);
+  file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
+  std::ranges::copy(entries, file->table.entries().begin());
+  file->path = level_path(attribute.number, level);
+  file->writable = mode != OpenMode::kRead;
+  const LevelSpec spec{file->path,
+                       mode,
+                       file->geometry,
+                       file->table,
+                       options.backend_options,
+                       component_bytes(schema.type)};
+  file->backend = backend.open(spec);
+  if (journal)
+    file->backend = std::make_unique<GuardedBackend>(std::move(file->backend), spec,
+                                                     attribute.number, level, *journal);
+  pager->attach(*file);
+  return file;
+}
+
+void Store::Implementation::make_ready() {
+  if (on_disk() && writable && writes_in_place() && options.durability == Durability::kCommit)
+    journal = std::make_unique<RollbackJournal>(path, uuid, sequence);
+  const auto processors =
+      static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+  pager = std::make_unique<Pager>(
+      options.budget_bytes,
+      options.io_threads.value_or(backend.traits.compressed ? processors : 1));
+}
+
+Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
+                    const BackendRegistry& backends) {
+  check_options(options);
+  check_resources(options.budget_bytes, options.io_threads);
+  auto state = std::make_unique<Implementation>();
+  state->backend = backends.find(options.backend);
+  state->backend.validate(options.backend_options);
+  state->base = std::move(base);
+  state->options = options;
+  state->uuid = random_uuid();
+  state->writable = true;
+  encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
+  if (path.empty()) {
+    if (state->backend.traits.durable)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("create store: backend {} needs a path", options.backend));
+  } else {
+    remove_if_never_committed(path);
+    if (std::filesystem::exists(std::filesystem::symlink_status(path)))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("create {}: it exists already", path.native()));
+    make_directory(path);
+    try {
+      state->lock = StoreLock(path / kLockName, true, true);
+    } catch (...) {
+      std::error_code ignored;  // if somebody else took the directory it is not empty, and stays
+      std::filesystem::remove(path, ignored);
+      throw;
+    }
+    state->path = path;
+    create_blank_manifest(path / kManifestName);
+    state->base_mesh_size = write_base_mesh_file(path / kBaseMeshName, state->base);
+  }
+  state->make_ready();
+  return Store(std::move(state));
+}
+
+Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
+                  const BackendRegistry& backends) {
+  check_resources(options.budget_bytes, options.io_threads);
+  if (!std::filesystem::is_directory(path))
+    throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
+  auto state = std::make_unique<Implementation>();
+  state->path = path;
+  state->writable = false;
+  state->lock = lock_recovered(path, options.writable, options.durability);
+  const Manifest manifest = read_manifest(path / kManifestName);
+  state->sequence = manifest.sequence;
+  state->uuid = manifest.uuid;
+  state->next_number = manifest.next_attribute_number;
+  state->options.backend = manifest.backend;
+  state->options.backend_options = {manifest.codec, manifest.filter};
+  state->options.layout = manifest.layout;
+  state->options.scheme = manifest.scheme;
+  state->options.base_level = manifest.base_level;
+  state->options.block_bytes = manifest.block_bytes;
+  state->options.durability = options.durability;
+  state->options.budget_bytes = options.budget_bytes;
+  state->options.io_threads = options.io_threads;
+  try {
+    state->backend = backends.find(manifest.backend);
+    state->backend.validate(state->options.backend_options);
+  } catch (const Error& error) {
+    throw Error(error.code(),
+                fmt::format("open {}: {}", (path / kManifestName).native(), error.what()));
+  }
+  if (!state->backend.traits.durable)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: backend '{}' keeps nothing on disk",
+                            (path / kManifestName).native(), manifest.backend));
+  state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
+  state->base = read_base_mesh_file(path / kBaseMeshName, state->base_mesh_size);
+  state->writable = options.writable;
+  state->make_ready();
+  state->read_version(manifest, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
+  return Store(std::move(state));
+}
+
+bool Store::has_commit(const std::filesystem::path& path) {
+  return !std::filesystem::is_directory(path) || !is_uncommitted(path);
+}
+
+}  // namespace plait
