@@ -4,31 +4,25 @@
 
 #include <algorithm>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "execution/fused_schedule.h"
-#include "execution/open_blocks.h"
-#include "execution/slot_halves.h"
+#include "execution/slot_delivery.h"
 #include "plait/error.h"
 
 namespace plait {
 namespace {
 
-/// What the threads of a pass share. Everything but slots and halves themselves is under the lock,
-/// which is taken three times a group.
+/// What the threads of a pass share.
 class FusedRun {
  public:
   FusedRun(Store& store, const FusedPass& pass, int threads)
       : pass_(pass),
-        mesh_(store.base().topology()),
-        shape_(store, pass.outputs, pass.levels),
-        scatter_(pass.lattice, shape_),
-        pool_(shape_.bytes),
-        blocks_(store, pass.outputs, pass.levels),
-        waiting_(store.base().edge_count(), nullptr),
+        delivery_(store, pass),
         schedule_(store.base().face_count(), FusedSchedule::run_faces(pass.levels),
                   FusedSchedule::window(threads)) {}
 
@@ -40,7 +34,7 @@ class FusedRun {
     try {
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
       std::vector<FaceId> faces;
-      std::vector<std::byte> spare(shape_.bytes);
+      SlotDelivery::Scratch scratch(delivery_);
       while (const std::optional<FaceRun> run = schedule_.next()) {
         faces.clear();
         for (FaceId face = run->after; face-- > run->first;) faces.push_back(face);
@@ -48,14 +42,14 @@ class FusedRun {
         for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
           const std::size_t count = std::min(kPatchLanes, faces.size() - first);
           refiner->refine(first, count);
-          deliver(*refiner, std::span(faces).subspan(first, count), spare.data());
+          delivery_.deliver(*refiner, std::span(faces).subspan(first, count), scratch);
         }
         schedule_.done(*run);
         after_run();
       }
     } catch (...) {
       const std::scoped_lock lock(mutex_);
-      keep_error();
+      if (!error_) error_ = std::current_exception();
       schedule_.stop();
     }
   }
@@ -65,125 +59,11 @@ class FusedRun {
   }
 
  private:
-  struct Complete {
-    EdgeId edge;
-    std::byte *own, *other;  ///< a border edge has no other half
-  };
-
-  /// A side of a patch in a group, as the mesh knows it.
-  struct Side {
-    EdgeId edge;
-    bool own, border;
-    std::byte* half;
-  };
-
-  void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, std::byte* spare) {
-    std::array<std::array<Side, kPatchLanes>, 3> sides;
-    for (std::size_t lane = 0; lane < faces.size(); ++lane) {
-      const int turn = first_corner(mesh_, faces[lane]);
-      for (int side = 0; side < 3; ++side) {
-        const FaceSide of_face(faces[lane], (side + turn) % 3);
-        const EdgeId edge =
-            mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
-        sides[static_cast<std::size_t>(side)][lane] = {edge, mesh_.edges[edge].own == of_face,
-                                                       mesh_.edges[edge].is_border(), nullptr};
-      }
-    }
-    {
-      const std::scoped_lock lock(mutex_);
-      for (auto& lanes : sides)
-        for (std::size_t lane = 0; lane < faces.size(); ++lane) lanes[lane].half = pool_.take();
-    }
-    scatter(refiner, sides, faces.size(), spare);
-
-    std::array<Complete, 3 * kPatchLanes> complete;
-    std::size_t count = 0;
-    {
-      const std::scoped_lock lock(mutex_);
-      for (const auto& lanes : sides)
-        for (const Side& side : std::span(lanes).first(faces.size())) {
-          std::byte*& waiting = waiting_[side.edge];
-          if (!waiting && !side.border) {
-            waiting = side.half;
-            continue;
-          }
-          Complete& done =
-              complete[count++] = {side.edge, side.half, std::exchange(waiting, nullptr)};
-          if (!side.own) std::swap(done.own, done.other);
-          open(side.edge);
-        }
-    }
-    merge(std::span(complete.data(), count));
-    const std::scoped_lock lock(mutex_);
-    for (const Complete& done : std::span(complete.data(), count)) {
-      blocks_.close(done.edge);
-      pool_.give_back(done.own);
-      if (done.other) pool_.give_back(done.other);
-    }
-  }
-
-  void keep_error() {
-    if (!error_) error_ = std::current_exception();
-  }
-
-  /// Under the lock, and the error too: the next thread's pin would say no more than that a write
-  /// has failed, and must not come first.
-  void open(EdgeId edge) {
-    try {
-      blocks_.open(edge);
-    } catch (...) {
-      keep_error();
-      throw;
-    }
-  }
-
-  void scatter(const PatchRefiner& refiner,
-               const std::array<std::array<Side, kPatchLanes>, 3>& sides, std::size_t count,
-               std::byte* spare) const {
-    GroupHalves halves;
-    for (std::size_t side = 0; side < 3; ++side) {
-      GroupHalves::Side& to = halves.sides[side];
-      to.own.fill(spare);
-      to.other.fill(spare);
-      for (std::size_t lane = 0; lane < count; ++lane) {
-        const Side& from = sides[side][lane];
-        (from.own ? to.own : to.other)[lane] = from.half;
-        (from.own ? to.any_own : to.any_other) = true;
-      }
-    }
-    for (std::size_t output = 0; output < shape_.outputs.size(); ++output)
-      scatter_(output, refiner.points(output), halves);
-  }
-
-  void merge(std::span<const Complete> edges) const {
-    const bool streaming = blocks_.stays_in_memory();
-    for (std::size_t output = 0; output < shape_.outputs.size(); ++output) {
-      const HalfShape::Output& shape = shape_.outputs[output];
-      for (const Complete& edge : edges) {
-        std::size_t own_at = shape.offset, other_at = shape.offset;
-        for (int level = 1; level <= pass_.levels; ++level) {
-          const std::uint64_t own_records = slot_records(level, true);
-          merge_slot(shape.record_bytes, level, edge.own + own_at,
-                     edge.other ? edge.other + other_at : nullptr, streaming,
-                     blocks_.slot(output, level, edge.edge));
-          own_at += own_records * shape.record_bytes;
-          other_at += (slot_records(level) - own_records) * shape.record_bytes;
-        }
-      }
-    }
-    if (streaming) finish_streaming();
-  }
-
   const FusedPass& pass_;
-  const Topology mesh_;
-  const HalfShape shape_;
-  const HalfScatter scatter_;
-  std::mutex mutex_;
-  HalfPool pool_;
-  OpenBlocks blocks_;
-  std::vector<std::byte*> waiting_;  ///< [edge] the half that came first, until the other comes
-  std::exception_ptr error_;
+  SlotDelivery delivery_;
   FusedSchedule schedule_;
+  std::mutex mutex_;
+  std::exception_ptr error_;
 };
 
 void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& options) {

@@ -2,7 +2,8 @@
 #include <vector>
 
 #include "execution/fused_schedule.h"
-#include "execution/slot_halves.h"
+#include "execution/half_layout.h"
+#include "execution/half_pool.h"
 #include "paging/frame_pool.h"
 #include "plait/fused.h"
 
@@ -10,7 +11,7 @@ namespace plait {
 
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const Topology mesh = store.base().topology();
-  const HalfShape shape(store, pass.outputs, pass.levels);
+  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, pass.levels);
   const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
   const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
 
@@ -27,8 +28,10 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
       }
     }
   // One half of each waits; threads out of turn may begin more.
-  needs.slot_bytes =
-      (most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size())) * shape.bytes;
+  const std::uint64_t most_halves =
+      most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
+  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
+                     HalfLayout::table_bytes(store, pass.outputs, pass.levels);
 
   // Edges are numbered by their first face: a window of faces completes a range of edges.
   std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);

@@ -1,7 +1,7 @@
 // The transposition from lanes to records, for each instruction set.
-#include <cstring>
+#include "execution/half_scatter.h"
 
-#include "execution/slot_halves.h"
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "execution/half_scatter.cpp"
@@ -12,27 +12,25 @@ HWY_BEFORE_NAMESPACE();
 namespace plait::HWY_NAMESPACE {
 
 #if HWY_TARGET == HWY_SCALAR
-void scatter_float3(const float* numbers, std::span<const std::uint32_t> points,
-                    const std::array<std::byte*, kPatchLanes>& to, std::size_t offset) {
-  for (const std::uint32_t point : points) {
-    const float* from = numbers + std::size_t{point} * 3 * kPatchLanes;
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
-      const float record[3] = {from[lane], from[kPatchLanes + lane], from[2 * kPatchLanes + lane]};
-      std::memcpy(to[lane] + offset, record, sizeof record);
+void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const LanePieces& to) {
+  for (const auto& [points, offset] : moves)
+    for (std::size_t i = 0; i < kMoveRecords; ++i) {
+      const float* from = numbers + std::size_t{points[i]} * 3 * kPatchLanes;
+      for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
+        const float record[3] = {from[lane], from[kPatchLanes + lane],
+                                 from[2 * kPatchLanes + lane]};
+        std::memcpy(to[lane] + offset + i * sizeof record, record, sizeof record);
+      }
     }
-    offset += 3 * sizeof(float);
-  }
 }
 #else
-/// Records of three floats are stored as four: the next one, or the room behind the last, takes
-/// what is over.
-void scatter_float3(const float* numbers, std::span<const std::uint32_t> points,
-                    const std::array<std::byte*, kPatchLanes>& to, std::size_t offset) {
+/// Four records of three floats are three vectors of every lane.
+void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const LanePieces& to) {
   namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<float, kPatchLanes> d;
   const hn::Repartition<double, decltype(d)> pairs;
-  constexpr std::size_t kBlockLanes = 4;
-  const auto store = [&](auto v, std::size_t lane) HWY_ATTR {
+  constexpr std::size_t kBlockLanes = 4, kBlockBytes = kBlockLanes * sizeof(float);
+  const auto store = [&](auto v, std::size_t lane, std::size_t offset) HWY_ATTR {
     const auto records = hn::BitCast(d, v);
     const hn::FixedTag<float, kBlockLanes> quad;
     if constexpr (hn::MaxLanes(d) == kBlockLanes) {
@@ -43,22 +41,31 @@ void scatter_float3(const float* numbers, std::span<const std::uint32_t> points,
                  reinterpret_cast<float*>(to[lane + kBlockLanes] + offset));
     }
   };
-  const auto zero = hn::Zero(d);
-  for (const std::uint32_t point : points) {
-    const float* from = numbers + std::size_t{point} * 3 * kPatchLanes;
+  /// Numbers a, b, c and d of each lane, one after the other.
+  const auto store_four = [&](auto a, auto b, auto c, auto d4, std::size_t lane,
+                              std::size_t offset) HWY_ATTR {
+    const auto ab_low = hn::BitCast(pairs, hn::InterleaveLower(d, a, b));
+    const auto ab_high = hn::BitCast(pairs, hn::InterleaveUpper(d, a, b));
+    const auto cd_low = hn::BitCast(pairs, hn::InterleaveLower(d, c, d4));
+    const auto cd_high = hn::BitCast(pairs, hn::InterleaveUpper(d, c, d4));
+    store(hn::InterleaveLower(pairs, ab_low, cd_low), lane, offset);
+    store(hn::InterleaveUpper(pairs, ab_low, cd_low), lane + 1, offset);
+    store(hn::InterleaveLower(pairs, ab_high, cd_high), lane + 2, offset);
+    store(hn::InterleaveUpper(pairs, ab_high, cd_high), lane + 3, offset);
+  };
+  for (const HalfMove& move : moves) {
+    const auto point = [&](std::size_t i) {
+      return numbers + std::size_t{move.points[i]} * 3 * kPatchLanes;
+    };
+    const float *p0 = point(0), *p1 = point(1), *p2 = point(2), *p3 = point(3);
+    constexpr std::size_t y = kPatchLanes, z = 2 * kPatchLanes;
     for (std::size_t lane = 0; lane < kPatchLanes; lane += hn::MaxLanes(d)) {
-      const auto x = hn::LoadU(d, from + lane), y = hn::LoadU(d, from + kPatchLanes + lane),
-                 z = hn::LoadU(d, from + 2 * kPatchLanes + lane);
-      const auto xy_low = hn::BitCast(pairs, hn::InterleaveLower(d, x, y));
-      const auto xy_high = hn::BitCast(pairs, hn::InterleaveUpper(d, x, y));
-      const auto z_low = hn::BitCast(pairs, hn::InterleaveLower(d, z, zero));
-      const auto z_high = hn::BitCast(pairs, hn::InterleaveUpper(d, z, zero));
-      store(hn::InterleaveLower(pairs, xy_low, z_low), lane);
-      store(hn::InterleaveUpper(pairs, xy_low, z_low), lane + 1);
-      store(hn::InterleaveLower(pairs, xy_high, z_high), lane + 2);
-      store(hn::InterleaveUpper(pairs, xy_high, z_high), lane + 3);
+      const auto load = [&](const float* from) HWY_ATTR { return hn::LoadU(d, from + lane); };
+      const std::size_t at = move.offset;
+      store_four(load(p0), load(p0 + y), load(p0 + z), load(p1), lane, at);
+      store_four(load(p1 + y), load(p1 + z), load(p2), load(p2 + y), lane, at + kBlockBytes);
+      store_four(load(p2 + z), load(p3), load(p3 + y), load(p3 + z), lane, at + 2 * kBlockBytes);
     }
-    offset += 3 * sizeof(float);
   }
 }
 #endif
@@ -73,35 +80,28 @@ HWY_EXPORT(scatter_float3);
 
 namespace {
 
-void scatter_any(const HalfShape::Output& shape, const std::byte* numbers,
-                 std::span<const std::uint32_t> points,
-                 const std::array<std::byte*, kPatchLanes>& to) {
-  std::size_t offset = shape.offset;
-  for (const std::uint32_t point : points) {
-    const std::byte* from = numbers + point * shape.record_bytes * kPatchLanes;
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane)
-      for (std::size_t c = 0; c < shape.components; ++c)
-        std::memcpy(to[lane] + offset + c * shape.component_bytes,
-                    from + (c * kPatchLanes + lane) * shape.component_bytes, shape.component_bytes);
-    offset += shape.record_bytes;
-  }
+void scatter_any(const HalfOutput& output, const std::byte* numbers,
+                 std::span<const HalfMove> moves, const LanePieces& to) {
+  for (const auto& [points, offset] : moves)
+    for (std::size_t i = 0; i < kMoveRecords; ++i) {
+      const std::byte* from = numbers + points[i] * output.record_bytes * kPatchLanes;
+      const std::size_t record = offset + i * output.record_bytes;
+      for (std::size_t lane = 0; lane < kPatchLanes; ++lane)
+        for (std::size_t c = 0; c < output.components; ++c)
+          std::memcpy(to[lane] + record + c * output.component_bytes,
+                      from + (c * kPatchLanes + lane) * output.component_bytes,
+                      output.component_bytes);
+    }
 }
 
 }  // namespace
 
-void HalfScatter::operator()(std::size_t output, const void* points, const GroupHalves& to) const {
-  const HalfShape::Output& shape = shape_.outputs[output];
-  const auto scatter = [&](std::span<const std::uint32_t> path,
-                           const std::array<std::byte*, kPatchLanes>& lanes) {
-    if (shape.components == 3 && shape.component_bytes == sizeof(float))
-      HWY_DYNAMIC_DISPATCH(scatter_float3)
-    (static_cast<const float*>(points), path, lanes, shape.offset);
-    else scatter_any(shape, static_cast<const std::byte*>(points), path, lanes);
-  };
-  for (std::size_t side = 0; side < 3; ++side) {
-    if (to.sides[side].any_own) scatter(points_[side].own, to.sides[side].own);
-    if (to.sides[side].any_other) scatter(points_[side].other, to.sides[side].other);
-  }
+void scatter_piece(const HalfOutput& output, const void* points, std::span<const HalfMove> moves,
+                   const LanePieces& to) {
+  if (output.components == 3 && output.component_bytes == sizeof(float))
+    HWY_DYNAMIC_DISPATCH(scatter_float3)(static_cast<const float*>(points), moves, to);
+  else
+    scatter_any(output, static_cast<const std::byte*>(points), moves, to);
 }
 
 }  // namespace plait

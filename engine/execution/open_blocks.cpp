@@ -1,10 +1,12 @@
 #include "execution/open_blocks.h"
 
+#include <span>
+
 namespace plait {
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
     : store_(store),
-      level_count_(levels),
+      level_count_(static_cast<std::size_t>(levels)),
       stays_in_memory_(store.backend_traits().direct && !store.backend_traits().durable) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
@@ -13,8 +15,10 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
       const LevelGeometry& geometry = level.file->geometry;
       level.pins.resize(geometry.block_count());
       level.remaining.resize(geometry.block_count());
-      for (std::uint64_t block = 0; block < geometry.block_count(); ++block)
+      for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+        level.offsets.push_back(geometry.block_offset(block));
         level.remaining[block] = geometry.edge_after(block) - geometry.first_edge(block);
+      }
     }
 }
 
@@ -26,12 +30,14 @@ void OpenBlocks::open(EdgeId edge) {
   }
 }
 
-std::byte* OpenBlocks::slot(std::size_t output, int number, EdgeId edge) const {
-  const Level& at = level(output, number);
-  const LevelGeometry& geometry = at.file->geometry;
-  const std::uint64_t block = geometry.block_of(edge);
-  return at.pins[block].bytes().data() +
-         (geometry.slot_offset(edge) - geometry.block_offset(block));
+void OpenBlocks::add_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
+                           std::vector<std::byte*>& slots) const {
+  for (const Level& level : std::span(levels_).subspan(output * level_count_, level_count_)) {
+    const LevelGeometry& geometry = level.file->geometry;
+    const std::uint64_t block = geometry.block_of(edge);
+    slots.push_back(level.pins[block].bytes().data() +
+                    (geometry.slot_offset(edge, border_rank) - level.offsets[block]));
+  }
 }
 
 void OpenBlocks::close(EdgeId edge) {

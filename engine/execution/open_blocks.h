@@ -17,8 +17,10 @@ class OpenBlocks {
 
   /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
   void open(EdgeId edge);
+  /// All levels of an output's slots of this edge, behind what `slots` has.
   /// REQUIRES: open(edge). May be called while others open and close.
-  std::byte* slot(std::size_t output, int number, EdgeId edge) const;
+  void add_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
+                 std::vector<std::byte*>& slots) const;
   /// All slots of this edge are filled.
   void close(EdgeId edge);
   /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.
@@ -28,20 +30,14 @@ class OpenBlocks {
   struct Level {
     LevelFile* file = nullptr;
     std::vector<PinnedBlock> pins;         ///< [block]
+    std::vector<std::uint64_t> offsets;    ///< [block]
     std::vector<std::uint32_t> remaining;  ///< [block] edges to come
   };
-  Level& level(std::size_t output, int number) {
-    return levels_[output * static_cast<std::size_t>(level_count_) +
-                   static_cast<std::size_t>(number - 1)];
-  }
-  const Level& level(std::size_t output, int number) const {
-    return const_cast<OpenBlocks*>(this)->level(output, number);
-  }
 
   Store& store_;
-  int level_count_;
+  std::size_t level_count_;
   bool stays_in_memory_;
-  std::vector<Level> levels_;
+  std::vector<Level> levels_;  ///< output after output
 };
 
 }  // namespace plait

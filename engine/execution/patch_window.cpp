@@ -69,12 +69,6 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
   store_->pager().set_policy(EvictionPolicy::kWindow);
 }
 
-std::uint64_t PatchWindow::border_rank(EdgeId edge) const {
-  const std::span<const EdgeId> borders = topology_.border_edges;
-  if (borders.empty()) return 0;
-  return static_cast<std::uint64_t>(std::ranges::lower_bound(borders, edge) - borders.begin());
-}
-
 void PatchWindow::need(EdgeId edge) {
   const std::uint32_t stamp = pins_->stamp;
   for (std::size_t number = 1; number < levels_.size(); ++number) {
@@ -122,7 +116,7 @@ void PatchWindow::enter(FaceId face) {
   table_.enter(topology_, face, static_cast<int>(levels_.size()) - 1, record_bytes_, true,
                reach_ != Reach::kOwn, store_->base_bytes(attribute_).data(),
                [&](EdgeId edge, int level) {
-                 if (edge != ranked) rank = border_rank(ranked = edge);
+                 if (edge != ranked) rank = topology_.border_rank(ranked = edge);
                  return slot(level, edge, rank);
                });
 }

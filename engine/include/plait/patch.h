@@ -50,7 +50,9 @@ class PatchWindow {
   void enter(FaceId face);
   const PatchTable& table() const { return table_; }
   /// Address of a slot whose block is pinned; levels count from the base mesh.
-  std::byte* slot(int level, EdgeId edge) const { return slot(level, edge, border_rank(edge)); }
+  std::byte* slot(int level, EdgeId edge) const {
+    return slot(level, edge, topology_.border_rank(edge));
+  }
 
  private:
   struct Pins;
@@ -61,7 +63,6 @@ class PatchWindow {
     std::vector<std::uintptr_t> starts;
   };
 
-  std::uint64_t border_rank(EdgeId edge) const;
   std::byte* slot(int level, EdgeId edge, std::uint64_t rank) const {
     const Level& at = levels_[static_cast<std::size_t>(level)];
     const LevelGeometry& geometry = at.file->geometry;

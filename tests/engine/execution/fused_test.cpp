@@ -14,11 +14,11 @@ using namespace plait::test;
 
 namespace {
 
-std::vector<AttributeSchema> four_schemas() {
-  return {{"position", ComponentType::kFloat32, 3},
-          {"mass", ComponentType::kFloat32, 1},
-          {"precise", ComponentType::kFloat64, 3},
-          {"pair", ComponentType::kUint32, 2}};
+std::vector<AttributeSchema> assorted_schemas() {
+  return {{"position", ComponentType::kFloat32, 3}, {"mass", ComponentType::kFloat32, 1},
+          {"precise", ComponentType::kFloat64, 3},  {"pair", ComponentType::kUint32, 2},
+          {"frame", ComponentType::kFloat32, 6},  // as many bytes as "precise", otherwise divided
+          {"five", ComponentType::kUint32, 5}};
 }
 
 StoreOptions options_of(const std::string& backend) {
@@ -35,7 +35,7 @@ void check_refined_once(const NumberingCalls& calls, int threads) {
 
 /// Fills a store in memory and compares every record.
 void check_places(const IndexedMesh& mesh, int levels, int threads, std::uint64_t block_bytes,
-                  const std::vector<AttributeSchema>& schemas = four_schemas()) {
+                  const std::vector<AttributeSchema>& schemas = assorted_schemas()) {
   INFO(fmt::format("{} faces, level {}, {} threads, blocks of {}", mesh.faces.size(), levels,
                    threads, block_bytes));
   StoreOptions options = options_of("memory");
@@ -85,12 +85,18 @@ TEST_CASE("Fused_RowsOfSlotsLongerThanAPage_PutEveryRecordInItsPlace") {
   check_places(two_triangles(), 9, 1, 4096, {{"precise", ComponentType::kFloat64, 3}});
 }
 
+TEST_CASE("Fused_LargestRecords_PutEveryRecordInItsPlace") {
+  for (const int levels : {1, 2, 4})
+    check_places(two_triangles(), levels, 1, 4096,
+                 {{"wide", ComponentType::kFloat64, 255}, {"mass", ComponentType::kFloat32, 1}});
+}
+
 TEST_CASE("Fused_HaloOfAnyWidth_ChangesNothing") {
   const BaseMesh base = BaseMesh::build(random_sheet(3, 60));
   for (const std::int64_t halo : {0, 2, 3}) {
     INFO("halo " << halo);
     Store store =
-        numbered_store({}, base, options_of("memory"), four_schemas(), 3, default_backends());
+        numbered_store({}, base, options_of("memory"), assorted_schemas(), 3, default_backends());
     NumberingCalls calls(base.face_count());
     fused(store, numbering_pass(store, 3, calls, halo), {2, {}});
     CHECK(holds_numbers(store, 3));
@@ -101,7 +107,7 @@ TEST_CASE("Fused_RefinedBaseMesh_CountsLevelsFromIt") {
   const BaseMesh base = BaseMesh::build(random_sphere(4, 60));
   StoreOptions options = options_of("memory");
   options.base_level = 2;
-  Store store = numbered_store({}, base, options, four_schemas(), 3, default_backends());
+  Store store = numbered_store({}, base, options, assorted_schemas(), 3, default_backends());
   REQUIRE(store.finest_level() == 5);
   NumberingCalls calls(base.face_count());
   fused(store, numbering_pass(store, 3, calls), {2, {}});
@@ -111,7 +117,7 @@ TEST_CASE("Fused_RefinedBaseMesh_CountsLevelsFromIt") {
 TEST_CASE("Fused_FewerLevelsThanThereAre_LeavesTheOthersAlone") {
   const BaseMesh base = BaseMesh::build(random_sheet(6, 60));
   Store store =
-      numbered_store({}, base, options_of("memory"), four_schemas(), 4, default_backends());
+      numbered_store({}, base, options_of("memory"), assorted_schemas(), 4, default_backends());
   NumberingCalls calls(base.face_count());
   fused(store, numbering_pass(store, 3, calls), {1, {}});
   CHECK(holds_numbers(store, 3));
@@ -129,7 +135,7 @@ TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
       const std::filesystem::path path = directory.path() / "s.plait";
       BackendCounts counts;
       {
-        Store store = numbered_store(path, base, options_of(backend), four_schemas(), 4,
+        Store store = numbered_store(path, base, options_of(backend), assorted_schemas(), 4,
                                      counting_registry(default_backends(), counts));
         NumberingCalls calls(base.face_count());
         fused(store, numbering_pass(store, 4, calls), {threads, {}});
@@ -192,7 +198,7 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
 TEST_CASE("FusedNeeds_MoreThreadsLevelsOrAttributes_NeedsMore") {
   const BaseMesh base = mesh_of_many_runs();
   const auto needs = [&](std::size_t attributes, int levels, int threads) {
-    std::vector<AttributeSchema> schemas = four_schemas();
+    std::vector<AttributeSchema> schemas = assorted_schemas();
     schemas.resize(attributes);
     const Store store =
         numbered_store({}, base, options_of("memory"), schemas, levels, default_backends());

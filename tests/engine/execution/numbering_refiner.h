@@ -45,7 +45,7 @@ inline std::uint64_t vertex_number(const Topology& mesh, const FaceIndex& point)
 /// One component of a vertex, exact in its type.
 inline void put_component(const AttributeSchema& schema, std::uint64_t vertex, std::size_t c,
                           std::byte* to) {
-  const std::uint64_t number = mixed_numbers(vertex, c + 100 * schema.components);
+  const std::uint64_t number = mixed_numbers(vertex, c + std::size_t{100} * schema.components);
   const auto put = [&](auto value) { std::memcpy(to, &value, sizeof value); };
   switch (schema.type) {
     case ComponentType::kFloat32:

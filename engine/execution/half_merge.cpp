@@ -1,0 +1,72 @@
+// The choice between two halves, for each instruction set.
+#include "execution/half_merge.h"
+
+#include <hwy/cache_control.h>
+
+#include <cstdint>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "execution/half_merge.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace plait::HWY_NAMESPACE {
+
+/// Of every bit, the own half's where the mask has one. `streaming`: whole lines from a line on.
+void choose(const std::uint32_t* mask, const std::uint32_t* own, const std::uint32_t* other,
+            std::size_t words, bool streaming, std::uint32_t* to) {
+  namespace hn = hwy::HWY_NAMESPACE;
+  const hn::CappedTag<std::uint32_t, 16> d;
+  const std::size_t lanes = hn::Lanes(d);
+  std::size_t at = 0;
+  const auto chosen = [&](auto tag, std::size_t i) HWY_ATTR {
+    return hn::IfVecThenElse(hn::LoadU(tag, mask + i), hn::LoadU(tag, own + i),
+                             hn::LoadU(tag, other + i));
+  };
+  if (streaming) {
+    for (; at < words; at += lanes) hn::Stream(chosen(d, at), d, to + at);
+    return;
+  }
+  for (; at + lanes <= words; at += lanes) hn::StoreU(chosen(d, at), d, to + at);
+  const hn::CappedTag<std::uint32_t, 1> one;
+  for (; at < words; ++at) hn::StoreU(chosen(one, at), one, to + at);
+}
+
+}  // namespace plait::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace plait {
+
+HWY_EXPORT(choose);
+
+void merge_part(const HalfPiece& piece, const HalfPiece::Part& part, const std::byte* own,
+                const std::byte* other, bool streaming, std::byte* slot) {
+  // A slot of less than a few lines would leave parts of lines behind.
+  constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
+  std::byte* const to = slot + part.in_slot;
+  const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
+                           reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
+  HWY_DYNAMIC_DISPATCH(choose)
+  (piece.own_mask.data() + part.at / sizeof(std::uint32_t),
+   reinterpret_cast<const std::uint32_t*>(own + part.at),
+   reinterpret_cast<const std::uint32_t*>(other + part.at), part.bytes / sizeof(std::uint32_t),
+   streaming && whole_lines, reinterpret_cast<std::uint32_t*>(to));
+}
+
+void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own, std::byte* slot) {
+  const auto n = static_cast<std::size_t>(slot_side(level));
+  for (std::size_t row = 0; row < n; ++row) {
+    const std::size_t bytes = (n - row) * record_bytes;
+    std::memcpy(slot, own, bytes);
+    slot += bytes;
+    own += n * record_bytes;
+  }
+}
+
+void finish_streaming() { hwy::FlushStream(); }
+
+}  // namespace plait
+#endif

@@ -1,0 +1,43 @@
+#include "execution/half_pool.h"
+
+#include <sys/mman.h>
+
+#include <cerrno>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// Whole huge pages, one fault instead of hundreds; an eighth is left over at most.
+std::size_t slab_bytes(std::size_t half_bytes) {
+  constexpr std::size_t kHugePage = 2 << 20, kLeastHalves = 8;
+  return (kLeastHalves * half_bytes + kHugePage - 1) / kHugePage * kHugePage;
+}
+
+}  // namespace
+
+std::uint64_t HalfPool::bytes(std::size_t half_bytes, std::uint64_t halves) {
+  const std::size_t slab = slab_bytes(half_bytes), halves_a_slab = slab / half_bytes;
+  return (halves + halves_a_slab - 1) / halves_a_slab * slab;
+}
+
+void HalfPool::Unmap::operator()(std::byte* memory) const { ::munmap(memory, bytes); }
+
+std::byte* HalfPool::take() {
+  if (vacant_.empty()) {
+    const std::size_t bytes = slab_bytes(half_bytes_);
+    void* const memory =
+        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw system_error("map", "memory for slots under way", errno);
+    slabs_.emplace_back(static_cast<std::byte*>(memory), Unmap{bytes});
+    ::madvise(memory, bytes, MADV_HUGEPAGE);
+    for (std::size_t at = bytes / half_bytes_; at-- > 0;)
+      vacant_.push_back(slabs_.back().get() + at * half_bytes_);
+  }
+  std::byte* const half = vacant_.back();
+  vacant_.pop_back();
+  return half;
+}
+
+}  // namespace plait

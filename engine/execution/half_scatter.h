@@ -1,0 +1,20 @@
+// From the lanes of a group of patches to pieces of halves.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "execution/half_layout.h"
+#include "plait/fused.h"
+
+namespace plait {
+
+/// [lane] where its piece begins.
+using LanePieces = std::array<std::byte*, kPatchLanes>;
+
+/// `points` is what PatchRefiner::points() gives for this output.
+void scatter_piece(const HalfOutput& output, const void* points, std::span<const HalfMove> moves,
+                   const LanePieces& to);
+
+}  // namespace plait

@@ -1,0 +1,105 @@
+// From finished groups of patches to slots in blocks.
+//
+// A slot is complete when its second half is there. Where that is at hand, because the other face
+// has delivered before or is in the same group, both halves go to the slot piece by piece and are
+// never whole in memory; the others wait, whole.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "execution/half_layout.h"
+#include "execution/half_pool.h"
+#include "execution/half_scatter.h"
+#include "execution/open_blocks.h"
+#include "plait/fused.h"
+#include "plait/topology.h"
+
+namespace plait {
+
+/// Safe from several threads, each with scratch of its own. Everything but what is in slots and
+/// halves is under one lock, taken three times a group.
+class SlotDelivery {
+ public:
+  SlotDelivery(Store& store, const FusedPass& pass);
+
+  /// Where pieces of a group's halves are made.
+  class Scratch {
+   public:
+    explicit Scratch(const SlotDelivery& delivery);
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+
+   private:
+    friend class SlotDelivery;
+    struct alignas(kLineBytes) Line {
+      std::array<std::byte, kLineBytes> bytes;
+    };
+    std::vector<Line> memory_;
+    std::array<LanePieces, 3> pieces_;  ///< [side]
+    std::byte* spare_;                  ///< for what is not wanted
+    std::vector<std::byte*> slots_;     ///< [complete edge][level - 1] of one output
+  };
+
+  /// Takes the refiner's last group, which was of these faces. Errors: those of Pager::pin; after
+  /// the first one every thread gets that, not what follows from it.
+  void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, Scratch& scratch);
+
+ private:
+  /// A half: its piece alone, or whole.
+  struct Place {
+    std::byte* memory = nullptr;
+    bool whole = false;
+
+    std::byte* piece(std::size_t offset) const { return whole ? memory + offset : memory; }
+  };
+  struct Side {
+    EdgeId edge;
+    bool own, border;
+    Place place;
+  };
+  using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
+  struct Complete {
+    EdgeId edge;
+    Place own, other;
+  };
+  /// At most one for each side of a group.
+  struct Completes {
+    std::array<Complete, 3 * kPatchLanes> edges;
+    std::size_t count = 0;
+
+    void add(const Complete& edge) { edges[count++] = edge; }
+    std::span<const Complete> all() const { return std::span(edges).first(count); }
+  };
+
+  Sides find_sides(std::span<const FaceId> faces) const;
+  Completes place(Sides& sides, std::size_t count, const Scratch& scratch);
+  void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
+            std::span<const Complete> edges, Scratch& scratch) const;
+  void scatter(std::size_t output, const HalfPiece& piece, const void* points, const Sides& sides,
+               std::size_t count, const Scratch& scratch) const;
+  void merge(std::size_t output, const HalfPiece& piece, std::span<const Complete> edges,
+             std::span<std::byte* const> slots) const;
+  Completes publish(const Sides& sides, std::size_t count);
+  void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
+  void find_slots(std::size_t output, std::span<const Complete> edges, Scratch& scratch) const;
+  /// REQUIRE the lock: from open() to close() an edge's slots are there to be filled.
+  void open(EdgeId edge);
+  void close(std::span<const Complete> edges);
+
+  const FusedPass& pass_;
+  const Topology mesh_;
+  const HalfLayout layout_;
+  std::mutex mutex_;
+  HalfPool pool_;
+  OpenBlocks blocks_;
+  const bool streaming_;
+  std::vector<std::byte*> waiting_;  ///< [edge] the half that came first, until the other comes
+  std::exception_ptr failure_;
+};
+
+}  // namespace plait
