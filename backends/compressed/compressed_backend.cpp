@@ -91,6 +91,8 @@ class CompressedBackend final : public Backend {
   std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
+    if (advice == Advice::kSequential || advice == Advice::kRandom)  // of a file, not of a range
+      return advise_file(file_, {0, stored_bytes()}, advice);
     const std::uint64_t first = std::min(blocks.first, table_.size());
     const std::uint64_t end = first + std::min(blocks.count, table_.size() - first);
     for (std::uint64_t block = first; block < end; ++block) {

@@ -20,8 +20,10 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
       level.file = &file;
       level.access = access.access;
       level.planned_in.assign(file.geometry.block_count(), 0);
-      if (access.access != Access::kWrite && file.backend->traits().durable)
+      if (access.access != Access::kWrite && file.backend->traits().durable) {
         level.announced.assign(file.geometry.block_count(), false);
+        file.backend->advise({0, file.geometry.block_count()}, Advice::kSequential);
+      }
       seen.levels.push_back({&file.geometry, {}});
       seen.levels.back().starts.assign(file.geometry.block_count(), 0);
     }

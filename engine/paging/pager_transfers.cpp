@@ -147,11 +147,7 @@ bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noex
     queue_.submit(*level.backend, frames_[entry].transfer);
   }
   say_goodbye(lock);
-  if (entry == kNoId) return false;
-  // The system can begin while earlier transfers keep the threads busy.
-  if (lock.owns_lock()) lock.unlock();
-  level.backend->advise({block, 1}, Advice::kWillNeed);
-  return true;
+  return entry != kNoId;
 }
 
 void Pager::Implementation::begin_write(std::uint32_t entry) noexcept {
