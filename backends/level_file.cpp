@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <limits>
 
@@ -125,6 +126,14 @@ void zero_unwritten(const LevelGeometry& geometry, const BlockTable& table, Bloc
 
 void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes) {
   if (from != to && bytes > 0) std::memcpy(to, from, bytes);
+}
+
+void start_writing(const File& file, ByteRange bytes) {
+  if (bytes.count == 0) return;  // to sync_file_range no length means all of the file
+  if (::sync_file_range(file.descriptor(), static_cast<off_t>(bytes.first),
+                        static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
+      errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
+    throw system_error("write", file.path().native(), errno);
 }
 
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {

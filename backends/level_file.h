@@ -58,6 +58,11 @@ void zero_unwritten(const LevelGeometry& geometry, const BlockTable& table, Bloc
 /// For backends that hand out addresses: the bytes may be where they belong already.
 void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes);
 
+/// Lets the system begin to write to the disk what it was given, and does not wait:
+/// sync_file_range, which msync(MS_ASYNC) is not on Linux. Where it is not supported sync() does
+/// all of it. Errors: kIo naming the file.
+void start_writing(const File& file, ByteRange bytes);
+
 /// posix_fadvise. Sequential and random are properties of the whole descriptor on Linux.
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept;
 

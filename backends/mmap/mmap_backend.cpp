@@ -1,6 +1,5 @@
 #include "mmap/mmap_backend.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
 
@@ -8,7 +7,6 @@
 #include <boost/interprocess/exceptions.hpp>
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
-#include <cerrno>
 
 #include "level_file.h"
 #include "plait/error.h"
@@ -60,7 +58,8 @@ class MmapBackend final : public Backend {
     check_request(geometry_, blocks, from.size());
     copy_unless_same(from.data(), address(blocks.first, true), from.size());
     seal_raw(geometry_, table_, blocks, from);
-    start_writing(blocks);
+    // Stores into the mapping are the system's already.
+    start_writing(file_, fixed_bytes(geometry_, blocks));
   }
 
   std::byte* address(std::uint64_t block, bool) override {
@@ -109,17 +108,6 @@ class MmapBackend final : public Backend {
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:
-  void start_writing(BlockRange blocks) {
-    const ByteRange bytes = fixed_bytes(geometry_, blocks);
-    // Stores into the mapping are the system's already; this starts the way to the disk, which
-    // msync(MS_ASYNC) does not on Linux. Where it is not supported sync() does all of it.
-    if (bytes.count == 0) return;
-    if (::sync_file_range(file_.descriptor(), static_cast<off_t>(bytes.first),
-                          static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
-        errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
-      throw system_error("write", file_.path().native(), errno);
-  }
-
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;

@@ -27,7 +27,12 @@ class PreadBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
+    const bool fresh = !any_written(blocks);
     file_.write_at(geometry_.block_offset(blocks.first), from);
+    // What is new will not change again soon: the disk works while the caller computes, and not
+    // only when the caller syncs. Blocks that a sweep overwrites behind its reads are faster left
+    // to the system (plait_bench_loop_to_disk, plait_bench_sweep_rmw).
+    if (fresh) start_writing(file_, fixed_bytes(geometry_, blocks));
     seal_raw(geometry_, table_, blocks, from);
   }
 
