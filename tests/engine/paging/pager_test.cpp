@@ -279,3 +279,17 @@ TEST_CASE("PagerPrefetch_NoThreads_AnnouncesBlocksOnDiskThatAreNotResident") {
   CHECK(level.backend->prefetches == 1);
   CHECK(pager.statistics().blocks_prefetched == 1);
 }
+
+// A system that is told as well begins the same reads, and the thread waits for them.
+TEST_CASE("PagerPrefetch_WithAThread_ReadsTheBlockAndAnnouncesNothing") {
+  Pager pager(2 * kBlockBytes, 1);
+  TestLevel level(pager, 1, 4 * 4096);
+  fill(pager.pin(level.file, 0, Access::kWrite), 1);
+  pager.flush();
+  pager.discard();
+  CHECK(pager.prefetch(level.file, 0));
+  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
+  CHECK(level.backend->reads == 1);
+  CHECK(level.backend->prefetches == 0);
+  CHECK(pager.statistics().blocks_prefetched == 1);
+}
