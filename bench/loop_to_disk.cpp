@@ -54,7 +54,8 @@ struct Case {
 
 WriteWay way_of(const BackendRegistry::Entry& backend) {
   if (backend.traits.direct) return WriteWay::kMapped;
-  return backend.name == "uring" ? WriteWay::kDirect : WriteWay::kBuffered;
+  if (backend.name == "uring") return WriteWay::kDirect;
+  return backend.name == "pread" ? WriteWay::kBegun : WriteWay::kBuffered;
 }
 
 /// Runs in a process of its own.

@@ -22,12 +22,14 @@ namespace plait::bench {
 
 enum class WriteWay {
   kBuffered,  ///< pwrite into the page cache
+  kBegun,     ///< the same, and every part begins its way to the disk at once
   kMapped,    ///< memcpy into a mapping whose bytes were allocated on the disk, then msync
   kDirect,    ///< pwrite past the page cache into preallocated files
 };
 
 constexpr const char* to_string(WriteWay way) {
   return way == WriteWay::kBuffered ? "pwrite + fdatasync"
+         : way == WriteWay::kBegun  ? "pwrite + sync_file_range + fdatasync"
          : way == WriteWay::kMapped ? "mapping + msync"
                                     : "O_DIRECT pwrite + fdatasync";
 }
@@ -85,6 +87,10 @@ class WriteFloor {
       }
       for_each_transfer(bytes, [&](std::uint64_t at, std::span<const std::byte> part) {
         file.write_at(at, part);
+        if (way == WriteWay::kBegun &&
+            ::sync_file_range(file.descriptor(), static_cast<off_t>(at),
+                              static_cast<off_t>(part.size()), SYNC_FILE_RANGE_WRITE) != 0)
+          throw system_error("write", path.native(), errno);
       });
     }
     file.sync();
