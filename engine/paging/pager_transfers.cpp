@@ -126,13 +126,11 @@ bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noex
     if (settled) settle(entry);
     return true;
   }
-  if (level.table[block].encoding == BlockEncoding::kNeverWritten || is_memory(level)) return true;
-  if (!queue_.has_threads()) {
-    ++statistics_.blocks_prefetched;
-    lock.unlock();
-    level.backend->advise({block, 1}, Advice::kWillNeed);
+  // The system is told of no block: it reads ahead by itself, and to be told costs a sweep as much
+  // as the read (plait_bench_sweep_rmw).
+  if (level.table[block].encoding == BlockEncoding::kNeverWritten || is_memory(level) ||
+      !queue_.has_threads())
     return true;
-  }
   const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
   if (reads_ahead_ >= kInFlight ||
       announced_bytes_ + frame_bytes + window_bytes_ > pool_.budget_bytes())

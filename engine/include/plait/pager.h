@@ -113,7 +113,8 @@ class Pager {
 
   /// The block will be read soon: begins to read it if a frame is free or can be had without
   /// writing and without taking one from a block announced before, and keeps it until it was pinned
-  /// or nothing else makes room. False: not now, ask again after the next pin.
+  /// or nothing else makes room. False: not now, ask again after the next pin. Without I/O threads
+  /// nothing is read ahead.
   bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
 
   /// Hands all dirty blocks to their backends; they stay resident. Waits for what is in flight.

@@ -269,18 +269,19 @@ TEST_CASE("PagerPin_DirectBlockWithAFlippedByte_IsCorruption") {  // invariant 6
   CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
 }
 
-TEST_CASE("PagerPrefetch_NoThreads_AnnouncesBlocksOnDiskThatAreNotResident") {
+// A system that is told as well begins the same reads, and whoever reads waits for them.
+TEST_CASE("PagerPrefetch_NoThreads_NeitherReadsNorAnnounces") {
   Pager pager(2 * kBlockBytes, 0);
   TestLevel level(pager, 1, 4 * 4096);
   for (std::uint64_t block = 0; block < 3; ++block)
     fill(pager.pin(level.file, block, Access::kWrite), 1);
   // 0 is evicted, 1 and 2 are resident, 3 was never written.
   for (std::uint64_t block = 0; block < 4; ++block) CHECK(pager.prefetch(level.file, block));
-  CHECK(level.backend->prefetches == 1);
-  CHECK(pager.statistics().blocks_prefetched == 1);
+  CHECK(level.backend->reads == 0);
+  CHECK(level.backend->prefetches == 0);
+  CHECK(pager.statistics().blocks_prefetched == 0);
 }
 
-// A system that is told as well begins the same reads, and the thread waits for them.
 TEST_CASE("PagerPrefetch_WithAThread_ReadsTheBlockAndAnnouncesNothing") {
   Pager pager(2 * kBlockBytes, 1);
   TestLevel level(pager, 1, 4 * 4096);
