@@ -83,8 +83,9 @@ layer() {
 resolve() {
   local from=$1 name=$2 component=${1%%/*} folder
   local folders=("${from%/*}" engine/include backends/include kernels/include "$component")
-  # Tests look inside what they test.
+  # Tests look inside what they test, measurements inside what they measure.
   [ "$component" != tests ] || folders+=(engine backends kernels tools)
+  [ "$component" != bench ] || folders+=(engine kernels)
   found_file=
   for folder in "${folders[@]}"; do
     if [ -f "$folder/$name" ]; then
