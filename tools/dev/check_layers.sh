@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
   [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
-  [file.h]=io [file_operations.h]=io
+  [directory.h]=io [file.h]=io [file_operations.h]=io
   [edge_index.h]=index
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
