@@ -151,8 +151,7 @@ TEST_CASE("Sweep_BudgetTooSmall_SaysWhatIsNeeded") {
     FAIL("expected an error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kBudget);
-    CHECK_THAT(error.what(),
-               Catch::Matchers::Contains("needs") && Catch::Matchers::Contains("span"));
+    CHECK_THAT(error.what(), Catch::Contains("needs") && Catch::Matchers::Contains("span"));
   }
 }
 
