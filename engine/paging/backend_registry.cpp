@@ -12,6 +12,10 @@ void BackendRegistry::add(Entry entry) {
   if (entry.name.empty() || entries_.contains(entry.name))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add backend \"{}\": expected a name that is free", entry.name));
+  if (!entry.open)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add backend \"{}\": expected a function that opens it", entry.name));
+  if (!entry.validate) entry.validate = [](const BackendOptions&) {};
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }
