@@ -50,8 +50,6 @@ class CompressedBackend final : public Backend {
         coders_(level.options.codec, level.options.filter, level.component_bytes,
                 geometry_.max_block_bytes()) {}
 
-  BackendTraits traits() const noexcept override { return kCompressedTraits; }
-
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
     CoderPool::Lease coder(coders_);
@@ -87,8 +85,6 @@ class CompressedBackend final : public Backend {
       write_encoded(block, coder->encode(raw));
     }
   }
-
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
     if (advice == Advice::kSequential || advice == Advice::kRandom)  // of a file, not of a range

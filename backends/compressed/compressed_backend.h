@@ -9,7 +9,7 @@
 
 namespace plait {
 
-constexpr BackendTraits kCompressedTraits{.direct = false, .compressed = true, .durable = true};
+constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 
 /// Errors: as ExtentAllocator, make_codec and make_filter_chain; kCorruption for an entry that
 /// cannot be of its block; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.

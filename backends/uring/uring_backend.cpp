@@ -72,8 +72,6 @@ class UringBackend final : public Backend {
         file_(open_fixed_file(level)),
         direct_(open_direct(level)) {}
 
-  BackendTraits traits() const noexcept override { return kUringTraits; }
-
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
     transfer_all(Transfer::Direction::kRead, blocks, into);
@@ -89,7 +87,6 @@ class UringBackend final : public Backend {
 
   void start(Transfer& transfer) noexcept override;
 
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool durable) override {
     if (durable) file_.sync();

@@ -8,7 +8,7 @@
 
 namespace plait {
 
-constexpr BackendTraits kUringTraits{.direct = false, .compressed = false, .durable = true};
+constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
 /// Errors: as open_fixed_file; kNotSupported as validate_uring, or naming the file where its file
 /// system has no O_DIRECT. A new file is preallocated.

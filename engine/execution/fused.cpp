@@ -13,6 +13,7 @@
 
 #include "execution/fused_schedule.h"
 #include "execution/slot_delivery.h"
+#include "paging/levels_being_written.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -120,6 +121,10 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
                             store.pager().budget_bytes(), store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow);
 
+  LevelsBeingWritten written;
+  for (const AttributeId id : pass.outputs)
+    for (int level = 1; level <= pass.levels; ++level)
+      written.add(store.level_file(id, store.base_level() + level), Access::kWrite);
   FusedRun run(store, pass, options.threads);
   const std::uint64_t faces = store.base().face_count();
   {
@@ -138,6 +143,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
     });
   }
   run.throw_error();
+  written.finish();
 }
 
 }  // namespace plait

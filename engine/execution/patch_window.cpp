@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <list>
 
 #include "paging/frame_pool.h"
@@ -20,6 +21,13 @@ struct PatchWindow::Pins {
   std::vector<Access> access;                       ///< [level]
   std::uint32_t stamp = 0;                          ///< of the current face
   std::uint64_t window_bytes = 0, pinned_bytes = 0;
+  int exceptions = std::uncaught_exceptions();  ///< when the window was made
+
+  ~Pins() {
+    // An exception that passes by ends the work in the middle of a pass.
+    if (std::uncaught_exceptions() > exceptions)
+      for (Pin& pin : in_order) pin.pinned.abandon();
+  }
 
   std::uint64_t frame_bytes(const PatchWindow& window, std::size_t level) const {
     return FramePool::frame_bytes(window.levels_[level].file->geometry.max_block_bytes());

@@ -47,6 +47,9 @@ void Pager::Implementation::detach(LevelFile& level) {
 std::pair<std::uint32_t, std::span<std::byte>> Pager::Implementation::pin(LevelFile& level,
                                                                           std::uint64_t block,
                                                                           Access access) {
+  if (access != Access::kRead && !level.writable)
+    throw Error(ErrorCode::kBadState, fmt::format("write {}: the level was opened for reading",
+                                                  level.path.native()));
   Lock lock(mutex_);
   while (true) {
     if (access != Access::kRead && failed_) refuse(fmt::format("write {}", level.path.native()));
@@ -68,16 +71,16 @@ std::pair<std::uint32_t, std::span<std::byte>> Pager::Implementation::pin(LevelF
       frame.sweep = sweep_;
       if (access != Access::kRead) frame.dirty = true;
     }
-    if (access != Access::kRead) make_writable(lock, entry);
     const std::span<std::byte> bytes = frames_[entry].transfer.memory;
     say_goodbye(lock);
     return {entry, bytes};
   }
 }
 
-void Pager::Implementation::unpin(std::uint32_t entry) noexcept {
+void Pager::Implementation::unpin(std::uint32_t entry, bool abandoned) noexcept {
   const Lock lock(mutex_);
   Frame& frame = frames_[entry];
+  if (abandoned) frame.abandoned = frame.level->unfinished = true;
   if (--frame.pins > 0 || frame.activity != Activity::kNone) return;
   settle(entry);
   write_behind();
@@ -121,20 +124,28 @@ PagingStatistics Pager::Implementation::statistics() const {
 }
 
 PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept
-    : pager_(std::exchange(other.pager_, nullptr)), frame_(other.frame_), bytes_(other.bytes_) {}
+    : pager_(std::exchange(other.pager_, nullptr)),
+      frame_(other.frame_),
+      writes_(other.writes_),
+      bytes_(other.bytes_) {}
 
 PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
   if (this != &other) {
     release();
     pager_ = std::exchange(other.pager_, nullptr);
     frame_ = other.frame_;
+    writes_ = other.writes_;
     bytes_ = other.bytes_;
   }
   return *this;
 }
 
 void PinnedBlock::release() noexcept {
-  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_);
+  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, false);
+}
+
+void PinnedBlock::abandon() noexcept {
+  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, writes_);
 }
 
 Pager::Pager(std::uint64_t budget_bytes, int io_threads)
@@ -146,6 +157,7 @@ void Pager::detach(LevelFile& level) { implementation_->detach(level); }
 PinnedBlock Pager::pin(LevelFile& level, std::uint64_t block, Access access) {
   PinnedBlock pinned;
   std::tie(pinned.frame_, pinned.bytes_) = implementation_->pin(level, block, access);
+  pinned.writes_ = access != Access::kRead;
   pinned.pager_ = this;
   return pinned;
 }

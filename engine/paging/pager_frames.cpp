@@ -14,35 +14,13 @@ std::uint32_t Pager::Implementation::claim(Lock& lock, LevelFile& level, std::ui
   return entry;
 }
 
-void Pager::Implementation::make_writable(Lock& lock, std::uint32_t entry) {
-  Frame& frame = frames_[entry];
-  if (!frame.direct || frame.writable) return;
-  Backend& backend = *frame.level->backend;
-  std::exception_ptr error;
-  lock.unlock();
-  try {
-    backend.address(frame.block, true);
-  } catch (...) {
-    error = std::current_exception();
-  }
-  lock.lock();
-  if (!error) {
-    frame.writable = true;
-    return;
-  }
-  // Nobody has stored anything, unless another thread was allowed to meanwhile.
-  if (!frame.writable) frame.dirty = false;
-  if (--frame.pins == 0 && frame.activity == Activity::kNone) settle(entry);
-  std::rethrow_exception(error);
-}
-
 std::uint32_t Pager::Implementation::take_frame(LevelFile& level, std::uint64_t block) {
-  // What a mapping holds for a block never written is not known to be zeros, and one opened for
-  // reading cannot be cleared: such a block gets a frame of its own.
+  // What a mapping holds for a block never written is not known to be zeros.
   const bool written = level.table[block].encoding != BlockEncoding::kNeverWritten;
-  const bool direct = level.backend->traits().direct && (written || level.writable);
+  const bool direct =
+      is_memory(level) || (level.traits.maps_for_reading && !level.writable && written);
   const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
-  std::byte* memory = direct ? level.backend->address(block, !written) : nullptr;
+  std::byte* memory = direct ? level.backend->address(block) : nullptr;
   if (direct && !pool_.reserve(frame_bytes)) return kNoId;
   if (!direct) memory = pool_.take(frame_bytes);
   if (!memory) return kNoId;
@@ -63,7 +41,6 @@ std::uint32_t Pager::Implementation::take_frame(LevelFile& level, std::uint64_t 
   frame.block_bytes = level.geometry.block_bytes(block);
   frame.frame_bytes = frame_bytes;
   frame.direct = direct;
-  frame.writable = direct && (!written || is_memory(level));
   frame.sweep = sweep_;
   frame.transfer.block = block;
   frame.transfer.memory = {memory, frame.block_bytes};
@@ -153,6 +130,7 @@ void Pager::Implementation::drop(std::uint32_t entry) noexcept {
 
 void Pager::Implementation::settle(std::uint32_t entry) noexcept {
   Frame& frame = frames_[entry];
+  if (frame.abandoned) return drop(entry);
   if (frame.dirty && failed_) return;
   if (frame.dirty && is_memory(*frame.level)) {
     mark_written(entry);

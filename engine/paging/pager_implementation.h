@@ -31,7 +31,7 @@ class Pager::Implementation final : public TransferListener {
   /// The frame, and its bytes.
   std::pair<std::uint32_t, std::span<std::byte>> pin(LevelFile& level, std::uint64_t block,
                                                      Access access);
-  void unpin(std::uint32_t entry) noexcept;
+  void unpin(std::uint32_t entry, bool abandoned) noexcept;
   bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
   void flush();
   void refuse_writes() noexcept;
@@ -57,8 +57,8 @@ class Pager::Implementation final : public TransferListener {
     std::uint32_t sweep = 0;  ///< the last one that used it
     Activity activity = Activity::kNone;
     bool direct = false;
-    bool writable = false;  ///< direct: its backend knows that it may be stored into
     bool dirty = false;
+    bool abandoned = false;  ///< is dropped with its last pin
     bool announced = false;  ///< prefetched, and not pinned since
     bool waiting = false;    ///< is in to_write_
     bool evictable = false;  ///< is in eviction_
@@ -94,8 +94,6 @@ class Pager::Implementation final : public TransferListener {
 
   // pager_transfers.cpp
   void bring_in(Lock& lock, std::uint32_t entry, Access access);
-  /// Before a pinned frame is stored into, which its backend must know if it shows its own memory.
-  void make_writable(Lock& lock, std::uint32_t entry);
   void start(Lock& lock, std::uint32_t entry);
   void wait(Lock& lock, Direction direction);
   void wait_for(Lock& lock, std::uint32_t entry);
@@ -114,11 +112,7 @@ class Pager::Implementation final : public TransferListener {
   void count_transfer(const Frame& frame, Direction direction) noexcept;
 
   bool writes_behind() const { return policy_ == EvictionPolicy::kWindow && queue_.has_threads(); }
-  /// A direct backend that keeps nothing is memory: there is nothing to move and nothing to hash.
-  static bool is_memory(const LevelFile& level) {
-    const BackendTraits traits = level.backend->traits();
-    return traits.direct && !traits.durable;
-  }
+  static bool is_memory(const LevelFile& level) { return level.traits.in_memory; }
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;  ///< some transfer ended

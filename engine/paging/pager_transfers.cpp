@@ -214,9 +214,6 @@ void Pager::Implementation::flush() {
   }
   while (writes_in_flight_ > 0) wait(lock, Direction::kWrite);
   if (failed_) refuse("flush");
-  // What may be stored into before a commit may not after it: backends are asked anew.
-  for (Frame& frame : frames_)
-    if (frame.level && !is_memory(*frame.level)) frame.writable = false;
 }
 
 void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) noexcept {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "paging/levels_being_written.h"
 #include "plait/convert.h"
 #include "plait/error.h"
 
@@ -58,6 +59,8 @@ void copy_levels(Store& from, Store& to,
     for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
       to.add_level(copy);
       const LevelGeometry& geometry = from.level_file(id, level).geometry;
+      LevelsBeingWritten written;
+      written.add(to.level_file(copy, level), Access::kWrite);
       BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
       BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);
       for (EdgeId edge = 0; edge < edges; ++edge) {
@@ -69,6 +72,7 @@ void copy_levels(Store& from, Store& to,
         if (proceed && !proceed(done_bytes, total_bytes))
           throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
       }
+      written.finish();
     }
   }
 }

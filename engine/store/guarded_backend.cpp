@@ -47,11 +47,6 @@ void GuardedBackend::start(Transfer& transfer) noexcept {
   inner_->start(transfer);
 }
 
-std::byte* GuardedBackend::address(std::uint64_t block, bool writable) {
-  if (writable) keep({block, 1});
-  return inner_->address(block, writable);
-}
-
 void GuardedBackend::keep(BlockRange blocks) {
   const std::scoped_lock lock(mutex_);
   // Every write since the last commit came by here: the table is still that of the commit.

@@ -20,11 +20,10 @@ class GuardedBackend final : public Backend {
   GuardedBackend(std::unique_ptr<Backend> inner, const LevelSpec& level, std::uint32_t attribute,
                  int level_number, RollbackJournal& journal);
 
-  BackendTraits traits() const noexcept override { return inner_->traits(); }
   void read(BlockRange blocks, std::span<std::byte> into) override { inner_->read(blocks, into); }
   void write(BlockRange blocks, std::span<const std::byte> from) override;
   void start(Transfer& transfer) noexcept override;
-  std::byte* address(std::uint64_t block, bool writable) override;
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

@@ -75,6 +75,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
   file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
   std::ranges::copy(entries, file->table.entries().begin());
   file->path = level_path(attribute.number, level);
+  file->traits = backend.traits;
   file->writable = mode != OpenMode::kRead;
   const LevelSpec spec{file->path,
                        mode,
@@ -91,7 +92,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
 }
 
 void Store::Implementation::make_ready() {
-  if (on_disk() && writable && writes_in_place() && options.durability == Durability::kCommit)
+  if (on_disk() && writable && backend.traits.overwrites_in_place && options.durability == Durability::kCommit)
     journal = std::make_unique<RollbackJournal>(path, uuid, sequence);
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));

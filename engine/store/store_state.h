@@ -28,8 +28,6 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
-  /// What is written goes where committed blocks lie.
-  bool writes_in_place() const { return backend.traits.durable && !backend.traits.compressed; }
   std::filesystem::path level_path(std::uint32_t number, int level) const;
   /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,

@@ -26,7 +26,7 @@ bool is_base_damaged(const StoreStructure& structure) {
 std::optional<std::string> memory_backend(const BackendRegistry& backends) {
   for (const std::string& name : backends.names())
     if (const BackendTraits& traits = backends.find(name).traits;
-        traits.direct && !traits.durable && !traits.compressed)
+        traits.in_memory)
       return name;
   return std::nullopt;
 }

@@ -93,9 +93,7 @@ TEST_CASE("RawBackends_FileOfOne_IsTheFileOfAnother") {
     for (const std::string& reader : usable_backends()) {
       const auto& from = default_backends().find(writer);
       const auto& to = default_backends().find(reader);
-      if (!from.traits.durable || from.traits.compressed || !to.traits.durable ||
-          to.traits.compressed)
-        continue;
+      if (!from.traits.overwrites_in_place || !to.traits.overwrites_in_place) continue;
       INFO(writer << " to " << reader);
       const BackendUnderTest subject{writer, from, {}};
       LevelUnderTest level(subject, shape);

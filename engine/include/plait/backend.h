@@ -30,11 +30,21 @@ struct BlockRange {
 
 enum class Advice : std::uint8_t { kWillNeed, kDontNeed, kSequential, kRandom };
 
-/// Capabilities as data: nobody asks for a backend's name to know what it can do.
+/// What a backend is, said outright: nobody asks for its name, or infers one answer from another.
 struct BackendTraits {
-  bool direct = false;      ///< hands out addresses; the pager then copies nothing
-  bool compressed = false;  ///< stored size differs from raw size
-  bool durable = false;     ///< keeps data after the process: the level is a file
+  /// A level is a file, and is there after the process.
+  bool durable = false;
+  /// A level is memory of this process. Every block has an address, which is its frame, and is
+  /// stored into there; nothing is moved and nothing is hashed.
+  bool in_memory = false;
+  /// A level that was opened for reading hands out addresses, where its blocks are read without
+  /// being copied.
+  bool maps_for_reading = false;
+  /// A write goes to where the geometry has the block, over what the block held before: what a
+  /// crash must be able to bring back is kept in the journal. Others copy on write.
+  bool overwrites_in_place = false;
+  /// The stored size of a block differs from its raw size.
+  bool compressed = false;
 };
 
 struct Transfer;
@@ -64,27 +74,29 @@ class Backend {
  public:
   virtual ~Backend() = default;
 
-  virtual BackendTraits traits() const noexcept = 0;
-
   /// Whole blocks into `into` (their raw bytes one after another), or a throw. A block that was
-  /// never written reads as zeros. Every block's checksum is verified, unless the backend is
-  /// neither durable nor compressed: what never leaves memory is not hashed. Direct backends: if
-  /// `into` is the blocks' own address, nothing is copied. Errors: kIo, kCorruption.
+  /// never written reads as zeros. Every block's checksum is verified, unless the level is in
+  /// memory: what never leaves memory is not hashed. If `into` is the blocks' own address, nothing
+  /// is copied. Errors: kIo, kCorruption.
   virtual void read(BlockRange blocks, std::span<std::byte> into) = 0;
 
   /// Whole blocks from `from`, sealed in the block table. All is handed to the operating system
-  /// when it returns. Direct backends: as read(). Errors: kIo, kNoSpace.
+  /// when it returns. If `from` is the blocks' own address, nothing is copied.
+  /// Errors: kIo, kNoSpace; kBadState if the level was opened for reading.
   virtual void write(BlockRange blocks, std::span<const std::byte> from) = 0;
 
   /// Begins to read or write one block. As it stands it does all of it with read() or write(); a
   /// backend that keeps several blocks in flight returns before the transfer has ended.
   virtual void start(Transfer& transfer) noexcept;
 
-  /// Direct backends: the block's bytes, at one address while the backend lives. Nothing may be
-  /// stored there before it was asked for as `writable`; what is, counts once write() was called
-  /// with this address. Others: nullptr. Errors: kCorruption for a file that was cut short; kIo,
-  /// kNoSpace if what must be kept of the block cannot be.
-  virtual std::byte* address(std::uint64_t block, bool writable) = 0;
+  /// Where the block's bytes are, for as long as the backend lives; nullptr unless the level is in
+  /// memory, or is mapped and was opened for reading. Only into a level in memory anything may be
+  /// stored there; it counts once write() was called with this address.
+  /// Errors: kCorruption for a file that was cut short.
+  virtual std::byte* address(std::uint64_t block) {
+    static_cast<void>(block);
+    return nullptr;
+  }
 
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;

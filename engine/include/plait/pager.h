@@ -64,7 +64,11 @@ struct LevelFile {
   BlockTable table;
   std::filesystem::path path;
   std::unique_ptr<Backend> backend;
-  bool writable = true;              ///< false: opened for reading, a mapping must not be touched
+  BackendTraits traits;
+  bool writable = true;  ///< false: opened for reading
+  /// A pass that writes to the level has begun and has not ended: it must not be committed. Set and
+  /// cleared by the executors, set by PinnedBlock::abandon().
+  bool unfinished = false;
   std::uint32_t pager_slot = kNoId;  ///< the pager's; nobody else's
 };
 
@@ -78,6 +82,10 @@ class PinnedBlock {
   PinnedBlock(PinnedBlock&& other) noexcept;
   PinnedBlock& operator=(PinnedBlock&& other) noexcept;
   void release() noexcept;
+  /// Ends the pin, too; what was stored into the block is not whole. With its last pin the block
+  /// leaves the memory without being written, and its level is unfinished from now on. A pin for
+  /// reading is only released.
+  void abandon() noexcept;
   std::span<std::byte> bytes() const noexcept { return bytes_; }
   explicit operator bool() const noexcept { return pager_ != nullptr; }
 
@@ -85,6 +93,7 @@ class PinnedBlock {
   friend class Pager;
   Pager* pager_ = nullptr;
   std::uint32_t frame_ = kNoId;
+  bool writes_ = false;
   std::span<std::byte> bytes_;
 };
 

@@ -25,7 +25,6 @@ class HeldBackend final : public Backend {
  public:
   explicit HeldBackend(const LevelSpec& spec) : spec_(spec), bytes_(spec.geometry.total_bytes()) {}
 
-  BackendTraits traits() const noexcept override { return {.durable = true}; }
   void read(BlockRange blocks, std::span<std::byte> into) override {
     std::memcpy(into.data(), place(blocks.first), into.size());
     spec_.table.check(blocks.first, into, "held");
@@ -47,7 +46,6 @@ class HeldBackend final : public Backend {
     }
     Backend::start(transfer);
   }
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
