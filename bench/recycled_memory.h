@@ -62,9 +62,7 @@ class RecycledMemory final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     std::memcpy(address(blocks.first), from.data(), from.size());
   }
-  std::byte* address(std::uint64_t block) override {
-    return base_ + geometry_.block_offset(block);
-  }
+  std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }
@@ -79,10 +77,10 @@ class RecycledMemory final : public Backend {
 /// `pages` must outlive all stores.
 inline BackendRegistry recycled_memory(PageCache& pages) {
   BackendRegistry registry;
-  registry.add(
-      {"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
-       [&pages](const LevelSpec& level) { return std::make_unique<RecycledMemory>(level, pages); },
-       [](const BackendOptions&) {}});
+  registry.add({"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
+                open_each_level([&pages](const LevelSpec& level) {
+                  return std::make_unique<RecycledMemory>(level, pages);
+                })});
   return registry;
 }
 

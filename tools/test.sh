@@ -62,8 +62,13 @@ done
 
 jobs=$(nproc)
 tools/dev/install_packages.sh build tests
-# What other scripts switch off to save time is switched on again here.
-configure=(-DPLAIT_TESTS=ON -DPLAIT_TOOLS=ON -DPLAIT_EXAMPLES=ON -DPLAIT_BENCH=ON)
+# What other scripts switch off to save time is switched on again here. The presets of the sanitizers
+# say themselves what they leave out.
+configure=(-DPLAIT_TESTS=ON -DPLAIT_TOOLS=ON)
+case $preset in
+  asan-ubsan | tsan) ;;
+  *) configure+=(-DPLAIT_EXAMPLES=ON -DPLAIT_BENCH=ON -DPLAIT_SLOW_TESTS=ON) ;;
+esac
 # Instrumented code makes the compiler warn of what is not there, so presets decide for themselves;
 # a release is the user's build, whose compiler may warn of more than ours, so it is strict only here.
 [ "$preset" != release ] || configure+=(-DPLAIT_WERROR=ON)

@@ -45,9 +45,7 @@ class MemoryBackend final : public Backend {
       table_.mark_written(block, geometry_.block_offset(block), geometry_.block_bytes(block));
   }
 
-  std::byte* address(std::uint64_t block) override {
-    return base_ + geometry_.block_offset(block);
-  }
+  std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }

@@ -89,12 +89,11 @@ void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset
 
 int UringRing::hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept {
   const unsigned end = ring_.sq.sqe_tail;  // one past the entry, counted without wrapping
-  const auto is_queued = [&] {
-    return ring_.sq.sqe_tail - end < ::io_uring_sq_ready(&ring_);
-  };
+  const auto is_queued = [&] { return ring_.sq.sqe_tail - end < ::io_uring_sq_ready(&ring_); };
   while (true) {
     const int result = submit_(&ring_);
-    // Whoever submits hands over all that is queued: another thread may have taken this entry along.
+    // Whoever submits hands over all that is queued: another thread may have taken this entry
+    // along.
     if (!is_queued()) return 0;
     if (result == -EINTR) continue;
     if (result < 0 && result != -EAGAIN && result != -EBUSY) {

@@ -57,7 +57,7 @@ class UringRing {
   /// 0, or an errno: the entry does nothing then, whenever the kernel comes to take it.
   int hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept;
 
-  io_uring ring_{};   ///< for the thread sanitizer: tools/dev/tsan/liburing.h
+  io_uring ring_{};  ///< for the thread sanitizer: tools/dev/tsan/liburing.h
   Submit submit_;
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;

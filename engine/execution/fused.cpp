@@ -13,7 +13,6 @@
 
 #include "execution/fused_schedule.h"
 #include "execution/slot_delivery.h"
-#include "paging/levels_being_written.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -121,7 +120,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
                             store.pager().budget_bytes(), store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow);
 
-  LevelsBeingWritten written;
+  UnfinishedLevels written;
   for (const AttributeId id : pass.outputs)
     for (int level = 1; level <= pass.levels; ++level)
       written.add(store.level_file(id, store.base_level() + level), Access::kWrite);

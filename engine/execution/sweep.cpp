@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "execution/sweep_window.h"
-#include "paging/levels_being_written.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "plait/layout.h"
@@ -90,7 +89,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
                     measure_spans(store.base()).loop.span, store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow, needed_bytes);
-  LevelsBeingWritten written;
+  UnfinishedLevels written;
   for (const LevelAccess& access : pass.accesses)
     for (int level = access.first_level; level <= access.last_level; ++level)
       written.add(store.level_file(access.attribute, level), access.access);

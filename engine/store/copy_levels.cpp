@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "paging/levels_being_written.h"
 #include "plait/convert.h"
 #include "plait/error.h"
 
@@ -59,7 +58,7 @@ void copy_levels(Store& from, Store& to,
     for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
       to.add_level(copy);
       const LevelGeometry& geometry = from.level_file(id, level).geometry;
-      LevelsBeingWritten written;
+      UnfinishedLevels written;
       written.add(to.level_file(copy, level), Access::kWrite);
       BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
       BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);

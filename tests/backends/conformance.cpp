@@ -60,8 +60,7 @@ TEST_CASE("Backend_WhatItIs_AgreesWithItsEntry") {
     write_all(backend, level.geometry(), Content::kSmooth, 2);
     for (std::uint64_t block = 0; block < before.size(); ++block)
       CHECK((level.table()[block].offset == before[block].offset) == traits.overwrites_in_place);
-    if (!traits.compressed)
-      CHECK(level.table()[0].stored_bytes == level.geometry().block_bytes(0));
+    if (!traits.compressed) CHECK(level.table()[0].stored_bytes == level.geometry().block_bytes(0));
     CHECK((level.open(OpenMode::kRead).address(0) != nullptr) == traits.maps_for_reading);
   }
 }
@@ -182,8 +181,8 @@ TEST_CASE("BackendAddress_MappedLevel_IsStableAndVerifiedWhereItLies") {
       CHECK(std::ranges::equal(part(content, geometry, block), bytes));
     }
     File(level.file(), OpenMode::kReadWrite)
-        .write_at(geometry.block_offset(2), Bytes(1, content[geometry.block_offset(2)] ^
-                                                         std::byte{8}));
+        .write_at(geometry.block_offset(2),
+                  Bytes(1, content[geometry.block_offset(2)] ^ std::byte{8}));
     const std::span<std::byte> second(backend.address(2), geometry.block_bytes(2));
     CHECK(error_of([&] { backend.read({2, 1}, second); }) == ErrorCode::kCorruption);
     CHECK(error_of([&] { read_blocks(backend, geometry, {2, 1}); }) == ErrorCode::kCorruption);

@@ -100,9 +100,9 @@ TEST_CASE("RawBackends_FileOfOne_IsTheFileOfAnother") {
       const auto content = make_content(level.geometry().total_bytes(), Content::kRandom, 3);
       level.open().write({0, level.geometry().block_count()}, content);
       level.close();
-      const BackendOptions options;
-      const auto other = to.open(
-          LevelSpec{level.file(), OpenMode::kRead, level.geometry(), level.table(), options, 4});
+      const auto volume = to.open({});
+      const auto other = volume->open_level(LevelSpec{
+          level.directory(), level.name(), OpenMode::kRead, level.geometry(), level.table(), 4});
       CHECK(read_blocks(*other, level.geometry(), {0, level.geometry().block_count()}) == content);
     }
 }

@@ -1,8 +1,9 @@
 // plait/backend.h: what moves blocks between memory and wherever a level is kept; nothing else.
 // Residency, dirtiness, eviction and statistics belong to the pager.
 //
-// One Backend serves one level of one attribute. Calls for different blocks may come from several
-// threads at once; calls for the same block never do.
+// A backend opens a Volume for a store, and the volume a Backend for each level of each attribute.
+// Calls of a Backend for different blocks may come from several threads at once; calls for the same
+// block never do.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,7 @@
 #include <vector>
 
 #include "plait/block_table.h"
+#include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 
@@ -118,13 +120,45 @@ struct BackendOptions {
 
 /// One level of one attribute as a backend sees it. The references outlive the backend.
 struct LevelSpec {
-  std::filesystem::path path;  ///< the level's file; empty in a store that is only in memory
+  const Directory& directory;  ///< the store's; not open for a store that is only in memory
+  std::string name;            ///< of the level's file in the directory
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
-  const BackendOptions& options;
   std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
+
+  /// For messages.
+  std::filesystem::path path() const { return directory.path_of(name); }
 };
+
+/// How a volume is opened.
+struct VolumeSpec {
+  BackendOptions options = {};
+  /// What the volume may take of the store's budget, and how many threads will call at once.
+  std::uint64_t most_scratch_bytes = ~std::uint64_t{0};
+  int threads = 1;
+};
+
+/// All levels of one store as a backend keeps them, and what these have together: coders, rings,
+/// memory. It outlives its levels. open_level() and begin_version() are called by one thread at a
+/// time.
+class Volume {
+ public:
+  virtual ~Volume() = default;
+  /// Errors: kIo, kNoSpace, kCorruption, kNotFound as the level's file has it; kInvalidArgument.
+  virtual std::unique_ptr<Backend> open_level(const LevelSpec& level) = 0;
+  /// The most memory that all levels together take beside frames: at most what the specification
+  /// allows. Grows with the blocks of the levels that are opened.
+  virtual std::uint64_t scratch_bytes() const noexcept { return 0; }
+  /// Version `sequence` was committed: all that was written so far is part of it.
+  virtual void begin_version(std::uint64_t sequence) { static_cast<void>(sequence); }
+};
+
+using OpenLevel = std::function<std::unique_ptr<Backend>(const LevelSpec&)>;
+using OpenVolume = std::function<std::unique_ptr<Volume>(const VolumeSpec&)>;
+
+/// For backends whose levels have nothing together.
+OpenVolume open_each_level(OpenLevel open);
 
 /// Names to backends. The engine knows none by itself; plait::default_backends() has the built-in
 /// ones, and a program may add its own.
@@ -134,12 +168,13 @@ class BackendRegistry {
     std::string name;
     std::string summary;  ///< one line for --help
     BackendTraits traits;
-    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open;
-    /// Checks options before anything is made; throws kInvalidArgument or kNotSupported.
-    std::function<void(const BackendOptions&)> validate;
+    OpenVolume open;
+    /// Checks options before anything is made; throws kInvalidArgument or kNotSupported. Empty:
+    /// all options are accepted.
+    std::function<void(const BackendOptions&)> validate = {};
   };
 
-  /// Errors: kInvalidArgument if the name is taken.
+  /// Errors: kInvalidArgument if the name is taken or empty, or `open` is.
   void add(Entry entry);
   /// Errors: kNotSupported naming the backends there are.
   const Entry& find(std::string_view name) const;

@@ -106,9 +106,8 @@ TEST_CASE("UringRingSubmit_QueueFullUntilACompletionIsTaken_LetsItBeTaken") {
   piped = false;
   std::unique_ptr<UringRing> ring;
   try {
-    ring = std::make_unique<UringRing>([](io_uring* of) {
-      return piped ? submit_after_the_pipe(of) : ::io_uring_submit(of);
-    });
+    ring = std::make_unique<UringRing>(
+        [](io_uring* of) { return piped ? submit_after_the_pipe(of) : ::io_uring_submit(of); });
   } catch (const Error& error) {
     WARN("skipped: " << error.what());
     return;

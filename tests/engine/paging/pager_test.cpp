@@ -1,10 +1,14 @@
 // The pager's invariants (plait/pager.h), by number where a case pins one.
 #include "plait/pager.h"
 
+#include <pthread.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <functional>
 #include <map>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -66,7 +70,7 @@ struct TestLevel {
     file.geometry = LevelGeometry(edges, {}, level, 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
-        LevelSpec{"fake", OpenMode::kCreate, file.geometry, file.table, options, 1});
+        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});
     backend = made.get();
     file.backend = std::move(made);
     pager.attach(file);
@@ -74,7 +78,7 @@ struct TestLevel {
   void put_on_disk(std::uint64_t block, unsigned char value) const {
     backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, static_cast<std::byte>(value)));
   }
-  BackendOptions options;
+  Directory directory;
   LevelFile file;
   FakeBackend* backend = nullptr;
 };
@@ -89,7 +93,8 @@ bool holds(const PinnedBlock& pinned, unsigned char value) {
   return true;
 }
 
-void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_threads, unsigned seed) {
+void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_threads,
+                 unsigned seed) {
   constexpr std::uint64_t kBudget = 8 * kBlockBytes;
   Pager pager(kBudget, io_threads);
   pager.set_policy(policy);
@@ -235,17 +240,17 @@ TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfini
       const int writes = level.backend->writes;
       PinnedBlock half = pager.pin(level.file, 1, access);
       fill(half, 9);
-      CHECK_FALSE(level.file.unfinished);
+      CHECK(level.file.is_finished());
       half.abandon();
       CHECK_FALSE(half);
-      CHECK(level.file.unfinished);
+      CHECK_FALSE(level.file.is_finished());
       pager.flush();
       CHECK(level.backend->writes == writes);
       CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
       CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
-      level.file.unfinished = false;
+      level.file.left_unfinished = false;
       pager.pin(level.file, 0, Access::kRead).abandon();
-      CHECK_FALSE(level.file.unfinished);
+      CHECK(level.file.is_finished());
       pager.detach(level.file);
     }
 }
@@ -263,6 +268,64 @@ TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
   }
   first.release();
   CHECK(pager.pin(level.file, 2, Access::kRead));
+}
+
+TEST_CASE("PagerSetAside_PartOfTheBudget_IsNotForFrames") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  TestLevel level(pager, 1, 8 * 4096);
+  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  pager.set_aside(2 * kBlockBytes);
+  CHECK(pager.budget_bytes() == 2 * kBlockBytes);
+  const PinnedBlock first = pager.pin(level.file, 4, Access::kRead);
+  const PinnedBlock second = pager.pin(level.file, 5, Access::kRead);
+  CHECK_THROWS_AS(pager.pin(level.file, 6, Access::kRead), Error);
+}
+
+TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
+  Pager pager(2 * kBlockBytes, 0);
+  TestLevel level(pager, 1, 4096);
+  {
+    UnfinishedLevels pass;
+    pass.add(level.file, Access::kRead);
+    CHECK(level.file.is_finished());
+    pass.add(level.file, Access::kUpdate);
+    CHECK_FALSE(level.file.is_finished());
+    pass.finish();
+    CHECK(level.file.is_finished());
+    pass.add(level.file, Access::kWrite);
+  }
+  CHECK_FALSE(level.file.is_finished());
+  UnfinishedLevels update;
+  update.add(level.file, Access::kUpdate);
+  update.finish();
+  CHECK_FALSE(level.file.is_finished());  // it changed what is not whole
+  UnfinishedLevels outer, inner;
+  outer.add(level.file, Access::kUpdate);
+  inner.add(level.file, Access::kWrite);
+  inner.finish();
+  CHECK_FALSE(level.file.is_finished());
+  outer.finish();
+  CHECK(level.file.is_finished());
+}
+
+// A thread needs a stack, and nobody has one of so many bytes.
+TEST_CASE("PagerAttach_ThreadsThatCannotBeHad_IsOutOfMemory") {
+  pthread_attr_t usual, huge;
+  REQUIRE(::pthread_getattr_default_np(&usual) == 0);
+  REQUIRE(::pthread_getattr_default_np(&huge) == 0);
+  REQUIRE(::pthread_attr_setstacksize(&huge, std::size_t{1} << 46) == 0);
+  REQUIRE(::pthread_setattr_default_np(&huge) == 0);
+  std::optional<ErrorCode> code;
+  {
+    Pager pager(2 * kBlockBytes, 2);
+    try {
+      TestLevel level(pager, 1, 4096);
+    } catch (const Error& error) {
+      code = error.code();
+    }
+  }
+  REQUIRE(::pthread_setattr_default_np(&usual) == 0);
+  CHECK(code == ErrorCode::kOutOfMemory);
 }
 
 TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {

@@ -446,7 +446,7 @@ TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {
   const std::filesystem::path image = place.path.parent_path() / "image";
   File(image, OpenMode::kCreate).close();
   const auto replace = [&](std::uint64_t version) {
-    replace_file(place.path, version, "spare", image);
+    replace_file(place.path, version, "spare", Directory(image.parent_path()), image.filename());
   };
   CHECK_THROWS_AS(replace(1), Error);
   CHECK(std::filesystem::exists(image));
@@ -572,6 +572,25 @@ TEST_CASE("StoreStoredBytes_OnDisk_CountsBaseRecordsAndLevels") {
   store.commit();
   const std::uint64_t base_mesh = std::filesystem::file_size(place.path / "base.mesh");
   CHECK(store.stored_bytes() == base_mesh + 12 * 12 + 2 * 4096);
+}
+
+TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place;
+    {
+      Store store = place.create(backend);
+      add_sample(store, sample_schemas()[0], 2);
+      store.commit();
+    }
+    Store reader = Store::open(place.path, {}, default_backends());
+    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+      const Error error = error_of([&] { reader.pager().pin(reader.level_file(0, 2), 0, access); });
+      CHECK(error.code() == ErrorCode::kBadState);
+      CHECK(names(error, {reader.level_file(0, 2).path.string(), "opened for reading"}));
+    }
+    CHECK(holds_sample(reader, 0));
+  }
 }
 
 TEST_CASE("Store_MovedFrom_LivesOnInItsNewPlace") {
