@@ -165,10 +165,10 @@ OpenVolume open_each_level(OpenLevel open);
 class BackendRegistry {
  public:
   struct Entry {
-    std::string name;
-    std::string summary;  ///< one line for --help
-    BackendTraits traits;
-    OpenVolume open;
+    std::string name = {};
+    std::string summary = {};  ///< one line for --help
+    BackendTraits traits = {};
+    OpenVolume open = {};
     /// Checks options before anything is made; throws kInvalidArgument or kNotSupported. Empty:
     /// all options are accepted.
     std::function<void(const BackendOptions&)> validate = {};
