@@ -9,21 +9,18 @@
 namespace plait {
 namespace {
 
-/// Backends without options accept whatever is set for others.
-void validate_nothing(const BackendOptions&) {}
-
 BackendRegistry built_in() {
   BackendRegistry registry;
   registry.add({"memory", "in memory only, gone with the process", kMemoryTraits,
-                open_memory_backend, validate_nothing});
+                open_each_level(open_memory_backend)});
   registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
-                open_pread_backend, validate_nothing});
+                open_each_level(open_pread_backend)});
   registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
-                kUringTraits, open_uring_backend, validate_uring});
-  registry.add({"mmap", "raw files, mapped; the operating system pages", kMmapTraits,
-                open_mmap_backend, validate_nothing});
+                kUringTraits, open_uring_volume, validate_uring});
+  registry.add({"mmap", "raw files, mapped where they are only read", kMmapTraits,
+                open_each_level(open_mmap_backend)});
   registry.add({"compressed", "filter and codec per block (--filter, --codec)", kCompressedTraits,
-                open_compressed_backend, validate_compressed_options});
+                open_compressed_volume, validate_compressed_options});
   return registry;
 }
 

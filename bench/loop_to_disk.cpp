@@ -53,7 +53,7 @@ struct Case {
 };
 
 WriteWay way_of(const BackendRegistry::Entry& backend) {
-  if (backend.traits.direct) return WriteWay::kMapped;
+  if (backend.traits.maps_for_reading) return WriteWay::kMapped;
   if (backend.name == "uring") return WriteWay::kDirect;
   return backend.name == "pread" ? WriteWay::kBegun : WriteWay::kBuffered;
 }

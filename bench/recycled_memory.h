@@ -55,17 +55,14 @@ class RecycledMemory final : public Backend {
   RecycledMemory(const RecycledMemory&) = delete;
   RecycledMemory& operator=(const RecycledMemory&) = delete;
 
-  static constexpr BackendTraits kTraits{true, false, false};
-  BackendTraits traits() const noexcept override { return kTraits; }
+  static constexpr BackendTraits kTraits{.in_memory = true};
   void read(BlockRange blocks, std::span<std::byte> into) override {
-    std::memcpy(into.data(), address(blocks.first, false), into.size());
+    std::memcpy(into.data(), address(blocks.first), into.size());
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
-    std::memcpy(address(blocks.first, true), from.data(), from.size());
+    std::memcpy(address(blocks.first), from.data(), from.size());
   }
-  std::byte* address(std::uint64_t block, bool) override {
-    return base_ + geometry_.block_offset(block);
-  }
+  std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }
@@ -80,10 +77,10 @@ class RecycledMemory final : public Backend {
 /// `pages` must outlive all stores.
 inline BackendRegistry recycled_memory(PageCache& pages) {
   BackendRegistry registry;
-  registry.add(
-      {"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
-       [&pages](const LevelSpec& level) { return std::make_unique<RecycledMemory>(level, pages); },
-       [](const BackendOptions&) {}});
+  registry.add({"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
+                open_each_level([&pages](const LevelSpec& level) {
+                  return std::make_unique<RecycledMemory>(level, pages);
+                })});
   return registry;
 }
 

@@ -5,14 +5,27 @@
 
 namespace plait {
 
-BlockCoder::BlockCoder(const std::string& codec, const std::string& filter,
-                       std::size_t component_bytes, std::uint64_t max_raw_bytes)
+BlockCoder::BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
+                       std::uint64_t max_raw_bytes)
     : codec_(make_codec(codec)),
-      filters_(make_filter_chain(filter, component_bytes)),
+      filter_(std::move(filter)),
+      component_bytes_(component_bytes),
+      filters_(make_filter_chain(filter_, component_bytes)),
       max_raw_bytes_(max_raw_bytes) {}
 
+std::uint64_t BlockCoder::memory_bytes() const {
+  return max_encoded_bytes(max_raw_bytes_) +
+         std::min<std::size_t>(filters_.size(), 2) * max_raw_bytes_ +
+         codec_->memory_bytes(max_raw_bytes_);
+}
+
+void BlockCoder::set_component_bytes(std::size_t component_bytes) {
+  if (component_bytes == component_bytes_) return;
+  filters_ = make_filter_chain(filter_, component_bytes);
+  component_bytes_ = component_bytes;
+}
+
 void BlockCoder::make_room() {
-  if (!stored_.empty()) return;
   for (std::size_t i = 0; i < std::min<std::size_t>(filters_.size(), 2); ++i)
     filtered_[i].resize(max_raw_bytes_);
   stored_.resize(max_encoded_bytes(max_raw_bytes_));
@@ -49,33 +62,6 @@ void BlockCoder::decode(std::span<const std::byte> stored, std::span<std::byte> 
     source = target;
   }
   filters_[0]->decode(source, raw);
-}
-
-CoderPool::CoderPool(std::string codec, std::string filter, std::size_t component_bytes,
-                     std::uint64_t max_raw_bytes)
-    : codec_(std::move(codec)),
-      filter_(std::move(filter)),
-      component_bytes_(component_bytes),
-      max_raw_bytes_(max_raw_bytes) {
-  give_back(take());  // the first one now: options that cannot be had are refused at open
-}
-
-std::unique_ptr<BlockCoder> CoderPool::take() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (!idle_.empty()) {
-      auto coder = std::move(idle_.back());
-      idle_.pop_back();
-      return coder;
-    }
-    idle_.reserve(++made_count_);
-  }
-  return std::make_unique<BlockCoder>(codec_, filter_, component_bytes_, max_raw_bytes_);
-}
-
-void CoderPool::give_back(std::unique_ptr<BlockCoder> coder) noexcept {
-  const std::lock_guard lock(mutex_);
-  idle_.push_back(std::move(coder));
 }
 
 }  // namespace plait

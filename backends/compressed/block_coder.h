@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,8 +29,14 @@ struct EncodedBlock {
 /// One thread at a time.
 class BlockCoder {
  public:
-  BlockCoder(const std::string& codec, const std::string& filter, std::size_t component_bytes,
+  /// Errors: as make_codec and make_filter_chain.
+  BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
              std::uint64_t max_raw_bytes);
+
+  /// The most memory that it takes, once it has coded.
+  std::uint64_t memory_bytes() const;
+  /// What a shuffle filter groups by from now on.
+  void set_component_bytes(std::size_t component_bytes);
 
   EncodedBlock encode(std::span<const std::byte> raw);
   /// Room for the stored bytes of a block, to be filled before decode().
@@ -46,43 +51,12 @@ class BlockCoder {
   void make_room();
 
   std::unique_ptr<Codec> codec_;
+  std::string filter_;
+  std::size_t component_bytes_;
   FilterChain filters_;
   std::uint64_t max_raw_bytes_;
   Buffer stored_;
   Buffer filtered_[2];  ///< where the stages of the chain take turns; empty if not needed
-};
-
-/// Coders that are kept for the next caller, because their memory is faulted in and their contexts
-/// are set up: there will be as many as there are threads. Safe from any thread.
-class CoderPool {
- public:
-  CoderPool(std::string codec, std::string filter, std::size_t component_bytes,
-            std::uint64_t max_raw_bytes);
-
-  class Lease {
-   public:
-    explicit Lease(CoderPool& pool) : pool_(pool), coder_(pool.take()) {}
-    ~Lease() { pool_.give_back(std::move(coder_)); }
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    BlockCoder& operator*() { return *coder_; }
-    BlockCoder* operator->() { return coder_.get(); }
-
-   private:
-    CoderPool& pool_;
-    std::unique_ptr<BlockCoder> coder_;
-  };
-
- private:
-  std::unique_ptr<BlockCoder> take();
-  void give_back(std::unique_ptr<BlockCoder> coder) noexcept;
-
-  std::string codec_, filter_;
-  std::size_t component_bytes_;
-  std::uint64_t max_raw_bytes_;
-  std::mutex mutex_;
-  std::size_t made_count_ = 0;
-  std::vector<std::unique_ptr<BlockCoder>> idle_;  ///< capacity for all that were made
 };
 
 }  // namespace plait

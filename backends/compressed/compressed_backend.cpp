@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "compressed/block_coder.h"
+#include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "level_file.h"
 #include "plait/error.h"
@@ -41,20 +41,18 @@ File open_file(const LevelSpec& level) {
 
 class CompressedBackend final : public Backend {
  public:
-  explicit CompressedBackend(const LevelSpec& level)
+  CompressedBackend(const LevelSpec& level, CoderPool& coders)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
-        coders_(level.options.codec, level.options.filter, level.component_bytes,
-                geometry_.max_block_bytes()) {}
-
-  BackendTraits traits() const noexcept override { return kCompressedTraits; }
+        component_bytes_(level.component_bytes),
+        coders_(coders) {}
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    CoderPool::Lease coder(coders_);
+    CoderPool::Lease coder(coders_, component_bytes_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<std::byte> raw = into.first(geometry_.block_bytes(block));
       into = into.subspan(raw.size());
@@ -80,15 +78,13 @@ class CompressedBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    CoderPool::Lease coder(coders_);
+    CoderPool::Lease coder(coders_, component_bytes_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<const std::byte> raw = from.first(geometry_.block_bytes(block));
       from = from.subspan(raw.size());
       write_encoded(block, coder->encode(raw));
     }
   }
-
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
     if (advice == Advice::kSequential || advice == Advice::kRandom)  // of a file, not of a range
@@ -154,13 +150,30 @@ class CompressedBackend final : public Backend {
   File file_;
   mutable std::mutex mutex_;  ///< guards extents_, and entries against advise()
   ExtentAllocator extents_;
+  std::size_t component_bytes_;
+  CoderPool& coders_;
+};
+
+class CompressedVolume final : public Volume {
+ public:
+  explicit CompressedVolume(const VolumeSpec& volume) : coders_(volume) {}
+
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
+    auto opened = std::make_unique<CompressedBackend>(level, coders_);
+    coders_.make_room_for(level.geometry.max_block_bytes());
+    return opened;
+  }
+  std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
+  void begin_version(std::uint64_t) override { coders_.shrink(); }
+
+ private:
   CoderPool coders_;
 };
 
 }  // namespace
 
-std::unique_ptr<Backend> open_compressed_backend(const LevelSpec& level) {
-  return std::make_unique<CompressedBackend>(level);
+std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume) {
+  return std::make_unique<CompressedVolume>(volume);
 }
 
 void validate_compressed_options(const BackendOptions& options) {

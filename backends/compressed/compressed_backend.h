@@ -9,11 +9,11 @@
 
 namespace plait {
 
-constexpr BackendTraits kCompressedTraits{.direct = false, .compressed = true, .durable = true};
+constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 
 /// Errors: as ExtentAllocator, make_codec and make_filter_chain; kCorruption for an entry that
 /// cannot be of its block; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
-std::unique_ptr<Backend> open_compressed_backend(const LevelSpec& level);
+std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume);
 
 /// Whether there are such a codec and such a filter.
 void validate_compressed_options(const BackendOptions& options);

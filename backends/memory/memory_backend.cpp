@@ -32,24 +32,20 @@ class MemoryBackend final : public Backend {
   MemoryBackend(const MemoryBackend&) = delete;
   MemoryBackend& operator=(const MemoryBackend&) = delete;
 
-  BackendTraits traits() const noexcept override { return kMemoryTraits; }
-
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    copy_unless_same(address(blocks.first, false), into.data(), into.size());
+    copy_unless_same(address(blocks.first), into.data(), into.size());
     zero_unwritten(geometry_, table_, blocks, into);
   }
 
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_request(geometry_, blocks, from.size());
-    copy_unless_same(from.data(), address(blocks.first, true), from.size());
+    copy_unless_same(from.data(), address(blocks.first), from.size());
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
       table_.mark_written(block, geometry_.block_offset(block), geometry_.block_bytes(block));
   }
 
-  std::byte* address(std::uint64_t block, bool) override {
-    return base_ + geometry_.block_offset(block);
-  }
+  std::byte* address(std::uint64_t block) override { return base_ + geometry_.block_offset(block); }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return geometry_.total_bytes(); }

@@ -7,7 +7,7 @@
 
 namespace plait {
 
-constexpr BackendTraits kMemoryTraits{.direct = true, .compressed = false, .durable = false};
+constexpr BackendTraits kMemoryTraits{.in_memory = true};
 
 /// Errors: kOutOfMemory; kBadState unless the mode is kCreate, for there is nothing to open.
 std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);

@@ -15,8 +15,6 @@ class PreadBackend final : public Backend {
         mode_(level.mode),
         file_(open_fixed_file(level)) {}
 
-  BackendTraits traits() const noexcept override { return kPreadTraits; }
-
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
     // One call for all blocks; those never written among them are holes, which cost no disk.
@@ -35,8 +33,6 @@ class PreadBackend final : public Backend {
     if (fresh) start_writing(file_, fixed_bytes(geometry_, blocks));
     seal_raw(geometry_, table_, blocks, from);
   }
-
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
     advise_file(file_, fixed_bytes(geometry_, blocks), advice);

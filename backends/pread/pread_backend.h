@@ -8,7 +8,7 @@
 
 namespace plait {
 
-constexpr BackendTraits kPreadTraits{.direct = false, .compressed = false, .durable = true};
+constexpr BackendTraits kPreadTraits{.durable = true, .overwrites_in_place = true};
 
 /// Errors: as open_fixed_file. A new file has its space from the start.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);

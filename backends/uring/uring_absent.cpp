@@ -3,8 +3,8 @@
 
 namespace plait {
 
-std::unique_ptr<Backend> open_uring_backend(const LevelSpec& level) {
-  validate_uring(level.options);
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
+  validate_uring(volume.options);
   return nullptr;
 }
 

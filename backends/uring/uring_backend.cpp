@@ -64,15 +64,13 @@ class Countdown final : public TransferListener {
 
 class UringBackend final : public Backend {
  public:
-  explicit UringBackend(const LevelSpec& level)
+  UringBackend(const LevelSpec& level, UringRing& ring)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        ring_(UringRing::shared()),
+        ring_(ring),
         file_(open_fixed_file(level)),
         direct_(open_direct(level)) {}
-
-  BackendTraits traits() const noexcept override { return kUringTraits; }
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
@@ -89,7 +87,6 @@ class UringBackend final : public Backend {
 
   void start(Transfer& transfer) noexcept override;
 
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool durable) override {
     if (durable) file_.sync();
@@ -130,7 +127,7 @@ class UringBackend final : public Backend {
   const LevelGeometry& geometry_;
   BlockTable& table_;
   OpenMode mode_;
-  std::shared_ptr<UringRing> ring_;
+  UringRing& ring_;
   File file_;    ///< through the page cache
   File direct_;  ///< past it
 };
@@ -175,9 +172,9 @@ class UringBackend::BlockInFlight final : public RingRequest {
     if (verdict.error != 0) return completed(-verdict.error);
     // Whole pages, or none.
     const std::uint64_t most_bytes = std::max(verdict.most_bytes, kPageBytes);
-    backend_.ring_->submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
-                           backend_.direct_.descriptor(), rest_offset(),
-                           rest_.first(std::min<std::uint64_t>(most_bytes, rest_.size())), *this);
+    backend_.ring_.submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
+                          backend_.direct_.descriptor(), rest_offset(),
+                          rest_.first(std::min<std::uint64_t>(most_bytes, rest_.size())), *this);
   }
 
   void completed(int result) noexcept override {
@@ -258,10 +255,20 @@ void UringBackend::start(Transfer& transfer) noexcept {
   made.release()->submit_rest();
 }
 
+class UringVolume final : public Volume {
+ public:
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
+    return std::make_unique<UringBackend>(level, *ring_);
+  }
+
+ private:
+  std::shared_ptr<UringRing> ring_ = UringRing::shared();
+};
+
 }  // namespace
 
-std::unique_ptr<Backend> open_uring_backend(const LevelSpec& level) {
-  return std::make_unique<UringBackend>(level);
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec&) {
+  return std::make_unique<UringVolume>();
 }
 
 void validate_uring(const BackendOptions&) { UringRing::shared(); }

@@ -8,11 +8,11 @@
 
 namespace plait {
 
-constexpr BackendTraits kUringTraits{.direct = false, .compressed = false, .durable = true};
+constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
-/// Errors: as open_fixed_file; kNotSupported as validate_uring, or naming the file where its file
-/// system has no O_DIRECT. A new file is preallocated.
-std::unique_ptr<Backend> open_uring_backend(const LevelSpec& level);
+/// Its levels share the ring. Errors: as validate_uring. Of a level: as open_fixed_file;
+/// kNotSupported naming the file where its file system has no O_DIRECT. A new file is preallocated.
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
 /// Errors: kNotSupported where liburing was absent when this was built, or the kernel refuses
 /// io_uring.

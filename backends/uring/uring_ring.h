@@ -30,27 +30,35 @@ class RingRequest {
 /// not measured.
 class UringRing {
  public:
+  /// io_uring_submit, or what a test puts in its place.
+  using Submit = int (*)(io_uring*);
+
   /// The ring, made if there is none; it lives as long as somebody holds it.
-  /// Errors: kNotSupported if the kernel refuses io_uring; std::system_error for want of a thread.
+  /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory for want of a thread.
   static std::shared_ptr<UringRing> shared();
 
-  UringRing();
+  explicit UringRing(Submit with = ::io_uring_submit);
   ~UringRing();  ///< REQUIRES: nothing is on its way
   UringRing(const UringRing&) = delete;
   UringRing& operator=(const UringRing&) = delete;
 
   enum class Operation : std::uint8_t { kRead, kWrite };
-  /// Begins one transfer, which may end short. Request and memory stay until it completed.
+  /// Begins one transfer, which may end short. Request and memory stay until it completed. What the
+  /// kernel refuses for the moment only is offered again; what it refuses for good completes with
+  /// the error, and the kernel never touches its memory.
   void submit(Operation operation, int descriptor, std::uint64_t offset,
               std::span<std::byte> memory, RingRequest& request) noexcept;
 
  private:
   void reap() noexcept;
-  /// 0 or an errno.
-  int push(Operation operation, int descriptor, std::uint64_t offset, std::span<std::byte> memory,
-           RingRequest* request) noexcept;
+  /// What the kernel gives back with a request that ends the thread.
+  void* end_mark() noexcept { return this; }
+  /// Hands the entry that was prepared last to the kernel, lets go of the lock between attempts.
+  /// 0, or an errno: the entry does nothing then, whenever the kernel comes to take it.
+  int hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept;
 
-  io_uring ring_{};   ///< for the thread sanitizer: tools/dev/tsan/liburing.h
+  io_uring ring_{};  ///< for the thread sanitizer: tools/dev/tsan/liburing.h
+  Submit submit_;
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;
 };

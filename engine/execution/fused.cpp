@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -119,17 +120,29 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
                             store.pager().budget_bytes(), store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow);
 
+  UnfinishedLevels written;
+  for (const AttributeId id : pass.outputs)
+    for (int level = 1; level <= pass.levels; ++level)
+      written.add(store.level_file(id, store.base_level() + level), Access::kWrite);
   FusedRun run(store, pass, options.threads);
   const std::uint64_t faces = store.base().face_count();
   {
     std::vector<std::jthread> helpers;
-    for (int i = 1; i < options.threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
+    try {
+      for (int i = 1; i < options.threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
+    } catch (const std::system_error& failure) {
+      run.schedule().stop();
+      throw Error(ErrorCode::kOutOfMemory,
+                  fmt::format("fused '{}': start thread {} of {}: {}", pass.name,
+                              helpers.size() + 2, options.threads, failure.code().message()));
+    }
     run.work([&] {
       if (options.proceed && !options.proceed(run.schedule().faces_done(), faces))
         throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
     });
   }
   run.throw_error();
+  written.finish();
 }
 
 }  // namespace plait

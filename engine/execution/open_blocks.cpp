@@ -7,7 +7,7 @@ namespace plait {
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
     : store_(store),
       level_count_(static_cast<std::size_t>(levels)),
-      stays_in_memory_(store.backend_traits().direct && !store.backend_traits().durable) {
+      stays_in_memory_(store.backend_traits().in_memory) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
       Level& level = levels_.emplace_back();
@@ -20,6 +20,11 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
         level.remaining[block] = geometry.edge_after(block) - geometry.first_edge(block);
       }
     }
+}
+
+OpenBlocks::~OpenBlocks() {
+  for (Level& level : levels_)
+    for (PinnedBlock& pin : level.pins) pin.abandon();
 }
 
 void OpenBlocks::open(EdgeId edge) {

@@ -14,6 +14,10 @@ class OpenBlocks {
  public:
   /// Levels 1 to `levels`, counted from the base mesh, of these attributes.
   OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels);
+  /// Abandons the blocks that are not filled.
+  ~OpenBlocks();
+  OpenBlocks(const OpenBlocks&) = delete;
+  OpenBlocks& operator=(const OpenBlocks&) = delete;
 
   /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
   void open(EdgeId edge);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <list>
 
 #include "paging/frame_pool.h"
@@ -20,6 +21,16 @@ struct PatchWindow::Pins {
   std::vector<Access> access;                       ///< [level]
   std::uint32_t stamp = 0;                          ///< of the current face
   std::uint64_t window_bytes = 0, pinned_bytes = 0;
+  int exceptions = std::uncaught_exceptions();  ///< when the window was made
+
+  std::vector<LevelFile*> written;
+
+  ~Pins() {
+    if (std::uncaught_exceptions() == exceptions) return;
+    // An exception that passes by ends the work in the middle of a pass.
+    for (LevelFile* const level : written) level->left_unfinished = true;
+    for (Pin& pin : in_order) pin.pinned.abandon();
+  }
 
   std::uint64_t frame_bytes(const PatchWindow& window, std::size_t level) const {
     return FramePool::frame_bytes(window.levels_[level].file->geometry.max_block_bytes());
@@ -53,6 +64,7 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
           fmt::format("activate level {} of '{}' for writing: {} was opened for reading", level,
                       store_->attributes()[attribute_].schema.name, store_->path().native()));
   pins_->in_order.clear();
+  pins_->written.clear();
   pins_->pinned_bytes = 0;
   pins_->used_by.clear();
   pins_->access.clear();
@@ -65,6 +77,7 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
     pins_->used_by.emplace_back(file.geometry.block_count(), 0);
     pins_->access.push_back(level >= first_writable && level <= last_writable ? Access::kUpdate
                                                                               : Access::kRead);
+    if (pins_->access.back() != Access::kRead) pins_->written.push_back(&file);
   }
   store_->pager().set_policy(EvictionPolicy::kWindow);
 }

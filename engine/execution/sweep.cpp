@@ -89,6 +89,10 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
                     measure_spans(store.base()).loop.span, store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow, needed_bytes);
+  UnfinishedLevels written;
+  for (const LevelAccess& access : pass.accesses)
+    for (int level = access.first_level; level <= access.last_level; ++level)
+      written.add(store.level_file(access.attribute, level), access.access);
 
   // No more than the machine runs at once: TBB would print a warning and ignore the rest.
   const int concurrency = std::min(options.threads, tbb::this_task_arena::max_concurrency());
@@ -120,6 +124,8 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
     if (options.proceed && !options.proceed(first, edge_count))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
+  window.finish();
+  written.finish();
 }
 
 }  // namespace plait

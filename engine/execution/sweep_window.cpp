@@ -21,7 +21,7 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
       level.file = &file;
       level.access = access.access;
       level.planned_in.assign(file.geometry.block_count(), 0);
-      if (access.access != Access::kWrite && file.backend->traits().durable) {
+      if (access.access != Access::kWrite && !file.traits.in_memory) {
         level.announced.assign(file.geometry.block_count(), false);
         file.backend->advise({0, file.geometry.block_count()}, Advice::kSequential);
       }
@@ -29,6 +29,17 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
       seen.levels.back().starts.assign(file.geometry.block_count(), 0);
     }
   }
+}
+
+SweepWindow::~SweepWindow() {
+  for (std::vector<Level>& levels : levels_)
+    for (Level& level : levels)
+      for (auto& [block, pin] : level.pinned) pin.abandon();
+}
+
+void SweepWindow::finish() noexcept {
+  for (std::vector<Level>& levels : levels_)
+    for (Level& level : levels) level.pinned.clear();
 }
 
 EdgeId SweepWindow::chunk_edges(int threads) const {

@@ -12,6 +12,10 @@ namespace plait {
 class SweepWindow {
  public:
   SweepWindow(Store& store, const SweepPass& pass);
+  /// Abandons what is pinned, unless finish() was called.
+  ~SweepWindow();
+  SweepWindow(const SweepWindow&) = delete;
+  SweepWindow& operator=(const SweepWindow&) = delete;
 
   /// Edges that are worked on together: those of one block of the finest level, but enough of them
   /// to keep `threads` threads busy.
@@ -25,6 +29,9 @@ class SweepWindow {
   void look_ahead(EdgeId first, EdgeId chunk);
   /// Unpins what is not planned, then pins what is.
   void advance();
+
+  /// All edges were worked on.
+  void finish() noexcept;
 
   const SweepView& view() const { return view_; }
 

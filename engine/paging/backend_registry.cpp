@@ -7,11 +7,33 @@
 #include "plait/error.h"
 
 namespace plait {
+namespace {
+
+class SeparateLevels final : public Volume {
+ public:
+  explicit SeparateLevels(OpenLevel open) : open_(std::move(open)) {}
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override { return open_(level); }
+
+ private:
+  OpenLevel open_;
+};
+
+}  // namespace
+
+OpenVolume open_each_level(OpenLevel open) {
+  return [open = std::move(open)](const VolumeSpec&) {
+    return std::make_unique<SeparateLevels>(open);
+  };
+}
 
 void BackendRegistry::add(Entry entry) {
   if (entry.name.empty() || entries_.contains(entry.name))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add backend \"{}\": expected a name that is free", entry.name));
+  if (!entry.open)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add backend \"{}\": expected a function that opens it", entry.name));
+  if (!entry.validate) entry.validate = [](const BackendOptions&) {};
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }

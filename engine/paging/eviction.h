@@ -1,14 +1,7 @@
 // Which unpinned frame goes next.
 #pragma once
 
-#include <cstdint>
-#include <list>
-#include <memory>
-#include <set>
-#include <utility>
-#include <vector>
-
-#include "plait/pager.h"
+#include "paging/frame.h"
 
 namespace plait {
 
@@ -16,66 +9,52 @@ namespace plait {
 class Eviction {
  public:
   virtual ~Eviction() = default;
-  /// `frame` holds no pin any more; its block ends before edge `edge_after` (0: an earlier sweep
-  /// left it, and it goes first). erase() is called with the same.
-  virtual void insert(std::uint32_t frame, EdgeId edge_after) = 0;
-  virtual void erase(std::uint32_t frame, EdgeId edge_after) = 0;
-  /// The next to go, or kNoId; it stays in the set until erased.
-  virtual std::uint32_t victim() = 0;
+  /// The frame holds no pin any more; its block ends before edge `content.order` (0: an earlier
+  /// sweep left it, and it goes first).
+  virtual void insert(Frame& frame) noexcept = 0;
+  virtual void erase(Frame& frame) noexcept = 0;
+  /// The next to go, or nullptr; it stays until erased.
+  virtual Frame* victim() noexcept = 0;
 };
 
 /// Window: the block that ends furthest behind. Since all levels share the edge order, their
 /// windows cover the same edge range without any level being told its share.
 class WindowEviction final : public Eviction {
  public:
-  void insert(std::uint32_t frame, EdgeId edge_after) override {
-    frames_.emplace(edge_after, frame);
-  }
-  void erase(std::uint32_t frame, EdgeId edge_after) override {
-    frames_.erase({edge_after, frame});
-  }
-  std::uint32_t victim() override { return frames_.empty() ? kNoId : frames_.begin()->second; }
+  void insert(Frame& frame) noexcept override { frames_.insert(frame); }
+  void erase(Frame& frame) noexcept override { frames_.erase(frames_.iterator_to(frame)); }
+  Frame* victim() noexcept override { return frames_.empty() ? nullptr : &*frames_.begin(); }
 
  private:
-  std::set<std::pair<EdgeId, std::uint32_t>> frames_;
+  FrameOrder frames_;
 };
 
 /// Clock: a frame that came back since the hand last passed it is spared once.
 class ClockEviction final : public Eviction {
  public:
-  void insert(std::uint32_t frame, EdgeId) override {
-    if (frame >= where_.size()) where_.resize(frame + 1, Place{ring_.end(), false});
-    where_[frame] = {ring_.insert(hand_, frame), true};
-    if (hand_ == ring_.end()) hand_ = ring_.begin();
+  void insert(Frame& frame) noexcept override {
+    frame.content.referenced = true;
+    const auto position = ring_.insert(hand_, frame);
+    if (hand_ == ring_.end()) hand_ = position;
   }
-  void erase(std::uint32_t frame, EdgeId) override {
-    if (hand_ == where_[frame].position) ++hand_;
-    ring_.erase(where_[frame].position);
+  void erase(Frame& frame) noexcept override {
+    const auto position = ring_.iterator_to(frame);
+    if (hand_ == position) ++hand_;
+    ring_.erase(position);
   }
-  std::uint32_t victim() override {
-    if (ring_.empty()) return kNoId;
+  Frame* victim() noexcept override {
+    if (ring_.empty()) return nullptr;
     while (true) {
       if (hand_ == ring_.end()) hand_ = ring_.begin();
-      if (!where_[*hand_].referenced) return *hand_;
-      where_[*hand_].referenced = false;
+      if (!hand_->content.referenced) return &*hand_;
+      hand_->content.referenced = false;
       ++hand_;
     }
   }
 
  private:
-  using Ring = std::list<std::uint32_t>;
-  struct Place {
-    Ring::iterator position;
-    bool referenced;
-  };
-  Ring ring_;
-  Ring::iterator hand_ = ring_.end();
-  std::vector<Place> where_;
+  FrameQueue ring_;
+  FrameQueue::iterator hand_ = ring_.end();
 };
-
-inline std::unique_ptr<Eviction> make_eviction(EvictionPolicy policy) {
-  if (policy == EvictionPolicy::kClock) return std::make_unique<ClockEviction>();
-  return std::make_unique<WindowEviction>();
-}
 
 }  // namespace plait

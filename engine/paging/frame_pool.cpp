@@ -2,35 +2,39 @@
 
 #include <algorithm>
 #include <new>
+#include <ranges>
+#include <utility>
 
 namespace plait {
 
 FramePool::~FramePool() {
-  for (auto& [bytes, frames] : idle_)
-    for (std::byte* memory : frames) ::operator delete(memory, std::align_val_t(kAlignment));
+  for (auto& [bytes, list] : idle_)
+    while (list) ::operator delete(pop(list), std::align_val_t(kAlignment));
 }
 
-bool FramePool::make_room(std::uint64_t bytes) {
-  if (used_bytes_ + bytes > budget_bytes_) return false;
-  while (used_bytes_ + idle_bytes_ + bytes > budget_bytes_) {
-    const auto largest = std::prev(idle_.end());
-    ::operator delete(largest->second.back(), std::align_val_t(kAlignment));
-    idle_bytes_ -= largest->first;
-    largest->second.pop_back();
-    if (largest->second.empty()) idle_.erase(largest);
-  }
+std::byte* FramePool::pop(Idle*& list) noexcept {
+  return reinterpret_cast<std::byte*>(std::exchange(list, list->next));
+}
+
+bool FramePool::make_room(std::uint64_t bytes) noexcept {
+  if (used_bytes_ + bytes > budget_bytes()) return false;
+  for (auto& [idle_frame_bytes, list] : std::views::reverse(idle_))
+    while (list && used_bytes_ + idle_bytes_ + bytes > budget_bytes()) {
+      ::operator delete(pop(list), std::align_val_t(kAlignment));
+      idle_bytes_ -= idle_frame_bytes;
+    }
   return true;
 }
 
 std::byte* FramePool::take(std::uint64_t bytes) {
+  Idle*& list = idle_[bytes];
+  if (used_bytes_ + bytes > budget_bytes()) return nullptr;
   std::byte* memory = nullptr;
-  if (const auto found = idle_.find(bytes); found != idle_.end()) {
-    memory = found->second.back();
-    found->second.pop_back();
+  if (list) {
+    memory = pop(list);
     idle_bytes_ -= bytes;
-    if (found->second.empty()) idle_.erase(found);
   } else {
-    if (!make_room(bytes)) return nullptr;
+    make_room(bytes);
     memory = static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kAlignment)));
   }
   used_bytes_ += bytes;
@@ -38,17 +42,23 @@ std::byte* FramePool::take(std::uint64_t bytes) {
   return memory;
 }
 
-void FramePool::give_back(std::byte* memory, std::uint64_t bytes) {
+void FramePool::give_back(std::byte* memory, std::uint64_t bytes) noexcept {
   used_bytes_ -= bytes;
   idle_bytes_ += bytes;
-  idle_[bytes].push_back(memory);
+  Idle*& list = idle_.find(bytes)->second;
+  list = new (memory) Idle{list};
 }
 
-bool FramePool::reserve(std::uint64_t bytes) {
+bool FramePool::reserve(std::uint64_t bytes) noexcept {
   if (!make_room(bytes)) return false;
   used_bytes_ += bytes;
   peak_bytes_ = std::max(peak_bytes_, used_bytes_);
   return true;
+}
+
+void FramePool::set_aside(std::uint64_t bytes) noexcept {
+  aside_bytes_ = std::min(bytes, budget_bytes_);
+  if (used_bytes_ <= budget_bytes()) make_room(0);
 }
 
 }  // namespace plait

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <vector>
 
 namespace plait {
 
@@ -23,23 +22,33 @@ class FramePool {
   }
 
   /// Memory for a frame, or nullptr if the budget has no room. `bytes` is a frame_bytes() value.
+  /// Errors: std::bad_alloc.
   std::byte* take(std::uint64_t bytes);
-  void give_back(std::byte* memory, std::uint64_t bytes);
-  /// Accounts for (and frees) a frame whose memory is a backend's own.
-  bool reserve(std::uint64_t bytes);
-  void unreserve(std::uint64_t bytes) { used_bytes_ -= bytes; }
+  void give_back(std::byte* memory, std::uint64_t bytes) noexcept;
+  /// Accounts for a frame whose memory is a backend's own.
+  bool reserve(std::uint64_t bytes) noexcept;
+  void unreserve(std::uint64_t bytes) noexcept { used_bytes_ -= bytes; }
 
-  std::uint64_t budget_bytes() const { return budget_bytes_; }
+  /// Of the budget so much is not for frames.
+  void set_aside(std::uint64_t bytes) noexcept;
+
+  /// What is for frames.
+  std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
   std::uint64_t used_bytes() const { return used_bytes_; }  ///< in frames that are taken
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
  private:
   static constexpr std::uint64_t kAlignment = 4096;
-  bool make_room(std::uint64_t bytes);
+  /// In the first bytes of an idle frame: to give one back allocates nothing.
+  struct Idle {
+    Idle* next;
+  };
+  bool make_room(std::uint64_t bytes) noexcept;
+  static std::byte* pop(Idle*& list) noexcept;
 
-  std::uint64_t budget_bytes_;
+  std::uint64_t budget_bytes_, aside_bytes_ = 0;
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
-  std::map<std::uint64_t, std::vector<std::byte*>> idle_;
+  std::map<std::uint64_t, Idle*> idle_;  ///< every size that was ever taken
 };
 
 }  // namespace plait

@@ -1,6 +1,11 @@
 #include "paging/io_queue.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <system_error>
+
+#include "plait/error.h"
 
 namespace plait {
 
@@ -14,46 +19,54 @@ IoQueue::~IoQueue() {
 }
 
 void IoQueue::start_threads() {
-  while (threads_.size() < static_cast<std::size_t>(thread_count_))
-    threads_.emplace_back([this] { work(); });
+  try {
+    while (threads_.size() < static_cast<std::size_t>(thread_count_))
+      threads_.emplace_back([this] { work(); });
+  } catch (const std::system_error& failure) {
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("start I/O thread {} of {}: {}", threads_.size() + 1, thread_count_,
+                            failure.code().message()));
+  }
 }
 
-void IoQueue::submit(Backend& backend, Transfer& transfer) {
+void IoQueue::submit(QueuedTransfer& transfer) noexcept {
   {
     const std::scoped_lock lock(mutex_);
-    jobs_.push_back({&backend, &transfer});
+    queue_.push_back(transfer);
   }
   queued_.notify_one();
 }
 
-bool IoQueue::withdraw(const Transfer& transfer) {
+bool IoQueue::withdraw(QueuedTransfer& transfer) noexcept {
   const std::scoped_lock lock(mutex_);
-  return std::erase_if(jobs_, [&](const Job& job) { return job.transfer == &transfer; }) > 0;
-}
-
-bool IoQueue::begin_oldest(Transfer::Direction direction) {
-  Job job{};
-  {
-    const std::scoped_lock lock(mutex_);
-    const auto oldest = std::ranges::find_if(
-        jobs_, [&](const Job& queued) { return queued.transfer->direction == direction; });
-    if (oldest == jobs_.end()) return false;
-    job = *oldest;
-    jobs_.erase(oldest);
-  }
-  job.backend->start(*job.transfer);
+  if (!transfer.in_queue.is_linked()) return false;
+  queue_.erase(queue_.iterator_to(transfer));
   return true;
 }
 
-void IoQueue::work() {
+bool IoQueue::begin_oldest(Transfer::Direction direction) noexcept {
+  QueuedTransfer* transfer = nullptr;
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto oldest = std::ranges::find_if(
+        queue_, [&](const QueuedTransfer& queued) { return queued.direction == direction; });
+    if (oldest == queue_.end()) return false;
+    transfer = &*oldest;
+    queue_.erase(oldest);
+  }
+  transfer->backend->start(*transfer);
+  return true;
+}
+
+void IoQueue::work() noexcept {
   std::unique_lock lock(mutex_);
   while (true) {
-    queued_.wait(lock, [&] { return ending_ || !jobs_.empty(); });
-    if (jobs_.empty()) return;
-    const Job job = jobs_.front();
-    jobs_.pop_front();
+    queued_.wait(lock, [&] { return ending_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    QueuedTransfer& transfer = queue_.front();
+    queue_.pop_front();
     lock.unlock();
-    job.backend->start(*job.transfer);
+    transfer.backend->start(transfer);
     lock.lock();
   }
 }

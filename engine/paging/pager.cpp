@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <tuple>
 #include <utility>
 
 #include "paging/pager_implementation.h"
@@ -11,19 +10,20 @@
 namespace plait {
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads)
-    : pool_(budget_bytes), eviction_(make_eviction(policy_)), queue_(io_threads) {}
+    : pool_(budget_bytes), queue_(io_threads) {}
 
 Pager::Implementation::~Implementation() {
   Lock lock(mutex_);
   stop_transfers(lock, nullptr);
-  for (std::uint32_t entry = 0; entry < frames_.size(); ++entry)
-    if (frames_[entry].level) drop(entry);
+  for (Frame& frame : frames_)
+    if (frame.content.level) drop(frame);
 }
 
 void Pager::Implementation::attach(LevelFile& level) {
   const Lock lock(mutex_);
   if (!is_memory(level)) queue_.start_threads();
   if (vacant_slots_.empty()) {
+    vacant_slots_.reserve(resident_.size() + 1);
     level.pager_slot = static_cast<std::uint32_t>(resident_.size());
     resident_.emplace_back();
   } else {
@@ -37,49 +37,49 @@ void Pager::Implementation::detach(LevelFile& level) {
   Lock lock(mutex_);
   if (level.pager_slot == kNoId) return;
   stop_transfers(lock, &level);
-  std::erase_if(evicted_, [&](const auto& of) { return of.first == level.backend.get(); });
-  for (const std::uint32_t entry : resident_[level.pager_slot])
-    if (entry != kNoId) drop(entry);
+  tell_evicted(lock);
+  for (const std::uint32_t index : resident_[level.pager_slot])
+    if (index != kNoId) drop(frames_[index]);
   resident_[level.pager_slot].clear();
   vacant_slots_.push_back(std::exchange(level.pager_slot, kNoId));
 }
 
-std::pair<std::uint32_t, std::span<std::byte>> Pager::Implementation::pin(LevelFile& level,
-                                                                          std::uint64_t block,
-                                                                          Access access) {
+Frame& Pager::Implementation::pin(LevelFile& level, std::uint64_t block, Access access) {
+  if (access != Access::kRead && !level.writable)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("write {}: the level was opened for reading", level.path.native()));
   Lock lock(mutex_);
   while (true) {
     if (access != Access::kRead && failed_) refuse(fmt::format("write {}", level.path.native()));
-    std::uint32_t entry = resident_[level.pager_slot][block];
-    if (entry == kNoId) {
-      entry = claim(lock, level, block);
-      if (entry == kNoId) continue;
-      bring_in(lock, entry, access);
+    Frame* frame = frame_of(level, block);
+    if (!frame) {
+      frame = claim(lock, level, block);
+      if (!frame) continue;
+      bring_in(lock, *frame, access);
     } else {
-      Frame& frame = frames_[entry];
-      if (frame.activity == Activity::kReading ||
-          (frame.activity == Activity::kWriting && access != Access::kRead)) {
-        wait_for(lock, entry);
+      Frame::Content& content = frame->content;
+      if (content.state == State::kReading ||
+          (content.state == State::kWriting && access != Access::kRead)) {
+        wait_for(lock, *frame);
         continue;
       }
-      unsettle(entry);
-      unannounce(entry);
-      ++frame.pins;
-      frame.sweep = sweep_;
-      if (access != Access::kRead) frame.dirty = true;
+      unsettle(*frame);
+      unannounce(*frame);
+      ++content.pins;
+      content.sweep = sweep_;
+      if (access != Access::kRead) content.dirty = true;
     }
-    if (access != Access::kRead) make_writable(lock, entry);
-    const std::span<std::byte> bytes = frames_[entry].transfer.memory;
-    say_goodbye(lock);
-    return {entry, bytes};
+    tell_evicted(lock);
+    return *frame;
   }
 }
 
-void Pager::Implementation::unpin(std::uint32_t entry) noexcept {
+void Pager::Implementation::unpin(std::uint32_t index, bool abandoned) noexcept {
   const Lock lock(mutex_);
-  Frame& frame = frames_[entry];
-  if (--frame.pins > 0 || frame.activity != Activity::kNone) return;
-  settle(entry);
+  Frame& frame = frames_[index];
+  if (abandoned) frame.content.abandoned = frame.content.level->left_unfinished = true;
+  if (--frame.content.pins > 0 || frame.content.state != State::kResident) return;
+  settle(frame);
   write_behind();
 }
 
@@ -91,26 +91,35 @@ void Pager::Implementation::refuse_writes() noexcept {
 void Pager::Implementation::discard() noexcept {
   Lock lock(mutex_);
   stop_transfers(lock, nullptr);
-  for (std::uint32_t entry = 0; entry < frames_.size(); ++entry)
-    if (frames_[entry].level && frames_[entry].pins == 0) drop(entry);
+  for (Frame& frame : frames_)
+    if (frame.content.level && frame.content.pins == 0) drop(frame);
 }
 
-void Pager::Implementation::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) {
+void Pager::Implementation::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept {
   const Lock lock(mutex_);
-  policy_ = policy;
   window_bytes_ = window_bytes;
-  for (std::uint32_t entry = 0; entry < frames_.size(); ++entry)
-    if (frames_[entry].level) {
-      unsettle(entry);
-      unannounce(entry);
+  for (Frame& frame : frames_)
+    if (frame.content.level) {
+      unsettle(frame);
+      unannounce(frame);
     }
-  eviction_ = make_eviction(policy);
+  policy_ = policy;
+  eviction_ = policy == EvictionPolicy::kClock ? static_cast<Eviction*>(&clock_) : &window_;
   ++sweep_;
-  for (std::uint32_t entry = 0; entry < frames_.size(); ++entry) {
-    const Frame& frame = frames_[entry];
-    if (frame.level && frame.pins == 0 && frame.activity == Activity::kNone) settle(entry);
-  }
+  for (Frame& frame : frames_)
+    if (frame.content.level && frame.content.pins == 0 && frame.content.state == State::kResident)
+      settle(frame);
   write_behind();
+}
+
+void Pager::Implementation::set_aside(std::uint64_t bytes) noexcept {
+  const Lock lock(mutex_);
+  pool_.set_aside(bytes);
+}
+
+std::uint64_t Pager::Implementation::budget_bytes() const noexcept {
+  const Lock lock(mutex_);
+  return pool_.budget_bytes();
 }
 
 PagingStatistics Pager::Implementation::statistics() const {
@@ -121,20 +130,28 @@ PagingStatistics Pager::Implementation::statistics() const {
 }
 
 PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept
-    : pager_(std::exchange(other.pager_, nullptr)), frame_(other.frame_), bytes_(other.bytes_) {}
+    : pager_(std::exchange(other.pager_, nullptr)),
+      frame_(other.frame_),
+      writes_(other.writes_),
+      bytes_(other.bytes_) {}
 
 PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
   if (this != &other) {
     release();
     pager_ = std::exchange(other.pager_, nullptr);
     frame_ = other.frame_;
+    writes_ = other.writes_;
     bytes_ = other.bytes_;
   }
   return *this;
 }
 
 void PinnedBlock::release() noexcept {
-  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_);
+  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, false);
+}
+
+void PinnedBlock::abandon() noexcept {
+  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, writes_);
 }
 
 Pager::Pager(std::uint64_t budget_bytes, int io_threads)
@@ -145,7 +162,10 @@ void Pager::detach(LevelFile& level) { implementation_->detach(level); }
 
 PinnedBlock Pager::pin(LevelFile& level, std::uint64_t block, Access access) {
   PinnedBlock pinned;
-  std::tie(pinned.frame_, pinned.bytes_) = implementation_->pin(level, block, access);
+  const Frame& frame = implementation_->pin(level, block, access);
+  pinned.frame_ = frame.index;
+  pinned.bytes_ = frame.transfer.memory;
+  pinned.writes_ = access != Access::kRead;
   pinned.pager_ = this;
   return pinned;
 }
@@ -158,7 +178,9 @@ void Pager::flush() { implementation_->flush(); }
 void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
 
-void Pager::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) {
+void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside(bytes); }
+
+void Pager::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept {
   implementation_->set_policy(policy, window_bytes);
 }
 

@@ -1,95 +1,79 @@
 #include <fmt/format.h>
 
+#include <new>
+#include <utility>
+
 #include "paging/pager_implementation.h"
 #include "plait/error.h"
 
 namespace plait {
 
-std::uint32_t Pager::Implementation::claim(Lock& lock, LevelFile& level, std::uint64_t block) {
+Frame* Pager::Implementation::claim(Lock& lock, LevelFile& level, std::uint64_t block) {
   const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
-  std::uint32_t entry = kNoId;
-  while ((entry = take_frame(level, block)) == kNoId)
-    if (!make_room(lock, level, frame_bytes)) return kNoId;
-  ++frames_[entry].pins;
-  return entry;
-}
-
-void Pager::Implementation::make_writable(Lock& lock, std::uint32_t entry) {
-  Frame& frame = frames_[entry];
-  if (!frame.direct || frame.writable) return;
-  Backend& backend = *frame.level->backend;
-  std::exception_ptr error;
-  lock.unlock();
   try {
-    backend.address(frame.block, true);
-  } catch (...) {
-    error = std::current_exception();
+    Frame* frame = nullptr;
+    while (!(frame = take_frame(level, block)))
+      if (!make_room(lock, level, frame_bytes)) return nullptr;
+    ++frame->content.pins;
+    return frame;
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("page in {}: no memory for a frame of {} bytes", level.path.native(),
+                            frame_bytes));
   }
-  lock.lock();
-  if (!error) {
-    frame.writable = true;
-    return;
-  }
-  // Nobody has stored anything, unless another thread was allowed to meanwhile.
-  if (!frame.writable) frame.dirty = false;
-  if (--frame.pins == 0 && frame.activity == Activity::kNone) settle(entry);
-  std::rethrow_exception(error);
 }
 
-std::uint32_t Pager::Implementation::take_frame(LevelFile& level, std::uint64_t block) {
-  // What a mapping holds for a block never written is not known to be zeros, and one opened for
-  // reading cannot be cleared: such a block gets a frame of its own.
-  const bool written = level.table[block].encoding != BlockEncoding::kNeverWritten;
-  const bool direct = level.backend->traits().direct && (written || level.writable);
-  const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
-  std::byte* memory = direct ? level.backend->address(block, !written) : nullptr;
-  if (direct && !pool_.reserve(frame_bytes)) return kNoId;
-  if (!direct) memory = pool_.take(frame_bytes);
-  if (!memory) return kNoId;
-
-  std::uint32_t entry = kNoId;
-  if (vacant_entries_.empty()) {
-    entry = static_cast<std::uint32_t>(frames_.size());
-    frames_.emplace_back();
-  } else {
-    entry = vacant_entries_.back();
-    vacant_entries_.pop_back();
+Frame* Pager::Implementation::take_frame(LevelFile& level, std::uint64_t block) {
+  if (vacant_.empty()) {
+    Frame& added = frames_.emplace_back();
+    added.index = static_cast<std::uint32_t>(frames_.size() - 1);
+    vacant_.push_back(added);
   }
-  Frame& frame = frames_[entry];
-  frame = Frame();
-  frame.level = &level;
-  frame.block = block;
-  frame.memory = memory;
-  frame.block_bytes = level.geometry.block_bytes(block);
-  frame.frame_bytes = frame_bytes;
-  frame.direct = direct;
-  frame.writable = direct && (!written || is_memory(level));
-  frame.sweep = sweep_;
+  // What a mapping holds for a block never written is not known to be zeros.
+  const bool addressed = is_memory(level) || (level.traits.maps_for_reading && !level.writable &&
+                                              was_written(level, block));
+  const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
+  std::byte* memory = addressed ? level.backend->address(block) : nullptr;
+  if (addressed && !pool_.reserve(frame_bytes)) return nullptr;
+  if (!addressed) memory = pool_.take(frame_bytes);
+  if (!memory) return nullptr;
+
+  Frame& frame = vacant_.front();
+  vacant_.pop_front();
+  frame.content.level = &level;
+  frame.content.block = block;
+  frame.content.memory = memory;
+  frame.content.block_bytes = level.geometry.block_bytes(block);
+  frame.content.frame_bytes = frame_bytes;
+  frame.content.sweep = sweep_;
+  frame.content.state = State::kResident;
+  frame.content.addressed = addressed;
+  frame.transfer.backend = level.backend.get();
   frame.transfer.block = block;
-  frame.transfer.memory = {memory, frame.block_bytes};
+  frame.transfer.memory = {memory, frame.content.block_bytes};
   frame.transfer.listener = this;
-  frame.transfer.tag = entry;
-  resident_[level.pager_slot][block] = entry;
-  return entry;
+  frame.transfer.tag = frame.index;
+  resident_[level.pager_slot][block] = frame.index;
+  return &frame;
 }
 
 bool Pager::Implementation::make_room(Lock& lock, const LevelFile& wanted_by,
                                       std::uint64_t wanted_bytes) {
-  if (const std::uint32_t victim = clean_victim(); victim != kNoId) {
-    evict(victim);
+  if (Frame* const victim = clean_victim()) {
+    evict(*victim);
     return true;
   }
-  if (const std::uint32_t dirty = eviction_->victim(); dirty != kNoId) {
-    write_here(lock, dirty);
+  if (Frame* const dirty = eviction_->victim()) {
+    write_here(lock, *dirty);
     return false;
   }
   if (writes_in_flight_ > 0) {
     wait(lock, Direction::kWrite);
     return false;
   }
-  while (!announced_.empty()) {
-    const std::uint32_t last = announced_.rbegin()->second;
-    if (!frames_[last].dirty) {
+  while (!ahead_.empty()) {
+    Frame& last = *ahead_.rbegin();
+    if (!last.content.dirty) {
       evict(last);
       return true;
     }
@@ -99,7 +83,8 @@ bool Pager::Implementation::make_room(Lock& lock, const LevelFile& wanted_by,
     }
     unsettle(last);  // its only copy: it stays
   }
-  if (reads_ahead_ > 0) {
+  // Whoever reads a block may be done with it by then.
+  if (reads_under_way_ > 0) {
     wait(lock, Direction::kRead);
     return false;
   }
@@ -111,81 +96,110 @@ bool Pager::Implementation::make_room(Lock& lock, const LevelFile& wanted_by,
                   wanted_by.path.native(), wanted_bytes, pool_.used_bytes(), pool_.budget_bytes()));
 }
 
-/// kNoId: the next to be evicted is dirty, or there is none.
-std::uint32_t Pager::Implementation::clean_victim() {
-  std::uint32_t victim = eviction_->victim();
-  while (victim != kNoId && frames_[victim].dirty && failed_) {
-    unsettle(victim);  // its only copy: it stays
+/// nullptr: the next to be evicted is dirty, or there is none.
+Frame* Pager::Implementation::clean_victim() noexcept {
+  Frame* victim = eviction_->victim();
+  while (victim && victim->content.dirty && failed_) {
+    unsettle(*victim);  // its only copy: it stays
     victim = eviction_->victim();
   }
-  return victim != kNoId && !frames_[victim].dirty ? victim : kNoId;
+  return victim && !victim->content.dirty ? victim : nullptr;
 }
 
-void Pager::Implementation::evict(std::uint32_t entry) noexcept {
-  const Frame& frame = frames_[entry];
-  if (frame.direct && !is_memory(*frame.level))
-    evicted_.emplace_back(frame.level->backend.get(), frame.block);
-  drop(entry);
+void Pager::Implementation::evict(Frame& frame) noexcept {
   ++statistics_.blocks_evicted;
+  const bool mapped = frame.content.addressed && !is_memory(*frame.content.level);
+  drop(frame);
+  if (!mapped) return;
+  vacant_.erase(vacant_.iterator_to(frame));
+  frame.content.state = State::kLeaving;
+  leaving_.push_back(frame);
 }
 
-void Pager::Implementation::say_goodbye(Lock& lock) noexcept {
-  if (evicted_.empty()) return;
-  const auto evicted = std::exchange(evicted_, {});
-  lock.unlock();
-  for (const auto& [backend, block] : evicted) backend->advise({block, 1}, Advice::kDontNeed);
+void Pager::Implementation::tell_evicted(Lock& lock) noexcept {
+  while (!leaving_.empty()) {
+    Frame& frame = leaving_.front();
+    leaving_.pop_front();
+    lock.unlock();
+    frame.transfer.backend->advise({frame.transfer.block, 1}, Advice::kDontNeed);
+    lock.lock();
+    vacate(frame);
+  }
 }
 
-void Pager::Implementation::drop(std::uint32_t entry) noexcept {
-  Frame& frame = frames_[entry];
-  unsettle(entry);
-  unannounce(entry);
-  if (frame.waiting) std::erase(to_write_, entry);
-  if (frame.direct)
-    pool_.unreserve(frame.frame_bytes);
+void Pager::Implementation::drop(Frame& frame) noexcept {
+  unsettle(frame);
+  unannounce(frame);
+  const Frame::Content& content = frame.content;
+  if (content.addressed)
+    pool_.unreserve(content.frame_bytes);
   else
-    pool_.give_back(frame.memory, frame.frame_bytes);
-  std::uint32_t& resident = resident_[frame.level->pager_slot][frame.block];
-  if (resident == entry) resident = kNoId;
-  frame = Frame();
-  vacant_entries_.push_back(entry);
+    pool_.give_back(content.memory, content.frame_bytes);
+  std::uint32_t& resident = resident_[content.level->pager_slot][content.block];
+  if (resident == frame.index) resident = kNoId;
+  vacate(frame);
 }
 
-void Pager::Implementation::settle(std::uint32_t entry) noexcept {
-  Frame& frame = frames_[entry];
-  if (frame.dirty && failed_) return;
-  if (frame.dirty && is_memory(*frame.level)) {
-    mark_written(entry);
-    if (frame.dirty) return;
+void Pager::Implementation::vacate(Frame& frame) noexcept {
+  frame.content = {};
+  vacant_.push_back(frame);
+}
+
+void Pager::Implementation::settle(Frame& frame) noexcept {
+  Frame::Content& content = frame.content;
+  if (content.abandoned) return drop(frame);
+  if (content.dirty && failed_) return;
+  if (content.dirty && is_memory(*content.level)) {
+    mark_written(frame);
+    if (content.dirty) return;
   }
-  if (frame.dirty && writes_behind()) {
-    if (!std::exchange(frame.waiting, true)) to_write_.push_back(entry);
-    return;
+  if (content.dirty && writes_behind()) return stand(frame, Standing::kToWrite, 0);
+  const EdgeId edge_after = content.level->geometry.edge_after(content.block);
+  if (content.announced) return stand(frame, Standing::kAhead, edge_after);
+  stand(frame, Standing::kEvictable, content.sweep == sweep_ ? edge_after : 0);
+}
+
+void Pager::Implementation::stand(Frame& frame, Standing standing, EdgeId order) noexcept {
+  unsettle(frame);
+  frame.content.standing = standing;
+  frame.content.order = order;
+  switch (standing) {
+    case Standing::kNowhere:
+      break;
+    case Standing::kEvictable:
+      eviction_->insert(frame);
+      break;
+    case Standing::kAhead:
+      ahead_.insert(frame);
+      break;
+    case Standing::kToWrite:
+      to_write_.push_back(frame);
+      break;
   }
-  const EdgeId edge_after = frame.level->geometry.edge_after(frame.block);
-  if (frame.announced) {
-    announced_.emplace(edge_after, entry);
-    return;
+}
+
+void Pager::Implementation::unsettle(Frame& frame) noexcept {
+  switch (std::exchange(frame.content.standing, Standing::kNowhere)) {
+    case Standing::kNowhere:
+      break;
+    case Standing::kEvictable:
+      eviction_->erase(frame);
+      break;
+    case Standing::kAhead:
+      ahead_.erase(ahead_.iterator_to(frame));
+      break;
+    case Standing::kToWrite:
+      to_write_.erase(to_write_.iterator_to(frame));
+      break;
   }
-  frame.evictable = true;
-  frame.evictable_as = frame.sweep == sweep_ ? edge_after : 0;
-  eviction_->insert(entry, frame.evictable_as);
 }
 
-void Pager::Implementation::unsettle(std::uint32_t entry) noexcept {
-  Frame& frame = frames_[entry];
-  if (std::exchange(frame.evictable, false)) eviction_->erase(entry, frame.evictable_as);
-  if (frame.announced) announced_.erase({frame.level->geometry.edge_after(frame.block), entry});
+void Pager::Implementation::announce(Frame& frame) noexcept {
+  if (!std::exchange(frame.content.announced, true)) announced_bytes_ += frame.content.frame_bytes;
 }
 
-void Pager::Implementation::announce(std::uint32_t entry) noexcept {
-  Frame& frame = frames_[entry];
-  if (!std::exchange(frame.announced, true)) announced_bytes_ += frame.frame_bytes;
-}
-
-void Pager::Implementation::unannounce(std::uint32_t entry) noexcept {
-  Frame& frame = frames_[entry];
-  if (std::exchange(frame.announced, false)) announced_bytes_ -= frame.frame_bytes;
+void Pager::Implementation::unannounce(Frame& frame) noexcept {
+  if (std::exchange(frame.content.announced, false)) announced_bytes_ -= frame.content.frame_bytes;
 }
 
 }  // namespace plait

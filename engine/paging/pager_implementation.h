@@ -1,5 +1,7 @@
 // What the pager knows, shared by the files that implement it: pager.cpp (pins), pager_frames.cpp
 // (which block has which frame) and pager_transfers.cpp (what is on its way).
+//
+// A function that is noexcept allocates nothing: frames are linked by what is in them.
 #pragma once
 
 #include <chrono>
@@ -8,11 +10,10 @@
 #include <exception>
 #include <memory>
 #include <mutex>
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "paging/eviction.h"
+#include "paging/frame.h"
 #include "paging/frame_pool.h"
 #include "paging/io_queue.h"
 #include "plait/pager.h"
@@ -28,16 +29,15 @@ class Pager::Implementation final : public TransferListener {
 
   void attach(LevelFile& level);
   void detach(LevelFile& level);
-  /// The frame, and its bytes.
-  std::pair<std::uint32_t, std::span<std::byte>> pin(LevelFile& level, std::uint64_t block,
-                                                     Access access);
-  void unpin(std::uint32_t entry) noexcept;
+  Frame& pin(LevelFile& level, std::uint64_t block, Access access);
+  void unpin(std::uint32_t index, bool abandoned) noexcept;
   bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
   void flush();
   void refuse_writes() noexcept;
   void discard() noexcept;
-  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes);
-  std::uint64_t budget_bytes() const { return pool_.budget_bytes(); }
+  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept;
+  void set_aside(std::uint64_t bytes) noexcept;
+  std::uint64_t budget_bytes() const noexcept;
   PagingStatistics statistics() const;
 
   void finished(Transfer& transfer, std::exception_ptr error) noexcept override;
@@ -45,67 +45,51 @@ class Pager::Implementation final : public TransferListener {
  private:
   using Lock = std::unique_lock<std::mutex>;
   using Direction = Transfer::Direction;
-
-  enum class Activity : std::uint8_t { kNone, kReading, kWriting };
-
-  struct Frame {
-    LevelFile* level = nullptr;  ///< nullptr: this entry holds no block
-    std::uint64_t block = 0;
-    std::byte* memory = nullptr;
-    std::uint64_t block_bytes = 0, frame_bytes = 0;
-    std::uint32_t pins = 0;
-    std::uint32_t sweep = 0;  ///< the last one that used it
-    Activity activity = Activity::kNone;
-    bool direct = false;
-    bool writable = false;  ///< direct: its backend knows that it may be stored into
-    bool dirty = false;
-    bool announced = false;  ///< prefetched, and not pinned since
-    bool waiting = false;    ///< is in to_write_
-    bool evictable = false;  ///< is in eviction_
-    EdgeId evictable_as = 0;
-    Transfer transfer;
-    std::exception_ptr read_error;  ///< for the one that pinned it to read it
-  };
+  using State = Frame::State;
+  using Standing = Frame::Standing;
 
   /// Adds the time from construction to destruction to the waits of one direction.
   class Wait;
 
   // pager_frames.cpp
-  /// A frame for the block, pinned once, or kNoId if it had to let go of the lock on the way:
+  /// A frame for the block, pinned once, or nullptr if it had to let go of the lock on the way:
   /// somebody else may have brought the block in.
-  std::uint32_t claim(Lock& lock, LevelFile& level, std::uint64_t block);
-  /// A frame from what is free, or kNoId.
-  std::uint32_t take_frame(LevelFile& level, std::uint64_t block);
+  Frame* claim(Lock& lock, LevelFile& level, std::uint64_t block);
+  /// A frame from what is free, or nullptr. Errors: those of Backend::address; std::bad_alloc.
+  Frame* take_frame(LevelFile& level, std::uint64_t block);
   /// Frees a frame, or waits until that may be tried again. False: it let go of the lock.
   bool make_room(Lock& lock, const LevelFile& wanted_by, std::uint64_t wanted_bytes);
-  std::uint32_t clean_victim();
-  /// A frame that can be had without writing, or kNoId.
-  std::uint32_t take_clean_frame(LevelFile& level, std::uint64_t block) noexcept;
-  void evict(std::uint32_t entry) noexcept;
-  /// Tells direct backends what was evicted. Not under the lock.
-  void say_goodbye(Lock& lock) noexcept;
-  void drop(std::uint32_t entry) noexcept;
+  Frame* clean_victim() noexcept;
+  /// A frame that can be had without writing, or nullptr.
+  Frame* take_clean_frame(LevelFile& level, std::uint64_t block) noexcept;
+  void evict(Frame& frame) noexcept;
+  /// Tells backends that map what was evicted, and lets go of the lock for it.
+  void tell_evicted(Lock& lock) noexcept;
+  /// The block leaves the memory.
+  void drop(Frame& frame) noexcept;
+  void vacate(Frame& frame) noexcept;
   /// The last pin or transfer of a frame ended: where does it go?
-  void settle(std::uint32_t entry) noexcept;
+  void settle(Frame& frame) noexcept;
+  void stand(Frame& frame, Standing standing, EdgeId order) noexcept;
   /// The frame is about to be used: takes it out of where settle() put it.
-  void unsettle(std::uint32_t entry) noexcept;
-  void announce(std::uint32_t entry) noexcept;
-  void unannounce(std::uint32_t entry) noexcept;
+  void unsettle(Frame& frame) noexcept;
+  void announce(Frame& frame) noexcept;
+  void unannounce(Frame& frame) noexcept;
 
   // pager_transfers.cpp
-  void bring_in(Lock& lock, std::uint32_t entry, Access access);
-  /// Before a pinned frame is stored into, which its backend must know if it shows its own memory.
-  void make_writable(Lock& lock, std::uint32_t entry);
-  void start(Lock& lock, std::uint32_t entry);
-  void wait(Lock& lock, Direction direction);
-  void wait_for(Lock& lock, std::uint32_t entry);
-  void wait_for_change(Lock& lock, std::uint64_t since) {
+  void bring_in(Lock& lock, Frame& frame, Access access);
+  void end_reading(Frame& frame) noexcept;
+  void start(Lock& lock, Frame& frame) noexcept;
+  void wait(Lock& lock, Direction direction) noexcept;
+  void wait_for(Lock& lock, Frame& frame) noexcept;
+  void wait_for_change(Lock& lock, std::uint64_t since) noexcept {
     changed_.wait(lock, [&] { return changes_ != since; });
   }
-  void begin_write(std::uint32_t entry) noexcept;
+  void tell_of_change() noexcept;
+  void begin_write(Frame& frame) noexcept;
   /// What writing a block in memory amounts to.
-  void mark_written(std::uint32_t entry) noexcept;
-  void write_here(Lock& lock, std::uint32_t entry);
+  void mark_written(Frame& frame) noexcept;
+  void write_here(Lock& lock, Frame& frame);
   void write_behind() noexcept;
   /// Takes back what is queued for this level, or for all if nullptr, and waits for the rest.
   void stop_transfers(Lock& lock, const LevelFile* level) noexcept;
@@ -114,10 +98,13 @@ class Pager::Implementation final : public TransferListener {
   void count_transfer(const Frame& frame, Direction direction) noexcept;
 
   bool writes_behind() const { return policy_ == EvictionPolicy::kWindow && queue_.has_threads(); }
-  /// A direct backend that keeps nothing is memory: there is nothing to move and nothing to hash.
-  static bool is_memory(const LevelFile& level) {
-    const BackendTraits traits = level.backend->traits();
-    return traits.direct && !traits.durable;
+  static bool is_memory(const LevelFile& level) { return level.traits.in_memory; }
+  static bool was_written(const LevelFile& level, std::uint64_t block) {
+    return level.table[block].encoding != BlockEncoding::kNeverWritten;
+  }
+  Frame* frame_of(const LevelFile& level, std::uint64_t block) noexcept {
+    const std::uint32_t index = resident_[level.pager_slot][block];
+    return index == kNoId ? nullptr : &frames_[index];
   }
 
   mutable std::mutex mutex_;
@@ -127,17 +114,20 @@ class Pager::Implementation final : public TransferListener {
   FramePool pool_;
   PagingStatistics statistics_;
   EvictionPolicy policy_ = EvictionPolicy::kWindow;
-  std::uint32_t sweep_ = 0;  ///< counts calls of set_policy()
-  std::unique_ptr<Eviction> eviction_;
-  std::deque<Frame> frames_;  ///< a deque, because transfers stay where they are
-  std::vector<std::uint32_t> vacant_entries_;
+  std::uint32_t sweep_ = 0;   ///< counts calls of set_policy()
+  std::deque<Frame> frames_;  ///< a deque, because frames stay where they are
+  FrameQueue vacant_;
+  FrameQueue to_write_;  ///< oldest first
+  FrameQueue leaving_;   ///< evicted, for tell_evicted()
+  FrameOrder ahead_;     ///< announced; the last are needed last
+  WindowEviction window_;
+  ClockEviction clock_;
+  Eviction* eviction_ = &window_;
   std::vector<std::vector<std::uint32_t>> resident_;  ///< [pager slot][block] frame or kNoId
-  std::vector<std::uint32_t> vacant_slots_;
-  std::set<std::pair<EdgeId, std::uint32_t>> announced_;  ///< resident; the last are needed last
+  std::vector<std::uint32_t> vacant_slots_;           ///< has room for all of them
   std::uint64_t announced_bytes_ = 0, window_bytes_ = 0;
-  std::deque<std::uint32_t> to_write_;  ///< dirty and not pinned, oldest first
+  std::uint32_t reads_under_way_ = 0;  ///< for pins, and ahead of them
   std::uint32_t reads_ahead_ = 0, writes_in_flight_ = 0;
-  std::vector<std::pair<Backend*, std::uint64_t>> evicted_;  ///< for say_goodbye()
   bool failed_ = false;
   std::exception_ptr failure_;  ///< not reported yet
 

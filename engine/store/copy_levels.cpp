@@ -58,6 +58,8 @@ void copy_levels(Store& from, Store& to,
     for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
       to.add_level(copy);
       const LevelGeometry& geometry = from.level_file(id, level).geometry;
+      UnfinishedLevels written;
+      written.add(to.level_file(copy, level), Access::kWrite);
       BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
       BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);
       for (EdgeId edge = 0; edge < edges; ++edge) {
@@ -69,6 +71,7 @@ void copy_levels(Store& from, Store& to,
         if (proceed && !proceed(done_bytes, total_bytes))
           throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
       }
+      written.finish();
     }
   }
 }

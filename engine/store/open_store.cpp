@@ -10,12 +10,15 @@
 #include "plait/error.h"
 #include "plait/store.h"
 #include "store/file_names.h"
-#include "store/guarded_backend.h"
+#include "store/journaled_volume.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
 
 namespace plait {
 namespace {
+
+/// Coders and the like take at most this part of the budget.
+constexpr std::uint64_t kScratchShare = 4;
 
 StoreUuid random_uuid() {
   std::random_device device;
@@ -71,30 +74,28 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
   std::ranges::copy(entries, file->table.entries().begin());
   const std::string name = level_file_name(attribute.number, level);
   file->path = directory.path_of(name);
+  file->traits = backend.traits;
   file->writable = mode != OpenMode::kRead;
-  const LevelSpec spec{directory,
-                       name,
-                       mode,
-                       file->geometry,
-                       file->table,
-                       options.backend_options,
-                       component_bytes(schema.type)};
-  file->backend = backend.open(spec);
-  if (journal)
-    file->backend = std::make_unique<GuardedBackend>(std::move(file->backend), spec,
-                                                     attribute.number, level, *journal);
+  const LevelSpec spec{directory,      name,        mode,
+                       file->geometry, file->table, component_bytes(schema.type)};
+  file->backend = volume->open_level(spec);
+  pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
   return file;
 }
 
 void Store::Implementation::make_ready() {
-  if (on_disk() && writable && writes_in_place() && options.durability == Durability::kCommit)
-    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-  pager = std::make_unique<Pager>(
-      options.budget_bytes,
-      options.io_threads.value_or(backend.traits.compressed ? processors : 1));
+  const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
+  volume = backend.open({options.backend_options, options.budget_bytes / kScratchShare,
+                         std::max(processors, io_threads)});
+  if (on_disk() && writable && backend.traits.overwrites_in_place &&
+      options.durability == Durability::kCommit) {
+    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
+    volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
+  }
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads);
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,

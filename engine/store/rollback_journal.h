@@ -35,8 +35,6 @@ class RollbackJournal {
 
   /// Version `sequence` has been committed: what was kept is of no use any more.
   void begin_version(std::uint64_t sequence);
-  /// The version that blocks are kept of.
-  std::uint64_t sequence() const { return sequence_; }
 
  private:
   void create();

@@ -150,6 +150,13 @@ void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t 
 }
 
 void Store::commit() {
+  for (AttributeId id = 0; id < attributes().size(); ++id)
+    for (int level = base_level() + 1; level <= attributes()[id].finest_level; ++level)
+      if (!level_file(id, level).is_finished())
+        throw Error(ErrorCode::kBadState,
+                    fmt::format("commit {}: level {} of '{}' is unfinished: a pass that writes to "
+                                "it was cancelled, failed or has not ended",
+                                path().native(), level, attributes()[id].schema.name));
   if (!implementation_->writable)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: opened for reading", path().native()));

@@ -29,8 +29,6 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
-  /// What is written goes where committed blocks lie.
-  bool writes_in_place() const { return backend.traits.durable && !backend.traits.compressed; }
   /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
                                         int level, OpenMode mode,
@@ -55,6 +53,7 @@ struct Store::Implementation {
   bool failed = false;           ///< a commit did: what is on the disk is not known
   StoreLock lock;
   std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
+  std::unique_ptr<Volume> volume;
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<std::string> obsolete;  ///< names of files to remove after the next commit

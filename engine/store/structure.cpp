@@ -148,9 +148,9 @@ class StructureCheck {
       if (!file)
         File(store_, found.name, OpenMode::kRead);
       else
-        backend_.open(LevelSpec{store_, found.name, OpenMode::kRead, file->geometry, file->table,
-                                result_.options.backend_options,
-                                component_bytes(attribute.schema.type)});
+        backend_.open({result_.options.backend_options})
+            ->open_level(LevelSpec{store_, found.name, OpenMode::kRead, file->geometry, file->table,
+                                   component_bytes(attribute.schema.type)});
     });
     if (reason) report(std::move(found), std::move(*reason));
   }

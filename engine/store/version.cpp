@@ -99,7 +99,7 @@ void Store::Implementation::write_version() {
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.
-  if (journal) journal->begin_version(next.sequence);
+  volume->begin_version(next.sequence);
   if (sequence > 0) {
     directory.remove_if_possible(tables_file_name(sequence - 1));
     for (const Attribute& attribute : attributes)

@@ -10,6 +10,7 @@ struct BlockProof::Model {
   const LevelFile* of = nullptr;
   const Directory& scratch;
   BlockTable table;
+  std::unique_ptr<Volume> volume;
   std::unique_ptr<Backend> backend;
 
   ~Model() {
@@ -32,8 +33,10 @@ BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t compo
   model->of = &file;
   model->table = file.table;
   std::ranges::fill(model->table.entries(), BlockEntry{});
-  model->backend = backend_.open(LevelSpec{model->scratch, Model::kName, OpenMode::kCreate,
-                                           file.geometry, model->table, options_, component_bytes});
+  model->volume = backend_.open({options_});
+  model->backend =
+      model->volume->open_level(LevelSpec{model->scratch, Model::kName, OpenMode::kCreate,
+                                          file.geometry, model->table, component_bytes});
   model_ = std::move(model);
   return *model_;
 }

@@ -25,9 +25,7 @@ bool is_base_damaged(const StoreStructure& structure) {
 /// The built-in one, or whichever a program has put in its place.
 std::optional<std::string> memory_backend(const BackendRegistry& backends) {
   for (const std::string& name : backends.names())
-    if (const BackendTraits& traits = backends.find(name).traits;
-        traits.direct && !traits.durable && !traits.compressed)
-      return name;
+    if (const BackendTraits& traits = backends.find(name).traits; traits.in_memory) return name;
   return std::nullopt;
 }
 

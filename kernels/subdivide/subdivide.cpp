@@ -54,10 +54,17 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const int base_level = store.base_level();
   const int done = store.attributes()[position].finest_level - base_level;
   const int levels = options.levels - base_level;
+  UnfinishedLevels unfinished;  // until all passes over them have ended
+  const auto add_levels = [&](AttributeId id) {
+    for (int level = 1; level <= levels; ++level) {
+      store.add_level(id);
+      unfinished.add(store.level_file(id, base_level + level), Access::kWrite);
+    }
+  };
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
     if (!wanted) return kNoId;
     const AttributeId id = store.add_attribute(schema);
-    for (int level = 1; level <= levels; ++level) store.add_level(id);
+    add_levels(id);
     return id;
   };
   SubdivisionRun<Real> run(store, options, position);
@@ -68,17 +75,20 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
                   fmt::format("subdivide: the fused executor starts at the base mesh, and the "
                               "store has level {}: take sweep",
                               base_level + done));
-    for (int level = 1; level <= levels; ++level) store.add_level(position);
+    add_levels(position);
     run_fused(run, levels, add(options.normals, schema_of<Vector3<float>>("normal")));
-    return;
+    return unfinished.finish();
   }
   read_rings(run, done);
 
   for (int level = done + 1; level <= levels; ++level) {
     store.add_level(position);
+    for (int written = 1; written <= level; ++written)
+      unfinished.add(store.level_file(position, base_level + written), Access::kUpdate);
     sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
     if (options.scheme == Scheme::kLoop)
       sweeping ? move_even(run, level) : move_even_transparent(run, level);
+    unfinished.finish();
     if (options.level_done) options.level_done(base_level + level);
   }
   if (!options.normals && !options.limit) return;
@@ -87,6 +97,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
   sweeping ? make_surface(run, levels, normal, limit)
            : make_surface_transparent(run, levels, normal, limit);
+  unfinished.finish();
   if (limit != kNoId) store.replace_attribute(position, limit);
 }
 

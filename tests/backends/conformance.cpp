@@ -48,11 +48,20 @@ TEST_CASE("Backend_WhatItIs_AgreesWithItsEntry") {
     INFO(subject.label);
     LevelUnderTest level(subject);
     Backend& backend = level.open();
-    CHECK(backend.traits().direct == subject.entry.traits.direct);
-    CHECK(backend.traits().compressed == subject.entry.traits.compressed);
-    CHECK(backend.traits().durable == subject.entry.traits.durable);
+    const BackendTraits& traits = subject.entry.traits;
     CHECK_FALSE(subject.entry.summary.empty());
-    CHECK((backend.address(0, false) != nullptr) == subject.entry.traits.direct);
+    CHECK(traits.in_memory != traits.durable);
+    CHECK((backend.address(0) != nullptr) == traits.in_memory);
+    if (!traits.durable) continue;
+    CHECK(std::filesystem::exists(level.file()));
+    const Bytes content = write_all(backend, level.geometry(), Content::kSmooth);
+    const std::vector<BlockEntry> before(level.table().entries().begin(),
+                                         level.table().entries().end());
+    write_all(backend, level.geometry(), Content::kSmooth, 2);
+    for (std::uint64_t block = 0; block < before.size(); ++block)
+      CHECK((level.table()[block].offset == before[block].offset) == traits.overwrites_in_place);
+    if (!traits.compressed) CHECK(level.table()[0].stored_bytes == level.geometry().block_bytes(0));
+    CHECK((level.open(OpenMode::kRead).address(0) != nullptr) == traits.maps_for_reading);
   }
 }
 
@@ -128,21 +137,21 @@ TEST_CASE("BackendWrite_OtherContentOverTheOld_IsReadBack") {
   }
 }
 
-TEST_CASE("BackendAddress_WhileItLives_IsStableAndSeesWrites") {
+TEST_CASE("BackendAddress_LevelInMemory_IsStableAndCountsWhatIsStored") {
   for (const auto& subject : backends_under_test()) {
-    if (!subject.entry.traits.direct) continue;
+    if (!subject.entry.traits.in_memory) continue;
     INFO(subject.label);
     LevelUnderTest level(subject);
     Backend& backend = level.open();
     const LevelGeometry& geometry = level.geometry();
     std::vector<std::byte*> addresses;
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block)
-      addresses.push_back(backend.address(block, true));
+      addresses.push_back(backend.address(block));
     const Bytes content = write_all(backend, geometry, Content::kRandom);
     backend.advise({0, geometry.block_count()}, Advice::kDontNeed);
     backend.sync(true);
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
-      REQUIRE(backend.address(block, false) == addresses[block]);
+      REQUIRE(backend.address(block) == addresses[block]);
       CHECK(std::ranges::equal(part(content, geometry, block),
                                std::span(addresses[block], geometry.block_bytes(block))));
     }
@@ -151,9 +160,30 @@ TEST_CASE("BackendAddress_WhileItLives_IsStableAndSeesWrites") {
     std::ranges::fill(second, std::byte{7});
     backend.write({2, 1}, second);
     CHECK(read_blocks(backend, geometry, {2, 1}) == Bytes(geometry.block_bytes(2), std::byte{7}));
-    // Not written: found, unless it never leaves memory.
-    if (!subject.entry.traits.durable) continue;
-    addresses[2][0] = std::byte{8};
+  }
+}
+
+TEST_CASE("BackendAddress_MappedLevel_IsStableAndVerifiedWhereItLies") {
+  for (const auto& subject : backends_under_test()) {
+    if (!subject.entry.traits.maps_for_reading) continue;
+    INFO(subject.label);
+    LevelUnderTest level(subject);
+    const LevelGeometry& geometry = level.geometry();
+    const Bytes content = write_all(level.open(), geometry, Content::kRandom);
+    Backend& backend = level.open(OpenMode::kRead);
+    for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+      std::byte* const address = backend.address(block);
+      const std::span<std::byte> bytes(address, geometry.block_bytes(block));
+      backend.read({block, 1}, bytes);
+      CHECK(std::ranges::equal(part(content, geometry, block), bytes));
+      backend.advise({block, 1}, Advice::kDontNeed);
+      CHECK(backend.address(block) == address);
+      CHECK(std::ranges::equal(part(content, geometry, block), bytes));
+    }
+    File(level.file(), OpenMode::kReadWrite)
+        .write_at(geometry.block_offset(2),
+                  Bytes(1, content[geometry.block_offset(2)] ^ std::byte{8}));
+    const std::span<std::byte> second(backend.address(2), geometry.block_bytes(2));
     CHECK(error_of([&] { backend.read({2, 1}, second); }) == ErrorCode::kCorruption);
     CHECK(error_of([&] { read_blocks(backend, geometry, {2, 1}); }) == ErrorCode::kCorruption);
   }

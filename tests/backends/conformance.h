@@ -39,13 +39,17 @@ class LevelUnderTest {
 
   /// Closes what was open before.
   Backend& open(OpenMode mode = OpenMode::kCreate);
-  void close() { backend_.reset(); }
+  void close() {
+    backend_.reset();
+    volume_.reset();
+  }
 
   const LevelGeometry& geometry() const { return geometry_; }
   BlockTable& table() { return table_; }
-  std::filesystem::path file() const { return directory_.path() / kFileName; }
+  /// As in a store whose attribute number 2 has the level.
+  const std::string& name() const { return name_; }
+  std::filesystem::path file() const { return directory_.path() / name_; }
   const Directory& directory() const { return opened_; }
-  static constexpr const char* kFileName = "level";
 
  private:
   const BackendUnderTest& subject_;
@@ -54,6 +58,8 @@ class LevelUnderTest {
   Directory opened_;  ///< for durable backends
   LevelGeometry geometry_;
   BlockTable table_;
+  std::string name_;
+  std::unique_ptr<Volume> volume_;
   std::unique_ptr<Backend> backend_;
 };
 

@@ -1,9 +1,10 @@
-// The suite over the built-in backends: compressed with each codec and filter, and every backend
-// under a wrapper that must not be noticed.
+// The suite over the built-in backends: compressed with each codec and filter, every backend under
+// a wrapper that must not be noticed, and those that overwrite in place under the rollback journal.
 #include "backends/conformance.h"
 
 #include "plait/backends/registry.h"
 #include "support/counting_backend.h"
+#include "support/journaled_volume.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {
@@ -31,6 +32,9 @@ const std::vector<BackendUnderTest>& backends_under_test() {
     std::vector<BackendUnderTest> result;
     add_backends(result, default_backends(), "");
     add_backends(result, counting_registry(default_backends(), counts), " (counted)");
+    for (const std::string& name : usable_backends())
+      if (const auto& entry = default_backends().find(name); entry.traits.overwrites_in_place)
+        result.push_back({name + " (journaled)", journaled(entry), {}});
     return result;
   }();
   return subjects;

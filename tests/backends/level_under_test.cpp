@@ -22,13 +22,15 @@ LevelUnderTest::LevelUnderTest(const BackendUnderTest& subject, LevelShape shape
       shape_(std::move(shape)),
       geometry_(shape_.edge_count, shape_.border_edges, shape_.level, shape_.record_bytes,
                 shape_.block_bytes),
-      table_(test_uuid(), 2, shape_.level, geometry_.block_count()) {}
+      table_(test_uuid(), 2, shape_.level, geometry_.block_count()),
+      name_("attribute2.level" + std::string(shape_.level < 10 ? "0" : "") +
+            std::to_string(shape_.level)) {}
 
 Backend& LevelUnderTest::open(OpenMode mode) {
   close();
   if (subject_.entry.traits.durable && !opened_.is_open()) opened_ = Directory(directory_.path());
-  backend_ = subject_.entry.open(
-      LevelSpec{opened_, kFileName, mode, geometry_, table_, subject_.options, 4});
+  volume_ = subject_.entry.open({subject_.options});
+  backend_ = volume_->open_level(LevelSpec{opened_, name_, mode, geometry_, table_, 4});
   return *backend_;
 }
 

@@ -44,6 +44,18 @@ TEST_CASE("BackendRegistryAdd_NameTaken_IsRefusedAndKeepsTheFirst") {
   CHECK(registry.find("mine").summary == "another");
 }
 
+TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_AcceptsAllOptions") {
+  BackendRegistry registry;
+  BackendRegistry::Entry entry = default_backends().find("memory");
+  entry.validate = nullptr;
+  registry.add(entry);
+  CHECK(error_text([&] { registry.find("memory").validate({"anything", "at all"}); }).empty());
+  entry.name = "cannot be opened";
+  entry.open = nullptr;
+  CHECK(error_text([&] { registry.add(entry); }) ==
+        "invalid_argument: add backend \"cannot be opened\": expected a function that opens it");
+}
+
 TEST_CASE("CompressedValidate_UnknownCodecOrFilter_NamesThoseThereAre") {
   const auto& validate = default_backends().find("compressed").validate;
   for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})

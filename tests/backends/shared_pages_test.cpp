@@ -93,18 +93,16 @@ TEST_CASE("RawBackends_FileOfOne_IsTheFileOfAnother") {
     for (const std::string& reader : usable_backends()) {
       const auto& from = default_backends().find(writer);
       const auto& to = default_backends().find(reader);
-      if (!from.traits.durable || from.traits.compressed || !to.traits.durable ||
-          to.traits.compressed)
-        continue;
+      if (!from.traits.overwrites_in_place || !to.traits.overwrites_in_place) continue;
       INFO(writer << " to " << reader);
       const BackendUnderTest subject{writer, from, {}};
       LevelUnderTest level(subject, shape);
       const auto content = make_content(level.geometry().total_bytes(), Content::kRandom, 3);
       level.open().write({0, level.geometry().block_count()}, content);
       level.close();
-      const BackendOptions options;
-      const auto other = to.open(LevelSpec{level.directory(), level.kFileName, OpenMode::kRead,
-                                           level.geometry(), level.table(), options, 4});
+      const auto volume = to.open({});
+      const auto other = volume->open_level(LevelSpec{
+          level.directory(), level.name(), OpenMode::kRead, level.geometry(), level.table(), 4});
       CHECK(read_blocks(*other, level.geometry(), {0, level.geometry().block_count()}) == content);
     }
 }

@@ -12,7 +12,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
-#include "support/forwarding_backend.h"
+#include "support/counting_backend.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -30,10 +30,9 @@ BackendRegistry with_another_codec() {
   for (const std::string& name : default_backends().names()) {
     BackendRegistry::Entry entry = default_backends().find(name);
     if (name == "compressed")
-      entry.open = [open = entry.open](const LevelSpec& spec) {
-        static const BackendOptions options = {"zstd:15", "shuffle"};
-        return open(LevelSpec{spec.directory, spec.name, spec.mode, spec.geometry, spec.table,
-                              options, spec.component_bytes});
+      entry.open = [open = entry.open](VolumeSpec volume) {
+        volume.options = {"zstd:15", "shuffle"};
+        return open(volume);
       };
     result.add(std::move(entry));
   }
@@ -65,10 +64,11 @@ BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
   BackendRegistry result;
   for (const std::string& name : default_backends().names()) {
     BackendRegistry::Entry entry = default_backends().find(name);
-    entry.open = [&bad, open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
-      if (spec.name != "attribute0.level03" || spec.mode == OpenMode::kCreate) return open(spec);
-      return std::make_unique<BadPlace>(open(spec), bad);
-    };
+    entry.open = wrapped_volume(entry.open, [&bad](Volume& disk, const LevelSpec& spec) {
+      auto level = disk.open_level(spec);
+      if (spec.name != "attribute0.level03" || spec.mode == OpenMode::kCreate) return level;
+      return std::unique_ptr<Backend>(std::make_unique<BadPlace>(std::move(level), bad));
+    });
     result.add(std::move(entry));
   }
   return result;

@@ -56,13 +56,38 @@ class CountingBackend final : public ForwardingBackend {
 };
 
 using WrapBackend = std::function<std::unique_ptr<Backend>(std::unique_ptr<Backend>)>;
+using WrapLevel = std::function<std::unique_ptr<Backend>(Volume& inner, const LevelSpec&)>;
+
+/// A volume that opens its levels by way of `wrap`.
+class WrappedVolume final : public Volume {
+ public:
+  WrappedVolume(std::unique_ptr<Volume> inner, WrapLevel wrap)
+      : inner_(std::move(inner)), wrap_(std::move(wrap)) {}
+  std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
+    return wrap_(*inner_, level);
+  }
+  std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
+  void begin_version(std::uint64_t sequence) override { inner_->begin_version(sequence); }
+
+ private:
+  std::unique_ptr<Volume> inner_;
+  WrapLevel wrap_;
+};
+
+inline OpenVolume wrapped_volume(OpenVolume open, WrapLevel wrap) {
+  return [open = std::move(open), wrap = std::move(wrap)](const VolumeSpec& volume) {
+    return std::make_unique<WrappedVolume>(open(volume), wrap);
+  };
+}
 
 /// The same names and options, with `wrap` around every backend that is opened.
 inline BackendRegistry wrapped_registry(const BackendRegistry& registry, const WrapBackend& wrap) {
   BackendRegistry result;
   for (const std::string& name : registry.names()) {
     BackendRegistry::Entry entry = registry.find(name);
-    entry.open = [open = entry.open, wrap](const LevelSpec& level) { return wrap(open(level)); };
+    entry.open = wrapped_volume(entry.open, [wrap](Volume& inner, const LevelSpec& level) {
+      return wrap(inner.open_level(level));
+    });
     result.add(std::move(entry));
   }
   return result;

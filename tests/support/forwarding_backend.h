@@ -14,14 +14,11 @@ class ForwardingBackend : public Backend {
  public:
   explicit ForwardingBackend(std::unique_ptr<Backend> inner) : inner_(std::move(inner)) {}
 
-  BackendTraits traits() const noexcept override { return inner_->traits(); }
   void read(BlockRange blocks, std::span<std::byte> into) override { inner_->read(blocks, into); }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     inner_->write(blocks, from);
   }
-  std::byte* address(std::uint64_t block, bool writable) override {
-    return inner_->address(block, writable);
-  }
+  std::byte* address(std::uint64_t block) override { return inner_->address(block); }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

@@ -12,6 +12,7 @@ namespace {
 class NoneCodec final : public Codec {
  public:
   std::size_t bound(std::size_t raw_bytes) const override { return raw_bytes; }
+  std::size_t memory_bytes(std::size_t) const override { return 0; }
 
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                       std::span<std::byte> into) override {

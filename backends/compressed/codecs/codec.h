@@ -20,6 +20,9 @@ class Codec {
   /// The most that compress() can need for `raw_bytes`.
   virtual std::size_t bound(std::size_t raw_bytes) const = 0;
 
+  /// The most memory that it keeps once it has coded blocks of up to `raw_bytes`.
+  virtual std::size_t memory_bytes(std::size_t raw_bytes) const = 0;
+
   /// The bytes used of `into`; nothing if the result does not fit, which is how a block that saves
   /// too little is found early. Errors: kOutOfMemory.
   virtual std::optional<std::size_t> compress(std::span<const std::byte> raw,

@@ -14,6 +14,8 @@ class Lz4Codec final : public Codec {
     return static_cast<std::size_t>(LZ4_compressBound(static_cast<int>(raw_bytes)));
   }
 
+  std::size_t memory_bytes(std::size_t) const override { return 0; }  // on the stack
+
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                       std::span<std::byte> into) override {
     const int stored = LZ4_compress_default(

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#define ZSTD_STATIC_LINKING_ONLY  // for the estimates of memory
 #include <zstd.h>
 #include <zstd_errors.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "compressed/codecs/codec.h"
@@ -9,6 +11,8 @@
 
 namespace plait {
 namespace {
+
+constexpr std::size_t kKibi = 1024;
 
 struct FreeContext {
   void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
@@ -21,6 +25,15 @@ class ZstdCodec final : public Codec {
   explicit ZstdCodec(int level) : level_(level) {}
 
   std::size_t bound(std::size_t raw_bytes) const override { return ZSTD_compressBound(raw_bytes); }
+
+  std::size_t memory_bytes(std::size_t raw_bytes) const override {
+    // zstd chooses its tables by size, in four classes, and larger ones for some smaller blocks.
+    std::size_t most = 0;
+    for (const std::size_t class_bytes : {raw_bytes, 256 * kKibi, 128 * kKibi, 16 * kKibi})
+      most = std::max(most, ZSTD_estimateCCtxSize_usingCParams(
+                                ZSTD_getCParams(level_, std::min(raw_bytes, class_bytes), 0)));
+    return most + ZSTD_estimateDCtxSize();
+  }
 
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                       std::span<std::byte> into) override {

@@ -1,8 +1,9 @@
 // plait/backend.h: what moves blocks between memory and wherever a level is kept; nothing else.
 // Residency, dirtiness, eviction and statistics belong to the pager.
 //
-// One Backend serves one level of one attribute. Calls for different blocks may come from several
-// threads at once; calls for the same block never do.
+// A backend opens a Volume for a store, and the volume a Backend for each level of each attribute.
+// Calls of a Backend for different blocks may come from several threads at once; calls for the same
+// block never do.
 #pragma once
 
 #include <cstddef>
@@ -31,11 +32,21 @@ struct BlockRange {
 
 enum class Advice : std::uint8_t { kWillNeed, kDontNeed, kSequential, kRandom };
 
-/// Capabilities as data: nobody asks for a backend's name to know what it can do.
+/// What a backend is, said outright: nobody asks for its name, or infers one answer from another.
 struct BackendTraits {
-  bool direct = false;      ///< hands out addresses; the pager then copies nothing
-  bool compressed = false;  ///< stored size differs from raw size
-  bool durable = false;     ///< keeps data after the process: the level is a file
+  /// A level is a file, and is there after the process.
+  bool durable = false;
+  /// A level is memory of this process. Every block has an address, which is its frame, and is
+  /// stored into there; nothing is moved and nothing is hashed.
+  bool in_memory = false;
+  /// A level that was opened for reading hands out addresses, where its blocks are read without
+  /// being copied.
+  bool maps_for_reading = false;
+  /// A write goes to where the geometry has the block, over what the block held before: what a
+  /// crash must be able to bring back is kept in the journal. Others copy on write.
+  bool overwrites_in_place = false;
+  /// The stored size of a block differs from its raw size.
+  bool compressed = false;
 };
 
 struct Transfer;
@@ -65,27 +76,29 @@ class Backend {
  public:
   virtual ~Backend() = default;
 
-  virtual BackendTraits traits() const noexcept = 0;
-
   /// Whole blocks into `into` (their raw bytes one after another), or a throw. A block that was
-  /// never written reads as zeros. Every block's checksum is verified, unless the backend is
-  /// neither durable nor compressed: what never leaves memory is not hashed. Direct backends: if
-  /// `into` is the blocks' own address, nothing is copied. Errors: kIo, kCorruption.
+  /// never written reads as zeros. Every block's checksum is verified, unless the level is in
+  /// memory: what never leaves memory is not hashed. If `into` is the blocks' own address, nothing
+  /// is copied. Errors: kIo, kCorruption.
   virtual void read(BlockRange blocks, std::span<std::byte> into) = 0;
 
   /// Whole blocks from `from`, sealed in the block table. All is handed to the operating system
-  /// when it returns. Direct backends: as read(). Errors: kIo, kNoSpace.
+  /// when it returns. If `from` is the blocks' own address, nothing is copied.
+  /// Errors: kIo, kNoSpace; kBadState if the level was opened for reading.
   virtual void write(BlockRange blocks, std::span<const std::byte> from) = 0;
 
   /// Begins to read or write one block. As it stands it does all of it with read() or write(); a
   /// backend that keeps several blocks in flight returns before the transfer has ended.
   virtual void start(Transfer& transfer) noexcept;
 
-  /// Direct backends: the block's bytes, at one address while the backend lives. Nothing may be
-  /// stored there before it was asked for as `writable`; what is, counts once write() was called
-  /// with this address. Others: nullptr. Errors: kCorruption for a file that was cut short; kIo,
-  /// kNoSpace if what must be kept of the block cannot be.
-  virtual std::byte* address(std::uint64_t block, bool writable) = 0;
+  /// Where the block's bytes are, for as long as the backend lives; nullptr unless the level is in
+  /// memory, or is mapped and was opened for reading. Only into a level in memory anything may be
+  /// stored there; it counts once write() was called with this address.
+  /// Errors: kCorruption for a file that was cut short.
+  virtual std::byte* address(std::uint64_t block) {
+    static_cast<void>(block);
+    return nullptr;
+  }
 
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
@@ -112,12 +125,40 @@ struct LevelSpec {
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
-  const BackendOptions& options;
   std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
 
   /// For messages.
   std::filesystem::path path() const { return directory.path_of(name); }
 };
+
+/// How a volume is opened.
+struct VolumeSpec {
+  BackendOptions options = {};
+  /// What the volume may take of the store's budget, and how many threads will call at once.
+  std::uint64_t most_scratch_bytes = ~std::uint64_t{0};
+  int threads = 1;
+};
+
+/// All levels of one store as a backend keeps them, and what these have together: coders, rings,
+/// memory. It outlives its levels. open_level() and begin_version() are called by one thread at a
+/// time.
+class Volume {
+ public:
+  virtual ~Volume() = default;
+  /// Errors: kIo, kNoSpace, kCorruption, kNotFound as the level's file has it; kInvalidArgument.
+  virtual std::unique_ptr<Backend> open_level(const LevelSpec& level) = 0;
+  /// The most memory that all levels together take beside frames: at most what the specification
+  /// allows. Grows with the blocks of the levels that are opened.
+  virtual std::uint64_t scratch_bytes() const noexcept { return 0; }
+  /// Version `sequence` was committed: all that was written so far is part of it.
+  virtual void begin_version(std::uint64_t sequence) { static_cast<void>(sequence); }
+};
+
+using OpenLevel = std::function<std::unique_ptr<Backend>(const LevelSpec&)>;
+using OpenVolume = std::function<std::unique_ptr<Volume>(const VolumeSpec&)>;
+
+/// For backends whose levels have nothing together.
+OpenVolume open_each_level(OpenLevel open);
 
 /// Names to backends. The engine knows none by itself; plait::default_backends() has the built-in
 /// ones, and a program may add its own.
@@ -127,12 +168,13 @@ class BackendRegistry {
     std::string name = {};
     std::string summary = {};  ///< one line for --help
     BackendTraits traits = {};
-    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open = {};
-    /// Checks options before anything is made; throws kInvalidArgument or kNotSupported.
+    OpenVolume open = {};
+    /// Checks options before anything is made; throws kInvalidArgument or kNotSupported. Empty:
+    /// all options are accepted.
     std::function<void(const BackendOptions&)> validate = {};
   };
 
-  /// Errors: kInvalidArgument if the name is taken.
+  /// Errors: kInvalidArgument if the name is taken or empty, or `open` is.
   void add(Entry entry);
   /// Errors: kNotSupported naming the backends there are.
   const Entry& find(std::string_view name) const;

@@ -40,6 +40,8 @@ class BlockTable {
   BlockTable() = default;
   BlockTable(const StoreUuid& store, std::uint32_t attribute, int level, std::uint64_t blocks);
 
+  std::uint32_t attribute() const { return attribute_; }
+  int level() const { return level_; }
   std::uint64_t size() const { return entries_.size(); }
   const BlockEntry& operator[](std::uint64_t block) const { return entries_[block]; }
   std::span<const BlockEntry> entries() const { return entries_; }

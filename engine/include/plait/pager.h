@@ -1,9 +1,12 @@
 // plait/pager.h: which blocks are in memory. See docs/paging.md.
 //
 // Invariants
-//  1. Bytes of all frames, pinned or not, in transfer or not, never exceed the budget.
+//  1. Bytes of all frames, pinned or not, in transfer or not, never exceed the budget less what was
+//     set aside.
 //  2. A pinned block stays at one address until its last pin ends.
-//  3. A block is in at most one frame.
+//  3. A block is in at most one frame. A frame is memory of the pager's, or, for a level in memory
+//     and for one that is mapped and was opened for reading, where the block lies anyway. So all
+//     pins of a block see the same bytes, whatever they were pinned for.
 //  4. A dirty block leaves its frame only by way of its backend.
 //  5. A block pinned for Access::kWrite is never read from its backend.
 //  6. Bytes served are bytes whose checksum was verified since they came in (what never leaves
@@ -30,6 +33,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "plait/backend.h"
 
@@ -64,8 +68,38 @@ struct LevelFile {
   BlockTable table;
   std::filesystem::path path;
   std::unique_ptr<Backend> backend;
-  bool writable = true;              ///< false: opened for reading, a mapping must not be touched
+  BackendTraits traits;
+  bool writable = true;              ///< false: opened for reading
   std::uint32_t pager_slot = kNoId;  ///< the pager's; nobody else's
+
+  /// Whether no pass that writes to it is under way or was left half done: otherwise the level must
+  /// not be committed. While nobody else works on the level.
+  bool is_finished() const noexcept { return !left_unfinished && passes_under_way == 0; }
+  bool left_unfinished = false;        ///< by UnfinishedLevels, PinnedBlock::abandon(), patches
+  std::uint32_t passes_under_way = 0;  ///< counted by UnfinishedLevels
+};
+
+/// What a pass, or several that count only together, write to: from add() to finish() the levels
+/// are unfinished, and if finish() is never called, because of an error say, they stay so until a
+/// pass has overwritten them whole. The executors have one for each pass; who changes a level with
+/// several passes, or by pins, keeps one around them. One thread.
+class UnfinishedLevels {
+ public:
+  UnfinishedLevels() = default;
+  ~UnfinishedLevels();
+  UnfinishedLevels(const UnfinishedLevels&) = delete;
+  UnfinishedLevels& operator=(const UnfinishedLevels&) = delete;
+  /// `access` is what the pass does to the whole level; kRead: nothing happens. The level outlives
+  /// this object.
+  void add(LevelFile& level, Access access);
+  void finish() noexcept;
+
+ private:
+  struct Added {
+    LevelFile* level;
+    Access access;
+  };
+  std::vector<Added> levels_;
 };
 
 class Pager;
@@ -78,6 +112,10 @@ class PinnedBlock {
   PinnedBlock(PinnedBlock&& other) noexcept;
   PinnedBlock& operator=(PinnedBlock&& other) noexcept;
   void release() noexcept;
+  /// Ends the pin, too; what was stored into the block is not whole. With its last pin the block
+  /// leaves the memory without being written, and its level stays unfinished. A pin for reading is
+  /// only released.
+  void abandon() noexcept;
   std::span<std::byte> bytes() const noexcept { return bytes_; }
   explicit operator bool() const noexcept { return pager_ != nullptr; }
 
@@ -85,6 +123,7 @@ class PinnedBlock {
   friend class Pager;
   Pager* pager_ = nullptr;
   std::uint32_t frame_ = kNoId;
+  bool writes_ = false;
   std::span<std::byte> bytes_;
 };
 
@@ -100,15 +139,17 @@ class Pager {
   Pager(const Pager&) = delete;
   Pager& operator=(const Pager&) = delete;
 
-  /// The level must outlive the pager or be detached. Errors: std::system_error for want of a
-  /// thread.
+  /// The level must outlive the pager or be detached. Errors: kOutOfMemory, for want of a thread
+  /// too.
   void attach(LevelFile& level);
   /// Drops all its blocks; dirty ones are lost, so flush first. Waits for what is in flight.
   /// REQUIRES: none is pinned, and no other call of this pager at the same time.
   void detach(LevelFile& level);
 
-  /// Errors: kBudget if no frame can be freed; kIo, kNoSpace, kCorruption from the backend;
-  /// after a failed write that write's error, once, and kBadState from then on.
+  /// Waits for what is on its way if all frames are taken. Errors: kBudget if they are all pinned;
+  /// kIo, kNoSpace, kCorruption from the backend; kBadState for writing to a level that was opened
+  /// for reading; kOutOfMemory; after a failed write that write's error, once, and kBadState from
+  /// then on.
   PinnedBlock pin(LevelFile& level, std::uint64_t block, Access access);
 
   /// The block will be read soon: begins to read it if a frame is free or can be had without
@@ -125,10 +166,13 @@ class Pager {
   /// Forgets every block that is not pinned, without writing: for a store that is thrown away.
   void discard() noexcept;
 
+  /// So much of the budget is not for frames from now on: others hold memory there. Frames that are
+  /// taken already are not taken away.
+  void set_aside(std::uint64_t bytes) noexcept;
   /// Also begins a new sweep: what is resident and not pinned counts as left behind. Of the budget
   /// `window_bytes` are for pins, and prefetch() leaves them alone.
-  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes = 0);
-  std::uint64_t budget_bytes() const noexcept;
+  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes = 0) noexcept;
+  std::uint64_t budget_bytes() const noexcept;  ///< what is for frames
   PagingStatistics statistics() const;
 
  private:

@@ -104,7 +104,9 @@ class Store {
   /// Publishes all levels and attributes as the next version, durably unless options().durability
   /// is kNone: after a crash at any moment open() gives the version before, or this one, whole.
   /// After an error nothing more can be committed before the store is opened again. REQUIRES: no
-  /// block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit.
+  /// block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit,
+  /// and, with nothing changed, while a level is unfinished: a pass that writes to it was cancelled
+  /// or failed, and no other has overwritten all of it since.
   void commit();
   /// As the destructor, now: what was not committed is lost, and others may open the store.
   void close();

@@ -113,10 +113,9 @@ TEST_CASE("CompressedRead_BlockOfAnotherCodec_IsCorruptionThatNamesTheBlock") {
   level.open().write({0, 1}, make_content(bytes, Content::kZeros, 1));
   level.close();
   REQUIRE(level.table()[0].encoding == BlockEncoding::kEncoded);
-  const BackendOptions options{"zstd", "none"};
-  const auto reader =
-      writer.entry.open(LevelSpec{level.directory(), level.kFileName, OpenMode::kRead,
-                                  level.geometry(), level.table(), options, 4});
+  const auto volume = writer.entry.open({{"zstd", "none"}});
+  const auto reader = volume->open_level(LevelSpec{level.directory(), level.name(), OpenMode::kRead,
+                                                   level.geometry(), level.table(), 4});
   try {
     read_blocks(*reader, level.geometry(), {0, 1});
     FAIL("expected an error");

@@ -142,7 +142,7 @@ TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
         check_refined_once(calls, threads);
         store.commit();
         CHECK(counts.read_blocks == 0);
-        if (!store.backend_traits().direct) CHECK(counts.write_blocks == block_count(store));
+        if (!store.backend_traits().in_memory) CHECK(counts.write_blocks == block_count(store));
         store.close();
       }
       Store reopened = Store::open(path, {}, default_backends());
@@ -189,7 +189,7 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
       CHECK(store.statistics().peak_frame_bytes <= needed);
       store.commit();
       CHECK(counts.read_blocks == 0);
-      if (!store.backend_traits().direct) CHECK(counts.write_blocks == block_count(store));
+      if (!store.backend_traits().in_memory) CHECK(counts.write_blocks == block_count(store));
       check_refined_once(calls, threads);
       CHECK(holds_numbers(store, kManyRunsLevels));
     }

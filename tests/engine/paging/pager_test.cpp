@@ -1,10 +1,14 @@
 // The pager's invariants (plait/pager.h), by number where a case pins one.
 #include "plait/pager.h"
 
+#include <pthread.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <functional>
 #include <map>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -17,10 +21,8 @@ namespace {
 /// Keeps blocks in memory, behind copies or behind addresses, counts and fails on demand.
 class FakeBackend final : public Backend {
  public:
-  FakeBackend(const LevelSpec& spec, bool direct)
-      : spec_(spec), direct_(direct), bytes_(spec.geometry.total_bytes()) {}
+  explicit FakeBackend(const LevelSpec& spec) : spec_(spec), bytes_(spec.geometry.total_bytes()) {}
 
-  BackendTraits traits() const noexcept override { return {.direct = direct_, .durable = true}; }
   void read(BlockRange blocks, std::span<std::byte> into) override {
     ++reads;
     if (into.data() != address_of(blocks.first))
@@ -35,9 +37,7 @@ class FakeBackend final : public Backend {
     spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
                      from);
   }
-  std::byte* address(std::uint64_t block, bool) override {
-    return direct_ ? address_of(block) : nullptr;
-  }
+  std::byte* address(std::uint64_t block) override { return address_of(block); }
   void advise(BlockRange, Advice advice) noexcept override {
     if (advice == Advice::kWillNeed) ++prefetches;
   }
@@ -52,25 +52,32 @@ class FakeBackend final : public Backend {
 
  private:
   LevelSpec spec_;
-  bool direct_;
   std::vector<std::byte> bytes_;
 };
 
 constexpr std::uint64_t kBlockBytes = 4096;
 
+/// Frames, frames that are the blocks themselves, and a mapping that is only read.
+constexpr BackendTraits kFramed{.durable = true}, kInMemory{.in_memory = true},
+    kMapped{.durable = true, .maps_for_reading = true};
+
 /// A level of one-byte records: 4096 edges a block at level 1, 1024 at level 2, ...
 struct TestLevel {
-  TestLevel(Pager& pager, int level, std::uint64_t edges, bool direct = false) {
+  TestLevel(Pager& pager, int level, std::uint64_t edges, const BackendTraits& traits = kFramed) {
+    file.path = "fake";
+    file.traits = traits;
+    file.writable = !traits.maps_for_reading;
     file.geometry = LevelGeometry(edges, {}, level, 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
-        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, options, 1},
-        direct);
+        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});
     backend = made.get();
     file.backend = std::move(made);
     pager.attach(file);
   }
-  BackendOptions options;
+  void put_on_disk(std::uint64_t block, unsigned char value) const {
+    backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, static_cast<std::byte>(value)));
+  }
   Directory directory;
   LevelFile file;
   FakeBackend* backend = nullptr;
@@ -86,11 +93,12 @@ bool holds(const PinnedBlock& pinned, unsigned char value) {
   return true;
 }
 
-void random_pins(EvictionPolicy policy, bool direct, int io_threads, unsigned seed) {
+void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_threads,
+                 unsigned seed) {
   constexpr std::uint64_t kBudget = 8 * kBlockBytes;
   Pager pager(kBudget, io_threads);
   pager.set_policy(policy);
-  TestLevel level(pager, 3, 256 * 32, direct);
+  TestLevel level(pager, 3, 256 * 32, traits);
   const std::uint64_t blocks = level.file.geometry.block_count();
   REQUIRE(blocks == 32);
   std::vector<unsigned char> expected(blocks, 0);
@@ -139,9 +147,9 @@ void random_pins(EvictionPolicy policy, bool direct, int io_threads, unsigned se
 
 TEST_CASE("Pager_RandomPins_ServesWhatWasWrittenWithinTheBudget") {
   for (const EvictionPolicy policy : {EvictionPolicy::kWindow, EvictionPolicy::kClock})
-    for (const bool direct : {false, true})
+    for (const BackendTraits& traits : {kFramed, kInMemory})
       for (const int io_threads : {0, 1, 3})
-        random_pins(policy, direct, io_threads, direct ? 1 : 2);
+        random_pins(policy, traits, io_threads, traits.in_memory ? 1 : 2);
 }
 
 TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
@@ -175,15 +183,76 @@ TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
   CHECK(level.backend->reads == 0);
 }
 
-TEST_CASE("PagerPin_NeverWrittenDirectBlock_IsZeroWhateverTheMappingHolds") {
-  for (const bool writable : {true, false}) {
+TEST_CASE("PagerPin_NeverWrittenBlockWithAnAddress_IsZeroWhateverIsThere") {
+  for (const BackendTraits& traits : {kInMemory, kMapped}) {
     Pager pager(2 * kBlockBytes, 1);
-    TestLevel level(pager, 1, 2 * 4096, true);
-    level.file.writable = writable;
+    TestLevel level(pager, 1, 2 * 4096, traits);
     std::memset(level.backend->address_of(0), 1, kBlockBytes);
     CHECK(holds(pager.pin(level.file, 0, Access::kRead), 0));
-    CHECK((*level.backend->address_of(0) == std::byte{0}) == writable);
+    CHECK((*level.backend->address_of(0) == std::byte{0}) == traits.in_memory);
   }
+}
+
+TEST_CASE("PagerPin_ForWritingALevelOpenedForReading_IsRefusedAndReadsOn") {
+  for (const BackendTraits& traits : {kFramed, kMapped}) {
+    Pager pager(2 * kBlockBytes, 1);
+    TestLevel level(pager, 1, 2 * 4096, traits);
+    level.file.writable = false;
+    level.put_on_disk(0, 5);
+    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+      try {
+        pager.pin(level.file, 0, access);
+        FAIL("expected an error");
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kBadState);
+        CHECK(std::string_view(error.what()) == "write fake: the level was opened for reading");
+      }
+    }
+    CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
+  }
+}
+
+TEST_CASE("PagerPin_MappedLevel_IsServedWhereItLiesUnlessItIsWritten") {
+  for (const bool writable : {false, true}) {
+    Pager pager(2 * kBlockBytes, 1);
+    TestLevel level(pager, 1, 2 * 4096, kMapped);
+    level.file.writable = writable;
+    level.put_on_disk(1, 6);
+    const PinnedBlock pinned = pager.pin(level.file, 1, Access::kRead);
+    CHECK(holds(pinned, 6));
+    CHECK((pinned.bytes().data() == level.backend->address_of(1)) == !writable);
+    if (!writable) continue;
+    // One frame for all pins of a block: whoever reads sees what whoever writes has stored.
+    fill(pager.pin(level.file, 1, Access::kUpdate), 7);
+    CHECK(holds(pinned, 7));
+    pager.flush();
+    CHECK(*level.backend->address_of(1) == std::byte{7});
+  }
+}
+
+TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfinished") {
+  for (const BackendTraits& traits : {kFramed, kInMemory})
+    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+      Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+      TestLevel level(pager, 1, 4 * 4096, traits);
+      fill(pager.pin(level.file, 0, Access::kWrite), 1);
+      pager.flush();
+      const int writes = level.backend->writes;
+      PinnedBlock half = pager.pin(level.file, 1, access);
+      fill(half, 9);
+      CHECK(level.file.is_finished());
+      half.abandon();
+      CHECK_FALSE(half);
+      CHECK_FALSE(level.file.is_finished());
+      pager.flush();
+      CHECK(level.backend->writes == writes);
+      CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
+      CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
+      level.file.left_unfinished = false;
+      pager.pin(level.file, 0, Access::kRead).abandon();
+      CHECK(level.file.is_finished());
+      pager.detach(level.file);
+    }
 }
 
 TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
@@ -199,6 +268,64 @@ TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
   }
   first.release();
   CHECK(pager.pin(level.file, 2, Access::kRead));
+}
+
+TEST_CASE("PagerSetAside_PartOfTheBudget_IsNotForFrames") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  TestLevel level(pager, 1, 8 * 4096);
+  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  pager.set_aside(2 * kBlockBytes);
+  CHECK(pager.budget_bytes() == 2 * kBlockBytes);
+  const PinnedBlock first = pager.pin(level.file, 4, Access::kRead);
+  const PinnedBlock second = pager.pin(level.file, 5, Access::kRead);
+  CHECK_THROWS_AS(pager.pin(level.file, 6, Access::kRead), Error);
+}
+
+TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
+  Pager pager(2 * kBlockBytes, 0);
+  TestLevel level(pager, 1, 4096);
+  {
+    UnfinishedLevels pass;
+    pass.add(level.file, Access::kRead);
+    CHECK(level.file.is_finished());
+    pass.add(level.file, Access::kUpdate);
+    CHECK_FALSE(level.file.is_finished());
+    pass.finish();
+    CHECK(level.file.is_finished());
+    pass.add(level.file, Access::kWrite);
+  }
+  CHECK_FALSE(level.file.is_finished());
+  UnfinishedLevels update;
+  update.add(level.file, Access::kUpdate);
+  update.finish();
+  CHECK_FALSE(level.file.is_finished());  // it changed what is not whole
+  UnfinishedLevels outer, inner;
+  outer.add(level.file, Access::kUpdate);
+  inner.add(level.file, Access::kWrite);
+  inner.finish();
+  CHECK_FALSE(level.file.is_finished());
+  outer.finish();
+  CHECK(level.file.is_finished());
+}
+
+// A thread needs a stack, and nobody has one of so many bytes.
+TEST_CASE("PagerAttach_ThreadsThatCannotBeHad_IsOutOfMemory") {
+  pthread_attr_t usual, huge;
+  REQUIRE(::pthread_getattr_default_np(&usual) == 0);
+  REQUIRE(::pthread_getattr_default_np(&huge) == 0);
+  REQUIRE(::pthread_attr_setstacksize(&huge, std::size_t{1} << 46) == 0);
+  REQUIRE(::pthread_setattr_default_np(&huge) == 0);
+  std::optional<ErrorCode> code;
+  {
+    Pager pager(2 * kBlockBytes, 2);
+    try {
+      TestLevel level(pager, 1, 4096);
+    } catch (const Error& error) {
+      code = error.code();
+    }
+  }
+  REQUIRE(::pthread_setattr_default_np(&usual) == 0);
+  CHECK(code == ErrorCode::kOutOfMemory);
 }
 
 TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
@@ -254,12 +381,10 @@ TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invarian
   CHECK(holds(pager.pin(level.file, 1, Access::kRead), 2));
 }
 
-TEST_CASE("PagerPin_DirectBlockWithAFlippedByte_IsCorruption") {  // invariant 6
+TEST_CASE("PagerPin_MappedBlockWithAFlippedByte_IsCorruption") {  // invariant 6
   Pager pager(2 * kBlockBytes, GENERATE(0, 1));
-  TestLevel level(pager, 1, 4 * 4096, true);
-  fill(pager.pin(level.file, 0, Access::kWrite), 5);
-  pager.flush();
-  pager.discard();
+  TestLevel level(pager, 1, 4 * 4096, kMapped);
+  level.put_on_disk(0, 5);
   level.backend->address_of(0)[17] ^= std::byte{4};
   try {
     pager.pin(level.file, 0, Access::kRead);

@@ -25,12 +25,12 @@ class HeldBackend final : public Backend {
  public:
   explicit HeldBackend(const LevelSpec& spec) : spec_(spec), bytes_(spec.geometry.total_bytes()) {}
 
-  BackendTraits traits() const noexcept override { return {.durable = true}; }
   void read(BlockRange blocks, std::span<std::byte> into) override {
     std::memcpy(into.data(), place(blocks.first), into.size());
     spec_.table.check(blocks.first, into, "held");
   }
   void write(BlockRange blocks, std::span<const std::byte> from) override {
+    if (fail_writes) throw Error(ErrorCode::kNoSpace, "held: full");
     std::memcpy(place(blocks.first), from.data(), from.size());
     spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
                      from);
@@ -47,7 +47,6 @@ class HeldBackend final : public Backend {
     }
     Backend::start(transfer);
   }
-  std::byte* address(std::uint64_t, bool) override { return nullptr; }
   void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
@@ -84,6 +83,7 @@ class HeldBackend final : public Backend {
     started_.wait(lock, [&] { return started_reads >= reads && started_writes >= writes; });
   }
   std::atomic<int> started_reads = 0, started_writes = 0;
+  std::atomic<bool> fail_writes = false;
 
  private:
   std::byte* place(std::uint64_t block) {
@@ -103,7 +103,7 @@ struct HeldLevel {
     file.geometry = LevelGeometry(blocks * 4096, {}, 1, 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
-        LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, options, 1});
+        LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, 1});
     backend = made.get();
     file.backend = std::move(made);
     for (std::uint64_t block = 0; block < blocks; ++block)
@@ -116,7 +116,6 @@ struct HeldLevel {
     std::memset(pin(block, Access::kWrite).bytes().data(), byte, kBlockBytes);
   }
 
-  BackendOptions options;
   Directory directory;
   LevelFile file;
   HeldBackend* backend = nullptr;
@@ -285,6 +284,105 @@ TEST_CASE("PagerPrefetch_ReadFails_IsReportedByThePinThatNeedsTheBlock") {
   CHECK(error_of([&] { level.pin(2, Access::kRead); }) == ErrorCode::kCorruption);
   level.file.table.entries()[2].checksum ^= 1;
   CHECK(level.pin(2, Access::kRead).bytes()[0] == HeldLevel::value(2));
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerUnpin_QueuedBlockPinnedAgain_IsNotWrittenBeforeItIsReleased") {
+  Pager pager(16 * kBlockBytes, 1);
+  HeldLevel level(pager, 16);
+  level.backend->hold();
+  constexpr std::uint64_t kLast = Pager::kInFlight;
+  for (std::uint64_t block = 0; block <= kLast; ++block) level.put(block, 70);
+  level.backend->wait_until_started(0, Pager::kInFlight);
+  PinnedBlock again = level.pin(kLast, Access::kUpdate);
+  std::memset(again.bytes().data(), 71, kBlockBytes / 2);
+  level.backend->let_all_go();
+  while (pager.statistics().blocks_written < Pager::kInFlight) std::this_thread::yield();
+  CHECK(level.backend->started_writes == static_cast<int>(Pager::kInFlight));
+  std::memset(again.bytes().data(), 72, kBlockBytes);
+  again.release();
+  pager.flush();
+  CHECK(level.backend->started_writes == static_cast<int>(Pager::kInFlight) + 1);
+  pager.discard();
+  CHECK(level.pin(kLast, Access::kRead).bytes()[0] == std::byte{72});
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerFlush_BlockThatIsPinnedForWriting_IsWrittenAgainAfterItsRelease") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  HeldLevel level(pager, 8);
+  PinnedBlock held = level.pin(2, Access::kUpdate);
+  std::memset(held.bytes().data(), 60, kBlockBytes);
+  pager.flush();
+  CHECK(level.backend->started_writes == 1);
+  std::memset(held.bytes().data(), 61, kBlockBytes);
+  held.release();
+  pager.flush();
+  CHECK(level.backend->started_writes == 2);
+  pager.discard();
+  CHECK(level.pin(2, Access::kRead).bytes()[0] == std::byte{61});
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerPin_ReadFailsWhileAnotherWaitsForIt_TheOtherReadsForItself") {
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  level.backend->hold();
+  auto failing = std::async(std::launch::async,
+                            [&] { return error_of([&] { level.pin(5, Access::kRead); }); });
+  level.backend->wait_until_started(1, 0);
+  auto waiting = std::async(std::launch::async, [&] {
+    return level.pin(5, Access::kRead).bytes()[100] == HeldLevel::value(5);
+  });
+  CHECK(waiting.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout);
+  level.backend->let_go(Direction::kRead, 5, true);
+  CHECK(failing.get() == ErrorCode::kNoSpace);
+  level.backend->let_go(Direction::kRead, 5);
+  CHECK(waiting.get());
+  level.backend->let_all_go();
+  CHECK(level.backend->started_reads == 2);
+  pager.detach(level.file);
+}
+
+TEST_CASE("PagerEvict_BlockWhoseWriteFailed_StaysSinceItIsTheOnlyCopy") {  // 4, 7
+  const int io_threads = GENERATE(0, 1);
+  const auto policy = GENERATE(EvictionPolicy::kWindow, EvictionPolicy::kClock);
+  const bool announced = GENERATE(false, true);
+  Pager pager(3 * kBlockBytes, io_threads);
+  pager.set_policy(policy);
+  HeldLevel level(pager, 16);
+  level.backend->fail_writes = true;
+  level.put(3, 42);
+  if (announced) pager.prefetch(level.file, 3);
+  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kNoSpace);
+  if (announced) pager.prefetch(level.file, 3);
+  level.backend->fail_writes = false;
+  for (int round = 0; round < 2; ++round)
+    for (std::uint64_t block = 4; block < 16; ++block)
+      CHECK(level.pin(block, Access::kRead).bytes()[0] == HeldLevel::value(block));
+  CHECK(level.pin(3, Access::kRead).bytes()[0] == std::byte{42});
+  for (std::uint64_t block = 4; block < 16; ++block)
+    CHECK(level.pin(block, Access::kRead).bytes()[0] == HeldLevel::value(block));
+  CHECK(level.pin(3, Access::kRead).bytes()[0] == std::byte{42});
+  pager.discard();
+}
+
+TEST_CASE("PagerPin_AllFramesPinnedButOneIsBeingRead_WaitsForTheRead") {
+  Pager pager(2 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  const PinnedBlock held = level.pin(0, Access::kRead);
+  level.backend->hold();
+  auto reading = std::async(std::launch::async,
+                            [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+  level.backend->wait_until_started(2, 0);
+  auto waiting = std::async(std::launch::async, [&] { level.pin(2, Access::kRead); });
+  CHECK(is_waiting(waiting));
+  // Its frame is free again as soon as the read has failed.
+  level.backend->let_go(Direction::kRead, 1, true);
+  CHECK(reading.get() == ErrorCode::kNoSpace);
+  level.backend->let_go(Direction::kRead, 2);
+  waiting.get();
+  level.backend->let_all_go();
   pager.detach(level.file);
 }
 

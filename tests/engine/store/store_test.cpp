@@ -574,6 +574,25 @@ TEST_CASE("StoreStoredBytes_OnDisk_CountsBaseRecordsAndLevels") {
   CHECK(store.stored_bytes() == base_mesh + 12 * 12 + 2 * 4096);
 }
 
+TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place;
+    {
+      Store store = place.create(backend);
+      add_sample(store, sample_schemas()[0], 2);
+      store.commit();
+    }
+    Store reader = Store::open(place.path, {}, default_backends());
+    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+      const Error error = error_of([&] { reader.pager().pin(reader.level_file(0, 2), 0, access); });
+      CHECK(error.code() == ErrorCode::kBadState);
+      CHECK(names(error, {reader.level_file(0, 2).path.string(), "opened for reading"}));
+    }
+    CHECK(holds_sample(reader, 0));
+  }
+}
+
 TEST_CASE("Store_MovedFrom_LivesOnInItsNewPlace") {
   const Place place;
   Store first = place.create("pread");

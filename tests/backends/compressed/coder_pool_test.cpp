@@ -1,0 +1,116 @@
+// How much memory the coders of a store take, and that they take no more.
+#include "compressed/coder_pool.h"
+
+#include <malloc.h>
+
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <thread>
+#include <vector>
+
+#include "backends/conformance.h"
+#include "plait/backends/registry.h"
+#include "plait/store.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+constexpr std::uint64_t kBlockBytes = 256 << 10;
+constexpr int kThreads = 6;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryIsCounted = false;  // their allocators are not asked
+#else
+constexpr bool kMemoryIsCounted = true;
+#endif
+
+std::uint64_t bytes_in_use() {
+  const struct mallinfo2 info = ::mallinfo2();
+  return info.uordblks + info.hblkhd;
+}
+
+/// Every thread codes blocks of several sizes; false if one did not come back as it was.
+bool code_in_threads(CoderPool& pool) {
+  std::atomic<bool> same = true;
+  std::vector<std::thread> threads;
+  for (int number = 0; number < kThreads; ++number)
+    threads.emplace_back([&, number] {
+      for (const std::uint64_t bytes : {kBlockBytes, kBlockBytes / 2, std::uint64_t{20'000}}) {
+        const auto raw = make_content(bytes, Content::kSmooth, static_cast<std::uint32_t>(number));
+        std::vector<std::byte> back(bytes);
+        CoderPool::Lease coder(pool, number % 2 == 0 ? 4 : 8);
+        const EncodedBlock encoded = coder->encode(raw);
+        if (encoded.encoding == BlockEncoding::kRaw) continue;
+        const std::vector<std::byte> stored(encoded.bytes.begin(), encoded.bytes.end());
+        coder->decode(stored, back);
+        if (back != raw) same = false;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  return same;
+}
+
+}  // namespace
+
+TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
+  for (const char* codec : {"none", "lz4", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
+    CAPTURE(codec);
+    VolumeSpec volume{{codec, "shuffle"}, ~std::uint64_t{0}, 1};
+    CoderPool one(volume);
+    one.make_room_for(kBlockBytes);
+    CHECK(one.most_coders() == 1);
+    const std::uint64_t coder_bytes = one.memory_bytes();
+
+    volume.threads = kThreads;
+    volume.most_scratch_bytes = 3 * coder_bytes + coder_bytes / 2;
+    std::thread([] {}).join();
+    const std::uint64_t before = bytes_in_use();
+    CoderPool pool(volume);
+    pool.make_room_for(kBlockBytes);
+    CHECK(pool.most_coders() == 3);
+    CHECK(pool.memory_bytes() == 3 * coder_bytes);
+    CHECK(code_in_threads(pool));
+    constexpr std::uint64_t kSmallThings = 64 << 10;
+    const std::uint64_t taken = bytes_in_use() - before;
+    if (kMemoryIsCounted) {
+      CHECK(taken <= pool.memory_bytes() + kSmallThings);
+      CHECK(taken > coder_bytes / 2);
+    }
+    pool.shrink();
+    if (kMemoryIsCounted) CHECK(bytes_in_use() - before <= kSmallThings);
+    CHECK(code_in_threads(pool));
+  }
+}
+
+TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
+  CoderPool pool({{"zstd:1", "shuffle"}, 1000, kThreads});
+  pool.make_room_for(kBlockBytes);
+  CHECK(pool.most_coders() == 1);
+  CHECK(pool.memory_bytes() == 1000);
+  CHECK(code_in_threads(pool));
+}
+
+TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersForFrames") {
+  const TemporaryDirectory place;
+  StoreOptions options;
+  options.backend = "compressed";
+  options.backend_options = {"zstd:1", "shuffle"};
+  options.block_bytes = kBlockBytes;
+  for (const std::uint64_t budget : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
+    options.budget_bytes = budget;
+    Store store = Store::create(place.path() / std::to_string(budget),
+                                BaseMesh::build(icosahedron()), options, default_backends());
+    CHECK(store.pager().budget_bytes() > budget - budget / 64);
+    const AttributeId a = store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3});
+    const AttributeId b = store.add_attribute(AttributeSchema{"b", ComponentType::kFloat64, 1});
+    for (int level = 1; level <= 8; ++level) store.add_level(a);
+    const std::uint64_t for_one = store.pager().budget_bytes();
+    CHECK(for_one < budget);
+    CHECK(for_one >= budget - budget / 4);
+    for (int level = 1; level <= 8; ++level) store.add_level(b);
+    CHECK(store.pager().budget_bytes() == for_one);  // attributes and levels share them
+  }
+}
+
+}  // namespace plait::test
