@@ -33,6 +33,7 @@ class BlockCoder {
   BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
              std::uint64_t max_raw_bytes);
 
+  std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
   /// The most memory that it takes, once it has coded.
   std::uint64_t memory_bytes() const;
   /// What a shuffle filter groups by from now on.

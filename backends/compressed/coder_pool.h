@@ -15,18 +15,18 @@ namespace plait {
 
 /// Coders that are kept for the next caller, because their memory is faulted in and their contexts
 /// are set up. There are as many as there are threads, or as the memory allows: whoever finds none
-/// waits for one. Safe from any thread, but for make_room_for().
+/// waits for one. Safe from any thread.
 class CoderPool {
  public:
   /// Errors: as make_codec and make_filter_chain.
   explicit CoderPool(const VolumeSpec& volume);
 
-  /// Blocks of so many bytes will be coded. While nobody codes.
+  /// Blocks of so many bytes will be coded. Coders for smaller ones go as they are given back.
   void make_room_for(std::uint64_t raw_bytes);
   /// The most memory that all coders together take. One there is in any case: what it takes beyond
   /// `most_scratch_bytes` is not counted here.
   std::uint64_t memory_bytes() const noexcept;
-  std::size_t most_coders() const noexcept { return most_coders_; }
+  std::size_t most_coders() const noexcept;
   /// Gives back the memory of coders that nobody uses.
   void shrink() noexcept;
 
@@ -50,9 +50,9 @@ class CoderPool {
   void give_back(std::unique_ptr<BlockCoder> coder) noexcept;
 
   VolumeSpec volume_;
+  mutable std::mutex mutex_;
   std::uint64_t max_raw_bytes_ = 0, coder_bytes_ = 0;
   std::size_t most_coders_ = 1;
-  std::mutex mutex_;
   std::condition_variable given_back_;
   std::size_t taken_ = 0;
   std::vector<std::unique_ptr<BlockCoder>> idle_;  ///< has room for most_coders_

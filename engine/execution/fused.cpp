@@ -112,12 +112,13 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
   check_pass(store, pass, options);
   const FusedNeeds needs = fused_needs(store, pass, options.threads);
   if (needs.frame_bytes > store.pager().budget_bytes())
-    throw Error(ErrorCode::kBudget,
-                fmt::format("fused '{}': {} bytes of blocks are filled at once by {} threads and "
-                            "the budget is {}; a block holds {} bytes: raise the budget, take "
-                            "smaller blocks or fewer threads",
-                            pass.name, needs.frame_bytes, options.threads,
-                            store.pager().budget_bytes(), store.options().block_bytes));
+    throw Error(
+        ErrorCode::kBudget,
+        fmt::format("fused '{}': {} bytes of blocks are filled at once by {} threads and "
+                    "the budget has {} for them; a block holds {} bytes: raise the budget, take "
+                    "smaller blocks or fewer threads",
+                    pass.name, needs.frame_bytes, options.threads, store.pager().budget_bytes(),
+                    store.options().block_bytes));
   store.pager().set_policy(EvictionPolicy::kWindow);
 
   UnfinishedLevels written;

@@ -83,7 +83,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
   if (needed_bytes > store.pager().budget_bytes())
     throw Error(
         ErrorCode::kBudget,
-        fmt::format("sweep '{}': the window needs {} bytes of frames and the budget is {}; "
+        fmt::format("sweep '{}': the window needs {} bytes of frames and the budget has {}; "
                     "the layout '{}' has stencils that span {} edges, and a block holds "
                     "{} bytes: raise the budget, take smaller blocks or another layout",
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,

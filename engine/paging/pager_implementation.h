@@ -78,7 +78,6 @@ class Pager::Implementation final : public TransferListener {
 
   // pager_transfers.cpp
   void bring_in(Lock& lock, Frame& frame, Access access);
-  void end_reading(Frame& frame) noexcept;
   void start(Lock& lock, Frame& frame) noexcept;
   void wait(Lock& lock, Direction direction) noexcept;
   void wait_for(Lock& lock, Frame& frame) noexcept;

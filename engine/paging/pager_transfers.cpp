@@ -29,14 +29,16 @@ void Pager::Implementation::bring_in(Lock& lock, Frame& frame, Access access) {
       lock.unlock();
       std::memset(content.memory, 0, content.block_bytes);
       lock.lock();
-      end_reading(frame);
-      tell_of_change();
+      content.state = State::kResident;
     } else {
       const Wait waiting(statistics_, Direction::kRead);
       frame.transfer.direction = Direction::kRead;
       start(lock, frame);
       changed_.wait(lock, [&] { return content.state == State::kResident; });
     }
+    // Not before: whoever waits for a frame would find this one neither being read nor free.
+    --reads_under_way_;
+    tell_of_change();
   }
   if (content.read_error) {
     const std::exception_ptr error = content.read_error;
@@ -59,22 +61,17 @@ void Pager::Implementation::tell_of_change() noexcept {
   changed_.notify_all();
 }
 
-void Pager::Implementation::end_reading(Frame& frame) noexcept {
-  frame.content.state = State::kResident;
-  --reads_under_way_;
-}
-
 void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr error) noexcept {
   const Lock lock(mutex_);
   Frame& frame = frames_[transfer.tag];
   Frame::Content& content = frame.content;
   const bool was_reading = content.state == State::kReading;
-  if (was_reading) {
-    end_reading(frame);
-    if (content.pins == 0) --reads_ahead_;
-  } else {
-    content.state = State::kResident;
+  content.state = State::kResident;
+  if (!was_reading) {
     --writes_in_flight_;
+  } else if (content.pins == 0) {
+    --reads_ahead_;
+    --reads_under_way_;
   }
   if (!error) {
     count_transfer(frame, transfer.direction);

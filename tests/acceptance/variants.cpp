@@ -140,7 +140,9 @@ std::string Refiner::digest_of(const Variant& variant) {
       smallest_[{variant.layout, variant.executor, variant.threads, variant.block_bytes}];
   if (variant.executor == ExecutorKind::kSweep) {
     if (smallest == 0) smallest = sweep_budget(variant);
-    return digest_under(variant, smallest);
+    // A quarter at most is for coders.
+    const bool codes = default_backends().find(variant.backend).traits.compressed;
+    return digest_under(variant, codes ? smallest + (smallest + 2) / 3 : smallest);
   }
   for (smallest = std::max(smallest, kLeastBytes);; smallest *= 2) {
     try {

@@ -45,7 +45,8 @@ class Refiner {
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
   /// Makes the store in a scratch directory, commits, reopens, returns the digest, leaves nothing.
-  /// The smallest budget is exact for sweep, and for the others the first power of two that does.
+  /// The smallest budget is exact for sweep where no blocks are coded, and for the others the first
+  /// power of two that does.
   std::string digest_of(const Variant& variant);
 
   /// Frames that the widest pass of the sweep executor pins at once: nothing less will do.

@@ -25,9 +25,9 @@ constexpr bool kMemoryIsCounted = false;  // their allocators are not asked
 constexpr bool kMemoryIsCounted = true;
 #endif
 
-std::uint64_t bytes_in_use() {
+std::int64_t bytes_in_use() {
   const struct mallinfo2 info = ::mallinfo2();
-  return info.uordblks + info.hblkhd;
+  return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
 }
 
 /// Every thread codes blocks of several sizes; false if one did not come back as it was.
@@ -65,22 +65,33 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     volume.threads = kThreads;
     volume.most_scratch_bytes = 3 * coder_bytes + coder_bytes / 2;
     std::thread([] {}).join();
-    const std::uint64_t before = bytes_in_use();
+    const std::int64_t before = bytes_in_use();
     CoderPool pool(volume);
     pool.make_room_for(kBlockBytes);
     CHECK(pool.most_coders() == 3);
     CHECK(pool.memory_bytes() == 3 * coder_bytes);
     CHECK(code_in_threads(pool));
-    constexpr std::uint64_t kSmallThings = 64 << 10;
-    const std::uint64_t taken = bytes_in_use() - before;
+    constexpr std::int64_t kSmallThings = 64 << 10;
+    const std::int64_t taken = bytes_in_use() - before;
     if (kMemoryIsCounted) {
-      CHECK(taken <= pool.memory_bytes() + kSmallThings);
-      CHECK(taken > coder_bytes / 2);
+      CHECK(taken <= static_cast<std::int64_t>(pool.memory_bytes()) + kSmallThings);
+      CHECK(taken > static_cast<std::int64_t>(coder_bytes / 2));
     }
     pool.shrink();
     if (kMemoryIsCounted) CHECK(bytes_in_use() - before <= kSmallThings);
     CHECK(code_in_threads(pool));
   }
+}
+
+TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
+  CoderPool pool({{"none", "shuffle"}, ~std::uint64_t{0}, 2});
+  pool.make_room_for(1000);
+  {
+    const CoderPool::Lease small(pool, 4);
+    pool.make_room_for(kBlockBytes);
+  }
+  CoderPool::Lease coder(pool, 4);
+  CHECK(coder->max_raw_bytes() == kBlockBytes);
 }
 
 TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
@@ -103,7 +114,7 @@ TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersF
                                 BaseMesh::build(icosahedron()), options, default_backends());
     CHECK(store.pager().budget_bytes() > budget - budget / 64);
     const AttributeId a = store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3});
-    const AttributeId b = store.add_attribute(AttributeSchema{"b", ComponentType::kFloat64, 1});
+    const AttributeId b = store.add_attribute(AttributeSchema{"b", ComponentType::kInt32, 3});
     for (int level = 1; level <= 8; ++level) store.add_level(a);
     const std::uint64_t for_one = store.pager().budget_bytes();
     CHECK(for_one < budget);

@@ -185,15 +185,10 @@ TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
         StoreOptions options = sample_options(backend);
         options.budget_bytes = 64 << 20;
         NumberingCalls calls(base.face_count());
-        {
-          const Store measured =
-              numbered_store({}, base, sample_options("memory"), kSchemas, kLevels, backends);
-          options.budget_bytes =
-              fused_needs(measured, numbering_pass(measured, kLevels, calls), threads).frame_bytes;
-        }
         Store store = numbered_store(directory.path() / "s.plait", base, options, kSchemas, kLevels,
                                      backends);
         const FusedPass pass = numbering_pass(store, kLevels, calls);
+        leave_for_frames(store, fused_needs(store, pass, threads).frame_bytes);
         const Error error = error_of([&] { fused(store, pass, {threads, {}}); });
         CHECK(error.code() == ErrorCode::kNoSpace);
         CHECK(names(error, {"no room for this block"}));

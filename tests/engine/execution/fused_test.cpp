@@ -158,11 +158,13 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
       const TemporaryDirectory directory(Medium::kMemory);
       const std::filesystem::path path = directory.path() / "s.plait";
       BackendCounts counts;
-      const auto create = [&](std::uint64_t budget_bytes) {
+      const auto create = [&](std::uint64_t frame_bytes) {
         StoreOptions options = options_of(backend);
-        options.budget_bytes = budget_bytes;
-        return numbered_store(path, base, options, kManyRunsSchemas, kManyRunsLevels,
-                              counting_registry(default_backends(), counts));
+        options.budget_bytes = 128 << 20;
+        Store store = numbered_store(path, base, options, kManyRunsSchemas, kManyRunsLevels,
+                                     counting_registry(default_backends(), counts));
+        leave_for_frames(store, frame_bytes);
+        return store;
       };
       NumberingCalls calls(base.face_count());
       std::uint64_t needed = 0;

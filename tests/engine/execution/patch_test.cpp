@@ -237,12 +237,14 @@ TEST_CASE("PatchAt_SmallestWindow_StaysValidWithinAPatch") {
         needed = widest_face_bytes(store);
       }
       REQUIRE(needed > 64 << 10);
-      Store store = place.open(needed);
+      Store store = place.open();
+      leave_for_frames(store, needed);
       check_all_points(store, place.expected, Reach::kFaces, 0);
       CHECK(store.statistics().peak_frame_bytes == needed);
       CHECK(store.statistics().blocks_evicted > 100);
 
-      Store smaller = place.open(needed - 1);
+      Store smaller = place.open();
+      leave_for_frames(smaller, needed - 1);
       StorePatches<Wide> patches(smaller, 0, 0);
       patches.activate(kLevels, 1, 0);
       const Error error = error_of([&] {
@@ -305,7 +307,8 @@ TEST_CASE("PatchAt_Writes_Persist") {
       Store store = place.open();
       const std::uint64_t budget = widest_face_bytes(store);
       store.close();
-      store = place.open(budget, true);
+      store = place.open(64 << 20, true);
+      leave_for_frames(store, budget);
       StorePatches<Wide> patches(store, 0, 0);
       patches.activate(kLevels, 2, kLevels);
       for (FaceId face = 0; face < base.face_count(); ++face) {

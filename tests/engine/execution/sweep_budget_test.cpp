@@ -81,7 +81,8 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
             CHECK(needed % 4096 == 0);
           }
           const std::uint64_t budget = std::max(needed, kSmallestBudget);
-          Store store = Store::open(path, {true, budget}, default_backends());
+          Store store = Store::open(path, {true, 16 << 20}, default_backends());
+          leave_for_frames(store, budget);
           sweep(store, sums.pass, {threads, {}});
           CHECK(sums.right);
           CHECK(sums.calls == base.edge_count());
@@ -110,7 +111,8 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
         needed = sweep_window_bytes(store, sums.pass, threads);
       }
       REQUIRE(needed > kSmallestBudget);
-      Store store = Store::open(path, {true, needed - 1}, default_backends());
+      Store store = Store::open(path, {true, 16 << 20}, default_backends());
+      leave_for_frames(store, needed - 1);
       const Error error = error_of([&] { sweep(store, sums.pass, {threads, {}}); });
       CHECK(error.code() == ErrorCode::kBudget);
       CHECK(names(error, {"'sums'", "needs " + std::to_string(needed), "span"}));

@@ -110,6 +110,11 @@ bool holds_sample(Store& store, AttributeId attribute) {
   return true;
 }
 
+void leave_for_frames(Store& store, std::uint64_t bytes) {
+  store.pager().set_aside(store.options().budget_bytes - bytes);
+  REQUIRE(store.pager().budget_bytes() == bytes);
+}
+
 std::vector<std::string> durable_backends() {
   std::vector<std::string> names = usable_backends();
   std::erase_if(
