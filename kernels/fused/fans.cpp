@@ -1,7 +1,6 @@
 #include "fused/fans.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "fused/fan_border.h"
 #include "fused/lattice_buffer.h"
@@ -73,10 +72,14 @@ void Fans<Real>::clear() {
 /// The vertices of the run, and which corner of which face has which of them.
 template <class Real>
 void Fans<Real>::find(std::span<const FaceId> faces) {
-  corners_.resize(faces.size());
-  const FaceId highest = faces.front(), lowest = faces.back();
+  // What is no face of the run shares one place behind them: whether a corner is of the run is
+  // anybody's guess, so there is no branch for it.
+  corners_.resize(faces.size() + 1);
+  const FaceId highest = faces.front();
+  const auto elsewhere = static_cast<FaceId>(faces.size());
   const auto corner_of = [&](FaceSide corner) -> Corner& {
-    return corners_[highest - corner.face()][static_cast<std::size_t>(corner.side())];
+    return corners_[std::min(highest - corner.face(), elsewhere)]
+                   [static_cast<std::size_t>(corner.side())];
   };
   for (const FaceId face : faces)
     for (int side = 0; side < 3; ++side) {
@@ -90,10 +93,7 @@ void Fans<Real>::find(std::span<const FaceId> faces) {
           vertices_.push_back(vertex);
           fans_.push_back(source_.hubs->fans_[hub->fan]);
         } else {
-          add(vertex, [&](FaceSide corner, int spoke) {
-            if (corner.face() >= lowest && corner.face() <= highest)
-              corner_of(corner) = {number, spoke};
-          });
+          add(vertex, [&](FaceSide corner, int spoke) { corner_of(corner) = {number, spoke}; });
         }
       }
       if (hub) corner_of(here) = {number, hub->spoke};
@@ -145,31 +145,34 @@ void Fans<Real>::finish() {
   }
 }
 
-/// Vertices of one kind share batches, and lanes left over repeat nothing: they stay as they are.
+/// Vertices of one kind share batches; lanes left over are computed with and thrown away.
 template <class Real>
 void Fans<Real>::place() {
-  std::vector<std::uint32_t> order;
-  for (std::uint32_t number = 0; number < fans_.size(); ++number)
-    if (!fans_[number].first) order.push_back(number);
-  const auto kind = [](const FanShape& shape) { return std::pair(shape.border, shape.valence); };
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t fan) { return kind(fans_[fan].shape); });
-  const int levels = source_.levels - source_.first_level() + 1;
+  placed_.clear();
   batches_.clear();
-  std::size_t end = 0, lane = kPatchLanes;
   starts_.resize(fans_.size());
-  for (const std::uint32_t number : order) {
+  const auto levels = static_cast<std::size_t>(source_.levels - source_.first_level() + 1);
+  std::size_t end = 0;
+  for (std::uint32_t number = 0; number < fans_.size(); ++number) {
     const FanShape& shape = fans_[number].shape;
-    if (lane == kPatchLanes || kind(batches_.back().shape) != kind(shape)) {
+    if (fans_[number].first) continue;
+    const auto kind = 2 * static_cast<std::size_t>(shape.valence) + (shape.border ? 1 : 0);
+    if (kind >= lanes_.size()) lanes_.resize(kind + 1);
+    Lanes& lanes = lanes_[kind];
+    if (lanes.left == 0) {
       batches_.push_back({end, shape});
-      end += shape.points() * kPointNumbers * static_cast<std::size_t>(levels);
-      lane = 0;
+      lanes = {end, kPatchLanes};
+      end += shape.points() * kPointNumbers * levels;
     }
-    starts_[number] = batches_.back().first + lane++;
+    starts_[number] = lanes.next++;
+    --lanes.left;
+    placed_.push_back(number);
   }
+  for (const Batch& batch : batches_)
+    lanes_[2 * static_cast<std::size_t>(batch.shape.valence) + (batch.shape.border ? 1 : 0)] = {};
   if (const auto points = static_cast<std::int64_t>(end / kPointNumbers); points_.points() < points)
     points_ = LatticeBuffer<Real>(points);
-  for (const std::uint32_t number : order) fans_[number].first = points_.data() + starts_[number];
-  placed_ = std::move(order);
+  for (const std::uint32_t number : placed_) fans_[number].first = points_.data() + starts_[number];
 }
 
 template <class Real>

@@ -95,6 +95,10 @@ class Fans {
     std::size_t first;  ///< in points_
     FanShape shape;
   };
+  /// Of the last batch of one kind.
+  struct Lanes {
+    std::size_t next = 0, left = 0;  ///< next: in points_
+  };
 
   void clear();
   void find(std::span<const FaceId> faces);
@@ -113,7 +117,8 @@ class Fans {
   std::vector<Fan> fans_;
   std::vector<VertexId> rings_;  ///< neighbours, counterclockwise
   std::vector<Batch> batches_;
-  std::vector<std::uint32_t> placed_;           ///< fans that are evaluated here, batch by batch
+  std::vector<Lanes> lanes_;                    ///< [kind] while place() runs
+  std::vector<std::uint32_t> placed_;           ///< fans that are evaluated here
   std::vector<std::size_t> starts_;             ///< [fan] in points_, of those
   std::vector<std::array<Corner, 3>> corners_;  ///< [face of the run]
   std::vector<HubCorner> hub_corners_;          ///< ascending
