@@ -1,8 +1,7 @@
 #include "execution/slot_delivery.h"
 
+#include <bit>
 #include <utility>
-
-#include "execution/half_merge.h"
 
 namespace plait {
 
@@ -28,7 +27,8 @@ SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
 
 void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> faces,
                            Scratch& scratch) {
-  Sides sides = find_sides(faces);
+  Sides sides;
+  find_sides(faces, sides);
   const Completes at_hand = place(sides, faces.size(), scratch);
   fill(refiner, sides, faces.size(), at_hand.all(), scratch);
   const Completes late = publish(sides, faces.size());
@@ -39,27 +39,33 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
   close(late.all());
 }
 
-auto SlotDelivery::find_sides(std::span<const FaceId> faces) const -> Sides {
-  Sides sides{};
+void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
+  // Sides seen before, by edge: neighbouring edges have neighbouring numbers.
+  constexpr std::size_t kPlaces = std::bit_ceil(4 * 3 * kPatchLanes);
+  std::array<Side*, kPlaces> seen{};
   for (std::size_t lane = 0; lane < faces.size(); ++lane) {
     const int turn = first_corner(mesh_, faces[lane]);
-    for (int side = 0; side < 3; ++side) {
-      const FaceSide of_face(faces[lane], (side + turn) % 3);
+    for (int number = 0; number < 3; ++number) {
+      const FaceSide of_face(faces[lane], (number + turn) % 3);
       const EdgeId edge =
           mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
-      sides[static_cast<std::size_t>(side)][lane] = {
-          edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), {}};
+      Side& side = sides[static_cast<std::size_t>(number)][lane];
+      side = {edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), nullptr, {}};
+      std::size_t at = edge % kPlaces;
+      while (seen[at] && seen[at]->edge != edge) at = (at + 1) % kPlaces;
+      if (seen[at]) {
+        side.mate = seen[at];
+        seen[at]->mate = &side;
+      }
+      seen[at] = &side;
     }
   }
-  return sides;
 }
 
 /// Says where every half goes, and which slots are complete with them. A border edge's half is
 /// taken whole: its slot has other rows.
 auto SlotDelivery::place(Sides& sides, std::size_t count, const Scratch& scratch) -> Completes {
   Completes complete;
-  std::array<Side*, 3 * kPatchLanes> alone;
-  std::size_t alone_count = 0;
   const auto complete_with = [&](const Side& side, const Place& mate) {
     complete.add(side.own ? Complete{side.edge, side.place, mate}
                           : Complete{side.edge, mate, side.place});
@@ -70,20 +76,14 @@ auto SlotDelivery::place(Sides& sides, std::size_t count, const Scratch& scratch
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
       side.place = {scratch.pieces_[number][lane], false};
-      if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
+      if (side.mate) {
+        if (side.mate->place.memory) complete_with(side, side.mate->place);
+      } else if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
         complete_with(side, {waiting, true});
-        continue;
-      }
-      std::size_t mate = 0;
-      while (mate < alone_count && alone[mate]->edge != side.edge) ++mate;
-      if (mate == alone_count) {
-        alone[alone_count++] = &side;
       } else {
-        complete_with(side, alone[mate]->place);
-        alone[mate] = alone[--alone_count];
+        side.place = {pool_.take(), true};
       }
     }
-  for (Side* const side : std::span(alone).first(alone_count)) side->place = {pool_.take(), true};
   return complete;
 }
 
@@ -94,7 +94,7 @@ void SlotDelivery::fill(const PatchRefiner& refiner, const Sides& sides, std::si
     find_slots(output, edges, scratch);
     for (const HalfPiece& piece : layout_.pieces(output)) {
       scatter(output, piece, points, sides, count, scratch);
-      merge(output, piece, edges, scratch.slots_);
+      merge(output, piece, edges, scratch.slots_.data(), scratch);
     }
   }
 }
@@ -119,14 +119,15 @@ void SlotDelivery::scatter(std::size_t output, const HalfPiece& piece, const voi
 }
 
 void SlotDelivery::merge(std::size_t output, const HalfPiece& piece,
-                         std::span<const Complete> edges, std::span<std::byte* const> slots) const {
+                         std::span<const Complete> edges, std::byte* const* slots,
+                         Scratch& scratch) const {
   const std::size_t offset = layout_.outputs()[output].offset + piece.at;
+  scratch.halves_.clear();
   for (const auto& [edge, own, other] : edges) {
-    for (const HalfPiece::Part& part : piece.parts)
-      merge_part(piece, part, own.piece(offset), other.piece(offset), streaming_,
-                 slots[static_cast<std::size_t>(part.level - 1)]);
-    slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
+    scratch.halves_.push_back({own.piece(offset), other.piece(offset), slots});
+    slots += pass_.levels;
   }
+  merge_piece(piece, scratch.halves_, streaming_);
 }
 
 void SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
@@ -161,21 +162,21 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
   for (std::size_t output = 0; output < layout_.outputs().size(); ++output) {
     find_slots(output, edges, scratch);
     const HalfOutput& shape = layout_.outputs()[output];
-    std::span<std::byte* const> slots(scratch.slots_);
+    std::byte* const* slots = scratch.slots_.data();
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const std::span<const Complete> edge = edges.subspan(i, 1);
       for (const HalfPiece& piece : layout_.pieces(output)) {
         if (edge.front().other.memory) {
-          merge(output, piece, edge, slots);
+          merge(output, piece, edge, slots, scratch);
           continue;
         }
         for (const HalfPiece::Part& part : piece.parts)
           if (part.in_slot == 0)
             pack_border_slot(shape.record_bytes, part.level,
                              edge.front().own.memory + shape.offset + piece.at + part.at,
-                             slots[static_cast<std::size_t>(part.level - 1)]);
+                             slots[part.level - 1]);
       }
-      slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
+      slots += pass_.levels;
     }
   }
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "execution/half_layout.h"
+#include "execution/half_merge.h"
 #include "execution/half_pool.h"
 #include "execution/half_scatter.h"
 #include "execution/open_blocks.h"
@@ -43,6 +44,7 @@ class SlotDelivery {
     std::array<LanePieces, 3> pieces_;  ///< [side]
     std::byte* spare_;                  ///< for what is not wanted
     std::vector<std::byte*> slots_;     ///< [complete edge][level - 1] of one output
+    std::vector<SlotHalves> halves_;    ///< [complete edge] of one piece
   };
 
   /// Takes the refiner's last group, which was of these faces. Errors: those of Pager::pin; after
@@ -60,6 +62,7 @@ class SlotDelivery {
   struct Side {
     EdgeId edge;
     bool own, border;
+    Side* mate;  ///< the other side of the same edge, where it is in the same group
     Place place;
   };
   using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
@@ -76,14 +79,14 @@ class SlotDelivery {
     std::span<const Complete> all() const { return std::span(edges).first(count); }
   };
 
-  Sides find_sides(std::span<const FaceId> faces) const;
+  void find_sides(std::span<const FaceId> faces, Sides& sides) const;
   Completes place(Sides& sides, std::size_t count, const Scratch& scratch);
   void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
             std::span<const Complete> edges, Scratch& scratch) const;
   void scatter(std::size_t output, const HalfPiece& piece, const void* points, const Sides& sides,
                std::size_t count, const Scratch& scratch) const;
   void merge(std::size_t output, const HalfPiece& piece, std::span<const Complete> edges,
-             std::span<std::byte* const> slots) const;
+             std::byte* const* slots, Scratch& scratch) const;
   Completes publish(const Sides& sides, std::size_t count);
   void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
   void find_slots(std::size_t output, std::span<const Complete> edges, Scratch& scratch) const;

@@ -90,7 +90,7 @@ void SurfaceRefiner<Real>::finish_base() {
     const Vector3<double> v = loop::widen(view.vertex());
     results.positions[vertex] = view.vertex();
     if (!results.normals.empty())
-      results.normals[vertex] = normals::of_base_vertex(valence, border, v, neighbour);
+      results.normals[vertex] = normals::of_base_vertex(masks_.of(valence, border), v, neighbour);
     if (results.limits.empty()) continue;
     loop::BaseRing ring;
     ring.valence = valence;
