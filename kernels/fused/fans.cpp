@@ -43,6 +43,7 @@ void Fans<Real>::evaluate_hubs() {
     const auto number = static_cast<std::uint32_t>(vertices_.size());
     add(vertex, [&](FaceSide corner, int spoke) {
       hub_corners_.push_back({corner, {number, spoke}});
+      return source_.mesh.next_corner(corner);
     });
   }
   std::ranges::sort(hub_corners_, {}, [](const HubCorner& hub) { return hub.corner.code; });
@@ -72,19 +73,20 @@ void Fans<Real>::clear() {
 /// The vertices of the run, and which corner of which face has which of them.
 template <class Real>
 void Fans<Real>::find(std::span<const FaceId> faces) {
-  // What is no face of the run shares one place behind them: whether a corner is of the run is
-  // anybody's guess, so there is no branch for it.
-  corners_.resize(faces.size() + 1);
-  const FaceId highest = faces.front();
-  const auto elsewhere = static_cast<FaceId>(faces.size());
-  const auto corner_of = [&](FaceSide corner) -> Corner& {
-    return corners_[std::min(highest - corner.face(), elsewhere)]
-                   [static_cast<std::size_t>(corner.side())];
-  };
+  const Topology& mesh = source_.mesh;
+  first_corner_ = 3 * faces.back();
+  corners_.resize(3 * faces.size());
+  next_corners_.resize(corners_.size());
+  // Beforehand, and not while walking around a vertex: there each would wait for the one before.
+  for (std::uint32_t i = 0; i < next_corners_.size(); ++i) {
+    FaceSide corner;
+    corner.code = first_corner_ + i;
+    next_corners_[i] = mesh.next_corner(corner);
+  }
   for (const FaceId face : faces)
     for (int side = 0; side < 3; ++side) {
       const FaceSide here(face, side);
-      const VertexId vertex = source_.mesh.faces[face][static_cast<std::size_t>(side)];
+      const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(side)];
       const Corner* const hub = source_.hubs ? source_.hubs->hub_at(here) : nullptr;
       std::uint32_t& number = fan_of_[vertex];
       if (number == kNoId) {
@@ -93,10 +95,15 @@ void Fans<Real>::find(std::span<const FaceId> faces) {
           vertices_.push_back(vertex);
           fans_.push_back(source_.hubs->fans_[hub->fan]);
         } else {
-          add(vertex, [&](FaceSide corner, int spoke) { corner_of(corner) = {number, spoke}; });
+          add(vertex, [&](FaceSide corner, int spoke) {
+            const std::uint32_t of_run = corner.code - first_corner_;
+            if (of_run >= corners_.size()) return mesh.next_corner(corner);
+            corners_[of_run] = {number, spoke};
+            return next_corners_[of_run];
+          });
         }
       }
-      if (hub) corner_of(here) = {number, hub->spoke};
+      if (hub) corners_[here.code - first_corner_] = {number, hub->spoke};
     }
   for (const VertexId vertex : vertices_) fan_of_[vertex] = kNoId;
 }
@@ -109,10 +116,11 @@ auto Fans<Real>::hub_at(FaceSide corner) const -> const Corner* {
   return found != hub_corners_.end() && found->corner == corner ? &found->at : nullptr;
 }
 
-/// Walks around a vertex once: its neighbours, and at_corner(FaceSide, spoke) for its corners.
+/// Walks around a vertex once: its neighbours. visit(FaceSide, spoke) is told of its corners and
+/// gives the next one counterclockwise.
 template <class Real>
 template <class Visit>
-void Fans<Real>::add(VertexId vertex, Visit at_corner) {
+void Fans<Real>::add(VertexId vertex, Visit visit) {
   vertices_.push_back(vertex);
   const std::size_t ring = rings_.size();
   const FaceSide first = source_.mesh.vertex_corners[vertex];
@@ -122,8 +130,7 @@ void Fans<Real>::add(VertexId vertex, Visit at_corner) {
     const auto& of_face = source_.mesh.faces[corner.face()];
     const auto side = static_cast<std::size_t>(corner.side());
     rings_.push_back(of_face[(side + 1) % 3]);
-    at_corner(corner, spoke);
-    corner = source_.mesh.next_corner(corner);
+    corner = visit(corner, spoke);
     if (corner.exists()) continue;
     rings_.push_back(of_face[(side + 2) % 3]);
     border = true;
