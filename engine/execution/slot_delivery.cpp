@@ -132,9 +132,13 @@ void SlotDelivery::merge(std::size_t output, const HalfPiece& piece,
 
 void SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
                               Scratch& scratch) const {
-  scratch.slots_.clear();
-  for (const Complete& complete : edges)
-    blocks_.add_slots(output, complete.edge, mesh_.border_rank(complete.edge), scratch.slots_);
+  const auto levels = static_cast<std::size_t>(pass_.levels);
+  scratch.slots_.resize(edges.size() * levels);
+  std::byte** slots = scratch.slots_.data();
+  for (const Complete& complete : edges) {
+    blocks_.find_slots(output, complete.edge, mesh_.border_rank(complete.edge), slots);
+    slots += levels;
+  }
 }
 
 /// Whole halves wait from now on. Complete are those of border edges, and those whose other half
