@@ -39,10 +39,12 @@ HWY_INLINE void choose(const std::uint32_t* mask, const std::uint32_t* own,
   for (; at < words; ++at) hn::StoreU(chosen(one, at), one, to + at);
 }
 
-void merge_piece(const HalfPiece& piece, std::span<const SlotHalves> edges, bool streaming) {
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming) {
   // A slot of less than a few lines would leave parts of lines behind.
   constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
-  for (const auto& [own, other, slots] : edges)
+  for (const auto& [own_half, other_half, slots] : edges) {
+    const std::byte *const own = own_half.piece(offset), *const other = other_half.piece(offset);
     for (const HalfPiece::Part& part : piece.parts) {
       std::byte* const to = slots[part.level - 1] + part.in_slot;
       const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
@@ -53,6 +55,7 @@ void merge_piece(const HalfPiece& piece, std::span<const SlotHalves> edges, bool
              part.bytes / sizeof(std::uint32_t), streaming && whole_lines,
              reinterpret_cast<std::uint32_t*>(to));
     }
+  }
 }
 
 }  // namespace plait::HWY_NAMESPACE
@@ -63,8 +66,9 @@ namespace plait {
 
 HWY_EXPORT(merge_piece);
 
-void merge_piece(const HalfPiece& piece, std::span<const SlotHalves> edges, bool streaming) {
-  HWY_DYNAMIC_DISPATCH(merge_piece)(piece, edges, streaming);
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming) {
+  HWY_DYNAMIC_DISPATCH(merge_piece)(piece, offset, edges, streaming);
 }
 
 void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own, std::byte* slot) {

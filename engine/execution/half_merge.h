@@ -8,15 +8,16 @@
 
 namespace plait {
 
-/// Both halves of an edge, where a piece begins in each, and where its slots begin.
+/// Both halves of an edge, and where its slots begin.
 struct SlotHalves {
-  const std::byte *own, *other;
+  HalfPlace own, other;
   std::byte* const* slots;  ///< [level - 1]
 };
 
-/// Puts the records of a piece into the slots of these edges. `streaming` bypasses the caches: for
-/// memory that is not read again soon.
-void merge_piece(const HalfPiece& piece, std::span<const SlotHalves> edges, bool streaming);
+/// Puts the records of a piece, `offset` bytes into the halves, into the slots of these edges.
+/// `streaming` bypasses the caches: for memory that is not read again soon.
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming);
 
 /// The records of the own face alone, row after row: a border edge's slot, whole. `own` is to where
 /// the level begins in the half.
