@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "plait/block_table.h"
+#include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 
@@ -106,12 +107,16 @@ struct BackendOptions {
 
 /// One level of one attribute as a backend sees it. The references outlive the backend.
 struct LevelSpec {
-  std::filesystem::path path;  ///< the level's file; empty in a store that is only in memory
+  const Directory& directory;  ///< the store's; not open for a store that is only in memory
+  std::string name;            ///< of the level's file in the directory
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
   const BackendOptions& options;
   std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
+
+  /// For messages.
+  std::filesystem::path path() const { return directory.path_of(name); }
 };
 
 /// Names to backends. The engine knows none by itself; plait::default_backends() has the built-in
@@ -119,12 +124,12 @@ struct LevelSpec {
 class BackendRegistry {
  public:
   struct Entry {
-    std::string name;
-    std::string summary;  ///< one line for --help
-    BackendTraits traits;
-    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open;
+    std::string name = {};
+    std::string summary = {};  ///< one line for --help
+    BackendTraits traits = {};
+    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open = {};
     /// Checks options before anything is made; throws kInvalidArgument or kNotSupported.
-    std::function<void(const BackendOptions&)> validate;
+    std::function<void(const BackendOptions&)> validate = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken.
