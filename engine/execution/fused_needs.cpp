@@ -15,31 +15,32 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
   const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
 
-  FusedNeeds needs;
-  std::vector<std::uint8_t> begun(mesh.edges.size());
-  std::uint64_t under_way = 0, most_under_way = 0;
-  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;)
-    for (const EdgeId edge : mesh.face_edges[face]) {
-      if (mesh.edges[edge].is_border()) continue;
-      if (!begun[edge]++) {
-        most_under_way = std::max(most_under_way, ++under_way);
-      } else {
-        --under_way;
-      }
-    }
-  // One half of each waits; threads out of turn may begin more.
-  const std::uint64_t most_halves =
-      most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
-  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
-                     HalfLayout::table_bytes(store, pass.outputs, pass.levels);
-
-  // Edges are numbered by their first face: a window of faces completes a range of edges.
+  // Edges are numbered by their first face: a run of faces, taken from the last to the first, ends
+  // with the edges that are new in it and begins with all others that it has.
   std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     EdgeId after = edges_before[face];
     for (const EdgeId edge : mesh.face_edges[face]) after = std::max(after, edge + 1);
     edges_before[face + 1] = after;
   }
+
+  FusedNeeds needs;
+  std::uint64_t under_way = 0, most_under_way = 0;
+  auto border = mesh.border_edges.rbegin();
+  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
+    const EdgeId first_new = edges_before[face];
+    std::uint64_t ends = edges_before[face + 1] - first_new;
+    for (; border != mesh.border_edges.rend() && *border >= first_new; ++border) --ends;
+    for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
+    most_under_way = std::max(most_under_way, under_way);
+    under_way -= ends;
+  }
+  // One half of each waits; threads out of turn may begin more.
+  const std::uint64_t most_halves =
+      most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
+  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
+                     HalfLayout::table_bytes(store, pass.outputs, pass.levels);
+
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
     const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
                  edge_after = edges_before[after];

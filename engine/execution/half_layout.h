@@ -47,6 +47,17 @@ struct HalfPiece {
   std::vector<std::uint32_t> own_mask;  ///< all bits set where the own face's records are
 };
 
+/// Where a half is: whole, or only the piece that is being made.
+struct HalfPlace {
+  static constexpr std::size_t kWhole = ~std::size_t{0}, kPiece = 0;
+  std::byte* memory;
+  std::size_t extent;  ///< one of these
+
+  bool whole() const { return extent == kWhole; }
+  /// Where the piece begins that is `offset` bytes into the half.
+  std::byte* piece(std::size_t offset) const { return memory + (offset & extent); }
+};
+
 /// An output of a half.
 struct HalfOutput {
   std::uint32_t components = 3;

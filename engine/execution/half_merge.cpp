@@ -14,10 +14,12 @@
 HWY_BEFORE_NAMESPACE();
 namespace plait::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
 /// Of every bit, the own half's where the mask has one. `streaming`: whole lines from a line on.
-void choose(const std::uint32_t* mask, const std::uint32_t* own, const std::uint32_t* other,
-            std::size_t words, bool streaming, std::uint32_t* to) {
-  namespace hn = hwy::HWY_NAMESPACE;
+HWY_INLINE void choose(const std::uint32_t* mask, const std::uint32_t* own,
+                       const std::uint32_t* other, std::size_t words, bool streaming,
+                       std::uint32_t* to) {
   const hn::CappedTag<std::uint32_t, 16> d;
   const std::size_t lanes = hn::Lanes(d);
   std::size_t at = 0;
@@ -30,8 +32,30 @@ void choose(const std::uint32_t* mask, const std::uint32_t* own, const std::uint
     return;
   }
   for (; at + lanes <= words; at += lanes) hn::StoreU(chosen(d, at), d, to + at);
+  const hn::CappedTag<std::uint32_t, 4> quad;
+  for (; at + hn::Lanes(quad) <= words; at += hn::Lanes(quad))
+    hn::StoreU(chosen(quad, at), quad, to + at);
   const hn::CappedTag<std::uint32_t, 1> one;
   for (; at < words; ++at) hn::StoreU(chosen(one, at), one, to + at);
+}
+
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming) {
+  // A slot of less than a few lines would leave parts of lines behind.
+  constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
+  for (const auto& [own_half, other_half, slots] : edges) {
+    const std::byte *const own = own_half.piece(offset), *const other = other_half.piece(offset);
+    for (const HalfPiece::Part& part : piece.parts) {
+      std::byte* const to = slots[part.level - 1] + part.in_slot;
+      const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
+                               reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
+      choose(piece.own_mask.data() + part.at / sizeof(std::uint32_t),
+             reinterpret_cast<const std::uint32_t*>(own + part.at),
+             reinterpret_cast<const std::uint32_t*>(other + part.at),
+             part.bytes / sizeof(std::uint32_t), streaming && whole_lines,
+             reinterpret_cast<std::uint32_t*>(to));
+    }
+  }
 }
 
 }  // namespace plait::HWY_NAMESPACE
@@ -40,20 +64,11 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace plait {
 
-HWY_EXPORT(choose);
+HWY_EXPORT(merge_piece);
 
-void merge_part(const HalfPiece& piece, const HalfPiece::Part& part, const std::byte* own,
-                const std::byte* other, bool streaming, std::byte* slot) {
-  // A slot of less than a few lines would leave parts of lines behind.
-  constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
-  std::byte* const to = slot + part.in_slot;
-  const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
-                           reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;
-  HWY_DYNAMIC_DISPATCH(choose)
-  (piece.own_mask.data() + part.at / sizeof(std::uint32_t),
-   reinterpret_cast<const std::uint32_t*>(own + part.at),
-   reinterpret_cast<const std::uint32_t*>(other + part.at), part.bytes / sizeof(std::uint32_t),
-   streaming && whole_lines, reinterpret_cast<std::uint32_t*>(to));
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming) {
+  HWY_DYNAMIC_DISPATCH(merge_piece)(piece, offset, edges, streaming);
 }
 
 void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own, std::byte* slot) {

@@ -2,16 +2,22 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "execution/half_layout.h"
 
 namespace plait {
 
-/// Puts the records of one part of a piece into a slot. Pointers are to where the piece begins in
-/// each half, and to the beginning of the slot of the part's level. `streaming` bypasses the
-/// caches: for memory that is not read again soon.
-void merge_part(const HalfPiece& piece, const HalfPiece::Part& part, const std::byte* own,
-                const std::byte* other, bool streaming, std::byte* slot);
+/// Both halves of an edge, and where its slots begin.
+struct SlotHalves {
+  HalfPlace own, other;
+  std::byte* const* slots;  ///< [level - 1]
+};
+
+/// Puts the records of a piece, `offset` bytes into the halves, into the slots of these edges.
+/// `streaming` bypasses the caches: for memory that is not read again soon.
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+                 bool streaming);
 
 /// The records of the own face alone, row after row: a border edge's slot, whole. `own` is to where
 /// the level begins in the half.

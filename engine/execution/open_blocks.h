@@ -21,10 +21,10 @@ class OpenBlocks {
 
   /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
   void open(EdgeId edge);
-  /// All levels of an output's slots of this edge, behind what `slots` has.
+  /// Where an output's slots of this edge are: slots[level - 1].
   /// REQUIRES: open(edge). May be called while others open and close.
-  void add_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
-                 std::vector<std::byte*>& slots) const;
+  void find_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
+                  std::byte** slots) const;
   /// All slots of this edge are filled.
   void close(EdgeId edge);
   /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.

@@ -1,8 +1,7 @@
 #include "execution/slot_delivery.h"
 
+#include <bit>
 #include <utility>
-
-#include "execution/half_merge.h"
 
 namespace plait {
 
@@ -28,7 +27,8 @@ SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
 
 void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> faces,
                            Scratch& scratch) {
-  Sides sides = find_sides(faces);
+  Sides sides;
+  find_sides(faces, sides);
   const Completes at_hand = place(sides, faces.size(), scratch);
   fill(refiner, sides, faces.size(), at_hand.all(), scratch);
   const Completes late = publish(sides, faces.size());
@@ -39,28 +39,40 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
   close(late.all());
 }
 
-auto SlotDelivery::find_sides(std::span<const FaceId> faces) const -> Sides {
-  Sides sides{};
+void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
+  // Sides seen before, by edge: neighbouring edges have neighbouring numbers.
+  constexpr std::size_t kPlaces = std::bit_ceil(4 * 3 * kPatchLanes);
+  std::array<std::uint8_t, kPlaces> seen{};  // its number in `sides` and one, or none
+  static_assert(3 * kPatchLanes < 255);
+  const auto seen_at = [&](std::size_t at) -> Side& {
+    const std::size_t number = seen[at] - std::size_t{1};
+    return sides[number / kPatchLanes][number % kPatchLanes];
+  };
   for (std::size_t lane = 0; lane < faces.size(); ++lane) {
     const int turn = first_corner(mesh_, faces[lane]);
-    for (int side = 0; side < 3; ++side) {
-      const FaceSide of_face(faces[lane], (side + turn) % 3);
+    for (int number = 0; number < 3; ++number) {
+      const FaceSide of_face(faces[lane], (number + turn) % 3);
       const EdgeId edge =
           mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
-      sides[static_cast<std::size_t>(side)][lane] = {
-          edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), {}};
+      const auto row = static_cast<std::size_t>(number);
+      Side& side = sides[row][lane];
+      side = {edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), nullptr, {}};
+      std::size_t at = edge % kPlaces;
+      while (seen[at] != 0 && seen_at(at).edge != edge) at = (at + 1) % kPlaces;
+      if (seen[at] != 0) {
+        side.mate = &seen_at(at);
+        side.mate->mate = &side;
+      }
+      seen[at] = static_cast<std::uint8_t>(row * kPatchLanes + lane + 1);
     }
   }
-  return sides;
 }
 
 /// Says where every half goes, and which slots are complete with them. A border edge's half is
 /// taken whole: its slot has other rows.
 auto SlotDelivery::place(Sides& sides, std::size_t count, const Scratch& scratch) -> Completes {
   Completes complete;
-  std::array<Side*, 3 * kPatchLanes> alone;
-  std::size_t alone_count = 0;
-  const auto complete_with = [&](const Side& side, const Place& mate) {
+  const auto complete_with = [&](const Side& side, const HalfPlace& mate) {
     complete.add(side.own ? Complete{side.edge, side.place, mate}
                           : Complete{side.edge, mate, side.place});
     open(side.edge);
@@ -69,71 +81,76 @@ auto SlotDelivery::place(Sides& sides, std::size_t count, const Scratch& scratch
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
-      side.place = {scratch.pieces_[number][lane], false};
-      if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
-        complete_with(side, {waiting, true});
-        continue;
-      }
-      std::size_t mate = 0;
-      while (mate < alone_count && alone[mate]->edge != side.edge) ++mate;
-      if (mate == alone_count) {
-        alone[alone_count++] = &side;
+      side.place = {scratch.pieces_[number][lane], HalfPlace::kPiece};
+      if (side.mate) {
+        if (side.mate->place.memory) complete_with(side, side.mate->place);
+      } else if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
+        complete_with(side, {waiting, HalfPlace::kWhole});
       } else {
-        complete_with(side, alone[mate]->place);
-        alone[mate] = alone[--alone_count];
+        side.place = {pool_.take(), HalfPlace::kWhole};
       }
     }
-  for (Side* const side : std::span(alone).first(alone_count)) side->place = {pool_.take(), true};
   return complete;
 }
 
 void SlotDelivery::fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
                         std::span<const Complete> edges, Scratch& scratch) const {
+  find_lanes(sides, count, scratch);
   for (std::size_t output = 0; output < layout_.outputs().size(); ++output) {
     const void* const points = refiner.points(output);
-    find_slots(output, edges, scratch);
+    const std::span<const SlotHalves> halves = find_slots(output, edges, scratch);
     for (const HalfPiece& piece : layout_.pieces(output)) {
-      scatter(output, piece, points, sides, count, scratch);
-      merge(output, piece, edges, scratch.slots_);
+      scatter(output, piece, points, scratch);
+      merge_piece(piece, layout_.outputs()[output].offset + piece.at, halves, streaming_);
+    }
+  }
+}
+
+void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const {
+  const HalfPlace nowhere{scratch.spare_, HalfPlace::kPiece};
+  for (std::size_t number = 0; number < 3; ++number) {
+    Scratch::Lanes &own = scratch.own_[number], &other = scratch.other_[number];
+    own.any = other.any = false;
+    own.places.fill(nowhere);
+    other.places.fill(nowhere);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const Side& side = sides[number][lane];
+      Scratch::Lanes& lanes = side.own ? own : other;
+      lanes.any = true;
+      lanes.places[lane] = side.place;
     }
   }
 }
 
 void SlotDelivery::scatter(std::size_t output, const HalfPiece& piece, const void* points,
-                           const Sides& sides, std::size_t count, const Scratch& scratch) const {
+                           const Scratch& scratch) const {
   const HalfOutput& shape = layout_.outputs()[output];
-  const std::size_t offset = shape.offset + piece.at;
+  const auto scatter_lanes = [&](const Scratch::Lanes& lanes, std::span<const HalfMove> moves) {
+    if (!lanes.any) return;
+    LanePieces to;
+    for (std::size_t lane = 0; lane < kPatchLanes; ++lane)
+      to[lane] = lanes.places[lane].piece(shape.offset + piece.at);
+    scatter_piece(shape, points, moves, to);
+  };
   for (std::size_t number = 0; number < 3; ++number) {
-    LanePieces own, other;
-    own.fill(scratch.spare_);
-    other.fill(scratch.spare_);
-    bool any_own = false, any_other = false;
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      const Side& side = sides[number][lane];
-      (side.own ? own : other)[lane] = side.place.piece(offset);
-      (side.own ? any_own : any_other) = true;
-    }
-    if (any_own) scatter_piece(shape, points, piece.moves[number].own, own);
-    if (any_other) scatter_piece(shape, points, piece.moves[number].other, other);
+    scatter_lanes(scratch.own_[number], piece.moves[number].own);
+    scatter_lanes(scratch.other_[number], piece.moves[number].other);
   }
 }
 
-void SlotDelivery::merge(std::size_t output, const HalfPiece& piece,
-                         std::span<const Complete> edges, std::span<std::byte* const> slots) const {
-  const std::size_t offset = layout_.outputs()[output].offset + piece.at;
+/// Where the halves of these edges go.
+auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
+                              Scratch& scratch) const -> std::span<const SlotHalves> {
+  const auto levels = static_cast<std::size_t>(pass_.levels);
+  scratch.slots_.resize(edges.size() * levels);
+  scratch.halves_.clear();
+  std::byte** slots = scratch.slots_.data();
   for (const auto& [edge, own, other] : edges) {
-    for (const HalfPiece::Part& part : piece.parts)
-      merge_part(piece, part, own.piece(offset), other.piece(offset), streaming_,
-                 slots[static_cast<std::size_t>(part.level - 1)]);
-    slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
+    blocks_.find_slots(output, edge, mesh_.border_rank(edge), slots);
+    scratch.halves_.push_back({own, other, slots});
+    slots += levels;
   }
-}
-
-void SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
-                              Scratch& scratch) const {
-  scratch.slots_.clear();
-  for (const Complete& complete : edges)
-    blocks_.add_slots(output, complete.edge, mesh_.border_rank(complete.edge), scratch.slots_);
+  return scratch.halves_;
 }
 
 /// Whole halves wait from now on. Complete are those of border edges, and those whose other half
@@ -143,13 +160,13 @@ auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
   const std::scoped_lock lock(mutex_);
   for (const auto& lanes : sides)
     for (const Side& side : std::span(lanes).first(count)) {
-      if (!side.place.whole) continue;
+      if (!side.place.whole()) continue;
       std::byte*& waiting = waiting_[side.edge];
       if (!waiting && !side.border) {
         waiting = side.place.memory;
         continue;
       }
-      const Place mate{std::exchange(waiting, nullptr), true};
+      const HalfPlace mate{std::exchange(waiting, nullptr), HalfPlace::kWhole};
       complete.add(side.own ? Complete{side.edge, side.place, mate}
                             : Complete{side.edge, mate, side.place});
       open(side.edge);
@@ -159,32 +176,27 @@ auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
 
 void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) const {
   for (std::size_t output = 0; output < layout_.outputs().size(); ++output) {
-    find_slots(output, edges, scratch);
     const HalfOutput& shape = layout_.outputs()[output];
-    std::span<std::byte* const> slots(scratch.slots_);
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const std::span<const Complete> edge = edges.subspan(i, 1);
+    for (const SlotHalves& halves : find_slots(output, edges, scratch))
       for (const HalfPiece& piece : layout_.pieces(output)) {
-        if (edge.front().other.memory) {
-          merge(output, piece, edge, slots);
+        const std::size_t offset = shape.offset + piece.at;
+        if (halves.other.memory) {
+          merge_piece(piece, offset, std::span(&halves, 1), streaming_);
           continue;
         }
         for (const HalfPiece::Part& part : piece.parts)
           if (part.in_slot == 0)
-            pack_border_slot(shape.record_bytes, part.level,
-                             edge.front().own.memory + shape.offset + piece.at + part.at,
-                             slots[static_cast<std::size_t>(part.level - 1)]);
+            pack_border_slot(shape.record_bytes, part.level, halves.own.piece(offset) + part.at,
+                             halves.slots[part.level - 1]);
       }
-      slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
-    }
   }
 }
 
 void SlotDelivery::close(std::span<const Complete> edges) {
   for (const auto& [edge, own, other] : edges) {
     blocks_.close(edge);
-    for (const Place& place : {own, other})
-      if (place.whole && place.memory) pool_.give_back(place.memory);
+    for (const HalfPlace& place : {own, other})
+      if (place.whole() && place.memory) pool_.give_back(place.memory);
   }
 }
 

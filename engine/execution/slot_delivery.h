@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "execution/half_layout.h"
+#include "execution/half_merge.h"
 #include "execution/half_pool.h"
 #include "execution/half_scatter.h"
 #include "execution/open_blocks.h"
@@ -39,10 +40,17 @@ class SlotDelivery {
     struct alignas(kLineBytes) Line {
       std::array<std::byte, kLineBytes> bytes;
     };
+    /// The halves of one kind, and where lanes of the other kind are thrown away.
+    struct Lanes {
+      bool any = false;
+      std::array<HalfPlace, kPatchLanes> places;
+    };
     std::vector<Line> memory_;
     std::array<LanePieces, 3> pieces_;  ///< [side]
     std::byte* spare_;                  ///< for what is not wanted
+    std::array<Lanes, 3> own_, other_;  ///< [side] of the group
     std::vector<std::byte*> slots_;     ///< [complete edge][level - 1] of one output
+    std::vector<SlotHalves> halves_;    ///< [complete edge] of one output
   };
 
   /// Takes the refiner's last group, which was of these faces. Errors: those of Pager::pin; after
@@ -50,22 +58,16 @@ class SlotDelivery {
   void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, Scratch& scratch);
 
  private:
-  /// A half: its piece alone, or whole.
-  struct Place {
-    std::byte* memory = nullptr;
-    bool whole = false;
-
-    std::byte* piece(std::size_t offset) const { return whole ? memory + offset : memory; }
-  };
   struct Side {
     EdgeId edge;
     bool own, border;
-    Place place;
+    Side* mate;  ///< the other side of the same edge, where it is in the same group
+    HalfPlace place;
   };
   using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
   struct Complete {
     EdgeId edge;
-    Place own, other;
+    HalfPlace own, other;
   };
   /// At most one for each side of a group.
   struct Completes {
@@ -76,17 +78,17 @@ class SlotDelivery {
     std::span<const Complete> all() const { return std::span(edges).first(count); }
   };
 
-  Sides find_sides(std::span<const FaceId> faces) const;
+  void find_sides(std::span<const FaceId> faces, Sides& sides) const;
   Completes place(Sides& sides, std::size_t count, const Scratch& scratch);
   void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
             std::span<const Complete> edges, Scratch& scratch) const;
-  void scatter(std::size_t output, const HalfPiece& piece, const void* points, const Sides& sides,
-               std::size_t count, const Scratch& scratch) const;
-  void merge(std::size_t output, const HalfPiece& piece, std::span<const Complete> edges,
-             std::span<std::byte* const> slots) const;
+  void find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const;
+  void scatter(std::size_t output, const HalfPiece& piece, const void* points,
+               const Scratch& scratch) const;
   Completes publish(const Sides& sides, std::size_t count);
   void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
-  void find_slots(std::size_t output, std::span<const Complete> edges, Scratch& scratch) const;
+  std::span<const SlotHalves> find_slots(std::size_t output, std::span<const Complete> edges,
+                                         Scratch& scratch) const;
   /// REQUIRE the lock: from open() to close() an edge's slots are there to be filled.
   void open(EdgeId edge);
   void close(std::span<const Complete> edges);

@@ -25,9 +25,10 @@ struct FanShape {
     return 1 + (reach > 1 ? 3 : 1) * static_cast<std::size_t>(width());
   }
   /// Spokes follow one another; where a border leaves none the vertex itself stands in.
+  /// REQUIRES: no more than one turn beyond 0 to valence - 1.
   constexpr std::size_t point(FanRing ring, int spoke) const {
     if (!border)
-      spoke = (spoke % valence + valence) % valence;
+      spoke += spoke < 0 ? valence : spoke >= valence ? -valence : 0;
     else if (spoke < -beyond() || spoke >= valence + beyond())
       return 0;
     spoke += beyond();

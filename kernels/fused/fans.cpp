@@ -1,7 +1,6 @@
 #include "fused/fans.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "fused/fan_border.h"
 #include "fused/lattice_buffer.h"
@@ -44,6 +43,7 @@ void Fans<Real>::evaluate_hubs() {
     const auto number = static_cast<std::uint32_t>(vertices_.size());
     add(vertex, [&](FaceSide corner, int spoke) {
       hub_corners_.push_back({corner, {number, spoke}});
+      return source_.mesh.next_corner(corner);
     });
   }
   std::ranges::sort(hub_corners_, {}, [](const HubCorner& hub) { return hub.corner.code; });
@@ -73,15 +73,20 @@ void Fans<Real>::clear() {
 /// The vertices of the run, and which corner of which face has which of them.
 template <class Real>
 void Fans<Real>::find(std::span<const FaceId> faces) {
-  corners_.resize(faces.size());
-  const FaceId highest = faces.front(), lowest = faces.back();
-  const auto corner_of = [&](FaceSide corner) -> Corner& {
-    return corners_[highest - corner.face()][static_cast<std::size_t>(corner.side())];
-  };
+  const Topology& mesh = source_.mesh;
+  first_corner_ = 3 * faces.back();
+  corners_.resize(3 * faces.size());
+  next_corners_.resize(corners_.size());
+  // Beforehand, and not while walking around a vertex: there each would wait for the one before.
+  for (std::uint32_t i = 0; i < next_corners_.size(); ++i) {
+    FaceSide corner;
+    corner.code = first_corner_ + i;
+    next_corners_[i] = mesh.next_corner(corner);
+  }
   for (const FaceId face : faces)
     for (int side = 0; side < 3; ++side) {
       const FaceSide here(face, side);
-      const VertexId vertex = source_.mesh.faces[face][static_cast<std::size_t>(side)];
+      const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(side)];
       const Corner* const hub = source_.hubs ? source_.hubs->hub_at(here) : nullptr;
       std::uint32_t& number = fan_of_[vertex];
       if (number == kNoId) {
@@ -91,12 +96,14 @@ void Fans<Real>::find(std::span<const FaceId> faces) {
           fans_.push_back(source_.hubs->fans_[hub->fan]);
         } else {
           add(vertex, [&](FaceSide corner, int spoke) {
-            if (corner.face() >= lowest && corner.face() <= highest)
-              corner_of(corner) = {number, spoke};
+            const std::uint32_t of_run = corner.code - first_corner_;
+            if (of_run >= corners_.size()) return mesh.next_corner(corner);
+            corners_[of_run] = {number, spoke};
+            return next_corners_[of_run];
           });
         }
       }
-      if (hub) corner_of(here) = {number, hub->spoke};
+      if (hub) corners_[here.code - first_corner_] = {number, hub->spoke};
     }
   for (const VertexId vertex : vertices_) fan_of_[vertex] = kNoId;
 }
@@ -109,10 +116,11 @@ auto Fans<Real>::hub_at(FaceSide corner) const -> const Corner* {
   return found != hub_corners_.end() && found->corner == corner ? &found->at : nullptr;
 }
 
-/// Walks around a vertex once: its neighbours, and at_corner(FaceSide, spoke) for its corners.
+/// Walks around a vertex once: its neighbours. visit(FaceSide, spoke) is told of its corners and
+/// gives the next one counterclockwise.
 template <class Real>
 template <class Visit>
-void Fans<Real>::add(VertexId vertex, Visit at_corner) {
+void Fans<Real>::add(VertexId vertex, Visit visit) {
   vertices_.push_back(vertex);
   const std::size_t ring = rings_.size();
   const FaceSide first = source_.mesh.vertex_corners[vertex];
@@ -122,8 +130,7 @@ void Fans<Real>::add(VertexId vertex, Visit at_corner) {
     const auto& of_face = source_.mesh.faces[corner.face()];
     const auto side = static_cast<std::size_t>(corner.side());
     rings_.push_back(of_face[(side + 1) % 3]);
-    at_corner(corner, spoke);
-    corner = source_.mesh.next_corner(corner);
+    corner = visit(corner, spoke);
     if (corner.exists()) continue;
     rings_.push_back(of_face[(side + 2) % 3]);
     border = true;
@@ -145,31 +152,34 @@ void Fans<Real>::finish() {
   }
 }
 
-/// Vertices of one kind share batches, and lanes left over repeat nothing: they stay as they are.
+/// Vertices of one kind share batches; lanes left over are computed with and thrown away.
 template <class Real>
 void Fans<Real>::place() {
-  std::vector<std::uint32_t> order;
-  for (std::uint32_t number = 0; number < fans_.size(); ++number)
-    if (!fans_[number].first) order.push_back(number);
-  const auto kind = [](const FanShape& shape) { return std::pair(shape.border, shape.valence); };
-  std::ranges::stable_sort(order, {}, [&](std::uint32_t fan) { return kind(fans_[fan].shape); });
-  const int levels = source_.levels - source_.first_level() + 1;
+  placed_.clear();
   batches_.clear();
-  std::size_t end = 0, lane = kPatchLanes;
   starts_.resize(fans_.size());
-  for (const std::uint32_t number : order) {
+  const auto levels = static_cast<std::size_t>(source_.levels - source_.first_level() + 1);
+  std::size_t end = 0;
+  for (std::uint32_t number = 0; number < fans_.size(); ++number) {
     const FanShape& shape = fans_[number].shape;
-    if (lane == kPatchLanes || kind(batches_.back().shape) != kind(shape)) {
+    if (fans_[number].first) continue;
+    const auto kind = 2 * static_cast<std::size_t>(shape.valence) + (shape.border ? 1 : 0);
+    if (kind >= lanes_.size()) lanes_.resize(kind + 1);
+    Lanes& lanes = lanes_[kind];
+    if (lanes.left == 0) {
       batches_.push_back({end, shape});
-      end += shape.points() * kPointNumbers * static_cast<std::size_t>(levels);
-      lane = 0;
+      lanes = {end, kPatchLanes};
+      end += shape.points() * kPointNumbers * levels;
     }
-    starts_[number] = batches_.back().first + lane++;
+    starts_[number] = lanes.next++;
+    --lanes.left;
+    placed_.push_back(number);
   }
+  for (const Batch& batch : batches_)
+    lanes_[2 * static_cast<std::size_t>(batch.shape.valence) + (batch.shape.border ? 1 : 0)] = {};
   if (const auto points = static_cast<std::int64_t>(end / kPointNumbers); points_.points() < points)
     points_ = LatticeBuffer<Real>(points);
-  for (const std::uint32_t number : order) fans_[number].first = points_.data() + starts_[number];
-  placed_ = std::move(order);
+  for (const std::uint32_t number : placed_) fans_[number].first = points_.data() + starts_[number];
 }
 
 template <class Real>

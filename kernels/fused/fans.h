@@ -4,7 +4,6 @@
 // all the faces around them, and a patch sees nothing but a regular grid.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -75,8 +74,8 @@ class Fans {
     std::uint32_t fan;
     int spoke;
   };
-  Corner corner(std::size_t face_in_run, std::size_t corner) const {
-    return corners_[face_in_run][corner];
+  Corner corner(FaceId face, std::size_t corner) const {
+    return corners_[3 * face + corner - first_corner_];
   }
 
   std::span<const VertexId> vertices() const { return vertices_; }
@@ -95,11 +94,15 @@ class Fans {
     std::size_t first;  ///< in points_
     FanShape shape;
   };
+  /// Of the last batch of one kind.
+  struct Lanes {
+    std::size_t next = 0, left = 0;  ///< next: in points_
+  };
 
   void clear();
   void find(std::span<const FaceId> faces);
   template <class Visit>
-  void add(VertexId vertex, Visit at_corner);
+  void add(VertexId vertex, Visit visit);
   const Corner* hub_at(FaceSide corner) const;
   void finish();
   void place();
@@ -113,10 +116,13 @@ class Fans {
   std::vector<Fan> fans_;
   std::vector<VertexId> rings_;  ///< neighbours, counterclockwise
   std::vector<Batch> batches_;
-  std::vector<std::uint32_t> placed_;           ///< fans that are evaluated here, batch by batch
-  std::vector<std::size_t> starts_;             ///< [fan] in points_, of those
-  std::vector<std::array<Corner, 3>> corners_;  ///< [face of the run]
-  std::vector<HubCorner> hub_corners_;          ///< ascending
+  std::vector<Lanes> lanes_;            ///< [kind] while place() runs
+  std::vector<std::uint32_t> placed_;   ///< fans that are evaluated here
+  std::vector<std::size_t> starts_;     ///< [fan] in points_, of those
+  std::uint32_t first_corner_ = 0;      ///< of the run: its code
+  std::vector<Corner> corners_;         ///< [corner of the run]
+  std::vector<FaceSide> next_corners_;  ///< likewise: the next counterclockwise
+  std::vector<HubCorner> hub_corners_;  ///< ascending
   LatticeBuffer<Real> points_{0};
 };
 

@@ -91,7 +91,7 @@ void SurfaceRefiner<Real>::finish_base() {
     const Vector3<double> v = loop::widen(view.vertex());
     results.positions[vertex] = view.vertex();
     if (!results.normals.empty())
-      results.normals[vertex] = normals::of_base_vertex(valence, border, v, neighbour);
+      results.normals[vertex] = normals::of_base_vertex(masks_.of(valence, border), v, neighbour);
     if (results.limits.empty()) continue;
     loop::BaseRing ring;
     ring.valence = valence;
@@ -123,7 +123,7 @@ void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
   for (std::size_t lane = 0; lane < count; ++lane) {
     const auto turn = static_cast<std::size_t>(first_corner(source.mesh, faces_[first + lane]));
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const auto [fan, spoke] = fans_.corner(first + lane, (corner + turn) % 3);
+      const auto [fan, spoke] = fans_.corner(faces_[first + lane], (corner + turn) % 3);
       const auto view = fans_.view(fan, source.first_level());
       Corner& to = corners_[corner][lane];
       to.fan = view.first;

@@ -11,6 +11,7 @@
 #include "fused/fans.h"
 #include "fused/lattice_buffer.h"
 #include "fused/patch_rows.h"
+#include "normals/normal_rules.h"
 #include "plait/fused.h"
 
 namespace plait {
@@ -88,6 +89,7 @@ class SurfaceRefiner : public PatchRefiner {
   std::span<const FaceId> faces_;
   std::array<std::array<Corner, kPatchLanes>, 3> corners_;  ///< [corner][lane]
   LatticeBuffer<float> normals_;
+  normals::BaseMasks masks_;
 };
 
 /// Refiners for the built-in rules: one ring about every vertex, and Butterfly with

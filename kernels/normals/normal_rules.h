@@ -16,8 +16,11 @@
 // few units in the last place of a coordinate over the length of the local edges, limits the angle.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "plait/kernels/loop_base.h"
@@ -86,26 +89,58 @@ inline BorderMask border_mask(int neighbours) {
   return {theta, end_weight};
 }
 
-/// Normal of a base vertex from its ring: point(i), i < valence, counterclockwise.
-template <class Point>
-Vector3<float> of_base_vertex(int valence, bool border, const Vector3<double>& v, Point point) {
-  Vector3<double> first{}, second{};
-  if (!border) {
+/// The two tangent masks of base vertices. A sine and a cosine for each neighbour take longer than
+/// all else about a base vertex, so they are computed once a valence. One thread at a time.
+class BaseMasks {
+ public:
+  struct Weights {
+    double first, second;
+  };
+  /// [neighbour], until the next call.
+  std::span<const Weights> of(int valence, bool border) {
+    // Vertices of more neighbours are few, and their masks large.
+    std::vector<Weights>& mask =
+        valence <= kMostKept ? kept_[static_cast<std::size_t>(2 * valence + (border ? 1 : 0))]
+                             : last_large_;
+    if (mask.empty() || valence > kMostKept) {
+      mask.clear();
+      fill(valence, border, mask);
+    }
+    return mask;
+  }
+
+ private:
+  static constexpr int kMostKept = 64;
+
+  static void fill(int valence, bool border, std::vector<Weights>& mask) {
+    const BorderMask at_border = border && valence > 2 ? border_mask(valence) : BorderMask{0, 1};
     for (int i = 0; i < valence; ++i) {
       const double angle = 2 * std::numbers::pi * i / valence;
-      const Vector3<double> d = point(i) - v;
-      first = first + std::cos(angle) * d;
-      second = second + std::sin(angle) * d;
-    }
-  } else {
-    const BorderMask mask = valence > 2 ? border_mask(valence) : BorderMask{0, 1};
-    for (int i = 0; i < valence; ++i) {
-      const Vector3<double> d = point(i) - v;
       const bool at_first = i == 0, at_last = i == valence - 1;
-      if (at_first) first = first + d;
-      if (at_last) first = first - d;
-      second = second + (at_first || at_last ? mask.end_weight : std::sin(i * mask.theta)) * d;
+      if (!border)
+        mask.push_back({std::cos(angle), std::sin(angle)});
+      else if (at_first || at_last)
+        mask.push_back({at_first ? 1.0 : -1.0, at_border.end_weight});
+      else
+        mask.push_back({0, std::sin(i * at_border.theta)});
     }
+  }
+
+  std::array<std::vector<Weights>, 2 * (kMostKept + 1)> kept_;  ///< [2 valence + border]
+  std::vector<Weights> last_large_;
+};
+
+/// Normal of a base vertex from its ring: point(i), counterclockwise, of as many neighbours as the
+/// mask has.
+template <class Point>
+Vector3<float> of_base_vertex(std::span<const BaseMasks::Weights> mask, const Vector3<double>& v,
+                              Point point) {
+  Vector3<double> first{}, second{};
+  int i = 0;
+  for (const auto& [along, across] : mask) {
+    const Vector3<double> d = point(i++) - v;
+    first = first + along * d;
+    second = second + across * d;
   }
   return direction(cross(first, second));
 }
@@ -114,15 +149,16 @@ Vector3<float> of_base_vertex(int valence, bool border, const Vector3<double>& v
 template <class Real>
 void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
           std::span<const Vector3<Real>> positions, std::span<Vector3<float>> normals) {
+  BaseMasks masks;
   std::vector<Vector3<double>> ring;
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
     ring.clear();
     for_each_spoke(mesh, vertex, [&](EdgeId edge) {
       ring.push_back(loop::widen(rings.next_to(mesh, edge, vertex)));
     });
-    normals[vertex] = of_base_vertex(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex),
-                                     loop::widen(positions[vertex]),
-                                     [&](int i) { return ring[static_cast<std::size_t>(i)]; });
+    normals[vertex] = of_base_vertex(
+        masks.of(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex)),
+        loop::widen(positions[vertex]), [&](int i) { return ring[static_cast<std::size_t>(i)]; });
   }
 }
 

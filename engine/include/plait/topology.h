@@ -54,7 +54,10 @@ struct Topology {
   /// The same edge seen from the face beyond it; does not exist on a border.
   constexpr FaceSide across(FaceSide side) const {
     const Edge& edge = edges[face_edges[side.face()][static_cast<std::size_t>(side.side())]];
-    return edge.own == side ? edge.other : edge.own;
+    // Of two sides the other one, without a branch that no processor foresees.
+    FaceSide beyond;
+    beyond.code = edge.own.code ^ edge.other.code ^ side.code;
+    return beyond;
   }
   /// The corner at the same vertex in the next face counterclockwise; does not exist at a border.
   constexpr FaceSide next_corner(FaceSide corner) const {
