@@ -151,11 +151,14 @@ TEST_CASE("AcceptanceMeshes_GeneratedOnes_CoverComponentsBordersGenusAndValences
     std::int64_t most_euler;
   };
   const std::vector<AcceptanceMesh> meshes = generated_meshes(2000);
-  const Kind expected[] = {{"molecule", 1, false, 2},  {"open sheet", 1, true, 1},
-                           {"torus", 1, false, 0},     {"icosphere", 1, false, 2},
-                           {"molecule with holes", 1, true, -7},
-                           // Molecule, sheet, torus, tetrahedron, triangle, fan, bipyramid, annulus.
-                           {"components", 8, true, 2 + 1 + 0 + 2 + 1 + 1 + 2 + 0}};
+  const Kind expected[] = {
+      {"molecule", 1, false, 2},
+      {"open sheet", 1, true, 1},
+      {"torus", 1, false, 0},
+      {"icosphere", 1, false, 2},
+      {"molecule with holes", 1, true, -7},
+      // Molecule, sheet, torus, tetrahedron, triangle, fan, bipyramid, annulus.
+      {"components", 8, true, 2 + 1 + 0 + 2 + 1 + 1 + 2 + 0}};
   REQUIRE(meshes.size() == std::size(expected));
   std::uint64_t lowest_valence = 99, highest_valence = 0;
   for (std::size_t i = 0; i < meshes.size(); ++i) {

@@ -57,10 +57,9 @@ Figures measure(const std::string& mesh, int levels, std::uint64_t budget_bytes,
                 const std::string& backend, const std::string& executor, int threads,
                 bool normals) {
   const TemporaryDirectory directory;
-  const std::string command =
-      fmt::format("'{}' '{}' {} {} {} {} {} {} '{}'", PLAIT_MEMORY_PROBE, mesh, levels,
-                  budget_bytes, backend, executor, threads, normals ? 1 : 0,
-                  (directory.path() / "scratch.plait").string());
+  const std::string command = fmt::format(
+      "'{}' '{}' {} {} {} {} {} {} '{}'", PLAIT_MEMORY_PROBE, mesh, levels, budget_bytes, backend,
+      executor, threads, normals ? 1 : 0, (directory.path() / "scratch.plait").string());
   INFO(command);
   FILE* const output = ::popen(command.c_str(), "r");
   REQUIRE(output != nullptr);
@@ -94,7 +93,8 @@ TEST_CASE("Subdivide_StoreEightTimesTheBudget_StaysWithinIt") {
     if (backend == "memory") continue;
     for (const std::string executor : {"fused", "sweep", "transparent"})
       for (const int threads : {1, 4}) {
-        if (executor == "transparent" && threads > 1) continue;  // it has one, whatever is asked for
+        if (executor == "transparent" && threads > 1)
+          continue;  // it has one, whatever is asked for
         const Figures figures =
             measure(mesh, levels, budget_bytes, backend, executor, threads, true);
         const std::string text =

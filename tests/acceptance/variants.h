@@ -27,8 +27,8 @@ struct Variant {
 };
 std::string to_string(const Variant& variant);
 
-/// The full product: all backends that this machine has, compressed with two codecs, x 3 executors x
-/// 2 thread counts x 2 budgets x 2 block sizes x 4 layouts. The backend changes fastest.
+/// The full product: all backends that this machine has, compressed with two codecs, x 3 executors
+/// x 2 thread counts x 2 budgets x 2 block sizes x 4 layouts. The backend changes fastest.
 std::vector<Variant> all_variants();
 
 /// Those for the `turn`-th mesh, one a backend and codec. Six turns in a row bring each backend

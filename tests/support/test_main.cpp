@@ -33,5 +33,6 @@ int main(int count, char** arguments) {
   Catch::Session session;
   session.configData().warnings = Catch::WarnAbout::NoAssertions;
   const int outcome = session.run(count, arguments);
-  return outcome == 0 && skip_count > 0 && skip_count == assertion_count ? kSkipReturnCode : outcome;
+  return outcome == 0 && skip_count > 0 && skip_count == assertion_count ? kSkipReturnCode
+                                                                         : outcome;
 }
