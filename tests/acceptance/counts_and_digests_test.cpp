@@ -1,7 +1,5 @@
-// The real meshes refined: how many vertices there are and how many bytes they take, and one
-// content whatever holds it, walks it and orders it.
-#include <fmt/format.h>
-
+// Generated and real meshes refined: how many vertices there are and how many bytes they take, and
+// one content whatever holds it, walks it and orders it.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -10,14 +8,14 @@
 #include <set>
 #include <utility>
 
-#include "acceptance/models.h"
+#include "acceptance/meshes.h"
 #include "acceptance/variants.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/mesh_io.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
+#include "support/usable_backends.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -85,7 +83,101 @@ void check_levels(Store& store, int levels) {
         store.attributes().size() * kRecordBytes * (counts.vertices - base.vertex_count()));
 }
 
+Refiner refiner_of(const AcceptanceMesh& mesh, int levels) {
+  return {BaseMesh::build(mesh.make()), levels};
+}
+
+/// The `turn`-th covering variants on the `turn`-th mesh.
+void check_covering_variants(const std::vector<AcceptanceMesh>& meshes, int levels) {
+  for (std::size_t turn = 0; turn < meshes.size(); ++turn) {
+    INFO(meshes[turn].name);
+    Refiner refiner = refiner_of(meshes[turn], levels);
+    check_one_digest(refiner, covering_variants(static_cast<int>(turn)), refiner.digest_of({}));
+  }
+}
+
+/// In memory, in plain files in an order of their own, and compressed in yet another.
+void check_counts_bytes_and_content(const AcceptanceMesh& mesh, int levels) {
+  INFO(mesh.name << " to level " << levels);
+  Refiner refiner = refiner_of(mesh, levels);
+  Variant variant;
+  const std::string expected = refiner.digest_of(variant);
+  {
+    const TemporaryDirectory directory;
+    variant.backend = "pread";
+    variant.layout = LayoutKind::kHilbert;
+    constexpr std::uint64_t kBudgetBytes = 128 << 20;
+    Store store = refiner.refine(variant, kBudgetBytes, directory.path() / "scratch.plait");
+    check_levels(store, levels);
+    CHECK(digest(store).to_string() == expected);
+  }
+  variant.backend = "compressed";
+  variant.codec = "lz4";
+  variant.layout = LayoutKind::kRcm;
+  variant.block_bytes = 64 << 10;
+  variant.budget = Budget::kSmallest;
+  CHECK(refiner.digest_of(variant) == expected);
+  if (is_full_run()) check_one_digest(refiner, all_variants(), expected);
+}
+
+std::uint64_t count_components(const Topology& mesh) {
+  std::vector<bool> seen(mesh.faces.size(), false);
+  std::uint64_t components = 0;
+  for (FaceId seed = 0; seed < mesh.faces.size(); ++seed) {
+    if (seen[seed]) continue;
+    ++components;
+    seen[seed] = true;
+    for (std::vector<FaceId> stack = {seed}; !stack.empty();) {
+      const FaceId face = stack.back();
+      stack.pop_back();
+      for (const int side : {0, 1, 2}) {
+        const FaceSide beyond = mesh.across(FaceSide(face, side));
+        if (!beyond.exists() || seen[beyond.face()]) continue;
+        seen[beyond.face()] = true;
+        stack.push_back(beyond.face());
+      }
+    }
+  }
+  return components;
+}
+
 }  // namespace
+
+TEST_CASE("AcceptanceMeshes_GeneratedOnes_CoverComponentsBordersGenusAndValences") {
+  struct Kind {
+    const char* name;
+    std::uint64_t components;
+    bool has_border;
+    std::int64_t most_euler;
+  };
+  const std::vector<AcceptanceMesh> meshes = generated_meshes(2000);
+  const Kind expected[] = {
+      {"molecule", 1, false, 2},
+      {"open sheet", 1, true, 1},
+      {"torus", 1, false, 0},
+      {"icosphere", 1, false, 2},
+      {"molecule with holes", 1, true, -7},
+      // Molecule, sheet, torus, tetrahedron, triangle, fan, bipyramid, annulus.
+      {"components", 8, true, 2 + 1 + 0 + 2 + 1 + 1 + 2 + 0}};
+  REQUIRE(meshes.size() == std::size(expected));
+  std::uint64_t lowest_valence = 99, highest_valence = 0;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    INFO(meshes[i].name);
+    const BaseMesh mesh = BaseMesh::build(meshes[i].make());
+    CHECK(meshes[i].name == expected[i].name);
+    CHECK(count_components(mesh.topology()) == expected[i].components);
+    CHECK((mesh.border_edge_count() > 0) == expected[i].has_border);
+    const auto euler = static_cast<std::int64_t>(mesh.vertex_count() + mesh.face_count()) -
+                       static_cast<std::int64_t>(mesh.edge_count());
+    CHECK(euler <= expected[i].most_euler);
+    std::vector<std::uint64_t> valence(mesh.vertex_count(), 0);
+    for (const Edge& edge : mesh.edges()) ++valence[edge.start], ++valence[edge.end];
+    lowest_valence = std::min(lowest_valence, std::ranges::min(valence));
+    highest_valence = std::max(highest_valence, std::ranges::max(valence));
+  }
+  CHECK(lowest_valence == 2);
+  CHECK(highest_valence == 40);
+}
 
 TEST_CASE("CoveringVariants_OverSixMeshes_BringEachBackendToEveryValue") {
   const auto values_of = [](const Variant& variant) {
@@ -104,35 +196,31 @@ TEST_CASE("CoveringVariants_OverSixMeshes_BringEachBackendToEveryValue") {
   std::vector<Variant> covering;
   for (int turn = 0; turn < 6; ++turn)
     for (const Variant& variant : covering_variants(turn)) covering.push_back(variant);
-  CHECK(covering.size() == 30);
-  CHECK(all_variants().size() == 480);
+  // Compressed counts twice, once a codec.
+  const std::size_t backends = usable_backends().size() + 1;
+  CHECK(covering.size() == 6 * backends);
+  CHECK(all_variants().size() == 96 * backends);
   for (std::size_t a = 1; a <= kLayout; ++a)
     for (std::size_t b = 0; b < a; ++b)
       if (b == kBackend || a != kLayout)
         CHECK(pairs_of(covering, a, b) == pairs_of(all_variants(), a, b));
 }
 
-TEST_CASE("Digest_FullProductOnTheSmallestModel_IsOne") {
-  if (!has_model("spot")) return;
-  Refiner refiner(read_base_mesh(model_path("spot")), 3);
+TEST_CASE("Digest_FullProductOnManyComponents_IsOne") {
+  Refiner refiner = refiner_of(generated_meshes(600).back(), 3);
   check_one_digest(refiner, all_variants(), refiner.digest_of({}));
 }
 
-TEST_CASE("Digest_CoveringVariantsOnEveryModel_IsOne") {
-  int turn = 0;
-  for (const std::string_view name : kModels) {
-    const int at = turn++;
-    DYNAMIC_SECTION(name) {
-      if (!has_model(name)) continue;
-      Refiner refiner(read_base_mesh(model_path(name)), 4);
-      check_one_digest(refiner, covering_variants(at), refiner.digest_of({}));
-    }
-  }
+TEST_CASE("Digest_CoveringVariantsOnGeneratedMeshes_IsOne") {
+  check_covering_variants(generated_meshes(2000), 4);
+}
+
+TEST_CASE("Digest_CoveringVariantsOnRealMeshes_IsOne", "[real-meshes]") {
+  check_covering_variants(real_meshes(), is_full_run() ? 4 : 2);
 }
 
 TEST_CASE("SweepBudget_SmallestAndOnePageLess_FitsAndIsRefused") {
-  if (!has_model("spot")) return;
-  Refiner refiner(read_base_mesh(model_path("spot")), 4);
+  Refiner refiner = refiner_of(generated_meshes(2000).front(), 4);
   for (const int threads : {1, 2}) {
     Variant variant;
     variant.block_bytes = 64 << 10;
@@ -150,28 +238,16 @@ TEST_CASE("SweepBudget_SmallestAndOnePageLess_FitsAndIsRefused") {
   }
 }
 
-TEST_CASE("Levels_EveryModelToLevelFive_HaveTheCountsBytesAndContentPromised") {
-  constexpr int kLevels = 5;
-  for (const std::string_view name : kModels) DYNAMIC_SECTION(name) {
-      if (!has_model(name)) continue;
-      Refiner refiner(read_base_mesh(model_path(name)), kLevels);
-      Variant variant;
-      const std::string expected = refiner.digest_of(variant);
-      {
-        const TemporaryDirectory directory;
-        variant.backend = "pread";
-        variant.layout = LayoutKind::kHilbert;
-        constexpr std::uint64_t kBudgetBytes = 128 << 20;
-        Store store = refiner.refine(variant, kBudgetBytes, directory.path() / "scratch.plait");
-        check_levels(store, kLevels);
-        CHECK(digest(store).to_string() == expected);
-      }
-      variant.backend = "compressed";
-      variant.codec = "lz4";
-      variant.layout = LayoutKind::kRcm;
-      variant.block_bytes = 64 << 10;
-      variant.budget = Budget::kSmallest;
-      CHECK(refiner.digest_of(variant) == expected);
-      if (is_full_run()) check_one_digest(refiner, all_variants(), expected);
-    }
+TEST_CASE("Levels_OfGeneratedMeshes_HaveTheCountsBytesAndContentPromised") {
+  for (const AcceptanceMesh& mesh : generated_meshes(1500)) check_counts_bytes_and_content(mesh, 5);
+}
+
+// As large as the scans and molecules that plait is for.
+TEST_CASE("Levels_OfALargeMolecule_HaveTheCountsBytesAndContentPromised") {
+  check_counts_bytes_and_content(generated_meshes(26'016).front(), is_full_run() ? 5 : 4);
+}
+
+TEST_CASE("Levels_OfRealMeshes_HaveTheCountsBytesAndContentPromised", "[real-meshes]") {
+  for (const AcceptanceMesh& mesh : real_meshes())
+    check_counts_bytes_and_content(mesh, is_full_run() ? 5 : 3);
 }

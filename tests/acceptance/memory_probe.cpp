@@ -1,7 +1,7 @@
 // The process whose memory memory_test.cpp measures: builds a base mesh, refines it into a scratch
 // store, prints one line of figures. A process of its own, since a peak never goes down again.
 //
-//   plait_memory_probe MESH|icosahedron LEVELS BUDGET BACKEND EXECUTOR NORMALS(0|1) SCRATCH
+//   plait_memory_probe MESH|icosahedron LEVELS BUDGET BACKEND EXECUTOR THREADS NORMALS(0|1) SCRATCH
 //
 // Output: peak bytes with the base mesh alone, peak bytes at the end, bytes of the base mesh with
 // all that stays beside the budget, raw bytes of the level files, base level, vertices, seconds of
@@ -49,8 +49,8 @@ void run(char** arguments) {
   SubdivideOptions what;
   what.levels = std::stoi(arguments[2]);
   what.executor = executor_from_name(arguments[5]);
-  what.normals = std::stoi(arguments[6]) != 0;
-  what.threads = 2;
+  what.threads = std::stoi(arguments[6]);
+  what.normals = std::stoi(arguments[7]) != 0;
   StoreOptions options;
   options.budget_bytes = std::stoull(arguments[3]);
   options.backend = arguments[4];
@@ -59,7 +59,7 @@ void run(char** arguments) {
   constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
   options.base_level = rebase_levels(what.levels, sizeof(Vector3<float>), kMaxSlotBytes);
 
-  Store store = Store::create(arguments[7], base_mesh(source, options.base_level), options,
+  Store store = Store::create(arguments[8], base_mesh(source, options.base_level), options,
                               default_backends());
   add_base_positions(store);
   const std::uint64_t peak_before = peak_rss_bytes();
@@ -84,7 +84,7 @@ void run(char** arguments) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 8) return 2;
+  if (count != 9) return 2;
   try {
     run(arguments);
   } catch (const std::exception& error) {

@@ -9,19 +9,24 @@
 #include "plait/error.h"
 #include "plait/sweep.h"
 #include "support/temporary_directory.h"
+#include "support/usable_backends.h"
 
 namespace plait::test {
 namespace {
 
 struct BackendChoice {
-  const char* backend;
-  const char* codec;
+  std::string backend, codec;
 };
-constexpr BackendChoice kBackends[] = {{"memory", "none"},
-                                       {"pread", "none"},
-                                       {"mmap", "none"},
-                                       {"compressed", "lz4"},
-                                       {"compressed", "zstd:1"}};
+
+std::vector<BackendChoice> backend_choices() {
+  std::vector<BackendChoice> choices;
+  for (const std::string& name : usable_backends()) {
+    choices.push_back({name, name == "compressed" ? "lz4" : "none"});
+    if (name == "compressed") choices.push_back({name, "zstd:1"});
+  }
+  return choices;
+}
+
 constexpr std::uint64_t kLeastBytes = 64 << 10;  ///< a store takes no smaller budget
 constexpr std::uint64_t kAmpleBytes = std::uint64_t{2} << 30;
 
@@ -66,7 +71,7 @@ std::string to_string(const Variant& variant) {
 std::vector<Variant> all_variants() {
   std::vector<Variant> variants;
   for (int factors = 0; factors < 96; ++factors)
-    for (const BackendChoice& backend : kBackends)
+    for (const BackendChoice& backend : backend_choices())
       variants.push_back(
           make_variant(backend, factors / 32, factors, factors >> 1, factors >> 2, factors >> 3));
   return variants;
@@ -79,10 +84,10 @@ std::vector<Variant> covering_variants(int turn) {
   constexpr Row kRows[] = {{2, 0, 1, 0, 2}, {0, 0, 0, 1, 1}, {2, 1, 0, 1, 1},
                            {1, 0, 1, 1, 3}, {1, 1, 0, 0, 2}, {0, 1, 1, 0, 0}};
   std::vector<Variant> variants;
-  for (int backend = 0; backend < 5; ++backend) {
-    const Row& row = kRows[(turn + backend) % 6];
-    variants.push_back(make_variant(kBackends[backend], row.executor, row.threads, row.budget,
-                                    row.block, row.layout));
+  for (const BackendChoice& backend : backend_choices()) {
+    const Row& row = kRows[static_cast<std::size_t>(turn++ % 6)];
+    variants.push_back(
+        make_variant(backend, row.executor, row.threads, row.budget, row.block, row.layout));
   }
   return variants;
 }
@@ -127,7 +132,9 @@ std::string Refiner::digest_under(const Variant& variant, std::uint64_t budget_b
     Store store = refine(variant, budget_bytes, {});
     return digest(store, digest_options).to_string();
   }
-  const TemporaryDirectory directory;
+  constexpr std::uint64_t kVertexBytes = 24, kSmallBytes = 256 << 20;
+  const std::uint64_t bytes = (mesh(variant.layout).vertex_count() << 2 * levels_) * kVertexBytes;
+  const TemporaryDirectory directory(bytes < kSmallBytes ? Medium::kMemory : Medium::kDisk);
   const std::filesystem::path path = directory.path() / "scratch.plait";
   refine(variant, budget_bytes, path).close();
   Store reopened = Store::open(path, {false, budget_bytes}, default_backends());

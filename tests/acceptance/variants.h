@@ -27,11 +27,11 @@ struct Variant {
 };
 std::string to_string(const Variant& variant);
 
-/// The full product: 5 backends and codecs x 3 executors x 2 thread counts x 2 budgets x 2 block
-/// sizes x 4 layouts = 480. The backend changes fastest.
+/// The full product: all backends that this machine has, compressed with two codecs, x 3 executors
+/// x 2 thread counts x 2 budgets x 2 block sizes x 4 layouts. The backend changes fastest.
 std::vector<Variant> all_variants();
 
-/// Five of them for the `turn`-th mesh, one a backend. Six turns in a row bring each backend
+/// Those for the `turn`-th mesh, one a backend and codec. Six turns in a row bring each backend
 /// together with every value of every other factor, and every two values of two factors other than
 /// the layout.
 std::vector<Variant> covering_variants(int turn);

@@ -19,18 +19,6 @@ Variant fused_on(int threads) {
   return variant;
 }
 
-/// One after another, each with vertices of its own.
-IndexedMesh side_by_side(const std::vector<IndexedMesh>& meshes) {
-  IndexedMesh all;
-  for (const IndexedMesh& mesh : meshes) {
-    const auto first = static_cast<VertexId>(all.positions.size());
-    for (const Vector3<double>& p : mesh.positions)
-      all.positions.push_back(p + Vector3<double>{double(first), 0, 0});
-    for (const auto& [a, b, c] : mesh.faces) all.faces.push_back({a + first, b + first, c + first});
-  }
-  return all;
-}
-
 /// Digests of everything that a scheme can make of a mesh, by sweep and by fused.
 void check_all_results(const IndexedMesh& mesh, int levels, int threads = 2) {
   const BaseMesh base = BaseMesh::build(mesh);

@@ -310,6 +310,24 @@ std::vector<NamedMesh> all_meshes() {
   return meshes;
 }
 
+IndexedMesh side_by_side(const std::vector<IndexedMesh>& meshes) {
+  IndexedMesh all;
+  double end = 0;
+  for (const IndexedMesh& mesh : meshes) {
+    const auto first = static_cast<VertexId>(all.positions.size());
+    double low = INFINITY, high = -INFINITY;
+    for (const Vector3<double>& p : mesh.positions) {
+      low = std::min(low, p.x);
+      high = std::max(high, p.x);
+    }
+    for (const Vector3<double>& p : mesh.positions)
+      all.positions.push_back(p + Vector3<double>{end - low, 0, 0});
+    for (const auto& [a, b, c] : mesh.faces) all.faces.push_back({a + first, b + first, c + first});
+    end += high - low + 1;
+  }
+  return rounded(std::move(all));
+}
+
 naive::Mesh to_naive(const IndexedMesh& mesh) {
   naive::Mesh result;
   for (const auto& p : mesh.positions) result.points.push_back({p.x, p.y, p.z});

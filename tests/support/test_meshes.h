@@ -66,6 +66,9 @@ std::vector<NamedMesh> border_meshes();
 /// All of them.
 std::vector<NamedMesh> all_meshes();
 
+/// One mesh of them all, each with vertices of its own, one beside another along x.
+IndexedMesh side_by_side(const std::vector<IndexedMesh>& meshes);
+
 /// The same mesh for the oracle.
 naive::Mesh to_naive(const IndexedMesh& mesh);
 

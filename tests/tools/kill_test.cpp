@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <random>
 #include <string>
 #include <thread>
@@ -34,6 +35,18 @@ std::string digest_of(const std::filesystem::path& directory, const std::string&
   const Outcome outcome = run(directory, {"digest", store, "--json"});
   REQUIRE(outcome.status == 0);
   return outcome.json()["digest"];
+}
+
+void flip_every_third_block(const std::filesystem::path& file, std::uint64_t block_bytes) {
+  std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+  const std::uint64_t bytes = std::filesystem::file_size(file);
+  for (std::uint64_t at = 5; at < bytes; at += 3 * block_bytes) {
+    stream.seekg(static_cast<std::streamoff>(at));
+    const char byte = static_cast<char>(stream.get());
+    stream.seekp(static_cast<std::streamoff>(at));
+    stream.put(static_cast<char>(byte ^ 0x20));
+  }
+  REQUIRE(stream.good());
 }
 
 std::vector<std::string> backends_on_disk() {
@@ -100,6 +113,65 @@ TEST_CASE("Convert_Killed_LeavesAWholeCopyOrNone") {
       for (const std::string& name : names_in(here.path()))
         if (name.starts_with("copy.plait")) std::filesystem::remove_all(here.path() / name);
     }
+}
+
+TEST_CASE("Repair_KilledAgainAndAgain_EndsWithTheStoreAsItWas") {
+  std::mt19937_64 random(17);
+  for (const std::string backend : {"pread", "compressed"})
+    for (int round = 0; round < rounds(2); ++round) {
+      const TemporaryDirectory here;
+      REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
+      REQUIRE(run(here.path(), {"subdivide", "m.ply", "s.plait", "--levels", "4", "--normals",
+                                "--backend", backend, "--block", "16KiB"})
+                  .status == 0);
+      const std::string expected = digest_of(here.path(), "s.plait");
+      flip_every_third_block(here.path() / "s.plait" / "attribute0.level04", 16 << 10);
+      flip_every_third_block(here.path() / "s.plait" / "attribute1.level02", 16 << 10);
+      REQUIRE(run(here.path(), {"verify", "s.plait"}).status == 1);
+      std::uint64_t longest_us = 20000;
+      for (bool done = false; !done; longest_us += longest_us / 4) {
+        const Outcome outcome =
+            run_and_kill(here.path(), {"repair", "s.plait", "--json"}, random() % longest_us);
+        CAPTURE(backend, round, outcome.errors);
+        REQUIRE((outcome.status == 0 || outcome.status == 1000 + SIGKILL));
+        done = outcome.status == 0;
+        REQUIRE(run(here.path(), {"info", "s.plait"}).status == 0);
+      }
+      CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+      CHECK(digest_of(here.path(), "s.plait") == expected);
+    }
+}
+
+TEST_CASE("SubdivideForce_Killed_LeavesTheOldStoreOrTheNewOne") {
+  std::mt19937_64 random(19);
+  const TemporaryDirectory here;
+  std::vector<std::string> digests;
+  for (const char* vertices : {"800", "900"}) {
+    const std::string mesh = std::string(vertices) + ".ply";
+    REQUIRE(run(here.path(), {"generate", "torus", mesh, "--vertices", vertices}).status == 0);
+    REQUIRE(run(here.path(), {"subdivide", mesh, "s.plait", "--levels", "3", "--force"}).status ==
+            0);
+    digests.push_back(digest_of(here.path(), "s.plait"));
+  }
+  REQUIRE(digests[0] != digests[1]);
+  std::size_t held = 1;
+  int replaced = 0, kept = 0;
+  for (const std::string& backend : backends_on_disk())
+    for (int round = 0; round < rounds(6); ++round) {
+      const std::string mesh = held == 0 ? "900.ply" : "800.ply";
+      const Outcome outcome = run_and_kill(
+          here.path(),
+          {"subdivide", mesh, "s.plait", "--levels", "3", "--force", "--backend", backend},
+          random() % 60000);
+      CAPTURE(backend, round, outcome.errors);
+      const std::string found = digest_of(here.path(), "s.plait");
+      const bool is_old = found == digests[held], is_new = found == digests[1 - held];
+      REQUIRE((is_new || (is_old && outcome.status != 0)));
+      ++(is_new ? replaced : kept);
+      if (is_new) held = 1 - held;
+      CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+    }
+  CHECK(replaced + kept == static_cast<int>(backends_on_disk().size()) * rounds(6));
 }
 
 }  // namespace plait::test

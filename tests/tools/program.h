@@ -81,7 +81,7 @@ class Program {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   }
 
-  TemporaryDirectory scratch_;
+  TemporaryDirectory scratch_{Medium::kMemory};
   std::filesystem::path output_path_;
   bool keeps_output_;
   pid_t process_ = -1;

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "plait/mesh_io.h"
 #include "program.h"
 #include "support/usable_backends.h"
 
@@ -83,6 +84,33 @@ TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {
   }
   REQUIRE(run(here.path(), subdivide(3, {"--force", "--limit"})).status == 0);
   CHECK(run(here.path(), subdivide(4, {"--resume"})).status == 2);
+}
+
+TEST_CASE("Resume_FinishedButForNormals_MakesThem") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "300");
+  REQUIRE(run(here.path(), subdivide(3, {"--resume"})).status == 0);
+  const Outcome outcome = run(here.path(), subdivide(3, {"--resume", "--normals"}));
+  REQUIRE(outcome.status == 0);
+  Names whole = subdivide(3, {"--normals"});
+  whole[2] = "whole.plait";
+  REQUIRE(run(here.path(), whole).status == 0);
+  CHECK(run(here.path(), {"digest", "s.plait"}).last_line() ==
+        run(here.path(), {"digest", "whole.plait"}).last_line());
+}
+
+TEST_CASE("Resume_OfAMeshWithOneVertexMoved_IsRefused") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "300");
+  REQUIRE(run(here.path(), subdivide(2)).status == 0);
+  IndexedMesh mesh = read_indexed_mesh(here.path() / "m.ply");
+  mesh.positions[150].y += 0.0625;
+  write_ply(here.path() / "moved.ply", mesh);
+  Names moved = subdivide(3, {"--resume"});
+  moved[1] = "moved.ply";
+  const Outcome outcome = run(here.path(), moved);
+  CHECK(outcome.status == 2);
+  CHECK(outcome.json()["error"]["code"] == "invalid_argument");
 }
 
 TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {

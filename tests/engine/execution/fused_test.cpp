@@ -197,6 +197,49 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
     }
 }
 
+// Blocks of 4 KiB, frames of whole pages; five edges, one of them inside.
+TEST_CASE("FusedNeeds_TwoTriangles_AreTheBlocksOfAllLevels") {
+  const BaseMesh base = BaseMesh::build(two_triangles());
+  const auto pages = [&](const AttributeSchema& schema, int levels) {
+    const Store store =
+        numbered_store({}, base, options_of("memory"), {schema}, levels, default_backends());
+    NumberingCalls calls(base.face_count());
+    const std::uint64_t bytes =
+        fused_needs(store, numbering_pass(store, levels, calls), 1).frame_bytes;
+    CHECK(bytes % 4096 == 0);
+    return bytes / 4096;
+  };
+  const AttributeSchema four_bytes{"mass", ComponentType::kFloat32, 1},
+      eight_bytes{"pair", ComponentType::kUint32, 2};
+  CHECK(pages(four_bytes, 1) == 1);
+  // Levels 1 to 4 fit into a block each. At level 5 a slot is of 16 x 16 x 4 bytes: four in a
+  // block.
+  CHECK(pages(four_bytes, 5) == 4 + 2);
+  CHECK(pages(four_bytes, 6) == 4 + 2 + 5);
+  CHECK(pages(eight_bytes, 5) == 4 + 3);
+  CHECK(pages(eight_bytes, 6) == 4 + 3 + 5 * 2);
+}
+
+// At level 7 threads take runs of 16 faces, and two runs for each of them are under way at once.
+// Four tetrahedra are a run and have 24 edges in a row, whose slots at levels 7 and 6 are blocks of
+// their own, of 64 x 64 and 32 x 32 records: four pages and one.
+TEST_CASE("FusedNeeds_ManyRuns_AreTheBlocksOfTheWidestWindow") {
+  const BaseMesh base = BaseMesh::build(side_by_side(std::vector(40, tetrahedron())));
+  const auto pages = [&](int threads) {
+    const Store store =
+        numbered_store({}, base, options_of("memory"), kManyRunsSchemas, 7, default_backends());
+    NumberingCalls calls(base.face_count());
+    const std::uint64_t bytes =
+        fused_needs(store, numbering_pass(store, 7, calls), threads).frame_bytes;
+    CHECK(bytes % 4096 == 0);
+    return bytes / 4096;
+  };
+  // Levels 7, 6, 5 (4 slots a block), 4 (16), 3 (64), 2 and 1 (one block) at edges 24 to 71.
+  CHECK(pages(1) == 48 * 4 + 48 + 12 + 4 + 2 + 1 + 1);
+  // The same at edges 120 to 215.
+  CHECK(pages(2) == 96 * 4 + 96 + 24 + 7 + 3 + 1 + 1);
+}
+
 TEST_CASE("FusedNeeds_MoreThreadsLevelsOrAttributes_NeedsMore") {
   const BaseMesh base = mesh_of_many_runs();
   const auto needs = [&](std::size_t attributes, int levels, int threads) {

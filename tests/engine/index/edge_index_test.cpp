@@ -140,12 +140,13 @@ TEST_CASE("FaceIndex_EveryRecordThroughLevelSix_ComesBackToItself") {
     INFO(name);
     const test::NaiveTopology topology(indexed);
     const Topology mesh = topology.view();
+    std::size_t compared = 0;
     for (int level = 1; level <= 6; ++level) {
       const std::int64_t n = slot_side(level);
       for (EdgeId edge = 0; edge < mesh.edges.size(); ++edge) {
         const bool border = mesh.edges[edge].is_border();
         for (std::int64_t row = 0; row < n; ++row) {
-          for (std::int64_t column = 0; column < (border ? n - row : n); ++column) {
+          for (std::int64_t column = 0; column < (border ? n - row : n); ++column, ++compared) {
             const EdgeIndex at{edge, level, row, column};
             const FaceIndex point = face_index(mesh, at);
             if (!is_inside(point) || !(edge_index(mesh, point) == at))
@@ -154,6 +155,8 @@ TEST_CASE("FaceIndex_EveryRecordThroughLevelSix_ComesBackToItself") {
         }
       }
     }
+    // At least border slots at levels 1 to 6: 1 + 3 + 10 + 36 + 136 + 528 records.
+    CHECK(compared >= 714 * mesh.edges.size());
   }
 }
 
@@ -198,11 +201,13 @@ TEST_CASE("EdgeIndex_PointsOnAnEdge_AgreeFromBothFacesThroughLevelTwelve") {
     INFO(name);
     const test::NaiveTopology topology(indexed);
     const Topology mesh = topology.view();
+    std::size_t compared = 0, inner_edges = 0;
     for (const Edge& edge : mesh.edges) {
       if (edge.is_border()) continue;
+      ++inner_edges;
       for (const int level : {1, 2, 3, 7, 12}) {
         const std::int64_t size = std::int64_t{1} << level;
-        for (std::int64_t from_start = 1; from_start < size; ++from_start) {
+        for (std::int64_t from_start = 1; from_start < size; ++from_start, ++compared) {
           const auto on_side = [&](FaceSide side, std::int64_t second_weight) {
             std::int64_t weights[3] = {};
             weights[(side.side() + 1) % 3] = size - second_weight;
@@ -217,6 +222,7 @@ TEST_CASE("EdgeIndex_PointsOnAnEdge_AgreeFromBothFacesThroughLevelTwelve") {
         }
       }
     }
+    CHECK(compared == (1 + 3 + 7 + 127 + 4095) * inner_edges);
   }
 }
 
@@ -226,6 +232,7 @@ TEST_CASE("EdgeIndex_RandomPointsToLevelTwenty_RoundTrip") {
     INFO(name);
     const test::NaiveTopology topology(indexed);
     const Topology mesh = topology.view();
+    int good_rounds = 0;
     for (int round = 0; round < 5000; ++round) {
       const FaceIndex point = random_point(mesh, random);
       const EdgeIndex at = edge_index(mesh, point);
@@ -245,7 +252,9 @@ TEST_CASE("EdgeIndex_RandomPointsToLevelTwenty_RoundTrip") {
       if (!good)
         FAIL("face " << point.face << " level " << point.level << " (" << point.i << ", " << point.j
                      << ")");
+      ++good_rounds;
     }
+    CHECK(good_rounds == 5000);
   }
 }
 

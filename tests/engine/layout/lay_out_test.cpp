@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
-#include <filesystem>
 #include <vector>
 
 #include "layout/spans.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "support/real_meshes.h"
 #include "support/test_meshes.h"
 
 using namespace plait;
@@ -100,12 +100,8 @@ TEST_CASE("LayOut_Automatic_TakesTheFirstOfThoseOfSmallestLoopSpan") {
 }
 
 TEST_CASE("LayOut_RealMesh_RcmNeedsTheSmallestWindow") {
-  const std::filesystem::path path = std::filesystem::path(PLAIT_MODELS_DIRECTORY) / "spot.ply";
-  if (!std::filesystem::exists(path)) {
-    WARN("skipped: no " << path);
-    return;
-  }
-  const BaseMesh mesh = read_base_mesh(path);
+  if (!test::has_real_mesh("spot")) return;
+  const BaseMesh mesh = read_base_mesh(test::real_mesh_path("spot"));
   const LaidOutMesh chosen = lay_out(mesh, LayoutKind::kAutomatic);
   CHECK(chosen.kind == LayoutKind::kRcm);
   for (const LayoutKind kind : {LayoutKind::kSpatial, LayoutKind::kHilbert})

@@ -10,6 +10,7 @@
 
 #include "mesh_files.h"
 #include "shapes.h"
+#include "support/skip.h"
 
 using namespace plait;
 using namespace plait::mesh_files;
@@ -50,13 +51,14 @@ int read_within(const std::filesystem::path& path, std::uint64_t more_bytes) {
 }
 
 constexpr int kRefused = 1 + static_cast<int>(ErrorCode::kInvalidArgument);
+constexpr const char* kCannotLimit = "address space cannot be limited under this sanitizer";
 constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20;
 
 }  // namespace
 
 TEST_CASE("ReadBaseMesh_HeaderPromisesMillions_CostsNoMemory") {
   if (!kCanLimit) {
-    WARN("address space cannot be limited under this sanitizer: skipped");
+    test::skip(kCannotLimit);
     return;
   }
   const MeshDirectory directory;
@@ -88,14 +90,20 @@ TEST_CASE("ReadBaseMesh_HeaderPromisesMillions_CostsNoMemory") {
 }
 
 TEST_CASE("ReadBaseMesh_TooLittleMemory_IsAnErrorOfItsOwn") {
-  if (!kCanLimit) return;
+  if (!kCanLimit) {
+    test::skip(kCannotLimit);
+    return;
+  }
   const MeshDirectory directory;
   const auto path = directory.file("a.ply", ply_binary(shapes::torus(1000, 1000), false));
   CHECK(read_within(path, 8 * kMebibyte) == 1 + static_cast<int>(ErrorCode::kOutOfMemory));
 }
 
 TEST_CASE("ReadBaseMesh_MillionFaces_NeedFewTimesTheFile") {
-  if (!kCanLimit) return;
+  if (!kCanLimit) {
+    test::skip(kCannotLimit);
+    return;
+  }
   const MeshDirectory directory;
   const auto path = directory.file("a.ply", ply_binary(shapes::torus(700, 800), false));
   CHECK(read_within(path, 5 * std::filesystem::file_size(path)) == kMesh);

@@ -1,4 +1,4 @@
-// The real meshes, against the table that lies beside them. Skipped where they are absent.
+// Real meshes against the table that lies beside them. Skipped where they are absent.
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -8,6 +8,7 @@
 
 #include "plait/mesh_io.h"
 #include "shapes.h"
+#include "support/skip.h"
 
 using namespace plait;
 
@@ -74,7 +75,7 @@ std::uint64_t count_border_loops(const BaseMesh& mesh) {
 TEST_CASE("ReadBaseMesh_EveryModel_MatchesTheTable") {
   const std::filesystem::path directory = PLAIT_MODELS_DIRECTORY;
   if (!std::filesystem::exists(directory / "models.tsv")) {
-    WARN("no models in " << directory << ": skipped");
+    test::skip("no models.tsv in " + directory.string());
     return;
   }
   const std::vector<Row> table = read_table(directory / "models.tsv");

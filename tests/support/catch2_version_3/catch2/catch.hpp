@@ -10,6 +10,8 @@ using Catch::Approx;
 
 namespace Catch {
 
+using TestEventListenerBase = EventListenerBase;
+
 inline auto Contains(const std::string& part) { return Matchers::ContainsSubstring(part); }
 
 }  // namespace Catch
