@@ -2,16 +2,17 @@
 
 #include <utility>
 
+#include "execution/fused_levels.h"
 #include "execution/half_merge.h"
 
 namespace plait {
 
 SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
-    : pass_(pass),
+    : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
       mesh_(store.base().topology()),
-      layout_(store, pass.outputs, pass.levels, pass.lattice),
+      layout_(store, pass.outputs, fused_levels(store, pass), pass.lattice),
       pool_(layout_.bytes()),
-      blocks_(store, pass.outputs, pass.levels),
+      blocks_(store, pass.outputs, fused_levels(store, pass)),
       streaming_(blocks_.stays_in_memory()),
       waiting_(mesh_.edges.size(), nullptr) {}
 
@@ -125,7 +126,7 @@ void SlotDelivery::merge(std::size_t output, const HalfPiece& piece,
     for (const HalfPiece::Part& part : piece.parts)
       merge_part(piece, part, own.piece(offset), other.piece(offset), streaming_,
                  slots[static_cast<std::size_t>(part.level - 1)]);
-    slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
+    slots = slots.subspan(level_count_);
   }
 }
 
@@ -175,7 +176,7 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
                              edge.front().own.memory + shape.offset + piece.at + part.at,
                              slots[static_cast<std::size_t>(part.level - 1)]);
       }
-      slots = slots.subspan(static_cast<std::size_t>(pass_.levels));
+      slots = slots.subspan(level_count_);
     }
   }
 }

@@ -70,8 +70,9 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
     const Attribute& attribute, const AttributeSchema& schema, int level, OpenMode mode,
     std::span<const BlockEntry> entries) const {
   auto file = std::make_unique<LevelFile>();
-  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(), level - options.base_level,
-                                 schema.record_bytes(), options.block_bytes);
+  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(),
+                                 relative_to_base(level, options.base_level), schema.record_bytes(),
+                                 options.block_bytes);
   file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
   std::ranges::copy(entries, file->table.entries().begin());
   file->path = level_path(attribute.number, level);

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "subdivide/steps.h"
@@ -34,42 +35,43 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
                                int first_level) {
   const std::uint64_t interior = store.base().edge_count() - store.base().border_edge_count();
   const auto born = [&](int level) {
-    return interior * slot_records(level) +
-           store.base().border_edge_count() * slot_records(level, true);
+    const int refinements = relative_to_base(level, store.base_level()).refinements;
+    return interior * slot_records(refinements) +
+           store.base().border_edge_count() * slot_records(refinements, true);
   };
+  const int first = store.base_level() + 1;
   std::uint64_t total = 0;
-  for (int level = first_level; level <= options.levels - store.base_level(); ++level) {
+  for (int level = first_level; level <= options.levels; ++level) {
     total += born(level);
     if (options.scheme == Scheme::kLoop)
-      for (int older = 1; older < level; ++older) total += born(older);
+      for (int older = first; older < level; ++older) total += born(older);
   }
   if (options.normals || options.limit)
-    for (int level = 1; level <= options.levels - store.base_level(); ++level) total += born(level);
+    for (int level = first; level <= options.levels; ++level) total += born(level);
   return total;
 }
 
 template <class Real>
 void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
-  const int base_level = store.base_level();
-  const int done = store.attributes()[position].finest_level - base_level;
-  const int levels = options.levels - base_level;
+  const int base_level = store.base_level(), levels = options.levels;
+  const int done = store.attributes()[position].finest_level;
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
     if (!wanted) return kNoId;
     const AttributeId id = store.add_attribute(schema);
-    for (int level = 1; level <= levels; ++level) store.add_level(id);
+    for (int level = base_level + 1; level <= levels; ++level) store.add_level(id);
     return id;
   };
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
-  if (options.executor == ExecutorKind::kFused && levels > 0) {
-    if (done > 0)
+  if (options.executor == ExecutorKind::kFused && levels > base_level) {
+    if (done > base_level)
       throw Error(ErrorCode::kNotSupported,
                   fmt::format("subdivide: the fused executor starts at the base mesh, and the "
                               "store has level {}: take sweep",
-                              base_level + done));
-    for (int level = 1; level <= levels; ++level) store.add_level(position);
-    run_fused(run, levels, add(options.normals, schema_of<Vector3<float>>("normal")));
+                              done));
+    for (int level = base_level + 1; level <= levels; ++level) store.add_level(position);
+    run_fused(run, add(options.normals, schema_of<Vector3<float>>("normal")));
     return;
   }
   read_rings(run, done);
@@ -79,7 +81,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
     if (options.scheme == Scheme::kLoop)
       sweeping ? move_even(run, level) : move_even_transparent(run, level);
-    if (options.level_done) options.level_done(base_level + level);
+    if (options.level_done) options.level_done(level);
   }
   if (!options.normals && !options.limit) return;
 
@@ -125,7 +127,8 @@ std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOption
                                                    : fused_resident_bytes<float>(store, options);
   // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
   const bool butterfly = options.scheme == Scheme::kButterfly;
-  const std::uint64_t side = (std::uint64_t{1} << (options.levels - store.base_level())) + 3;
+  const std::uint64_t side =
+      (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
   return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) *
              store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;

@@ -61,7 +61,7 @@ constexpr std::uint64_t kBlockBytes = 4096;
 /// A level of one-byte records: 4096 edges a block at level 1, 1024 at level 2, ...
 struct TestLevel {
   TestLevel(Pager& pager, int level, std::uint64_t edges, bool direct = false) {
-    file.geometry = LevelGeometry(edges, {}, level, 1, kBlockBytes);
+    file.geometry = LevelGeometry(edges, {}, BaseRelativeLevel(level), 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
         LevelSpec{"fake", OpenMode::kCreate, file.geometry, file.table, options, 1}, direct);

@@ -167,7 +167,7 @@ TEST_CASE("Store_BaseLevelAboveZero_CountsLevelsFromTheUsersMesh") {
     Store store = place.open();
     CHECK(store.base_level() == 2);
     CHECK(store.finest_level() == 4);
-    CHECK(store.level_file(0, 3).geometry.level() == 1);
+    CHECK(store.level_file(0, 3).geometry.level() == BaseRelativeLevel(1));
     CHECK(holds_sample(store, 0));
   }
 }
