@@ -51,6 +51,17 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
   return total;
 }
 
+/// Says where the levels come from: this run, and no other one.
+template <class Real>
+void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
+  Provenance provenance = store.provenance();
+  provenance.scheme = only_this_run ? to_string(options.scheme) : "";
+  provenance.limit = limit;
+  provenance.precision = RecordTraits<Real>::kType;
+  provenance.program = program_version();
+  store.set_provenance(provenance);
+}
+
 template <class Real>
 void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
@@ -62,6 +73,11 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     for (int level = base_level + 1; level <= levels; ++level) store.add_level(id);
     return id;
   };
+  // Limit positions, or those of another scheme, are none that this one would have gone on from.
+  const Provenance before = store.provenance();
+  const bool only_this_run =
+      done == base_level || (before.scheme == to_string(options.scheme) && !before.limit);
+  if (levels > done) record<Real>(store, options, false, only_this_run);
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
   if (options.executor == ExecutorKind::kFused && levels > base_level) {
@@ -72,6 +88,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
                               done));
     for (int level = base_level + 1; level <= levels; ++level) store.add_level(position);
     run_fused(run, add(options.normals, schema_of<Vector3<float>>("normal")));
+    if (options.limit) record<Real>(store, options, true, only_this_run);
     return;
   }
   read_rings(run, done);
@@ -89,7 +106,9 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
   sweeping ? make_surface(run, levels, normal, limit)
            : make_surface_transparent(run, levels, normal, limit);
-  if (limit != kNoId) store.replace_attribute(position, limit);
+  if (limit == kNoId) return;
+  store.replace_attribute(position, limit);
+  record<Real>(store, options, true, only_this_run);
 }
 
 template <class Real>

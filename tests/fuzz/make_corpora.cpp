@@ -214,6 +214,8 @@ void seed_manifests() {
   manifest.codec = "zstd:19";
   manifest.filter = "shuffle";
   manifest.scheme = "loop";
+  manifest.program = "0.1.0";
+  manifest.limit = true;
   manifest.next_attribute_number = 4;
   manifest.attributes = {{{"position", ComponentType::kFloat32, 3}, 0, 5, 11},
                          {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 0, 12},

@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
-  [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
+  [attribute.h]=base [error.h]=base [provenance.h]=base [topology.h]=base [vector3.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io
   [base_relative_level.h]=address [edge_index.h]=address [level_geometry.h]=address
   [patch_table.h]=address [vertex_numbering.h]=address

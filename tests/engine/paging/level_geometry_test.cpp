@@ -71,7 +71,9 @@ TEST_CASE("LevelGeometry_RandomBorders_AgreesWithAWalkOverTheSlots") {
         for (const std::size_t record_bytes : {1u, 12u, 24u})
           for (const std::uint64_t block_bytes : {0u, 4096u, 65536u, 1u << 20}) {
             const auto borders = random_borders(edge_count, percent, random);
-            check_against_walk({edge_count, borders, level, record_bytes, block_bytes}, borders);
+            check_against_walk(
+                {edge_count, borders, BaseRelativeLevel(level), record_bytes, block_bytes},
+                borders);
           }
 }
 
