@@ -12,6 +12,7 @@
 #include "command.h"
 #include "console.h"
 #include "export/mesh_export.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "partial_output.h"
@@ -46,7 +47,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     options.proceed = [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total);
     };
-    result = export_mesh(store, output.path(), options);
+    result = build_output(output, [&] { return export_mesh(store, output.path(), options); });
   }
   throw_if_interrupted();
   output.publish(false);
@@ -75,12 +76,10 @@ void add_export_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("export", "Write one level of a store as a mesh file");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command
-      ->add_option("OUT", arguments->output,
-                   "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
+  add_output_option(*command, "OUT", arguments->output,
+                    "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
       ->required();
-  command->add_option("--level", arguments->level, "Which level; default: the finest")
-      ->check(CLI::NonNegativeNumber);
+  add_level_option(*command, arguments->level, "Which level; default: the finest");
   command
       ->add_option("--attribute", arguments->attributes,
                    "Also this attribute, such as normal; again, or a,b, for more")

@@ -112,9 +112,7 @@ void add_repair_command(CLI::App& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "Say what would be done and change nothing");
   add_size_option(*command, "--memory", arguments->memory_bytes,
                   "Budget for blocks in memory, half of it for what is computed anew");
-  command->add_option("--threads", arguments->threads, "Threads that compute")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  add_threads_option(*command, arguments->threads, "Threads that compute");
   add_json_option(*command, context);
   command->footer(
       "Positions and normals that `plait subdivide` made follow from the base mesh: they are\n"

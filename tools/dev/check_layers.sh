@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
   [attribute.h]=base [error.h]=base [provenance.h]=base [topology.h]=base [vector3.h]=base
-  [directory.h]=io [file.h]=io [file_operations.h]=io
+  [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [base_relative_level.h]=address [edge_index.h]=address [level_geometry.h]=address
   [patch_table.h]=address [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
@@ -21,6 +21,7 @@ declare -A layer_of_header=(
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store
   [structure.h]=store [verify.h]=store
   [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
+  [window_needs.h]=execution
 )
 
 # Folders of engine/, and the other folders, with all that each may include. Layout and address are
