@@ -74,14 +74,13 @@ void check_level(const LevelSpec& level, std::uint64_t max_block_bytes) {
 void check_request(const LevelGeometry& geometry, BlockRange blocks, std::size_t span_bytes) {
   if (blocks.first > geometry.block_count() || blocks.count > geometry.block_count() - blocks.first)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("access level {}: expected blocks below {}, found {} from {}",
-                            geometry.level(), geometry.block_count(), blocks.count, blocks.first));
+                fmt::format("access blocks of a level: expected blocks below {}, found {} from {}",
+                            geometry.block_count(), blocks.count, blocks.first));
   const std::uint64_t expected = geometry.range_bytes(blocks.first, blocks.count);
   if (span_bytes != expected)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("access level {} blocks {} to {}: expected {} bytes, found {}",
-                            geometry.level(), blocks.first, blocks.first + blocks.count, expected,
-                            span_bytes));
+                fmt::format("access blocks {} to {} of a level: expected {} bytes, found {}",
+                            blocks.first, blocks.first + blocks.count, expected, span_bytes));
 }
 
 void check_writable(const File& file, OpenMode mode) {

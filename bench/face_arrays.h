@@ -35,6 +35,7 @@ class FaceArrays {
     bool is_border(int side) const {
       return !mesh_->topology_.across(FaceSide(face_, side)).exists();
     }
+    std::int64_t size(int level) const { return std::int64_t{1} << level; }
     [[gnu::always_inline]] Record& at(int level, std::int64_t i, std::int64_t j) const {
       if ((i | j | ((std::int64_t{1} << level) - i - j)) < 0) [[unlikely]]
         return beyond(level, i, j);

@@ -35,7 +35,7 @@ using plait::FaceId;
 using Position = plait::Vector3<float>;
 
 // 1. An algorithm of one's own. A patch at some level is a triangular grid with corners (0, 0),
-//    (2^level, 0) and (0, 2^level). `size` steps from corner (i, j) span a sub-triangle: upright
+//    (size, 0) and (0, size). `size` steps from corner (i, j) span a sub-triangle: upright
 //    for size > 0, upside down for size < 0. Nothing below knows where vertices are kept.
 template <class Patch>
 double area(const Patch& patch, int level, std::int64_t i, std::int64_t j, std::int64_t size) {
@@ -53,12 +53,17 @@ double area(const Patch& patch, int level, std::int64_t i, std::int64_t j, std::
          area(patch, level, i + half, j + half, -half);  // and the one between them
 }
 
+template <class Patch>
+double area_of(const Patch& patch, int level) {
+  return area(patch, level, 0, 0, patch.size(level));
+}
+
 template <plait::PatchMesh Mesh>
 double surface_area(Mesh& mesh, int level) {
   mesh.activate(level, 1, 0);  // levels 1 to `level` to read, none to write
   double sum = 0;
   for (FaceId face = 0; face < mesh.topology().faces.size(); ++face)
-    sum += area(mesh.patch(face), level, 0, 0, std::int64_t{1} << level);
+    sum += area_of(mesh.patch(face), level);
   return sum;
 }
 
@@ -74,10 +79,10 @@ std::uint64_t count_differences(First& first, Second& second, int level) {
   first.activate(level, 1, 0);
   second.activate(level, 1, 0);
   std::uint64_t differences = 0;
-  const std::int64_t size = std::int64_t{1} << level;
   for (FaceId face = 0; face < first.topology().faces.size(); ++face) {
     const auto here = first.patch(face);
     const auto there = second.patch(face);
+    const std::int64_t size = here.size(level);
     for (std::int64_t j = 0; j <= size; ++j)
       for (std::int64_t i = 0; i + j <= size; ++i)
         differences += !(here.at(level, i, j) == there.at(level, i, j));

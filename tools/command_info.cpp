@@ -77,7 +77,10 @@ Json store_report(Store& store) {
       {"filter", compressed ? options.backend_options.filter : "none"},
       {"block_bytes", options.block_bytes},
       {"layout", options.layout},
-      {"scheme", options.scheme},
+      {"scheme", store.provenance().scheme},
+      {"limit", store.provenance().limit},
+      {"precision", to_string(store.provenance().precision)},
+      {"program", store.provenance().program},
       {"base_level", store.base_level()},
       {"finest_level", store.finest_level()},
       {"base",
@@ -105,7 +108,11 @@ void print_report(const Json& report) {
                     bytes_of(report["block_bytes"])));
   const std::string scheme = text_of(report["scheme"]);
   print(fmt::format("layout     {}\nscheme     {}\n", text_of(report["layout"]),
-                    scheme.empty() ? "not recorded" : scheme));
+                    scheme.empty()
+                        ? "not recorded"
+                        : fmt::format("{}{}, {}, by plait {}", scheme,
+                                      report["limit"].get<bool>() ? " to the limit" : "",
+                                      text_of(report["precision"]), text_of(report["program"]))));
   print(fmt::format(
       "base       level {}: {} vertices, {} edges ({} border), {} faces; {} in memory\n",
       report["base_level"].get<int>(), count_of(base["vertices"]), count_of(base["edges"]),

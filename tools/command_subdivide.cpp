@@ -77,9 +77,6 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
   plan.subdivide.limit = arguments.limit;
   plan.subdivide.threads =
       plan.subdivide.executor == ExecutorKind::kTransparent ? 1 : arguments.threads;
-  // Limit positions are none that a subdivision could go on from.
-  plan.store.scheme =
-      std::string(to_string(plan.subdivide.scheme)) + (arguments.limit ? " limit" : "");
   if (arguments.resume && (arguments.limit || !backend.traits.durable ||
                            plan.subdivide.executor == ExecutorKind::kFused))
     throw Error(ErrorCode::kInvalidArgument,
@@ -153,7 +150,7 @@ void describe(const Arguments& arguments, const Plan& plan, Store& store, Subdiv
   report.durability = arguments.durability;
   report.executor = to_string(plan.subdivide.executor);
   report.threads = plan.subdivide.threads;
-  report.scheme = plan.store.scheme;
+  report.scheme = to_string(plan.subdivide.scheme);
   report.precision = arguments.precision;
   report.normals = arguments.normals;
   report.limit = arguments.limit;

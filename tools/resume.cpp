@@ -21,9 +21,13 @@ Store open_to_resume(const std::filesystem::path& path, const OpenOptions& open,
                      const SubdivideOptions& subdivision, bool double_precision,
                      const BackendRegistry& backends) {
   Store store = Store::open(path, open, backends);
-  if (store.options().scheme != to_string(subdivision.scheme))
+  const Provenance& provenance = store.provenance();
+  if (provenance.limit)
+    refuse(store, "it holds limit positions, from which no subdivision can go on");
+  const bool has_levels = store.finest_level() > store.base_level();
+  if (has_levels && provenance.scheme != to_string(subdivision.scheme))
     refuse(store, fmt::format("expected a store of scheme \"{}\", found \"{}\"",
-                              to_string(subdivision.scheme), store.options().scheme));
+                              to_string(subdivision.scheme), provenance.scheme));
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
   const ComponentType type = double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32;
   if (position.schema.type != type)

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "execution/fused_levels.h"
 #include "execution/fused_schedule.h"
 #include "execution/slot_delivery.h"
 #include "plait/error.h"
@@ -24,7 +25,7 @@ class FusedRun {
   FusedRun(Store& store, const FusedPass& pass, int threads)
       : pass_(pass),
         delivery_(store, pass),
-        schedule_(store.base().face_count(), FusedSchedule::run_faces(pass.levels),
+        schedule_(store.base().face_count(), FusedSchedule::run_faces(fused_levels(store, pass)),
                   FusedSchedule::window(threads)) {}
 
   FusedSchedule& schedule() { return schedule_; }
@@ -74,17 +75,18 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
         fmt::format("fused '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
   if (pass.outputs.empty())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("fused '{}': no outputs", pass.name));
-  if (pass.levels > kMostFusedLevels)
+  const int levels = fused_levels(store, pass);
+  if (levels > kMostFusedLevels)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("fused '{}': {} levels over the store's base mesh, expected at most "
                             "{}: take smaller slots (a finer base mesh) or another executor",
-                            pass.name, pass.levels, kMostFusedLevels));
+                            pass.name, levels, kMostFusedLevels));
   for (const AttributeId id : pass.outputs) {
-    if (id >= store.attributes().size() || pass.levels < 1 ||
-        store.base_level() + pass.levels > store.attributes()[id].finest_level)
+    if (id >= store.attributes().size() || levels < 1 ||
+        pass.finest_level > store.attributes()[id].finest_level)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("fused '{}': attribute {} has no levels {} to {}", pass.name, id,
-                              store.base_level() + 1, store.base_level() + pass.levels));
+                              store.base_level() + 1, pass.finest_level));
     const AttributeSchema& schema = store.attributes()[id].schema;
     if (const std::size_t bytes = component_bytes(schema.type); bytes != 4 && bytes != 8)
       throw Error(ErrorCode::kNotSupported,
@@ -98,7 +100,7 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
                   fmt::format("fused '{}': writes to {}, which was opened for reading", pass.name,
                               store.path().native()));
   }
-  if (const std::int64_t size = std::int64_t{1} << pass.levels;
+  if (const std::int64_t size = std::int64_t{1} << levels;
       pass.lattice.size != size || pass.lattice.halo < 0)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("fused '{}': a lattice of size {} with a halo of {}, expected size {} "
@@ -123,8 +125,8 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
 
   UnfinishedLevels written;
   for (const AttributeId id : pass.outputs)
-    for (int level = 1; level <= pass.levels; ++level)
-      written.add(store.level_file(id, store.base_level() + level), Access::kWrite);
+    for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
+      written.add(store.level_file(id, level), Access::kWrite);
   FusedRun run(store, pass, options.threads);
   const std::uint64_t faces = store.base().face_count();
   {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "execution/fused_levels.h"
 #include "execution/fused_schedule.h"
 #include "execution/half_layout.h"
 #include "execution/half_pool.h"
@@ -11,8 +12,9 @@ namespace plait {
 
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const Topology mesh = store.base().topology();
-  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, pass.levels);
-  const std::uint64_t run_faces = FusedSchedule::run_faces(pass.levels);
+  const int levels = fused_levels(store, pass);
+  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
+  const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
   const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
 
   // Edges are numbered by their first face: a run of faces, taken from the last to the first, ends
@@ -39,7 +41,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const std::uint64_t most_halves =
       most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
-                     HalfLayout::table_bytes(store, pass.outputs, pass.levels);
+                     HalfLayout::table_bytes(store, pass.outputs, levels);
 
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
     const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
@@ -47,8 +49,8 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;
     for (const AttributeId id : pass.outputs)
-      for (int level = 1; level <= pass.levels; ++level) {
-        const LevelGeometry geometry(mesh.edges.size(), mesh.border_edges, level,
+      for (int level = 1; level <= levels; ++level) {
+        const LevelGeometry geometry(mesh.edges.size(), mesh.border_edges, BaseRelativeLevel(level),
                                      store.attributes()[id].schema.record_bytes(),
                                      store.options().block_bytes);
         bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *

@@ -11,7 +11,8 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
       Level& level = levels_.emplace_back();
-      level.file = &store.level_file(attribute, store.base_level() + number);
+      level.file =
+          &store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
       const LevelGeometry& geometry = level.file->geometry;
       level.pins.resize(geometry.block_count());
       level.remaining.resize(geometry.block_count());

@@ -12,7 +12,7 @@ namespace plait {
 /// Pins a block at its first slot and lets go of it after its last. One thread at a time.
 class OpenBlocks {
  public:
-  /// Levels 1 to `levels`, counted from the base mesh, of these attributes.
+  /// The `levels` levels after the base mesh's of these attributes.
   OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels);
   /// Abandons the blocks that are not filled.
   ~OpenBlocks();

@@ -16,10 +16,11 @@ struct PatchWindow::Pins {
     std::uint64_t block;
     PinnedBlock pinned;
   };
-  std::list<Pin> in_order;                          ///< of pinning: the first goes first
-  std::vector<std::vector<std::uint32_t>> used_by;  ///< [level][block] last face that needs it, + 1
-  std::vector<Access> access;                       ///< [level]
-  std::uint32_t stamp = 0;                          ///< of the current face
+  std::list<Pin> in_order;  ///< of pinning: the first goes first
+  std::vector<std::vector<std::uint32_t>>
+      used_by;                 ///< [refinements][block] last face that needs it, + 1
+  std::vector<Access> access;  ///< [refinements]
+  std::uint32_t stamp = 0;     ///< of the current face
   std::uint64_t window_bytes = 0, pinned_bytes = 0;
   int exceptions = std::uncaught_exceptions();  ///< when the window was made
 
@@ -52,13 +53,16 @@ PatchWindow::~PatchWindow() = default;
 
 void PatchWindow::activate(int readable, int first_writable, int last_writable) {
   const int base_level = store_->base_level();
-  const int finest = store_->attributes()[attribute_].finest_level - base_level;
-  if (readable < 0 || readable > finest)
+  const int finest = store_->attributes()[attribute_].finest_level;
+  if (readable < base_level || readable > finest)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("activate level {} of '{}': expected {} to {}", readable,
-                            store_->attributes()[attribute_].schema.name, 0, finest));
-  for (int level = std::max(1, first_writable); level <= std::min(readable, last_writable); ++level)
-    if (!store_->level_file(attribute_, base_level + level).writable)
+                            store_->attributes()[attribute_].schema.name, base_level, finest));
+  const auto writable = [&](int level) {
+    return level >= first_writable && level <= last_writable;
+  };
+  for (int level = base_level + 1; level <= readable; ++level)
+    if (writable(level) && !store_->level_file(attribute_, level).writable)
       throw Error(
           ErrorCode::kBadState,
           fmt::format("activate level {} of '{}' for writing: {} was opened for reading", level,
@@ -71,14 +75,14 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
   levels_.assign(1, Level{});
   pins_->used_by.emplace_back();
   pins_->access.push_back(Access::kRead);
-  for (int level = 1; level <= readable; ++level) {
-    LevelFile& file = store_->level_file(attribute_, base_level + level);
+  for (int level = base_level + 1; level <= readable; ++level) {
+    LevelFile& file = store_->level_file(attribute_, level);
     levels_.push_back({&file, std::vector<std::uintptr_t>(file.geometry.block_count(), 0)});
     pins_->used_by.emplace_back(file.geometry.block_count(), 0);
-    pins_->access.push_back(level >= first_writable && level <= last_writable ? Access::kUpdate
-                                                                              : Access::kRead);
-    if (pins_->access.back() != Access::kRead) pins_->written.push_back(&file);
+    pins_->access.push_back(writable(level) ? Access::kUpdate : Access::kRead);
+    if (writable(level)) pins_->written.push_back(&file);
   }
+  table_.set_levels(base_level, relative_to_base(readable, base_level));
   store_->pager().set_policy(EvictionPolicy::kWindow);
 }
 
@@ -110,6 +114,15 @@ void PatchWindow::need(EdgeId edge) {
   }
 }
 
+std::byte* PatchWindow::pinned_slot(BaseRelativeLevel level, EdgeId edge) const {
+  const Level& at = levels_[static_cast<std::size_t>(level.refinements)];
+  if (at.starts[at.file->geometry.block_of(edge)] == 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("face {} of '{}': the point is beyond the reach of the patch",
+                            table_.face(), store_->attributes()[attribute_].schema.name));
+  return slot(level, edge, topology_.border_rank(edge));
+}
+
 void PatchWindow::enter(FaceId face) {
   pins_->stamp = face + 1;
   for (const EdgeId edge : topology_.face_edges[face]) need(edge);
@@ -126,9 +139,8 @@ void PatchWindow::enter(FaceId face) {
   }
   EdgeId ranked = kNoId;
   std::uint64_t rank = 0;
-  table_.enter(topology_, face, static_cast<int>(levels_.size()) - 1, record_bytes_, true,
-               reach_ != Reach::kOwn, store_->base_bytes(attribute_).data(),
-               [&](EdgeId edge, int level) {
+  table_.enter(topology_, face, record_bytes_, true, reach_ != Reach::kOwn,
+               store_->base_bytes(attribute_).data(), [&](EdgeId edge, BaseRelativeLevel level) {
                  if (edge != ranked) rank = topology_.border_rank(ranked = edge);
                  return slot(level, edge, rank);
                });

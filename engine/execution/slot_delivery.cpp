@@ -3,14 +3,16 @@
 #include <bit>
 #include <utility>
 
+#include "execution/fused_levels.h"
+
 namespace plait {
 
 SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
-    : pass_(pass),
+    : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
       mesh_(store.base().topology()),
-      layout_(store, pass.outputs, pass.levels, pass.lattice),
+      layout_(store, pass.outputs, fused_levels(store, pass), pass.lattice),
       pool_(layout_.bytes()),
-      blocks_(store, pass.outputs, pass.levels),
+      blocks_(store, pass.outputs, fused_levels(store, pass)),
       streaming_(blocks_.stays_in_memory()),
       waiting_(mesh_.edges.size(), nullptr) {}
 
@@ -141,14 +143,13 @@ void SlotDelivery::scatter(std::size_t output, const HalfPiece& piece, const voi
 /// Where the halves of these edges go.
 auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
                               Scratch& scratch) const -> std::span<const SlotHalves> {
-  const auto levels = static_cast<std::size_t>(pass_.levels);
-  scratch.slots_.resize(edges.size() * levels);
+  scratch.slots_.resize(edges.size() * level_count_);
   scratch.halves_.clear();
   std::byte** slots = scratch.slots_.data();
   for (const auto& [edge, own, other] : edges) {
     blocks_.find_slots(output, edge, mesh_.border_rank(edge), slots);
     scratch.halves_.push_back({own, other, slots});
-    slots += levels;
+    slots += level_count_;
   }
   return scratch.halves_;
 }

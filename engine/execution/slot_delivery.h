@@ -93,7 +93,7 @@ class SlotDelivery {
   void open(EdgeId edge);
   void close(std::span<const Complete> edges);
 
-  const FusedPass& pass_;
+  std::size_t level_count_;
   const Topology mesh_;
   const HalfLayout layout_;
   std::mutex mutex_;

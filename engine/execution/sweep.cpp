@@ -27,7 +27,7 @@ std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge)
   }
   return {reinterpret_cast<std::byte*>(at.starts[at.geometry->block_of(edge)] +
                                        at.geometry->slot_offset(edge, rank)),
-          slot_records(at.geometry->level(), border) * at.geometry->record_bytes()};
+          slot_records(at.geometry->level().refinements, border) * at.geometry->record_bytes()};
 }
 
 namespace {

@@ -45,6 +45,7 @@ class BlockCursor {
 
 void copy_levels(Store& from, Store& to,
                  const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+  to.set_provenance(from.provenance());
   std::uint64_t total_bytes = 0, done_bytes = 0;
   for (AttributeId id = 0; id < from.attributes().size(); ++id)
     for (int level = from.base_level() + 1; level <= from.attributes()[id].finest_level; ++level)

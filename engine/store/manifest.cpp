@@ -17,10 +17,11 @@ namespace plait {
 namespace {
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint32_t kKnownRequiredFlags = 0;
 constexpr std::size_t kEntriesOffset = 256, kEntryBytes = 64, kChecksumOffset = 4088;
 constexpr std::size_t kTextBytes = 16, kNameBytes = 32;
+constexpr std::uint8_t kLimitPositions = 1;  ///< a bit of the byte at 224
 
 /// Those of the two slots that are whole.
 std::vector<ManifestSlot> read_slots(const File& file) {
@@ -67,14 +68,16 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   save(bytes, 112, manifest.tables_bytes);
   save(bytes, 120, manifest.tables_checksum);
   std::size_t offset = 128;
-  for (const std::string* text :
-       {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout, &manifest.scheme}) {
+  for (const std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter,
+                                  &manifest.layout, &manifest.scheme, &manifest.program}) {
     if (!save_text(bytes, offset, kTextBytes, *text))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("write manifest: the name '{}' is longer than {} characters", *text,
                               kTextBytes - 1));
     offset += kTextBytes;
   }
+  save(bytes, 224, manifest.limit ? kLimitPositions : std::uint8_t{0});
+  save(bytes, 225, static_cast<std::uint8_t>(manifest.precision));
   for (std::size_t i = 0; i < manifest.attributes.size(); ++i) {
     const ManifestAttribute& attribute = manifest.attributes[i];
     const std::span<std::byte> entry = bytes.subspan(kEntriesOffset + i * kEntryBytes, kEntryBytes);
@@ -91,6 +94,13 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   save(bytes, kChecksumOffset, checksum_of(bytes.first(kChecksumOffset)));
   return slot;
 }
+
+Provenance provenance_of(const Manifest& manifest) {
+  return {manifest.scheme, manifest.limit,      manifest.precision,
+          manifest.layout, manifest.base_level, manifest.program};
+}
+
+std::string program_version() { return PLAIT_VERSION; }
 
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
   return std::memcmp(slot.data(), kMagic.data(), kMagic.size()) == 0 &&
@@ -135,12 +145,18 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   require(base_level <= kMaxLevel, "base level", base_level);
   manifest.base_level = static_cast<int>(base_level);
   std::size_t offset = 128;
-  for (std::string* text :
-       {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout, &manifest.scheme}) {
+  for (std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout,
+                            &manifest.scheme, &manifest.program}) {
     *text = load_text(slot, offset, kTextBytes);
     require(text->size() < kTextBytes, "a name's length", text->size());
     offset += kTextBytes;
   }
+
+  manifest.limit = (load<std::uint8_t>(slot, 224) & kLimitPositions) != 0;
+  manifest.precision = static_cast<ComponentType>(load<std::uint8_t>(slot, 225));
+  require(manifest.precision == ComponentType::kFloat32 ||
+              manifest.precision == ComponentType::kFloat64,
+          "precision", load<std::uint8_t>(slot, 225));
 
   const auto count = load<std::uint32_t>(slot, 20);
   require(count <= kMaxAttributes, "number of attributes", count);

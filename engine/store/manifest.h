@@ -13,6 +13,7 @@
 #include "plait/block_table.h"
 #include "plait/directory.h"
 #include "plait/file.h"
+#include "plait/provenance.h"
 
 namespace plait {
 
@@ -32,7 +33,9 @@ struct Manifest {
   std::uint32_t next_attribute_number = 0;
   std::uint64_t base_mesh_bytes = 0, base_mesh_checksum = 0;
   std::uint64_t tables_bytes = 0, tables_checksum = 0;
-  std::string backend, codec, filter, layout, scheme;
+  std::string backend, codec, filter, layout, scheme, program;
+  bool limit = false;
+  ComponentType precision = ComponentType::kFloat32;
   std::vector<ManifestAttribute> attributes;
 };
 
@@ -42,6 +45,8 @@ using ManifestSlot = std::array<std::byte, kManifestSlotBytes>;
 
 /// Errors: kInvalidArgument for a name too long or too many attributes.
 ManifestSlot encode_manifest(const Manifest& manifest);
+
+Provenance provenance_of(const Manifest& manifest);
 
 /// Whether magic and checksum are right: the slot was written whole.
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot);

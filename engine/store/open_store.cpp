@@ -68,8 +68,9 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
     const Attribute& attribute, const AttributeSchema& schema, int level, OpenMode mode,
     std::span<const BlockEntry> entries) const {
   auto file = std::make_unique<LevelFile>();
-  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(), level - options.base_level,
-                                 schema.record_bytes(), options.block_bytes);
+  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(),
+                                 relative_to_base(level, options.base_level), schema.record_bytes(),
+                                 options.block_bytes);
   file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
   std::ranges::copy(entries, file->table.entries().begin());
   const std::string name = level_file_name(attribute.number, level);
@@ -109,6 +110,8 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   state->options = options;
   state->uuid = random_uuid();
   state->writable = true;
+  state->provenance.layout = options.layout;
+  state->provenance.base_level = options.base_level;
   encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
   if (path.empty()) {
     if (state->backend.traits.durable)
@@ -135,6 +138,12 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   return Store(std::move(state));
 }
 
+Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
+                    const BackendRegistry& backends) {
+  options.layout = to_string(mesh.kind);
+  return create(path, std::move(mesh.mesh), options, backends);
+}
+
 Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
                   const BackendRegistry& backends) {
   check_resources(options.budget_bytes, options.io_threads);
@@ -150,8 +159,8 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.backend = manifest.backend;
   state->options.backend_options = {manifest.codec, manifest.filter};
   state->options.layout = manifest.layout;
-  state->options.scheme = manifest.scheme;
   state->options.base_level = manifest.base_level;
+  state->provenance = provenance_of(manifest);
   state->options.block_bytes = manifest.block_bytes;
   state->options.durability = options.durability;
   state->options.budget_bytes = options.budget_bytes;

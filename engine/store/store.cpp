@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "plait/edge_index.h"
 #include "plait/error.h"
@@ -34,6 +35,25 @@ const StoreUuid& Store::uuid() const { return implementation_->uuid; }
 std::uint64_t Store::sequence() const { return implementation_->sequence; }
 BackendTraits Store::backend_traits() const { return implementation_->backend.traits; }
 int Store::base_level() const { return implementation_->options.base_level; }
+const Provenance& Store::provenance() const { return implementation_->provenance; }
+
+void Store::set_provenance(const Provenance& provenance) {
+  Implementation& state = *implementation_;
+  if (provenance.layout != state.options.layout ||
+      provenance.base_level != state.options.base_level)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("record the provenance of a store: expected layout '{}' and base level "
+                            "{}, found '{}' and {}",
+                            state.options.layout, state.options.base_level, provenance.layout,
+                            provenance.base_level));
+  const Provenance former = std::exchange(state.provenance, provenance);
+  try {
+    encode_manifest(state.manifest());  // refuses names that no manifest holds
+  } catch (...) {
+    state.provenance = former;
+    throw;
+  }
+}
 Pager& Store::pager() { return *implementation_->pager; }
 PagingStatistics Store::statistics() const { return implementation_->pager->statistics(); }
 std::span<const AttributeInfo> Store::attributes() const { return implementation_->infos; }

@@ -43,6 +43,7 @@ struct Store::Implementation {
   Directory directory;         ///< by which all in it is reached; not open without a path
   BaseMesh base;
   StoreOptions options;
+  Provenance provenance;
   BackendRegistry::Entry backend;
   StoreUuid uuid{};
   std::uint64_t sequence = 0;

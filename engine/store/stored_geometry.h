@@ -17,7 +17,8 @@ inline LevelGeometry stored_geometry(const Manifest& manifest, const BaseMesh& b
                                      const ManifestAttribute& attribute, int level,
                                      const std::filesystem::path& path) {
   try {
-    return LevelGeometry(base.edge_count(), base.border_edges(), level - manifest.base_level,
+    return LevelGeometry(base.edge_count(), base.border_edges(),
+                         relative_to_base(level, manifest.base_level),
                          attribute.schema.record_bytes(), manifest.block_bytes);
   } catch (const Error& error) {
     throw Error(ErrorCode::kCorruption, fmt::format("open {}: attribute '{}': {}", path.native(),

@@ -221,8 +221,8 @@ StoreStructure check_structure(const fs::path& path, const BackendRegistry& back
   result.options.backend = manifest.backend;
   result.options.backend_options = {manifest.codec, manifest.filter};
   result.options.layout = manifest.layout;
-  result.options.scheme = manifest.scheme;
   result.options.base_level = manifest.base_level;
+  result.provenance = provenance_of(manifest);
   result.options.block_bytes = manifest.block_bytes;
   for (const ManifestAttribute& attribute : manifest.attributes)
     result.attributes.push_back({attribute.schema, attribute.finest_level});

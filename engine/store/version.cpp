@@ -65,7 +65,10 @@ Manifest Store::Implementation::manifest() const {
   result.codec = options.backend_options.codec;
   result.filter = options.backend_options.filter;
   result.layout = options.layout;
-  result.scheme = options.scheme;
+  result.scheme = provenance.scheme;
+  result.limit = provenance.limit;
+  result.precision = provenance.precision;
+  result.program = provenance.program;
   for (std::size_t i = 0; i < attributes.size(); ++i)
     result.attributes.push_back({infos[i].schema, attributes[i].number, infos[i].finest_level, 0});
   return result;

@@ -36,11 +36,11 @@ void butterfly_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Recor
   const RingTable<Record> coarse = rings;
   const butterfly::ExtraordinaryRings<Real> extraordinary(
       topology, coarse, std::span<const Record>(mesh.base_records()));
-  const std::int64_t last = slot_side(level) - 1;
   mesh.activate(level, level, level);
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
+    const std::int64_t last = patch.size(level) / 2 - 1;
     for_each_owned(
         patch, level, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
           const PatchFrame frame(patch, side, level, row, column, level);

@@ -10,13 +10,15 @@
 // Neighbours of a point, counterclockwise: (+1,0) (0,+1) (-1,+1) (-1,0) (0,-1) (+1,-1). The
 // vertices in the edge's slot at level l are the points with p = (2 row + 1) 2^(level-l) and
 // q = (2 column + 1) 2^(level-l), so their one-rings never leave the grid: gather once, then every
-// rule is plain arithmetic on an array. A border edge has only its own half.
+// rule is plain arithmetic on an array. A border edge has only its own half. Levels count how often
+// the base mesh is refined.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/sweep.h"
 #include "plait/topology.h"
@@ -52,15 +54,16 @@ class Diamond {
   std::vector<Record> points_;
 };
 
-/// Where a gather takes its records from: an access of a sweep that reaches the edge's faces.
-/// Levels count from the base mesh here.
+/// Where a gather takes its records from: an access of a sweep that reaches the edge's faces. As in
+/// a diamond, levels count refinements of the base mesh.
 template <class Record>
 struct SlotSource {
   const SweepView& view;
   std::size_t access;
   int base_level;
   std::span<const Record> slot(int level, EdgeId edge) const {
-    return view.records<const Record>(access, base_level + level, edge);
+    return view.records<const Record>(access, level_number(BaseRelativeLevel(level), base_level),
+                                      edge);
   }
 };
 

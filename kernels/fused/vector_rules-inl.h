@@ -1,8 +1,9 @@
 // The rules of regular vertices in vectors: the same IEEE operations in the same order as their
-// scalar twins (loop_rules.h, midpoint_diamond.h, butterfly/stencils.h, normals/normal_rules.h), so
-// every lane has the twin's bits. Written out because compilers turn loops over lanes into scalar
-// code on some instruction sets. Pinned by tests/kernels/fused_rows_test.cpp and
-// fused_butterfly_rows_test.cpp on every instruction set. Included once for each.
+// scalar twins (loop_expressions.h, midpoint_diamond.h, butterfly/stencils.h,
+// normals/normal_rules.h), so every lane has the twin's bits. Written out because compilers turn
+// loops over lanes into scalar code on some instruction sets. Pinned by
+// tests/kernels/fused_rows_test.cpp and fused_butterfly_rows_test.cpp on every instruction set.
+// Included once for each.
 #if defined(PLAIT_KERNELS_FUSED_VECTOR_RULES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_FUSED_VECTOR_RULES_INL_H
 #undef PLAIT_KERNELS_FUSED_VECTOR_RULES_INL_H

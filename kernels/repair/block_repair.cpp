@@ -24,12 +24,9 @@ void BlockRepair::run() {
     return false;
   };
   if (!any_open()) return;
-  for (const bool limit : recomputation_.ways()) {
-    Store& made = recomputation_.make(limit);
-    write(made, proven_by_seals(made));
-    if (any_open()) write(made, proven_by_surroundings(made));
-    if (!any_open()) return;
-  }
+  Store& made = recomputation_.made();
+  write(made, proven_by_seals(made));
+  if (any_open()) write(made, proven_by_surroundings(made));
 }
 
 std::string BlockRepair::why_lost(const BlockAddress& block) const {

@@ -90,30 +90,19 @@ void FileRepair::repair_tables(const DamagedFile& file) {
 }
 
 bool FileRepair::rebuild_base_records(const DamagedFile& file) {
-  for (const bool limit : recomputation_.ways()) {
-    Store& made = recomputation_.make(limit);
-    const std::span<const std::byte> bytes = made.base_bytes(made.attribute(file.attribute));
-    if (!is_content_of(file, bytes)) continue;
-    put_in_place(file, bytes);
-    return true;
-  }
-  return false;
+  Store& made = recomputation_.made();
+  const std::span<const std::byte> bytes = made.base_bytes(made.attribute(file.attribute));
+  if (!is_content_of(file, bytes)) return false;
+  put_in_place(file, bytes);
+  return true;
 }
 
 void FileRepair::repair_level(const DamagedFile& file) {
   if (!file.expected_level)
     return lose(file, "base mesh or block tables, which say what it held, are damaged too");
   const std::string refusal = recomputation_.refusal(file.attribute);
-  std::uint64_t lost = 0;
-  if (!refusal.empty()) {
-    lost = make_image(file, nullptr);
-    if (lost == 0) return put_in_place(file);
-  } else {
-    for (const bool limit : recomputation_.ways()) {
-      lost = make_image(file, &recomputation_.make(limit));
-      if (lost == 0) return put_in_place(file);
-    }
-  }
+  const std::uint64_t lost = make_image(file, refusal.empty() ? &recomputation_.made() : nullptr);
+  if (lost == 0) return put_in_place(file);
   lose(file, fmt::format("{} of its {} blocks: {}", lost, file.expected_level->table.size(),
                          refusal.empty() ? "what follows from the base mesh is not what they held"
                                          : refusal));

@@ -41,14 +41,15 @@ Recomputation::Recomputation(const StoreStructure& structure, const RepairOption
                                      position->schema.type != ComponentType::kFloat64)) {
     refusal_ = "the store has no positions of a refinement";
   } else {
+    const Provenance& provenance = structure.provenance;
     try {
-      // `plait subdivide` records limit positions behind the scheme.
-      const std::string& recorded = structure.options.scheme;
-      subdivide_.scheme = scheme_from_name(recorded.substr(0, recorded.find(' ')));
-      made_limit_ = recorded.ends_with(" limit");
+      subdivide_.scheme = scheme_from_name(provenance.scheme);
+      subdivide_.limit = provenance.limit;
     } catch (const Error&) {
-      refusal_ = fmt::format("the manifest's scheme '{}' is none that can be repeated",
-                             structure.options.scheme);
+      refusal_ = provenance.scheme.empty()
+                     ? "the manifest does not say what made the levels"
+                     : fmt::format("the manifest's scheme '{}' is none that can be repeated",
+                                   provenance.scheme);
     }
   }
   if (!refusal_.empty()) return;
@@ -73,41 +74,34 @@ std::string Recomputation::refusal(std::string_view attribute) const {
   return refusal_;
 }
 
-std::vector<bool> Recomputation::ways() const {
-  if (subdivide_.scheme != Scheme::kLoop) return {false};
-  return made_limit_ ? std::vector<bool>{true, false} : std::vector<bool>{false, true};
-}
-
-std::uint64_t Recomputation::level_bytes(bool limit) const {
+std::uint64_t Recomputation::level_bytes() const {
   const std::size_t position = 3 * (double_precision_ ? sizeof(double) : sizeof(float));
   // The sweep has limit positions beside the positions until it is done.
-  const std::size_t records = position + (subdivide_.normals ? 3 * sizeof(float) : 0) +
-                              (limit && subdivide_.executor == ExecutorKind::kSweep ? position : 0);
+  const std::size_t records =
+      position + (subdivide_.normals ? 3 * sizeof(float) : 0) +
+      (subdivide_.limit && subdivide_.executor == ExecutorKind::kSweep ? position : 0);
   std::uint64_t bytes = 0;
   for (int level = 1; level <= subdivide_.levels - structure_.options.base_level; ++level)
-    bytes += LevelGeometry(structure_.base.edge_count(), structure_.base.border_edges(), level,
-                           records, structure_.options.block_bytes)
+    bytes += LevelGeometry(structure_.base.edge_count(), structure_.base.border_edges(),
+                           BaseRelativeLevel(level), records, structure_.options.block_bytes)
                  .total_bytes();
   return bytes;
 }
 
-Store& Recomputation::make(bool limit) {
-  if (made_ && made_limit_ == limit) return *made_;
-  made_.reset();
+Store& Recomputation::made() {
+  if (made_) return *made_;
   StoreOptions store = structure_.options;
   store.durability = Durability::kNone;
   store.budget_bytes = options_.budget_bytes / 2;
   const std::optional<std::string> memory = memory_backend(backends_);
-  const bool in_memory = memory && level_bytes(limit) <= store.budget_bytes;
+  const bool in_memory = memory && level_bytes() <= store.budget_bytes;
   // On disk by the store's own backend: the one that is known to work here.
   if (in_memory) store.backend = *memory;
   Store made = Store::create(in_memory ? std::filesystem::path() : scratch_.path() / "levels",
                              structure_.base, store, backends_);
   add_base_positions(made, double_precision_);
-  subdivide_.limit = limit;
   subdivide(made, subdivide_);
   made_.emplace(std::move(made));
-  made_limit_ = limit;
   return *made_;
 }
 

@@ -1,11 +1,10 @@
-// The refinement that a store's manifest describes, made anew from its base mesh in a scratch
+// The refinement that a store's provenance describes, made anew from its base mesh in a scratch
 // store.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "plait/kernels/repair.h"
 #include "plait/kernels/subdivide.h"
@@ -23,15 +22,12 @@ class Recomputation {
   /// Why this attribute cannot be computed anew; empty if it can.
   std::string refusal(std::string_view attribute) const;
 
-  /// No manifest records whether positions were projected to the limit surface: what may have been
-  /// done, the way that was made last first.
-  std::vector<bool> ways() const;
-  /// The levels made anew, with or without projection; the last result is kept. REQUIRES: an
-  /// attribute without refusal. Errors: those of Store::create and subdivide.
-  Store& make(bool limit);
+  /// The levels made anew, once. REQUIRES: an attribute without refusal. Errors: those of
+  /// Store::create and subdivide.
+  Store& made();
 
  private:
-  std::uint64_t level_bytes(bool limit) const;
+  std::uint64_t level_bytes() const;
 
   const StoreStructure& structure_;
   const RepairOptions& options_;
@@ -41,7 +37,6 @@ class Recomputation {
   SubdivideOptions subdivide_;
   bool double_precision_ = false;
   std::optional<Store> made_;
-  bool made_limit_ = false;
 };
 
 }  // namespace plait

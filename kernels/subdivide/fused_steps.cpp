@@ -7,6 +7,7 @@
 #include "butterfly/base_middles.h"
 #include "fused/builtin_rows.h"
 #include "fused/surface_refiner.h"
+#include "plait/base_relative_level.h"
 #include "plait/error.h"
 #include "plait/fused.h"
 #include "subdivide/steps.h"
@@ -16,13 +17,18 @@ namespace {
 
 int reach(Scheme scheme) { return scheme == Scheme::kButterfly ? 2 : 1; }
 
-FusedPass fused_pass(int levels, Scheme scheme, AttributeId position, AttributeId normal) {
+BaseRelativeLevel finest(const Store& store, const SubdivideOptions& options) {
+  return relative_to_base(options.levels, store.base_level());
+}
+
+FusedPass fused_pass(const Store& store, const SubdivideOptions& options, AttributeId position,
+                     AttributeId normal) {
   FusedPass pass;
   pass.name = "subdivision";
   pass.outputs = {position};
   if (normal != kNoId) pass.outputs.push_back(normal);
-  pass.levels = levels;
-  pass.lattice = surface_lattice(levels, reach(scheme));
+  pass.finest_level = options.levels;
+  pass.lattice = surface_lattice(finest(store, options).refinements, reach(options.scheme));
   return pass;
 }
 
@@ -57,9 +63,10 @@ std::unique_ptr<PatchRefiner> make_refiner(Scheme scheme,
 }  // namespace
 
 template <class Real>
-void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
+void run_fused(SubdivisionRun<Real>& run, AttributeId normal) {
   Store& store = run.store;
   const SubdivideOptions& options = run.options;
+  const int levels = finest(store, options).refinements;
   const std::span<Vector3<Real>> base = store.base_records<Vector3<Real>>(run.position);
   // The base mesh is read until the last patch is done.
   std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
@@ -78,7 +85,7 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
   hubs.evaluate_hubs();
   refinement.source.hubs = &hubs;
 
-  FusedPass pass = fused_pass(levels, options.scheme, run.position, normal);
+  FusedPass pass = fused_pass(store, options, run.position, normal);
   pass.make_refiner = [&] { return make_refiner(options.scheme, refinement); };
   FusedOptions how;
   how.threads = options.threads;
@@ -93,9 +100,9 @@ void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal) {
 template <class Real>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options) {
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
-  const int levels = options.levels - store.base_level();
+  const int levels = finest(store, options).refinements;
   const FusedPass pass =
-      fused_pass(levels, options.scheme, store.attribute("position"),
+      fused_pass(store, options, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
   // Butterfly's level 1 stays; rings and values in double, from which it is made, are given back
   // before the pass takes what it needs: new base records, the halves that wait and where, hubs,
@@ -114,8 +121,8 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 
-template void run_fused(SubdivisionRun<float>&, int, AttributeId);
-template void run_fused(SubdivisionRun<double>&, int, AttributeId);
+template void run_fused(SubdivisionRun<float>&, AttributeId);
+template void run_fused(SubdivisionRun<double>&, AttributeId);
 template std::uint64_t fused_resident_bytes<float>(const Store&, const SubdivideOptions&);
 template std::uint64_t fused_resident_bytes<double>(const Store&, const SubdivideOptions&);
 

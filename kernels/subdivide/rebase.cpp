@@ -36,7 +36,7 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, Scheme scheme) {
         break;
     }
 
-  const VertexNumbering numbering(base, times);
+  const VertexNumbering numbering(base.topology(), times);
   IndexedMesh refined;
   refined.positions.resize(numbering.vertex_count());
   refined.faces.reserve(base.face_count() << (2 * times));

@@ -1,4 +1,4 @@
-// The passes that make up a subdivision, each by either executor. Levels count from the base mesh.
+// The passes that make up a subdivision, each by either executor. Levels are the store's numbers.
 #pragma once
 
 #include <functional>
@@ -55,10 +55,11 @@ template <class Real>
 void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId normal,
                               AttributeId limit);
 
-/// All levels and the surface at once, by the fused executor, into attributes that have levels 1 to
-/// `levels` already; `normal` may be kNoId. With options.limit positions are limit positions.
+/// All levels and the surface at once, by the fused executor, into attributes that have all levels
+/// to options.levels already; `normal` may be kNoId. With options.limit positions are limit
+/// positions.
 template <class Real>
-void run_fused(SubdivisionRun<Real>& run, int levels, AttributeId normal);
+void run_fused(SubdivisionRun<Real>& run, AttributeId normal);
 /// What run_fused keeps beside the budget.
 template <class Real>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options);

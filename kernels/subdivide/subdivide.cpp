@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "subdivide/steps.h"
@@ -34,31 +35,43 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
                                int first_level) {
   const std::uint64_t interior = store.base().edge_count() - store.base().border_edge_count();
   const auto born = [&](int level) {
-    return interior * slot_records(level) +
-           store.base().border_edge_count() * slot_records(level, true);
+    const int refinements = relative_to_base(level, store.base_level()).refinements;
+    return interior * slot_records(refinements) +
+           store.base().border_edge_count() * slot_records(refinements, true);
   };
+  const int first = store.base_level() + 1;
   std::uint64_t total = 0;
-  for (int level = first_level; level <= options.levels - store.base_level(); ++level) {
+  for (int level = first_level; level <= options.levels; ++level) {
     total += born(level);
     if (options.scheme == Scheme::kLoop)
-      for (int older = 1; older < level; ++older) total += born(older);
+      for (int older = first; older < level; ++older) total += born(older);
   }
   if (options.normals || options.limit)
-    for (int level = 1; level <= options.levels - store.base_level(); ++level) total += born(level);
+    for (int level = first; level <= options.levels; ++level) total += born(level);
   return total;
+}
+
+/// Says where the levels come from: this run, and no other one.
+template <class Real>
+void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
+  Provenance provenance = store.provenance();
+  provenance.scheme = only_this_run ? to_string(options.scheme) : "";
+  provenance.limit = limit;
+  provenance.precision = RecordTraits<Real>::kType;
+  provenance.program = program_version();
+  store.set_provenance(provenance);
 }
 
 template <class Real>
 void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
-  const int base_level = store.base_level();
-  const int done = store.attributes()[position].finest_level - base_level;
-  const int levels = options.levels - base_level;
+  const int base_level = store.base_level(), levels = options.levels;
+  const int done = store.attributes()[position].finest_level;
   UnfinishedLevels unfinished;  // until all passes over them have ended
   const auto add_levels = [&](AttributeId id) {
-    for (int level = 1; level <= levels; ++level) {
+    for (int level = base_level + 1; level <= levels; ++level) {
       store.add_level(id);
-      unfinished.add(store.level_file(id, base_level + level), Access::kWrite);
+      unfinished.add(store.level_file(id, level), Access::kWrite);
     }
   };
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
@@ -67,29 +80,36 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     add_levels(id);
     return id;
   };
+  // Limit positions, or those of another scheme, are none that this one would have gone on from.
+  const Provenance before = store.provenance();
+  const bool only_this_run =
+      done == base_level || (before.scheme == to_string(options.scheme) && !before.limit);
+  if (levels > done) record<Real>(store, options, false, only_this_run);
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
-  if (options.executor == ExecutorKind::kFused && levels > 0) {
-    if (done > 0)
+  if (options.executor == ExecutorKind::kFused && levels > base_level) {
+    if (done > base_level)
       throw Error(ErrorCode::kNotSupported,
                   fmt::format("subdivide: the fused executor starts at the base mesh, and the "
                               "store has level {}: take sweep",
-                              base_level + done));
+                              done));
     add_levels(position);
-    run_fused(run, levels, add(options.normals, schema_of<Vector3<float>>("normal")));
-    return unfinished.finish();
+    run_fused(run, add(options.normals, schema_of<Vector3<float>>("normal")));
+    unfinished.finish();
+    if (options.limit) record<Real>(store, options, true, only_this_run);
+    return;
   }
   read_rings(run, done);
 
   for (int level = done + 1; level <= levels; ++level) {
     store.add_level(position);
-    for (int written = 1; written <= level; ++written)
-      unfinished.add(store.level_file(position, base_level + written), Access::kUpdate);
+    for (int written = base_level + 1; written <= level; ++written)
+      unfinished.add(store.level_file(position, written), Access::kUpdate);
     sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
     if (options.scheme == Scheme::kLoop)
       sweeping ? move_even(run, level) : move_even_transparent(run, level);
     unfinished.finish();
-    if (options.level_done) options.level_done(base_level + level);
+    if (options.level_done) options.level_done(level);
   }
   if (!options.normals && !options.limit) return;
 
@@ -98,7 +118,9 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   sweeping ? make_surface(run, levels, normal, limit)
            : make_surface_transparent(run, levels, normal, limit);
   unfinished.finish();
-  if (limit != kNoId) store.replace_attribute(position, limit);
+  if (limit == kNoId) return;
+  store.replace_attribute(position, limit);
+  record<Real>(store, options, true, only_this_run);
 }
 
 template <class Real>
@@ -136,7 +158,8 @@ std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOption
                                                    : fused_resident_bytes<float>(store, options);
   // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
   const bool butterfly = options.scheme == Scheme::kButterfly;
-  const std::uint64_t side = (std::uint64_t{1} << (options.levels - store.base_level())) + 3;
+  const std::uint64_t side =
+      (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
   return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) *
              store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;

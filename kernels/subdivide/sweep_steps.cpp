@@ -20,9 +20,9 @@ namespace plait {
 namespace {
 
 template <class Real>
-std::vector<Diamond<Vector3<Real>>> diamonds(const SubdivisionRun<Real>& run, int level) {
+std::vector<Diamond<Vector3<Real>>> diamonds(const SubdivisionRun<Real>& run, int refinements) {
   std::vector<Diamond<Vector3<Real>>> result(static_cast<std::size_t>(run.options.threads));
-  for (auto& diamond : result) diamond.resize(level);
+  for (auto& diamond : result) diamond.resize(refinements);
   return result;
 }
 
@@ -40,11 +40,25 @@ void run_pass(SubdivisionRun<Real>& run, const SweepPass& pass, std::uint64_t ve
 
 std::uint64_t vertices_born(const Store& store, int first, int last) {
   std::uint64_t vertices = 0;
-  for (int level = first; level <= last; ++level)
+  for (int level = first; level <= last; ++level) {
+    const int refinements = relative_to_base(level, store.base_level()).refinements;
     vertices +=
-        (store.base().edge_count() - store.base().border_edge_count()) * slot_records(level) +
-        store.base().border_edge_count() * slot_records(level, true);
+        (store.base().edge_count() - store.base().border_edge_count()) * slot_records(refinements) +
+        store.base().border_edge_count() * slot_records(refinements, true);
+  }
   return vertices;
+}
+
+/// The rings of the edge's ends, from its slot. Edges may be taken by different threads.
+template <class Record>
+void set_ring(RingTable<Record>& rings, const Topology& mesh, EdgeId edge, BaseRelativeLevel level,
+              std::span<const Record> slot) {
+  const std::int64_t last = slot_side(level.refinements) - 1;
+  const bool border = mesh.edges[edge].is_border();
+  const auto at = [&](std::int64_t row, std::int64_t column) {
+    return slot[static_cast<std::size_t>(slot_position(level.refinements, border, row, column))];
+  };
+  rings.set(edge, at(last, 0), at(0, last));
 }
 
 }  // namespace
@@ -67,7 +81,9 @@ void make_odd(SubdivisionRun<Real>& run, int level) {
   const int base_level = store.base_level();
   const std::span<const Record> base = store.base_records<Record>(run.position);
   const bool butterfly = run.options.scheme == Scheme::kButterfly;
-  std::vector<Diamond<Record>> grids = diamonds(run, level - 1);
+  const BaseRelativeLevel relative = relative_to_base(level, base_level);
+  const int coarser = relative.refinements - 1;
+  std::vector<Diamond<Record>> grids = diamonds(run, coarser);
 
   // Butterfly reads the coarser rings while it makes the finer ones.
   const RingTable<Record> coarse = butterfly ? run.rings : RingTable<Record>(0);
@@ -75,15 +91,15 @@ void make_odd(SubdivisionRun<Real>& run, int level) {
   if (butterfly) extraordinary.emplace(mesh, coarse, base);
 
   SweepPass pass;
-  pass.name = fmt::format("level {}: odd vertices", base_level + level);
-  pass.accesses = {{run.position, base_level + 1, base_level + level - 1, Access::kRead,
+  pass.name = fmt::format("level {}: odd vertices", level);
+  pass.accesses = {{run.position, base_level + 1, level - 1, Access::kRead,
                     butterfly ? Reach::kRing : Reach::kFaces},
-                   {run.position, base_level + level, base_level + level, Access::kWrite}};
+                   {run.position, level, level, Access::kWrite}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
-    gather(mesh, source, base, edge, 0, level - 1, diamond);
-    const std::span<Record> slot = view.records<Record>(1, base_level + level, edge);
+    gather(mesh, source, base, edge, 0, coarser, diamond);
+    const std::span<Record> slot = view.records<Record>(1, level, edge);
     const bool border = mesh.edges[edge].is_border();
     switch (run.options.scheme) {
       case Scheme::kLoop:
@@ -97,7 +113,7 @@ void make_odd(SubdivisionRun<Real>& run, int level) {
         butterfly::odd_slot(mesh, coarse, *extraordinary, edge, diamond, slot.data());
         break;
     }
-    run.rings.set_from_slot(mesh, edge, level, std::span<const Record>(slot));
+    set_ring(run.rings, mesh, edge, relative, std::span<const Record>(slot));
   };
   run_pass(run, pass, vertices_born(store, level, level));
 }
@@ -109,22 +125,22 @@ void move_even(SubdivisionRun<Real>& run, int level) {
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
   const std::span<Record> base = store.base_records<Record>(run.position);
-  if (level > 1) {
-    std::vector<Diamond<Record>> grids = diamonds(run, level);
+  const int refinements = relative_to_base(level, base_level).refinements;
+  if (refinements > 1) {
+    std::vector<Diamond<Record>> grids = diamonds(run, refinements);
     SweepPass pass;
-    pass.name = fmt::format("level {}: even vertices", base_level + level);
-    pass.accesses = {
-        {run.position, base_level + level, base_level + level, Access::kRead, Reach::kFaces},
-        {run.position, base_level + 1, base_level + level - 1, Access::kUpdate}};
+    pass.name = fmt::format("level {}: even vertices", level);
+    pass.accesses = {{run.position, level, level, Access::kRead, Reach::kFaces},
+                     {run.position, base_level + 1, level - 1, Access::kUpdate}};
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
       Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
       gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
-             level, level, diamond);
-      for (int born = 1; born < level; ++born)
-        loop::even_slot(diamond, born, mesh.edges[edge].is_border(),
-                        view.records<Record>(1, base_level + born, edge).data());
+             refinements, refinements, diamond);
+      for (int born = base_level + 1; born < level; ++born)
+        loop::even_slot(diamond, relative_to_base(born, base_level).refinements,
+                        mesh.edges[edge].is_border(), view.records<Record>(1, born, edge).data());
     };
-    run_pass(run, pass, vertices_born(store, 1, level - 1));
+    run_pass(run, pass, vertices_born(store, base_level + 1, level - 1));
   }
   loop::even_base(mesh, run.rings, base);
 }
@@ -136,35 +152,33 @@ void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, Attr
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
   const std::span<const Record> base = store.base_records<Record>(run.position);
-  std::vector<Diamond<Record>> grids = diamonds(run, level);
+  const int refinements = relative_to_base(level, base_level).refinements;
+  std::vector<Diamond<Record>> grids = diamonds(run, refinements);
 
   SweepPass pass;
   pass.name = normal == kNoId  ? "limit positions"
               : limit == kNoId ? "normals"
                                : "normals and limit positions";
-  pass.accesses = {
-      {run.position, base_level + 1, base_level + level, Access::kRead, Reach::kFaces}};
+  pass.accesses = {{run.position, base_level + 1, level, Access::kRead, Reach::kFaces}};
   const std::size_t normal_access = pass.accesses.size();
-  if (normal != kNoId)
-    pass.accesses.push_back({normal, base_level + 1, base_level + level, Access::kWrite});
+  if (normal != kNoId) pass.accesses.push_back({normal, base_level + 1, level, Access::kWrite});
   const std::size_t limit_access = pass.accesses.size();
-  if (limit != kNoId)
-    pass.accesses.push_back({limit, base_level + 1, base_level + level, Access::kWrite});
+  if (limit != kNoId) pass.accesses.push_back({limit, base_level + 1, level, Access::kWrite});
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
-    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, level, diamond);
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, diamond);
     const bool border = mesh.edges[edge].is_border();
-    for (int born = 1; born <= level; ++born) {
+    for (int born = base_level + 1; born <= level; ++born) {
+      const int times = relative_to_base(born, base_level).refinements;
       if (normal != kNoId)
-        normals::slot_rows(
-            diamond, born, border,
-            view.records<Vector3<float>>(normal_access, base_level + born, edge).data());
+        normals::slot_rows(diamond, times, border,
+                           view.records<Vector3<float>>(normal_access, born, edge).data());
       if (limit != kNoId)
-        loop::limit_slot(diamond, born, border,
-                         view.records<Record>(limit_access, base_level + born, edge).data());
+        loop::limit_slot(diamond, times, border,
+                         view.records<Record>(limit_access, born, edge).data());
     }
   };
-  if (level > 0) run_pass(run, pass, vertices_born(store, 1, level));
+  if (refinements > 0) run_pass(run, pass, vertices_born(store, base_level + 1, level));
   if (normal != kNoId)
     normals::base(mesh, run.rings, base, store.base_records<Vector3<float>>(normal));
   if (limit != kNoId) loop::limit_base(mesh, run.rings, base, store.base_records<Record>(limit));
@@ -174,16 +188,16 @@ template <class Real>
 void read_rings(SubdivisionRun<Real>& run, int level) {
   using Record = Vector3<Real>;
   const Topology mesh = run.store.base().topology();
-  if (level == 0) {
+  const BaseRelativeLevel relative = relative_to_base(level, run.store.base_level());
+  if (relative == BaseRelativeLevel(0)) {
     run.rings.set_from_base(mesh, run.store.template base_records<Record>(run.position));
     return;
   }
-  const int number = run.store.base_level() + level;
   SweepPass pass;
-  pass.name = fmt::format("level {}: rings of the base vertices", number);
-  pass.accesses = {{run.position, number, number, Access::kRead, Reach::kOwn}};
+  pass.name = fmt::format("level {}: rings of the base vertices", level);
+  pass.accesses = {{run.position, level, level, Access::kRead, Reach::kOwn}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-    run.rings.set_from_slot(mesh, edge, level, view.records<const Record>(0, number, edge));
+    set_ring(run.rings, mesh, edge, relative, view.records<const Record>(0, level, edge));
   };
   run_pass(run, pass, 0);
 }

@@ -24,11 +24,12 @@ BeforeFace reporter(const SubdivisionRun<Real>& run, std::string phase, std::uin
   };
 }
 
-/// Vertices born at levels 1 to `level` of a closed mesh, near enough for a progress bar.
+/// Vertices born at levels `first` to `last` of a closed mesh, near enough for a progress bar.
 std::uint64_t about_vertices(const Store& store, int first, int last) {
   std::uint64_t vertices = 0;
   for (int level = first; level <= last; ++level)
-    vertices += store.base().edge_count() * slot_records(level);
+    vertices += store.base().edge_count() *
+                slot_records(relative_to_base(level, store.base_level()).refinements);
   return vertices;
 }
 
@@ -41,7 +42,7 @@ void make_odd_transparent(SubdivisionRun<Real>& run, int level) {
   const Scheme scheme = run.options.scheme;
   const std::uint64_t vertices = about_vertices(store, level, level);
   const BeforeFace before_face =
-      reporter(run, fmt::format("level {}: odd vertices", store.base_level() + level), vertices);
+      reporter(run, fmt::format("level {}: odd vertices", level), vertices);
   StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2,
                             scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces);
   switch (scheme) {
@@ -62,13 +63,12 @@ template <class Real>
 void move_even_transparent(SubdivisionRun<Real>& run, int level) {
   using Record = Vector3<Real>;
   Store& store = run.store;
-  if (level > 1) {
-    const std::uint64_t vertices = about_vertices(store, 1, level - 1);
+  const int first = store.base_level() + 1;
+  if (level > first) {
+    const std::uint64_t vertices = about_vertices(store, first, level - 1);
     StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2);
-    loop_even_patches(
-        mesh, level,
-        reporter(run, fmt::format("level {}: even vertices", store.base_level() + level),
-                 vertices));
+    loop_even_patches(mesh, level,
+                      reporter(run, fmt::format("level {}: even vertices", level), vertices));
     run.vertices_before += vertices;
   }
   loop::even_base(store.base().topology(), run.rings, store.base_records<Record>(run.position));
@@ -80,7 +80,8 @@ void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId 
   using Record = Vector3<Real>;
   Store& store = run.store;
   const Topology topology = store.base().topology();
-  const std::uint64_t vertices = about_vertices(store, 1, level);
+  const int first = store.base_level() + 1;
+  const std::uint64_t vertices = about_vertices(store, first, level);
   const BeforeFace before_face = reporter(run, "normals and limit positions", vertices);
   const std::uint64_t share = store.pager().budget_bytes() / 4;
   StorePatches<Record> positions(store, run.position, share);
@@ -102,21 +103,20 @@ void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId 
     const auto normal_patch =
         normals_mesh ? std::optional(normals_mesh->patch(face)) : std::nullopt;
     const auto limit_patch = limits_mesh ? std::optional(limits_mesh->patch(face)) : std::nullopt;
-    for (int born = 1; born <= level; ++born)
+    for (int born = first; born <= level; ++born)
       for_each_owned(
           patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
             const PatchFrame frame(patch, side, born, row, column, level);
-            const FaceIndex place = from_side(face, {side, born, row, column});
             const Record& v = frame.at(0, 0);
             if (normal_patch)
-              normal_patch->at(born, place.i, place.j) =
+              PatchFrame(*normal_patch, side, born, row, column, born).at(0, 0) =
                   border ? normals::regular_border(v, frame.at(-1, 1), frame.at(-1, 0),
                                                    frame.at(0, -1), frame.at(1, -1))
                          : normals::regular(frame.at(1, 0) - frame.at(-1, 0),
                                             frame.at(0, 1) - frame.at(0, -1),
                                             frame.at(-1, 1) - frame.at(1, -1));
             if (limit_patch)
-              limit_patch->at(born, place.i, place.j) =
+              PatchFrame(*limit_patch, side, born, row, column, born).at(0, 0) =
                   border ? loop::limit_border_vertex(v, frame.at(-1, 1), frame.at(1, -1))
                          : loop::limit_vertex(v, frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
                                               frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1));

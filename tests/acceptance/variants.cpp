@@ -103,7 +103,6 @@ StoreOptions Refiner::store_options(const Variant& variant, std::uint64_t budget
   options.backend = variant.backend;
   options.backend_options.codec = variant.codec;
   options.layout = std::string(plait::to_string(variant.layout));
-  options.scheme = "loop";
   options.durability = Durability::kNone;
   options.block_bytes = variant.block_bytes;
   options.budget_bytes = budget_bytes;

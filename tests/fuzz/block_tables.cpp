@@ -33,7 +33,8 @@ Level take_level(InputBytes& input) {
   const int number = 1 + static_cast<int>(input.take_below(20));
   const std::size_t record_bytes = 1 + input.take_below(255) * 8;
   const std::uint64_t block_bytes = std::uint64_t{4096} << input.take_below(19);
-  level.geometry = LevelGeometry(edges, level.border_edges, number, record_bytes, block_bytes);
+  level.geometry = LevelGeometry(edges, level.border_edges, BaseRelativeLevel(number), record_bytes,
+                                 block_bytes);
   return level;
 }
 

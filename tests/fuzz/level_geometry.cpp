@@ -21,7 +21,7 @@ __extension__ using Wide = unsigned __int128;
 /// Where the slot of `edge` must begin, by the formula of docs/format.md.
 Wide offset_of(const LevelGeometry& geometry, std::span<const EdgeId> border_edges,
                std::uint64_t edge) {
-  const Wide n = Wide{1} << (geometry.level() - 1);
+  const Wide n = Wide{1} << (geometry.level().refinements - 1);
   Wide rank = 0;
   for (const EdgeId border : border_edges) rank += border < edge ? 1 : 0;
   return (edge * n * n - rank * (n * (n - 1) / 2)) * geometry.record_bytes();
@@ -61,7 +61,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   border_edges.erase(std::unique(border_edges.begin(), border_edges.end()), border_edges.end());
 
   accepts({ErrorCode::kInvalidArgument}, [&] {
-    const LevelGeometry geometry(edge_count, border_edges, level, record_bytes, block_bytes);
+    const LevelGeometry geometry(edge_count, border_edges, BaseRelativeLevel(level), record_bytes,
+                                 block_bytes);
     require(geometry.total_bytes() == offset_of(geometry, border_edges, edge_count));
     require(geometry.total_bytes() < std::uint64_t{1} << 63);
     require(geometry.block_offset(geometry.block_count()) == geometry.total_bytes());

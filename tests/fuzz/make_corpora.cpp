@@ -214,6 +214,8 @@ void seed_manifests() {
   manifest.codec = "zstd:19";
   manifest.filter = "shuffle";
   manifest.scheme = "loop";
+  manifest.program = "0.1.0";
+  manifest.limit = true;
   manifest.next_attribute_number = 4;
   manifest.attributes = {{{"position", ComponentType::kFloat32, 3}, 0, 5, 11},
                          {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 0, 12},
@@ -234,8 +236,8 @@ void seed_block_tables() {
       levels += number(shape);
       std::vector<EdgeId> borders;
       for (EdgeId edge = 0; edge < shape.borders; ++edge) borders.push_back(edge);
-      const LevelGeometry geometry(shape.edges, borders, 1 + shape.level, 1 + 8u * shape.record,
-                                   std::uint64_t{4096} << shape.block);
+      const LevelGeometry geometry(shape.edges, borders, BaseRelativeLevel(1 + shape.level),
+                                   1 + 8u * shape.record, std::uint64_t{4096} << shape.block);
       for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
         const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
         const BlockEntry kinds[] = {

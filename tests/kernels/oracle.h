@@ -32,12 +32,12 @@ inline Store refine_in_memory(const IndexedMesh& mesh, const SubdivideOptions& o
 template <class Record, class Compare>
 void for_each_vertex(Store& store, const std::string& attribute, const naive::Mesh& oracle,
                      Compare compare) {
-  const int level = store.finest_level() - store.base_level();
+  const int level = store.finest_level();
   StorePatches<Record> patches(store, store.attribute(attribute), 1 << 24, Reach::kOwn);
   patches.activate(level, 1, 0);
-  const std::int64_t size = std::int64_t{1} << level;
   for (FaceId face = 0; face < store.base().face_count(); ++face) {
     const auto patch = patches.patch(face);
+    const std::int64_t size = patch.size(level);
     for (std::int64_t j = 0; j <= size; ++j)
       for (std::int64_t i = 0; i + j <= size; ++i)
         compare(naive::vertex_at(oracle, face, i, j), patch.at(level, i, j));

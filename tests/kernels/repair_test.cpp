@@ -82,7 +82,6 @@ class Victim {
     options.backend = backend;
     options.block_bytes = 4096;
     options.budget_bytes = 8 << 20;
-    options.scheme = "loop";
     options.durability = Durability::kNone;
     Store store =
         Store::create(path(), BaseMesh::build(random_sphere(11, 300)), options, default_backends());

@@ -22,8 +22,8 @@ using Position = plait::Vector3<float>;
 std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   plait::BackendRegistry backends = plait::default_backends();
   backends.add({.name = "other"});
-  plait::Store store = plait::Store::create(
-      {}, plait::lay_out(mesh, plait::LayoutKind::kHilbert).mesh, {.backend = "memory"}, backends);
+  plait::Store store = plait::Store::create({}, plait::lay_out(mesh, plait::LayoutKind::kHilbert),
+                                            {.backend = "memory"}, backends);
   plait::add_base_positions(store);
   store.add_attribute({.name = "colour"});
   plait::subdivide(store, {.levels = 2});

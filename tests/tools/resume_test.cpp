@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "plait/backends/registry.h"
+#include "plait/kernels/subdivide.h"
 #include "plait/mesh_io.h"
 #include "program.h"
 #include "support/usable_backends.h"
@@ -62,6 +64,31 @@ TEST_CASE("Resume_LevelByLevel_GivesWhatOneRunGives") {
       CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
     }
   }
+}
+
+TEST_CASE("Resume_OfAStoreThatALibraryUserMade_GoesOn") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "300");
+  {
+    Store store =
+        Store::create(here.path() / "s.plait",
+                      lay_out(read_base_mesh(here.path() / "m.ply"), LayoutKind::kHilbert), {},
+                      default_backends());
+    add_base_positions(store);
+    plait::subdivide(store, {.executor = ExecutorKind::kFused, .levels = 2});
+    store.commit();
+  }
+  const Outcome outcome = run(here.path(), subdivide(4, {"--resume", "--normals"}));
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.json()["resumed_level"] == 2);
+  Names whole = subdivide(4, {"--normals"});
+  whole[2] = "whole.plait";
+  REQUIRE(run(here.path(), whole).status == 0);
+  const auto digest = [&](const char* store) {
+    return run(here.path(), {"digest", store, "--json"}).json()["digest"];
+  };
+  CHECK(digest("s.plait") == digest("whole.plait"));
 }
 
 TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {

@@ -168,6 +168,9 @@ TEST_CASE("Info_OfAStore_AddsUp") {
   const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
   CHECK(info["backend"] == "compressed");
   CHECK(info["scheme"] == "loop");
+  CHECK(info["limit"] == false);
+  CHECK(info["precision"] == "float32");
+  CHECK(info["program"].get<std::string>().starts_with("0."));
   REQUIRE(info["attributes"].size() == 2);
   for (const auto& attribute : info["attributes"]) {
     std::uint64_t vertices = info["base"]["vertices"];

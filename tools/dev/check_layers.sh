@@ -2,7 +2,7 @@
 # Fails on an #include that goes against the layers, and on a source file that is not built.
 #
 #   tools, bench, tests, examples -> kernels, backends -> engine
-#   inside engine/:  base <- io, index <- mesh <- layout <- paging <- store <- execution
+#   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- execution
 #
 # `base` and the tables below say it exactly. A public header of the engine that is missing from
 # its table is an error: whoever adds one decides its layer here.
@@ -11,29 +11,30 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
-  [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
+  [attribute.h]=base [error.h]=base [provenance.h]=base [topology.h]=base [vector3.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
-  [edge_index.h]=index
+  [base_relative_level.h]=address [edge_index.h]=address [level_geometry.h]=address
+  [patch_table.h]=address [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [block_table.h]=paging [level_geometry.h]=paging [pager.h]=paging
-  [vertex_numbering.h]=paging
+  [backend.h]=paging [block_table.h]=paging [pager.h]=paging
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store
   [structure.h]=store [verify.h]=store
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [sweep.h]=execution [window_needs.h]=execution
+  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
+  [window_needs.h]=execution
 )
 
-# Folders of engine/, and the other folders, with all that each may include. Layout and index are
+# Folders of engine/, and the other folders, with all that each may include. Layout and address are
 # pure computation, hence no io for them.
-engine_layers='base io index mesh layout paging store execution'
+engine_layers='base io address mesh layout paging store execution'
 declare -A may_include=(
   [base]='base'
   [io]='base io'
-  [index]='base index'
-  [mesh]='base io index mesh'
-  [layout]='base index mesh layout'
-  [paging]='base io index mesh layout paging'
-  [store]='base io index mesh layout paging store'
+  [address]='base address'
+  [mesh]='base io address mesh'
+  [layout]='base address mesh layout'
+  [paging]='base io address mesh layout paging'
+  [store]='base io address mesh layout paging store'
   [execution]="$engine_layers"
   [backends]="$engine_layers backends"
   [kernels]="$engine_layers kernels"
@@ -55,7 +56,7 @@ declare -A forbidden_system_header=(
   [backends]='iostream'
   [kernels]='iostream'
 )
-forbidden_system_header[index]=${forbidden_system_header[base]}
+forbidden_system_header[address]=${forbidden_system_header[base]}
 forbidden_system_header[layout]=${forbidden_system_header[base]}
 
 failures=0

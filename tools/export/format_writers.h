@@ -17,7 +17,7 @@ struct ExportTask {
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< beside the position
   int level = 0;                        ///< counted from the mesh the user gave
-  int refinements = 0;                  ///< the same, counted from the store's base mesh
+  int refinements = 0;                  ///< how often the store's base mesh is refined for it
   const VertexNumbering& numbering;
   OutputStream& output;
   /// Throws kCancelled.

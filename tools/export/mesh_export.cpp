@@ -102,8 +102,8 @@ ExportResult export_mesh(Store& store, const std::filesystem::path& path,
   check_position(store, position);
   check_level(store, position, options.level);
   const std::vector<AttributeId> extras = chosen_attributes(store, position, options);
-  const int refinements = options.level - store.base_level();
-  const VertexNumbering numbering(store.base(), refinements);
+  const int refinements = relative_to_base(options.level, store.base_level()).refinements;
+  const VertexNumbering numbering(store.base().topology(), refinements);
   ExportResult result{numbering.vertex_count(), triangle_count(store.base(), refinements), 0};
   check_counts(store, result, options.format.mesh);
 

@@ -28,7 +28,7 @@ void write_facets(const ExportTask& task) {
   // Half of the budget stays pinned: neighbouring faces share their blocks.
   StorePatches<Vector3<Real>> patches(task.store, task.position,
                                       task.store.pager().budget_bytes() / 2);
-  patches.activate(task.refinements, 1, 0);
+  patches.activate(task.level, 1, 0);
   const std::int64_t size = std::int64_t{1} << task.refinements;
   std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;
   std::vector<std::byte> facets;
@@ -38,7 +38,7 @@ void write_facets(const ExportTask& task) {
     const auto patch = patches.patch(face);
     const auto fetch = [&](std::vector<Vector3<float>>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
-        const Vector3<Real>& at = patch.at(task.refinements, i, j);
+        const Vector3<Real>& at = patch.at(task.level, i, j);
         row[static_cast<std::size_t>(i)] = {static_cast<float>(at.x), static_cast<float>(at.y),
                                             static_cast<float>(at.z)};
       }

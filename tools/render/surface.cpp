@@ -64,8 +64,8 @@ class NormalSource {
   using PositionPatch = typename StorePatches<Vector3<Real>>::Patch;
 
   NormalSource(Store& store, AttributeId position, int level, std::uint64_t window_bytes)
-      : level_(level - store.base_level()),
-        size_(std::int64_t{1} << (level - store.base_level())),
+      : level_(level),
+        size_(std::int64_t{1} << relative_to_base(level, store.base_level()).refinements),
         topology_(store.base().topology()) {
     const bool stored = store.has_attribute("normal") &&
                         store.attributes()[store.attribute("normal")].finest_level >= level;
@@ -90,7 +90,7 @@ class NormalSource {
   }
 
  private:
-  int level_;  // counted from the store's base mesh
+  int level_;
   std::int64_t size_;
   Topology topology_;
   std::optional<NormalPatches> patches_;
@@ -105,10 +105,10 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
   // Positions and normals keep a third of the budget pinned each.
   const std::uint64_t window_bytes = store.pager().budget_bytes() / 3;
   StorePatches<Vector3<Real>> patches(store, position, window_bytes);
-  const int refinements = level - store.base_level();
-  patches.activate(refinements, 1, 0);
+  patches.activate(level, 1, 0);
   NormalSource<Real> normals(store, position, level, window_bytes);
-  const std::int64_t size = std::int64_t{1} << refinements;
+  const std::int64_t size = std::int64_t{1}
+                            << relative_to_base(level, store.base_level()).refinements;
   std::vector<RasterVertex> lower(static_cast<std::size_t>(size) + 1), upper = lower;
   const auto faces = static_cast<FaceId>(store.base().face_count());
   for (FaceId face = 0; face < faces; ++face) {
@@ -116,7 +116,7 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
     normals.enter(face);
     const auto fetch = [&](std::vector<RasterVertex>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
-        const Vector3<Real>& point = patch.at(refinements, i, j);
+        const Vector3<Real>& point = patch.at(level, i, j);
         row[static_cast<std::size_t>(i)] = raster_vertex(
             camera.project({point.x, point.y, point.z}), camera.rotate(normals.at(patch, i, j)));
       }

@@ -66,7 +66,8 @@ class PatchRefiner {
 struct FusedPass {
   std::string name = {};                  ///< for progress and errors
   std::vector<AttributeId> outputs = {};  ///< each once; of components of four or eight bytes
-  int levels = 1;  ///< levels 1 to this one, counted from the base mesh; to kMostFusedLevels
+  /// All levels to this one, at most kMostFusedLevels finer than the base mesh.
+  int finest_level = 1;
   PatchLattice lattice = {};  ///< of the finest level
   std::function<std::unique_ptr<PatchRefiner>()> make_refiner = {};
 };
@@ -84,7 +85,7 @@ struct FusedNeeds {
 };
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
 
-/// Runs the pass: fills levels 1 to pass.levels of every output, all of them without reading.
+/// Runs the pass: fills all levels to pass.finest_level of every output, without reading any.
 /// Base records are the rule's own affair. Errors: kBudget before anything is touched, saying what
 /// is needed; kInvalidArgument, kNotSupported and kBadState likewise; kCancelled; those of
 /// Pager::pin; what a refiner throws.

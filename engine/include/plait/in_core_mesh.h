@@ -22,11 +22,12 @@ class InCoreMesh {
 
   using Patch = TabledPatch<InCoreMesh>;
 
-  /// `base` must outlive this object. Base records start as zeros.
+  /// Levels count from `base`, which must outlive this object. Base records start as zeros.
   InCoreMesh(const BaseMesh& base, int levels)
       : topology_(base.topology()), base_records_(base.vertex_count()) {
     for (int level = 1; level <= levels; ++level)
       levels_.emplace_back(base.edge_count() * slot_records(level));
+    table_.set_levels(0, BaseRelativeLevel(levels));
   }
 
   const Topology& topology() const { return topology_; }
@@ -34,12 +35,16 @@ class InCoreMesh {
   void activate(int, int, int) {}
   /// Makes `face` the current patch; the one before it must not be used any more.
   Patch patch(FaceId face) {
-    table_.enter(topology_, face, static_cast<int>(levels_.size()), sizeof(Record), false, true,
-                 reinterpret_cast<std::byte*>(base_records_.data()), [&](EdgeId edge, int level) {
-                   return reinterpret_cast<std::byte*>(slot(edge, level));
+    table_.enter(topology_, face, sizeof(Record), false, true,
+                 reinterpret_cast<std::byte*>(base_records_.data()),
+                 [&](EdgeId edge, BaseRelativeLevel level) {
+                   return reinterpret_cast<std::byte*>(slot(edge, level.refinements));
                  });
     return Patch(*this);
   }
+
+ private:
+  friend Patch;
 
   const PatchTable& table() const { return table_; }
   /// The record at a point of any face.
@@ -51,8 +56,6 @@ class InCoreMesh {
     return slot(index.edge,
                 index.level)[slot_position(index.level, false, index.row, index.column)];
   }
-
- private:
   Record* slot(EdgeId edge, int level) {
     return levels_[static_cast<std::size_t>(level - 1)].data() + edge * slot_records(level);
   }

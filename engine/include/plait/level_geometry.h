@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 
+#include "plait/base_relative_level.h"
 #include "plait/topology.h"
 
 namespace plait {
@@ -18,13 +19,13 @@ namespace plait {
 class LevelGeometry {
  public:
   LevelGeometry() = default;
-  /// `level` counts refinements of the base mesh (>= 1). `border_edges` is ascending and must
-  /// outlive this object. A block holds as many slots as fit into `block_bytes`, a power of two,
-  /// at least one, and no more than the level has.
-  LevelGeometry(std::uint64_t edge_count, std::span<const EdgeId> border_edges, int level,
-                std::size_t record_bytes, std::uint64_t block_bytes);
+  /// `level` is at least 1. `border_edges` is ascending and must outlive this object. A block holds
+  /// as many slots as fit into `block_bytes`, a power of two, at least one, and no more than the
+  /// level has.
+  LevelGeometry(std::uint64_t edge_count, std::span<const EdgeId> border_edges,
+                BaseRelativeLevel level, std::size_t record_bytes, std::uint64_t block_bytes);
 
-  int level() const { return level_; }
+  BaseRelativeLevel level() const { return level_; }
   std::size_t record_bytes() const { return record_bytes_; }
   std::uint64_t edge_count() const { return edge_count_; }
   bool is_border(EdgeId edge) const;
@@ -55,7 +56,7 @@ class LevelGeometry {
 
   std::uint64_t edge_count_ = 0;
   std::span<const EdgeId> border_edges_;
-  int level_ = 1;
+  BaseRelativeLevel level_{1};
   int shift_ = 0;
   std::size_t record_bytes_ = 0;
   std::uint64_t full_slot_bytes_ = 0, border_saving_bytes_ = 0;

@@ -19,8 +19,7 @@ struct StoreOptions {
   std::string backend = "pread";        ///< a name in the registry
   BackendOptions backend_options = {};  ///< codec and filter
   std::string layout = "given";         ///< recorded in the manifest: the order of `base`
-  std::string scheme = {};  ///< recorded: what made the levels ("loop", ...); may be empty
-  int base_level = 0;       ///< how often `base` was refined already (rebase)
+  int base_level = 0;                   ///< how often `base` was refined already (rebase)
   Durability durability = Durability::kCommit;
 
   // Performance

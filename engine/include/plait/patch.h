@@ -18,9 +18,12 @@
 
 namespace plait {
 
-/// What a program written for patches may use. `at` takes any vertex of the face at `level`, and
-/// points beyond a side that unfold into a face there; references stay valid while the patch is the
-/// mesh's current one. `exists` tells whether a border cuts such a point off.
+/// What a program written for patches may use. A patch is a face of the mesh's base mesh, which is
+/// at some level itself (of a store: Store::base_level(), 0 unless it was rebased); at that level
+/// and finer ones a patch is a grid with corners (0, 0), (size(level), 0) and (0, size(level)).
+/// `at` takes any point of it, and points beyond a side that unfold into a face there; references
+/// stay valid while the patch is the mesh's current one. `exists` tells whether a border cuts such
+/// a point off.
 template <class Mesh>
 concept PatchMesh = requires(Mesh mesh, FaceId face, int level, std::int64_t i, int side) {
   typename Mesh::Record;
@@ -28,6 +31,7 @@ concept PatchMesh = requires(Mesh mesh, FaceId face, int level, std::int64_t i, 
   { mesh.base_records() } -> std::convertible_to<std::span<typename Mesh::Record>>;
   mesh.activate(level, level, level);
   { mesh.patch(face).at(level, i, i) } -> std::same_as<typename Mesh::Record&>;
+  { mesh.patch(face).size(level) } -> std::convertible_to<std::int64_t>;
   { mesh.patch(face).owns(side) } -> std::convertible_to<bool>;
   { mesh.patch(face).is_border(side) } -> std::convertible_to<bool>;
   { mesh.patch(face).exists(level, i, i) } -> std::convertible_to<bool>;
@@ -43,18 +47,18 @@ class PatchWindow {
   PatchWindow(const PatchWindow&) = delete;
   PatchWindow& operator=(const PatchWindow&) = delete;
 
-  /// Levels 1 to `readable`, counted from the base mesh, may be read; of these, levels
-  /// `first_writable` to `last_writable` may also be written. Ends all pins.
+  /// Levels up to `readable` may be read; of these, levels `first_writable` to `last_writable` may
+  /// also be written. Levels number as everywhere in a store, from the mesh that the user gave;
+  /// that of the base mesh is always active, and those before it are in no grid of a face. Ends all
+  /// pins. Errors: kInvalidArgument for levels that are not there, kBadState.
   void activate(int readable, int first_writable, int last_writable);
   /// Makes `face` current. Errors: kBudget, and those of Pager::pin.
   void enter(FaceId face);
   const PatchTable& table() const { return table_; }
-  /// Address of a slot whose block is pinned; levels count from the base mesh.
-  std::byte* slot(int level, EdgeId edge) const {
-    return slot(level, edge, topology_.border_rank(edge));
-  }
 
  private:
+  template <class Record>
+  friend class StorePatches;
   struct Pins;
   struct Level {
     LevelFile* file = nullptr;
@@ -63,8 +67,11 @@ class PatchWindow {
     std::vector<std::uintptr_t> starts;
   };
 
-  std::byte* slot(int level, EdgeId edge, std::uint64_t rank) const {
-    const Level& at = levels_[static_cast<std::size_t>(level)];
+  /// Address of a slot. Errors: kInvalidArgument if its block is not pinned.
+  std::byte* pinned_slot(BaseRelativeLevel level, EdgeId edge) const;
+  /// REQUIRES: its block is pinned.
+  std::byte* slot(BaseRelativeLevel level, EdgeId edge, std::uint64_t rank) const {
+    const Level& at = levels_[static_cast<std::size_t>(level.refinements)];
     const LevelGeometry& geometry = at.file->geometry;
     return reinterpret_cast<std::byte*>(at.starts[geometry.block_of(edge)] +
                                         geometry.slot_offset(edge, rank));
@@ -76,12 +83,12 @@ class PatchWindow {
   Reach reach_;
   Topology topology_;
   std::size_t record_bytes_;
-  std::vector<Level> levels_;  ///< [level from the base mesh]
+  std::vector<Level> levels_;  ///< [refinements of the base mesh]
   std::unique_ptr<Pins> pins_;
   PatchTable table_;
 };
 
-/// One attribute of a store as a PatchMesh. Levels count from the store's base mesh. One thread.
+/// One attribute of a store as a PatchMesh: its patches are the faces of Store::base(). One thread.
 template <class RecordType>
 class StorePatches {
  public:
@@ -109,6 +116,9 @@ class StorePatches {
     return Patch(*this);
   }
 
+ private:
+  friend Patch;
+
   const PatchTable& table() const { return window_->table(); }
   /// The record at a point of any face whose blocks are pinned.
   Record& anywhere(const FaceIndex& point) {
@@ -117,11 +127,11 @@ class StorePatches {
                                           [static_cast<std::size_t>(corner_of(point.i, point.j))]];
     const EdgeIndex index = edge_index(topology_, point);
     const bool border = topology_.edges[index.edge].is_border();
-    return reinterpret_cast<Record*>(window_->slot(
-        index.level, index.edge))[slot_position(index.level, border, index.row, index.column)];
+    return reinterpret_cast<Record*>(window_->pinned_slot(
+        BaseRelativeLevel(index.level),
+        index.edge))[slot_position(index.level, border, index.row, index.column)];
   }
 
- private:
   std::span<Record> base_records_;
   std::unique_ptr<PatchWindow> window_;
   Topology topology_;

@@ -1,6 +1,10 @@
 // plait/patch_table.h: where the records of one base face, and of the faces across its sides, lie:
 // looked up once when the face is entered, so that at(level, i, j) is a few instructions.
 //
+// A face at a level is a grid with corners (0, 0), (size, 0) and (0, size), size = 2^k, where k
+// counts how often the base mesh is refined to reach that level. Levels themselves are the user's
+// numbers.
+//
 // Reduce (i, j) by its trailing zeros to the level of birth, where k1 = i >> s, k2 = j >> s; their
 // low bits tell the side (see plait/edge_index.h). With a = k1 >> 1, b = k2 >> 1 and n = 2^(l-1),
 // the slot's coordinates are linear in (a, b) on every side:
@@ -24,6 +28,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/topology.h"
 
@@ -42,32 +47,54 @@ class PatchTable {
   bool owns(int side) const { return (owned_ >> side & 1) != 0; }
   bool is_border(int side) const { return (borders_ >> side & 1) != 0; }
 
-  /// Makes `face` current, at levels 0 to `levels`. `locate(edge, level)` gives a slot's address
-  /// and is called once per edge and level; `with_neighbours` asks for the faces across too.
-  /// `triangles`: border slots are stored as triangles.
-  template <class Locate>
-  void enter(const Topology& mesh, FaceId face, int levels, std::size_t record_bytes,
-             bool triangles, bool with_neighbours, std::byte* base, Locate locate);
+  /// The levels that are entered: that of the base mesh, and so many more.
+  void set_levels(int base_level, BaseRelativeLevel finest) {
+    base_level_ = base_level;
+    finest_ = finest;
+  }
+  /// Whether `level` is one of them.
+  [[gnu::always_inline]] bool has(int level) const {
+    return static_cast<unsigned>(level - base_level_) <= static_cast<unsigned>(finest_.refinements);
+  }
+  /// REQUIRES: has(level), here and below.
+  [[gnu::always_inline]] BaseRelativeLevel relative(int level) const {
+    return relative_to_base(level, base_level_);
+  }
+  [[gnu::always_inline]] std::int64_t size(int level) const {
+    return std::int64_t{1} << relative(level).refinements;
+  }
 
-  /// Address of a point of the face. REQUIRES: it is in the face, at a level entered.
+  /// Makes `face` current. `locate(edge, BaseRelativeLevel)` gives a slot's address and is called
+  /// once per edge and level; `with_neighbours` asks for the faces across too. `triangles`: border
+  /// slots are stored as triangles.
+  template <class Locate>
+  void enter(const Topology& mesh, FaceId face, std::size_t record_bytes, bool triangles,
+             bool with_neighbours, std::byte* base, Locate locate);
+
+  /// Address of a point of the face. REQUIRES: it is in the face.
   [[gnu::always_inline]] std::byte* inside(int level, std::int64_t i, std::int64_t j) const {
-    return find(0, level, i, j);
+    return find(0, relative(level).refinements, i, j);
   }
   /// Address of a point beyond one side of the face, in the face there; nullptr if it is none of
   /// that face either, or there is no such face.
   std::byte* beyond(int level, std::int64_t i, std::int64_t j) const {
-    const std::int64_t size = std::int64_t{1} << level;
+    const std::int64_t size = this->size(level);
     const int side = size - i - j < 0 ? 0 : i < 0 ? 1 : 2;
     if (is_border(side)) return nullptr;
     const std::int64_t there_i = side == 1 ? -i : size - i, there_j = side == 2 ? -j : size - j;
     if (!contains(size, there_i, there_j)) return nullptr;
-    return find(1 + static_cast<std::size_t>(side), level, there_i, there_j);
+    return find(1 + static_cast<std::size_t>(side), relative(level).refinements, there_i, there_j);
   }
+  /// Errors: kInvalidArgument unless has(level), and the point lies in the face or so near it that
+  /// it may unfold into a neighbour.
+  void check(int level, std::int64_t i, std::int64_t j) const;
+  [[noreturn]] void refuse_beyond_border(int level, std::int64_t i, std::int64_t j) const;
   static bool contains(std::int64_t size, std::int64_t i, std::int64_t j) {
     return (i | j | (size - i - j)) >= 0;
   }
 
  private:
+  /// `level` counts refinements of the base mesh, as places_ does.
   [[gnu::always_inline]] std::byte* find(std::size_t which, int level, std::int64_t i,
                                          std::int64_t j) const {
     const int shift =
@@ -112,13 +139,16 @@ class PatchTable {
   FaceId face_ = kNoId;
   unsigned owned_ = 0, borders_ = 0;
   std::int64_t record_bytes_ = 0;
-  /// [the face, or 1 + the side that another lies across][level][low bits of k1, k2]
+  int base_level_ = 0;
+  BaseRelativeLevel finest_;
+  /// [the face, or 1 + the side that another lies across][refinements][low bits of k1, k2]
   std::array<std::array<std::array<Place, 4>, kMaxLevel + 1>, 4> places_{};
 };
 
 template <class Locate>
-void PatchTable::enter(const Topology& mesh, FaceId face, int levels, std::size_t record_bytes,
-                       bool triangles, bool with_neighbours, std::byte* base, Locate locate) {
+void PatchTable::enter(const Topology& mesh, FaceId face, std::size_t record_bytes, bool triangles,
+                       bool with_neighbours, std::byte* base, Locate locate) {
+  const int levels = finest_.refinements;
   face_ = face;
   owned_ = borders_ = 0;
   record_bytes_ = static_cast<std::int64_t>(record_bytes);
@@ -132,7 +162,7 @@ void PatchTable::enter(const Topology& mesh, FaceId face, int levels, std::size_
     const auto which = 1 + static_cast<std::size_t>(side);
     const bool open = with_neighbours && !edge.is_border();
     for (int level = 1; level <= levels; ++level) {
-      std::byte* const slot = locate(id, level);
+      std::byte* const slot = locate(id, BaseRelativeLevel(level));
       set(0, side, level, slot, own, triangles && edge.is_border());
       if (open) set(which, side, level, slot, !own, false);
     }
@@ -144,13 +174,14 @@ void PatchTable::enter(const Topology& mesh, FaceId face, int levels, std::size_
       const EdgeId outer_id = mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())];
       const Edge& outer_edge = mesh.edges[outer_id];
       for (int level = 1; level <= levels; ++level)
-        set(which, (side + turn) % 3, level, locate(outer_id, level), outer_edge.own == outer,
-            triangles && outer_edge.is_border());
+        set(which, (side + turn) % 3, level, locate(outer_id, BaseRelativeLevel(level)),
+            outer_edge.own == outer, triangles && outer_edge.is_border());
     }
   }
 }
 
-/// The current patch of a mesh that has `table()`, `topology()` and `anywhere(FaceIndex)`.
+/// The current patch of a mesh that has `table()`, `topology()` and, for this class, a function
+/// `anywhere(FaceIndex)`, whose points count levels from the base mesh.
 template <class Mesh>
 class TabledPatch {
  public:
@@ -161,23 +192,35 @@ class TabledPatch {
   FaceId face() const { return table_->face(); }
   bool owns(int side) const { return table_->owns(side); }
   bool is_border(int side) const { return table_->is_border(side); }
+  /// Steps along a side at `level`: the corners are (0, 0), (size, 0) and (0, size).
+  /// REQUIRES: `level` is active, or the mesh's base level.
+  std::int64_t size(int level) const { return table_->size(level); }
 
-  /// Inlined whatever the compiler thinks of its size: a call costs as much as the look-up.
+  /// The record at a point of the face's grid at `level`, or beyond a side.
+  /// Errors: kInvalidArgument for a level that is not active, and for a point that is not near the
+  /// face, or out of the mesh's reach or beyond a border. Inlined whatever the compiler thinks of
+  /// its size: a call costs as much as the look-up.
   [[gnu::always_inline]] Record& at(int level, std::int64_t i, std::int64_t j) const {
-    if (PatchTable::contains(std::int64_t{1} << level, i, j)) [[likely]]
+    if (table_->has(level) && PatchTable::contains(table_->size(level), i, j)) [[likely]]
       return *reinterpret_cast<Record*>(table_->inside(level, i, j));
     return beyond(level, i, j);
   }
   bool exists(int level, std::int64_t i, std::int64_t j) const {
-    return PatchTable::contains(std::int64_t{1} << level, i, j) ||
-           unfold_fully(mesh_->topology(), {face(), level, i, j}).face != kNoId;
+    table_->check(level, i, j);
+    return PatchTable::contains(size(level), i, j) || unfolded(level, i, j).face != kNoId;
   }
 
  private:
   [[gnu::noinline]] Record& beyond(int level, std::int64_t i, std::int64_t j) const {
+    table_->check(level, i, j);
     if (std::byte* const address = table_->beyond(level, i, j))
       return *reinterpret_cast<Record*>(address);
-    return mesh_->anywhere(unfold_fully(mesh_->topology(), {face(), level, i, j}));
+    const FaceIndex there = unfolded(level, i, j);
+    if (there.face == kNoId) table_->refuse_beyond_border(level, i, j);
+    return mesh_->anywhere(there);
+  }
+  FaceIndex unfolded(int level, std::int64_t i, std::int64_t j) const {
+    return unfold_fully(mesh_->topology(), {face(), table_->relative(level).refinements, i, j});
   }
 
   Mesh* mesh_;

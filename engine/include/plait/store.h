@@ -17,8 +17,10 @@
 #include "plait/backend.h"
 #include "plait/base_mesh.h"
 #include "plait/error.h"
+#include "plait/layout.h"
 #include "plait/options.h"
 #include "plait/pager.h"
+#include "plait/provenance.h"
 
 namespace plait {
 
@@ -45,6 +47,11 @@ class Store {
   static Store create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
                       const BackendRegistry& backends);
 
+  /// The same of a mesh that was laid out, and records which layout it has: a subdivision that is
+  /// resumed lays the mesh out again.
+  static Store create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
+                      const BackendRegistry& backends);
+
   /// The last committed version. One writer or many readers.
   /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming
   /// the holder.
@@ -61,15 +68,24 @@ class Store {
   ~Store();
 
   const std::filesystem::path& path() const;
+  /// The mesh whose faces are patches and whose edges have slots: the one that the user gave,
+  /// refined base_level() times.
   const BaseMesh& base() const;
   const StoreOptions& options() const;  ///< as created (an opened store: as its manifest says)
   const StoreUuid& uuid() const;
   std::uint64_t sequence() const;  ///< commits so far
   BackendTraits backend_traits() const;
 
-  /// Level numbers count from the mesh that the user gave. The base mesh of the store is that one
-  /// refined `base_level()` times (0 unless slots would be larger than max_slot_bytes); the levels
-  /// up to base_level() are in memory with it.
+  /// Where the levels come from. set_provenance says it, for the next commit to record, as
+  /// subdivide() does by itself; `layout` and `base_level` must be those that the store has.
+  /// Errors: kInvalidArgument, also for a name that is too long.
+  const Provenance& provenance() const;
+  void set_provenance(const Provenance& provenance);
+
+  /// Level numbers, in every call and message of a store, count from the mesh that the user gave.
+  /// base() is that mesh refined base_level() times: 0 unless slots of the finest level would be
+  /// larger than they may be. Level base_level() are the vertices of base(), in memory with it;
+  /// levels before it are among these and have no number for face and edge of their own.
   int base_level() const;
   int finest_level() const;  ///< of the attribute with most levels
 

@@ -39,6 +39,7 @@ struct StoreStructure {
   std::uint64_t sequence = 0;  ///< of the version that Store::open takes
   std::uint64_t files = 0;     ///< looked at, good or bad
   StoreOptions options;        ///< as the manifest says
+  Provenance provenance;
   std::vector<AttributeInfo> attributes;
   BaseMesh base;  ///< empty if base.mesh is damaged
   std::vector<DamagedFile> damaged;

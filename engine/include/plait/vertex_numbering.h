@@ -6,21 +6,23 @@
 #include <cstdint>
 #include <vector>
 
-#include "plait/base_mesh.h"
+#include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/level_geometry.h"
+#include "plait/topology.h"
 
 namespace plait {
 
-/// Levels count from the base mesh. Immutable; `base` must outlive it.
+/// Levels count from `mesh`, as those of any call do that is given a mesh and no store. Immutable;
+/// what `mesh` refers to must outlive it.
 class VertexNumbering {
  public:
-  VertexNumbering(const BaseMesh& base, int levels) : mesh_(base.topology()) {
+  VertexNumbering(const Topology& mesh, int levels) : mesh_(mesh) {
     first_.push_back(0);
-    first_.push_back(base.vertex_count());
+    first_.push_back(mesh.vertex_corners.size());
     geometry_.emplace_back();
     for (int level = 1; level <= levels; ++level) {
-      geometry_.emplace_back(base.edge_count(), base.border_edges(), level, 1, 1);
+      geometry_.emplace_back(mesh.edges.size(), mesh.border_edges, BaseRelativeLevel(level), 1, 1);
       first_.push_back(first_.back() + geometry_.back().total_bytes());
     }
   }

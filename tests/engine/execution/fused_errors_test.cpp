@@ -222,11 +222,11 @@ TEST_CASE("Fused_WrongArguments_AreRefusedBeforeAnyRefinerIsMade") {
   wrong.outputs = {0, 0};
   CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
   wrong = right;
-  wrong.levels = kMostFusedLevels + 1;
+  wrong.finest_level = kMostFusedLevels + 1;
   CHECK(refusal(wrong, 1) == ErrorCode::kNotSupported);
   for (const int levels : {-1, 0, 3}) {
     wrong = right;
-    wrong.levels = levels;
+    wrong.finest_level = levels;
     wrong.lattice.size = levels == 3 ? 8 : 1;
     CHECK(refusal(wrong, 1) == ErrorCode::kInvalidArgument);
   }

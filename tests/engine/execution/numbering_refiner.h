@@ -72,7 +72,7 @@ class NumberingRefiner final : public PatchRefiner {
   NumberingRefiner(const Store& store, const FusedPass& pass, NumberingCalls& calls)
       : mesh_(store.base().topology()),
         lattice_(pass.lattice),
-        levels_(pass.levels),
+        levels_(pass.finest_level - store.base_level()),
         calls_(calls) {
     ++calls_.refiners;
     for (const AttributeId id : pass.outputs) {
@@ -145,13 +145,14 @@ inline Store numbered_store(const std::filesystem::path& path, const BaseMesh& b
   return store;
 }
 
-/// Numbers all attributes of the store. It and `calls` outlive the pass.
+/// Numbers the first `levels` levels after the base mesh's of all attributes of the store. It and
+/// `calls` outlive the pass.
 inline FusedPass numbering_pass(const Store& store, int levels, NumberingCalls& calls,
                                 std::int64_t halo = 1) {
   FusedPass pass;
   pass.name = "numbering";
   for (AttributeId id = 0; id < store.attributes().size(); ++id) pass.outputs.push_back(id);
-  pass.levels = levels;
+  pass.finest_level = store.base_level() + levels;
   pass.lattice = {std::int64_t{1} << levels, halo};
   pass.make_refiner = [&store, &calls, described = pass] {
     return std::make_unique<NumberingRefiner>(store, described, calls);

@@ -1,6 +1,8 @@
 // The transparent executor: at(level, i, j) is the right record of the store, wherever it is kept.
 #include "plait/patch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
@@ -182,7 +184,8 @@ std::uint64_t widest_face_bytes(Store& store) {
 void check_all_points(Store& store, const Expected& expected, Reach reach,
                       std::uint64_t window_bytes) {
   StorePatches<Wide> patches(store, 0, window_bytes, reach);
-  patches.activate(kLevels, 1, 0);
+  const int finest = store.base_level() + kLevels;
+  patches.activate(finest, 1, 0);
   const auto points = points_in_reach(reach);
   bool exists_right = true, value_right = true, stays = true;
   std::uint64_t beyond_border = 0;
@@ -191,19 +194,19 @@ void check_all_points(Store& store, const Expected& expected, Reach reach,
     std::vector<std::pair<const Wide*, std::uint32_t>> seen;
     for (const auto& k : points) {
       const std::uint32_t vertex = expected.vertex({face, k});
-      exists_right &= patch.exists(kLevels, k[1], k[2]) == (vertex != naive::kNone);
+      exists_right &= patch.exists(finest, k[1], k[2]) == (vertex != naive::kNone);
       if (vertex == naive::kNone) {
         ++beyond_border;
         continue;
       }
-      seen.emplace_back(&patch.at(kLevels, k[1], k[2]), vertex);
+      seen.emplace_back(&patch.at(finest, k[1], k[2]), vertex);
       value_right &= seen.back().first->vertex == vertex;
     }
     std::size_t next = 0;
     for (const auto& k : points) {
-      if (!patch.exists(kLevels, k[1], k[2])) continue;
+      if (!patch.exists(finest, k[1], k[2])) continue;
       const auto& [record, vertex] = seen[next++];
-      stays &= record == &patch.at(kLevels, k[1], k[2]) && record->vertex == vertex;
+      stays &= record == &patch.at(finest, k[1], k[2]) && record->vertex == vertex;
     }
   }
   CHECK(exists_right);
@@ -266,11 +269,55 @@ TEST_CASE("PatchAt_AmpleWindow_ReadsEveryBlockOnce") {
   CHECK(store.statistics().blocks_written == 0);
 }
 
-TEST_CASE("PatchAt_BaseLevelAboveZero_CountsLevelsFromTheBaseMesh") {
+TEST_CASE("PatchAt_BaseLevelAboveZero_CountsLevelsFromTheGivenMesh") {
+  constexpr int kBaseLevel = 2;
   const BaseMesh base = BaseMesh::build(random_sheet(5, 60));
-  const OnDisk place("mmap", base, 2);
+  const OnDisk place("mmap", base, kBaseLevel);
   Store store = place.open();
   check_all_points(store, place.expected, Reach::kFaces, 32 << 20);
+
+  // A patch is a face of the base mesh, whose grid at the base level are its corners.
+  StorePatches<Wide> patches(store, 0, 32 << 20);
+  patches.activate(kBaseLevel + 1, 1, 0);
+  for (FaceId face = 0; face < base.face_count(); ++face) {
+    const auto patch = patches.patch(face);
+    CHECK(patch.size(kBaseLevel) == 1);
+    CHECK(patch.size(kBaseLevel + 1) == 2);
+    CHECK(patch.at(kBaseLevel, 0, 0).vertex == base.faces()[face][0]);
+    CHECK(patch.at(kBaseLevel, 1, 0).vertex == base.faces()[face][1]);
+    CHECK(patch.at(kBaseLevel + 1, 0, 2).vertex == base.faces()[face][2]);
+    CHECK(patch.at(kBaseLevel + 1, 1, 1).vertex ==
+          place.expected.vertex({face, {0, kSize / 2, kSize / 2}}));
+  }
+}
+
+TEST_CASE("PatchAt_LevelOrPointThatIsNotThere_IsRefusedInWords") {
+  constexpr int kBaseLevel = 2;
+  const BaseMesh base = BaseMesh::build(two_triangles());
+  const OnDisk place("pread", base, kBaseLevel);
+  Store store = place.open();
+  StorePatches<Wide> patches(store, 0, 32 << 20);
+  patches.activate(kBaseLevel + 1, 1, 0);
+  const auto patch = patches.patch(1);
+  for (const int level : {-1, 0, kBaseLevel - 1, kBaseLevel + 2, 64}) {
+    const Error error = error_of([&] { patch.at(level, 0, 0); });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {"face 1", fmt::format("level {}:", level), "2 to 3"}));
+  }
+  // The grid of a mesh that was not refined beforehand would have size 8.
+  const Error far = error_of([&] { patch.at(kBaseLevel + 1, 8, 0); });
+  CHECK(far.code() == ErrorCode::kInvalidArgument);
+  CHECK(names(far, {"face 1", "level 3", "size 2", "(8, 0)", "base mesh is at level 2"}));
+  int beyond = 0;
+  for (const auto& [i, j] : {std::pair(-1, 1), std::pair(1, -1), std::pair(2, 1)})
+    if (!patch.exists(kBaseLevel + 1, i, j)) {
+      ++beyond;
+      CHECK(error_of([&] { patch.at(kBaseLevel + 1, i, j); }).code() ==
+            ErrorCode::kInvalidArgument);
+    }
+  CHECK(beyond == 2);
+  CHECK(error_of([&] { patches.activate(kBaseLevel - 1, 1, 0); }).code() ==
+        ErrorCode::kInvalidArgument);
 }
 
 TEST_CASE("PatchAt_CoarserLevel_IsTheSameRecord") {

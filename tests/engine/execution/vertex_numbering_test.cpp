@@ -21,7 +21,7 @@ TEST_CASE("VertexNumbering_EveryMesh_IsABijectionLevelByLevel") {
   for (const NamedMesh& named : all_meshes()) {
     INFO(named.name);
     const BaseMesh base = BaseMesh::build(named.mesh);
-    const VertexNumbering numbering(base, kLevels);
+    const VertexNumbering numbering(base.topology(), kLevels);
     REQUIRE(numbering.vertex_count() == counts_at_level(base, kLevels).vertices);
     REQUIRE(numbering.first_of(0) == 0);
     for (int level = 1; level <= kLevels; ++level)
@@ -57,7 +57,7 @@ TEST_CASE("VertexNumbering_EveryMesh_IsABijectionLevelByLevel") {
 
 TEST_CASE("VertexNumbering_LevelZero_IsThatOfTheBaseMesh") {
   const BaseMesh base = BaseMesh::build(random_sheet(3, 50));
-  const VertexNumbering numbering(base, 0);
+  const VertexNumbering numbering(base.topology(), 0);
   CHECK(numbering.vertex_count() == base.vertex_count());
   for (FaceId face = 0; face < base.face_count(); ++face)
     for (int corner = 0; corner < 3; ++corner)
@@ -70,7 +70,7 @@ TEST_CASE("ForEachTriangle_EveryMesh_CoversItOnce") {
     for (const int level : {0, 1, 3}) {
       INFO(named.name << ", level " << level);
       const BaseMesh base = BaseMesh::build(named.mesh);
-      const VertexNumbering numbering(base, level);
+      const VertexNumbering numbering(base.topology(), level);
       using Directed = std::pair<std::uint64_t, std::uint64_t>;
       std::map<Directed, int> sides;
       std::uint64_t triangles = 0;

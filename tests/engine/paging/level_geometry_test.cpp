@@ -31,7 +31,8 @@ void check_against_walk(const LevelGeometry& geometry, const std::vector<EdgeId>
       ++block_count;
     }
     const bool border = std::find(borders.begin(), borders.end(), edge) != borders.end();
-    const std::uint64_t bytes = slot_records(geometry.level(), border) * geometry.record_bytes();
+    const std::uint64_t bytes =
+        slot_records(geometry.level().refinements, border) * geometry.record_bytes();
     REQUIRE(geometry.is_border(edge) == border);
     REQUIRE(geometry.slot_offset(edge) == offset);
     REQUIRE(geometry.slot_bytes(edge) == bytes);
@@ -52,7 +53,7 @@ void check_against_walk(const LevelGeometry& geometry, const std::vector<EdgeId>
 bool refused(std::uint64_t edge_count, std::vector<EdgeId> borders, int level,
              std::size_t record_bytes) {
   try {
-    LevelGeometry(edge_count, borders, level, record_bytes, 1 << 20);
+    LevelGeometry(edge_count, borders, BaseRelativeLevel(level), record_bytes, 1 << 20);
     return false;
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kInvalidArgument);
@@ -70,14 +71,17 @@ TEST_CASE("LevelGeometry_RandomBorders_AgreesWithAWalkOverTheSlots") {
         for (const std::size_t record_bytes : {1u, 12u, 24u})
           for (const std::uint64_t block_bytes : {0u, 4096u, 65536u, 1u << 20}) {
             const auto borders = random_borders(edge_count, percent, random);
-            check_against_walk({edge_count, borders, level, record_bytes, block_bytes}, borders);
+            check_against_walk(
+                {edge_count, borders, BaseRelativeLevel(level), record_bytes, block_bytes},
+                borders);
           }
 }
 
 TEST_CASE("LevelGeometry_BlockBytes_BoundTheSlotsOfABlock") {
   // Slots of 192 bytes: 16 records of 12.
   const auto slots_log2 = [](std::uint64_t edge_count, std::uint64_t block_bytes) {
-    return LevelGeometry(edge_count, {}, 3, 12, block_bytes).slots_per_block_log2();
+    return LevelGeometry(edge_count, {}, BaseRelativeLevel(3), 12, block_bytes)
+        .slots_per_block_log2();
   };
   CHECK(slots_log2(1000, 4096) == 4);  // 3072 bytes
   CHECK(slots_log2(1000, 3072) == 4);
@@ -89,14 +93,14 @@ TEST_CASE("LevelGeometry_BlockBytes_BoundTheSlotsOfABlock") {
   CHECK(slots_log2(1025, ~std::uint64_t{0}) == 11);
   CHECK(slots_log2(1, ~std::uint64_t{0}) == 0);
 
-  const LevelGeometry one_block(1000, {}, 3, 12, 1 << 20);
+  const LevelGeometry one_block(1000, {}, BaseRelativeLevel(3), 12, 1 << 20);
   CHECK(one_block.block_count() == 1);
   CHECK(one_block.max_block_bytes() == 192000);
 }
 
 TEST_CASE("LevelGeometry_DeepestLevel_IsExact") {
   const std::vector<EdgeId> borders = {0, 2};
-  const LevelGeometry geometry(3, borders, kMaxLevel, 24, 1 << 20);
+  const LevelGeometry geometry(3, borders, BaseRelativeLevel(kMaxLevel), 24, 1 << 20);
   const std::uint64_t n = std::uint64_t{1} << 19;
   CHECK(geometry.slots_per_block_log2() == 0);
   CHECK(geometry.slot_offset(1) == n * (n + 1) / 2 * 24);
@@ -105,7 +109,7 @@ TEST_CASE("LevelGeometry_DeepestLevel_IsExact") {
 }
 
 TEST_CASE("LevelGeometry_NoEdges_IsEmpty") {
-  const LevelGeometry geometry(0, {}, 1, 12, 4096);
+  const LevelGeometry geometry(0, {}, BaseRelativeLevel(1), 12, 4096);
   CHECK(geometry.block_count() == 0);
   CHECK(geometry.total_bytes() == 0);
 }

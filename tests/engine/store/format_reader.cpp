@@ -106,7 +106,7 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
     if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
   }
   require(!newest.empty(), "no slot");
-  require(u32(newest, 8) == 1 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
+  require(u32(newest, 8) == 2 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
   for (std::size_t i = 208; i < 256; ++i) require(newest[i] == 0, "reserved bytes");
   return newest;
 }
@@ -219,6 +219,9 @@ Store read_store(const std::filesystem::path& directory) {
   store.filter = text(manifest, 160, 16);
   store.layout = text(manifest, 176, 16);
   store.scheme = text(manifest, 192, 16);
+  store.program = text(manifest, 208, 16);
+  store.limit = (manifest[224] & 1) != 0;
+  store.precision = manifest[225];
   read_base_mesh(store, directory / "base.mesh", manifest);
   number_edges(store, manifest);
 

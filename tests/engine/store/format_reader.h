@@ -33,7 +33,9 @@ struct Store {
   std::array<unsigned char, 16> uuid;
   std::uint64_t sequence, block_bytes;
   std::uint32_t base_level, next_attribute_number;
-  std::string backend, codec, filter, layout, scheme;
+  std::string backend, codec, filter, layout, scheme, program;
+  bool limit;
+  std::uint8_t precision;
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<std::uint32_t, 3>> faces;
   std::vector<Edge> edges;

@@ -98,10 +98,11 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
     options.backend_options = {variant.codec, variant.filter};
     options.base_level = variant.base_level;
     options.layout = "given";
-    options.scheme = "midpoint";
     Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
                                 default_backends());
     uuid = store.uuid();
+    store.set_provenance(
+        {"midpoint", true, ComponentType::kFloat64, "given", variant.base_level, "0.12.3"});
     const AttributeId dropped = add_sample(store, {"dropped", ComponentType::kUint8, 1}, 1);
     const AttributeId noise = add_sample(store, sample_schemas()[5], 2);
     store.replace_attribute(dropped, noise);  // numbers and positions now differ
@@ -131,6 +132,9 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
   CHECK(store.filter == variant.filter);
   CHECK(store.layout == "given");
   CHECK(store.scheme == "midpoint");
+  CHECK(store.limit);
+  CHECK(store.precision == 2);
+  CHECK(store.program == "0.12.3");
   REQUIRE(store.attributes.size() == 3);
   const format::Attribute& noise = store.attributes[0];
   CHECK(noise.name == "dropped");

@@ -38,6 +38,9 @@ Manifest full_manifest(std::size_t attributes) {
   manifest.filter = "shuffle";
   manifest.layout = "hilbert";
   manifest.scheme = "";
+  manifest.program = "10.20.30-longer";
+  manifest.limit = true;
+  manifest.precision = ComponentType::kFloat64;
   for (std::size_t i = 0; i < attributes; ++i) {
     ManifestAttribute attribute;
     attribute.schema.name = "A-" + std::string(27, 'z') + (i < 10 ? "0" : "") + std::to_string(i);
@@ -69,7 +72,7 @@ void check_equal(const Manifest& a, const Manifest& b) {
   CHECK(a.codec == b.codec);
   CHECK(a.filter == b.filter);
   CHECK(a.layout == b.layout);
-  CHECK(a.scheme == b.scheme);
+  CHECK(provenance_of(a) == provenance_of(b));
   REQUIRE(a.attributes.size() == b.attributes.size());
   for (std::size_t i = 0; i < a.attributes.size(); ++i) {
     CHECK(a.attributes[i].schema == b.attributes[i].schema);
@@ -140,6 +143,7 @@ TEST_CASE("EncodeManifest_WhatDoesNotFit_IsRefused") {
   refused([&](Manifest& m) { m.filter = sixteen; }, "longer than 15");
   refused([&](Manifest& m) { m.layout = sixteen; }, "longer than 15");
   refused([&](Manifest& m) { m.scheme = sixteen; }, "longer than 15");
+  refused([&](Manifest& m) { m.program = sixteen; }, "longer than 15");
   for (const std::string& name : {std::string(), std::string(32, 'x'), std::string("a b"),
                                   std::string("a/b"), std::string("\xc3\xa4")})
     refused([&](Manifest& m) { m.attributes[1].schema.name = name; }, "no attribute name");
@@ -200,9 +204,11 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
     CHECK(error.code() == code);
     CHECK(names(error, {"the/manifest", field}));
   };
-  refused(forged(8, std::uint32_t{2}), "format version 2", ErrorCode::kNotSupported);
+  refused(forged(8, std::uint32_t{1}), "format version 1", ErrorCode::kNotSupported);
+  refused(forged(8, std::uint32_t{3}), "format version 3", ErrorCode::kNotSupported);
   refused(forged(12, std::uint32_t{0x80000000u}), "feature flags 0x80000000",
           ErrorCode::kNotSupported);
+  refused(forged(225, std::uint8_t{3}), "precision is 3");
   refused(forged(20, std::uint32_t{60}), "number of attributes is 60");
   refused(forged(20, ~std::uint32_t{0}), "number of attributes");
   refused(forged(40, std::uint64_t{0}), "sequence number is 0");

@@ -167,7 +167,7 @@ TEST_CASE("Store_BaseLevelAboveZero_CountsLevelsFromTheUsersMesh") {
     Store store = place.open();
     CHECK(store.base_level() == 2);
     CHECK(store.finest_level() == 4);
-    CHECK(store.level_file(0, 3).geometry.level() == 1);
+    CHECK(store.level_file(0, 3).geometry.level() == BaseRelativeLevel(1));
     CHECK(holds_sample(store, 0));
   }
 }
@@ -238,8 +238,34 @@ TEST_CASE("StoreCreate_OptionsOutOfRange_AreRefusedBeforeAnythingIsMade") {
   refused([](StoreOptions& o) { o.backend_options.filter = "blur"; }, "shuffle",
           ErrorCode::kNotSupported);
   // What the manifest cannot hold is better refused now than at the first commit.
-  refused([](StoreOptions& o) { o.scheme = "sixteen-letters!"; }, "sixteen-letters!");
   refused([](StoreOptions& o) { o.layout = "sixteen-letters!"; }, "sixteen-letters!");
+}
+
+TEST_CASE("StoreProvenance_WhatTheStoreIsNot_IsRefusedAndLeavesTheFormerOne") {
+  StoreOptions options = sample_options("memory");
+  options.layout = "hilbert";
+  Store store = Store::create({}, BaseMesh::build(octahedron()), options, default_backends());
+  Provenance right = store.provenance();
+  CHECK(right == Provenance{.layout = "hilbert"});
+  right.scheme = "loop";
+  right.limit = true;
+  right.program = program_version();
+  store.set_provenance(right);
+  const auto refused = [&](Provenance wrong, const char* word) {
+    const Error error = error_of([&] { store.set_provenance(wrong); });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {word}));
+    CHECK(store.provenance() == right);
+  };
+  Provenance wrong = right;
+  wrong.layout = "given";
+  refused(wrong, "hilbert");
+  wrong = right;
+  wrong.base_level = 1;
+  refused(wrong, "base level 0");
+  wrong = right;
+  wrong.scheme = "sixteen-letters!";
+  refused(wrong, "sixteen-letters!");
 }
 
 TEST_CASE("StoreCommit_SecondAndThird_CountOnAndRemoveWhatNoSlotNames") {

@@ -3,7 +3,8 @@
 //
 // The loops are a program's own: they take the faces one after another and speak of vertices by
 // (level, i, j). Equal, bit for bit, to the sweep executor's results; pinned by
-// tests/kernels/executors_test.cpp. Levels count from the base mesh.
+// tests/kernels/executors_test.cpp. Levels number as in the mesh that is walked: a store's as
+// everywhere in it, from the mesh that the user gave.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +25,16 @@ using BeforeFace = std::function<void(FaceId)>;
 /// The vertices next to the base vertices on the edges that the current patch owns, at `level`.
 template <class Patch, class Record>
 void collect_rings(const Patch& patch, const Topology& mesh, int level, RingTable<Record>& rings) {
-  const std::int64_t last = slot_side(level) - 1;
-  for (int side = 0; side < 3; ++side) {
-    if (!mesh.is_own(patch.face(), side)) continue;
-    const FaceIndex start = from_side(patch.face(), {side, level, last, 0});
-    const FaceIndex end = from_side(patch.face(), {side, level, 0, last});
-    rings.set(mesh.face_edges[patch.face()][static_cast<std::size_t>(side)],
-              patch.at(level, start.i, start.j), patch.at(level, end.i, end.j));
-  }
+  const std::int64_t last = patch.size(level) / 2 - 1;
+  const auto collect = [&](auto side) {
+    if (!mesh.is_own(patch.face(), side)) return;
+    rings.set(mesh.face_edges[patch.face()][static_cast<std::size_t>(side())],
+              PatchFrame(patch, side, level, last, 0, level).at(0, 0),
+              PatchFrame(patch, side, level, 0, last, level).at(0, 0));
+  };
+  collect(PatchSide<0>());
+  collect(PatchSide<1>());
+  collect(PatchSide<2>());
 }
 
 /// Makes the vertices born at `level` from the mesh one level coarser, and collects their rings.
@@ -57,7 +60,7 @@ void loop_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record>& r
   }
 }
 
-/// Moves the vertices born at levels 1 to level - 1, from the new ones at `level`.
+/// Moves the vertices born before `level` that are no base vertices, from the new ones at `level`.
 template <PatchMesh Mesh>
 void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}) {
   using Record = typename Mesh::Record;
@@ -66,7 +69,7 @@ void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
     const auto patch = mesh.patch(face);
-    for (int born = 1; born < level; ++born)
+    for (int born = level - 1; patch.size(born) > 1; --born)
       for_each_owned(
           patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
             const PatchFrame frame(patch, side, born, row, column, level);

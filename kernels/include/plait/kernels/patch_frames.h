@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "plait/edge_index.h"
+#include "plait/topology.h"
 
 namespace plait {
 
@@ -13,11 +13,11 @@ template <int kSide>
 using PatchSide = std::integral_constant<int, kSide>;
 
 /// The vertices that the current patch computes at one level of birth: those in its interior and
-/// those on the edges that it owns. Calls visit(PatchSide, row, column, on_border); the vertex is
-/// at from_side(face, {side, level, row, column}).
+/// those on the edges that it owns. Calls visit(PatchSide, row, column, on_border): the vertex's
+/// place in the slot of that side, seen from this face; PatchFrame has its place in the patch.
 template <class Patch, class Visit>
 void for_each_owned(const Patch& patch, int level, Visit visit) {
-  const std::int64_t n = slot_side(level);
+  const std::int64_t n = patch.size(level) / 2;
   const auto visit_side = [&](auto side) {
     const bool owns = patch.owns(side), border = patch.is_border(side);
     for (std::int64_t row = 0; row < n; ++row) {
@@ -42,7 +42,7 @@ class PatchFrame {
              int grid_level)
       : patch_(patch), level_(grid_level) {
     const std::int64_t at_start = 2 * row + 1, at_end = 2 * column + 1;
-    const std::int64_t opposite = (std::int64_t{1} << level) - at_start - at_end;
+    const std::int64_t opposite = patch.size(level) - at_start - at_end;
     const auto weight = [&](int corner) {
       return corner == kSide ? opposite : corner == (kSide + 1) % 3 ? at_start : at_end;
     };

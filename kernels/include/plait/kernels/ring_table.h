@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "plait/edge_index.h"
 #include "plait/topology.h"
 
 namespace plait {
@@ -23,14 +22,7 @@ class RingTable {
     for (std::size_t edge = 0; edge < spokes_.size(); ++edge)
       spokes_[edge] = {base[mesh.edges[edge].end], base[mesh.edges[edge].start]};
   }
-  /// From the edge's slot at `level`. Edges may be set from different threads.
-  void set_from_slot(const Topology& mesh, EdgeId edge, int level,
-                     std::span<const Record> slot) noexcept {
-    const std::int64_t last = slot_side(level) - 1;
-    const bool border = mesh.edges[edge].is_border();
-    spokes_[edge] = {slot[static_cast<std::size_t>(slot_position(level, border, last, 0))],
-                     slot[static_cast<std::size_t>(slot_position(level, border, 0, last))]};
-  }
+  /// Edges may be set from different threads.
   void set(EdgeId edge, const Record& next_to_start, const Record& next_to_end) noexcept {
     spokes_[edge] = {next_to_start, next_to_end};
   }

@@ -20,9 +20,8 @@ std::string_view to_string(Scheme scheme) noexcept;
 Scheme scheme_from_name(std::string_view name);
 
 enum class ExecutorKind : std::uint8_t {
-  kFused,  ///< patch by patch through all levels; patch by patch through all levels, from the base
-           ///< mesh
-  kSweep,  ///< level by level, edge by edge
+  kFused,        ///< patch by patch through all levels, from the base mesh
+  kSweep,        ///< level by level, edge by edge
   kTransparent,  ///< level by level, face by face, as a program of one's own would
 };
 std::string_view to_string(ExecutorKind executor) noexcept;
@@ -51,7 +50,8 @@ struct SubdivideOptions {
 /// float64 x 3 (`double_precision`), from base().positions().
 void add_base_positions(Store& store, bool double_precision = false);
 
-/// Refines attribute "position" from its finest level to `options.levels`. Does not commit.
+/// Refines attribute "position" from its finest level to `options.levels`, and records in the
+/// store's provenance how, so that it can be repaired and resumed. Does not commit.
 /// Errors: kInvalidArgument, kNotSupported (limit without Loop; fused in a store that has levels),
 /// kBudget naming what is needed, kCancelled, kIo and kNoSpace.
 void subdivide(Store& store, const SubdivideOptions& options);

@@ -16,44 +16,52 @@ namespace {
 constexpr std::uint64_t kMaxLevelBytes =
     static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) - 4096;
 
-std::uint64_t checked_product(std::uint64_t a, std::uint64_t b, int level,
+std::uint64_t checked_product(std::uint64_t a, std::uint64_t b, std::int64_t side,
                               std::uint64_t edge_count) {
   if (b != 0 && a > kMaxLevelBytes / b)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("lay out level {} of {} edges: expected at most {} bytes, found more",
-                            level, edge_count, kMaxLevelBytes));
+                fmt::format("lay out slots of {0} x {0} records on {1} edges: expected at most {2} "
+                            "bytes, found more",
+                            side, edge_count, kMaxLevelBytes));
   return a * b;
 }
 
 }  // namespace
 
 LevelGeometry::LevelGeometry(std::uint64_t edge_count, std::span<const EdgeId> border_edges,
-                             int level, std::size_t record_bytes, std::uint64_t block_bytes)
+                             BaseRelativeLevel level, std::size_t record_bytes,
+                             std::uint64_t block_bytes)
     : edge_count_(edge_count),
       border_edges_(border_edges),
       level_(level),
       record_bytes_(record_bytes) {
-  if (level < 1 || level > kMaxLevel)
+  if (level.refinements < 1 || level.refinements > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("lay out a level: expected level 1 to {}, found {}", kMaxLevel, level));
+                fmt::format("lay out a level: expected 1 to {} refinements of the base mesh, found "
+                            "{}",
+                            kMaxLevel, level.refinements));
+  const std::int64_t side = slot_side(level.refinements);
   if (record_bytes == 0)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("lay out level {}: expected records of at least 1 byte, found 0", level));
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("lay out slots of {0} x {0} records: expected records of at least 1 "
+                            "byte, found 0",
+                            side));
   if (edge_count >= kNoId)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("lay out level {}: expected fewer than {} edges, found {}", level,
-                            kNoId, edge_count));
+                fmt::format("lay out slots of {0} x {0} records: expected fewer than {1} edges, "
+                            "found {2}",
+                            side, kNoId, edge_count));
   if (border_edges.size() > edge_count ||
       (!border_edges.empty() && border_edges.back() >= edge_count))
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("lay out level {}: expected border edges below {}, found {} ending "
-                            "with {}",
-                            level, edge_count, border_edges.size(), border_edges.back()));
+                fmt::format("lay out slots of {0} x {0} records: expected border edges below {1}, "
+                            "found {2} ending with {3}",
+                            side, edge_count, border_edges.size(), border_edges.back()));
 
-  full_slot_bytes_ = checked_product(slot_records(level), record_bytes, level, edge_count);
-  checked_product(full_slot_bytes_, edge_count, level, edge_count);
-  border_saving_bytes_ = full_slot_bytes_ - slot_records(level, true) * record_bytes;
+  full_slot_bytes_ =
+      checked_product(slot_records(level.refinements), record_bytes, side, edge_count);
+  checked_product(full_slot_bytes_, edge_count, side, edge_count);
+  border_saving_bytes_ = full_slot_bytes_ - slot_records(level.refinements, true) * record_bytes;
   total_bytes_ = offset_of(edge_count);
 
   while (full_slot_bytes_ <= block_bytes >> (shift_ + 1) && std::uint64_t{1} << shift_ < edge_count)
