@@ -194,7 +194,7 @@ class Stress {
   }
 
   const BackendRegistry::Entry entry_;
-  TemporaryDirectory place_;
+  TemporaryDirectory place_{Medium::kMemory};
   Directory directory_;
   Faults faults_;
   std::unique_ptr<Volume> volume_;
