@@ -24,7 +24,7 @@ namespace plait::test {
 namespace {
 
 constexpr std::uint64_t kBlockBytes = 4096, kBlocks = 48, kThreads = 8;
-constexpr int kSteps = 400;
+constexpr int kSteps = 200;
 constexpr unsigned char kHalfWritten = 0xee;
 
 struct Faults {
@@ -194,7 +194,7 @@ class Stress {
   }
 
   const BackendRegistry::Entry entry_;
-  TemporaryDirectory place_;
+  TemporaryDirectory place_{Medium::kMemory};
   Directory directory_;
   Faults faults_;
   std::unique_ptr<Volume> volume_;
