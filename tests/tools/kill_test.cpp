@@ -59,7 +59,7 @@ std::vector<std::string> backends_on_disk() {
 
 TEST_CASE("SubdivideResume_KilledAgainAndAgain_ArrivesWithTheSameBytes") {
   std::mt19937_64 random(11);
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
   REQUIRE(run(here.path(), {"subdivide", "m.ply", "whole.plait", "--levels", "5", "--normals",
                             "--durability", "none"})
@@ -94,7 +94,7 @@ TEST_CASE("SubdivideResume_KilledAgainAndAgain_ArrivesWithTheSameBytes") {
 
 TEST_CASE("Convert_Killed_LeavesAWholeCopyOrNone") {
   std::mt19937_64 random(13);
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
   REQUIRE(
       run(here.path(), {"subdivide", "m.ply", "s.plait", "--levels", "4", "--durability", "none"})
@@ -119,7 +119,7 @@ TEST_CASE("Repair_KilledAgainAndAgain_EndsWithTheStoreAsItWas") {
   std::mt19937_64 random(17);
   for (const std::string backend : {"pread", "compressed"})
     for (int round = 0; round < rounds(2); ++round) {
-      const TemporaryDirectory here;
+      const TemporaryDirectory here(Medium::kMemory);
       REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
       REQUIRE(run(here.path(), {"subdivide", "m.ply", "s.plait", "--levels", "4", "--normals",
                                 "--backend", backend, "--block", "16KiB"})
@@ -144,7 +144,7 @@ TEST_CASE("Repair_KilledAgainAndAgain_EndsWithTheStoreAsItWas") {
 
 TEST_CASE("SubdivideForce_Killed_LeavesTheOldStoreOrTheNewOne") {
   std::mt19937_64 random(19);
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   std::vector<std::string> digests;
   for (const char* vertices : {"800", "900"}) {
     const std::string mesh = std::string(vertices) + ".ply";

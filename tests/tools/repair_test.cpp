@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
 struct Workplace {
-  TemporaryDirectory directory;
+  TemporaryDirectory directory{Medium::kMemory};
   explicit Workplace(const IndexedMesh& mesh = random_sphere(7, 300)) {
     write_ply(path("mesh.ply"), mesh);
   }

@@ -37,7 +37,7 @@ TEST_CASE("Resume_LevelByLevel_GivesWhatOneRunGives") {
     if (backend == "memory") continue;
     for (const std::string scheme : {"loop", "butterfly", "midpoint"}) {
       CAPTURE(backend, scheme);
-      const TemporaryDirectory here;
+      const TemporaryDirectory here(Medium::kMemory);
       make_mesh(here, "m.ply", "300");
       const Names options{"--backend", backend, "--scheme", scheme,
                           "--memory",  "4MiB",  "--block",  "16KiB"};
@@ -92,7 +92,7 @@ TEST_CASE("Resume_OfAStoreThatALibraryUserMade_GoesOn") {
 }
 
 TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   make_mesh(here, "m.ply", "300");
   make_mesh(here, "other.ply", "400");
   REQUIRE(run(here.path(), subdivide(3, {"--resume", "--normals"})).status == 0);
@@ -114,7 +114,7 @@ TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {
 }
 
 TEST_CASE("Resume_FinishedButForNormals_MakesThem") {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   make_mesh(here, "m.ply", "300");
   REQUIRE(run(here.path(), subdivide(3, {"--resume"})).status == 0);
   const Outcome outcome = run(here.path(), subdivide(3, {"--resume", "--normals"}));
@@ -127,7 +127,7 @@ TEST_CASE("Resume_FinishedButForNormals_MakesThem") {
 }
 
 TEST_CASE("Resume_OfAMeshWithOneVertexMoved_IsRefused") {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   make_mesh(here, "m.ply", "300");
   REQUIRE(run(here.path(), subdivide(2)).status == 0);
   IndexedMesh mesh = read_indexed_mesh(here.path() / "m.ply");
@@ -141,7 +141,7 @@ TEST_CASE("Resume_OfAMeshWithOneVertexMoved_IsRefused") {
 }
 
 TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   make_mesh(here, "m.ply", "20000");
   Names whole = subdivide(6);
   whole[2] = "whole.plait";
