@@ -107,7 +107,7 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
   }
   require(!newest.empty(), "no slot");
   require(u32(newest, 8) == 2 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
-  for (std::size_t i = 208; i < 256; ++i) require(newest[i] == 0, "reserved bytes");
+  for (std::size_t i = 226; i < 256; ++i) require(newest[i] == 0, "reserved bytes");
   return newest;
 }
 

@@ -221,7 +221,7 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
   refused(forged(88, std::uint32_t{kMaxLevel + 1}), "base level is 21");
   refused(forged(88, ~std::uint32_t{0}), "base level");
   refused(forged(92, std::uint32_t{997}), "attribute number");
-  for (const std::size_t offset : {128u, 144u, 160u, 176u, 192u}) {
+  for (const std::size_t offset : {128u, 144u, 160u, 176u, 192u, 208u}) {
     std::array<char, 16> text;
     text.fill('x');
     refused(forged(offset, text), "a name's length is 16");
@@ -247,7 +247,7 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
 TEST_CASE("DecodeManifest_OptionalFlagsAndReservedBytes_AreIgnored") {
   const Manifest expected = full_manifest(3);
   check_equal(decode_manifest(forged(16, ~std::uint32_t{0}), "manifest"), expected);
-  check_equal(decode_manifest(forged(208, ~std::uint64_t{0}), "manifest"), expected);
+  check_equal(decode_manifest(forged(232, ~std::uint64_t{0}), "manifest"), expected);
   check_equal(decode_manifest(forged(256 + 56, ~std::uint64_t{0}), "manifest"), expected);
   check_equal(decode_manifest(forged(256 + 3 * 64, ~std::uint64_t{0}), "manifest"), expected);
 }
