@@ -6,8 +6,10 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <thread>
 
+#include "plait/edge_index.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -20,15 +22,22 @@ constexpr int kMaxPictureSide = 8192;
               fmt::format("read {} \"{}\": expected {}", what, text, expected));
 }
 
+std::string lower_case(std::string_view text) {
+  std::string lower(text);
+  std::ranges::transform(lower, lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  });
+  return lower;
+}
+
 /// The power of two a unit stands for, or -1.
 int unit_shift(std::string_view unit) {
-  std::string lower(unit);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const std::string lower = lower_case(unit);
   if (lower.empty() || lower == "b") return 0;
   if (lower == "k" || lower == "kb" || lower == "kib") return 10;
   if (lower == "m" || lower == "mb" || lower == "mib") return 20;
   if (lower == "g" || lower == "gb" || lower == "gib") return 30;
+  if (lower == "t" || lower == "tb" || lower == "tib") return 40;
   return -1;
 }
 
@@ -64,12 +73,21 @@ std::uint64_t parse_size(std::string_view text) {
     std::uint64_t numerator = 0, denominator = 1;
     parse_whole(fraction, numerator);
     for (std::size_t digit = 0; digit < fraction.size(); ++digit) denominator *= 10;
-    // At most 10^9 * 2^30, below 2^60.
-    const std::uint64_t scaled = numerator << shift;
-    if (scaled % denominator != 0) refuse("size", text, kExpected);
-    bytes += scaled / denominator;
+    // Nine digits and forty bits need more than 64; the fraction in lowest terms does not.
+    const std::uint64_t common = std::gcd(numerator, denominator);
+    if ((std::uint64_t{1} << shift) % (denominator / common) != 0) refuse("size", text, kExpected);
+    bytes += (std::uint64_t{1} << shift) / (denominator / common) * (numerator / common);
   }
   return bytes;
+}
+
+std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last) {
+  std::uint64_t value = 0;
+  if (!parse_whole(text, value) || value < first || value > last)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("expected a whole number from {} to {}, found \"{}\"", first, last, text));
+  return value;
 }
 
 PictureSize parse_picture_size(std::string_view text) {
@@ -92,6 +110,17 @@ ViewAngles parse_view(std::string_view text) {
   return view;
 }
 
+std::string lower_extension(const std::filesystem::path& path) {
+  return lower_case(path.extension().native());
+}
+
+void require_extension(std::string_view verb, const std::filesystem::path& path,
+                       std::string_view extension) {
+  if (lower_extension(path) != extension)
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("{} {}: expected a name that ends in {}",
+                                                         verb, path.native(), extension));
+}
+
 std::string format_bytes(std::uint64_t bytes) {
   if (bytes < 1024) return fmt::format("{} bytes", bytes);
   constexpr const char* kUnits[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
@@ -102,7 +131,8 @@ std::string format_bytes(std::uint64_t bytes) {
 }
 
 std::string size_text(std::uint64_t bytes) {
-  constexpr std::pair<int, const char*> kUnits[] = {{30, "GiB"}, {20, "MiB"}, {10, "KiB"}};
+  constexpr std::pair<int, const char*> kUnits[] = {
+      {40, "TiB"}, {30, "GiB"}, {20, "MiB"}, {10, "KiB"}};
   for (const auto& [shift, unit] : kUnits)
     if (bytes != 0 && (bytes & ((std::uint64_t{1} << shift) - 1)) == 0)
       return fmt::format("{}{}", bytes >> shift, unit);
@@ -121,19 +151,37 @@ std::string format_count(std::uint64_t count) {
 
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                              const std::string& description) {
-  return command
-      .add_option_function<std::string>(
-          name,
-          [name, &value](const std::string& text) {
-            try {
-              value = parse_size(text);
-            } catch (const Error& error) {
-              throw CLI::ValidationError(name, error.what());
-            }
-          },
-          description)
+  return add_parsed_option(
+             command, name, [&value](const std::string& text) { value = parse_size(text); },
+             description)
       ->type_name("SIZE")
       ->default_str(size_text(value));
+}
+
+CLI::Option* add_threads_option(CLI::App& command, int& threads, const std::string& description) {
+  constexpr int kMostThreads = 1024;
+  return add_whole_option(command, "--threads", threads, 1, kMostThreads, description)
+      ->default_str(std::to_string(threads));
+}
+
+CLI::Option* add_level_option(CLI::App& command, int& level, const std::string& description) {
+  return add_whole_option(command, "--level", level, 0, kMaxLevel, description);
+}
+
+CLI::Option* add_output_option(CLI::App& command, const std::string& name,
+                               std::filesystem::path& path, const std::string& description) {
+  return add_parsed_option(
+             command, name,
+             [&path](const std::string& text) {
+               if (text.empty() || text == "-")
+                 throw Error(ErrorCode::kInvalidArgument,
+                             fmt::format("expected a name (nothing is written to standard output; "
+                                         "./- is a file called -), found \"{}\"",
+                                         text));
+               path = text;
+             },
+             description)
+      ->type_name("PATH");
 }
 
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {

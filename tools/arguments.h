@@ -3,18 +3,24 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
 #include "command.h"
+#include "plait/error.h"
 
 namespace plait {
 
-/// Bytes from "65536", "64K", "64KiB", "1.5 GiB": K, M and G are powers of 1024, with or without
+/// Bytes from "65536", "64K", "64KiB", "1.5 GiB": K, M, G and T are powers of 1024, with or without
 /// "iB" or "B", in either case. Errors: kInvalidArgument for anything else, for what is no whole
 /// number of bytes, and for what does not fit into 64 bits.
 /// Pinned by tests/tools/arguments_test.cpp.
 std::uint64_t parse_size(std::string_view text);
+
+/// A whole number from `first` to `last`. Errors: kInvalidArgument for anything else, such as "-1"
+/// where `first` is 0, or a number of more digits than 64 bits hold.
+std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last);
 
 struct PictureSize {
   int width = 0, height = 0;  ///< pixels, 1 to 8192
@@ -28,6 +34,13 @@ struct ViewAngles {
 /// "30,20": azimuth -360 to 360, elevation -90 to 90. Errors: kInvalidArgument.
 ViewAngles parse_view(std::string_view text);
 
+/// The extension of `path` in lower case: ".ply" of "BUNNY.PLY".
+std::string lower_extension(const std::filesystem::path& path);
+/// Errors: kInvalidArgument, beginning with `verb`, unless the name of `path` ends in `extension`
+/// (in lower case here, in either case there).
+void require_extension(std::string_view verb, const std::filesystem::path& path,
+                       std::string_view extension);
+
 /// "512 bytes", "1.50 KiB", "2.33 GiB".
 std::string format_bytes(std::uint64_t bytes);
 /// The shortest text that parse_size takes back: "1MiB", "65537".
@@ -38,10 +51,52 @@ std::string format_count(std::uint64_t count);
 /// Options that several commands share, worded the same everywhere. `value` must outlive parsing.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                              const std::string& description);
+/// A whole number from `first` to `last`, as parse_whole_number takes it.
+template <class Number>
+CLI::Option* add_whole_option(CLI::App& command, const std::string& name, Number& value,
+                              std::uint64_t first, std::uint64_t last,
+                              const std::string& description);
+/// --threads N, 1 to 1024.
+CLI::Option* add_threads_option(CLI::App& command, int& threads, const std::string& description);
+/// --level K, 0 to kMaxLevel, for commands that take the finest one where it is not given (-1).
+CLI::Option* add_level_option(CLI::App& command, int& level, const std::string& description);
+/// A positional argument that names what is made. "-" is refused: nothing is written to standard
+/// output.
+CLI::Option* add_output_option(CLI::App& command, const std::string& name,
+                               std::filesystem::path& path, const std::string& description);
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context);
 /// A line for each backend of the registry, for --help.
 std::string backend_help(const BackendRegistry& backends);
 /// hardware_concurrency, or 1 where that is not known.
 int default_thread_count();
+
+/// Errors of `parse` become those of the option `name`.
+template <class Parse>
+CLI::Option* add_parsed_option(CLI::App& command, const std::string& name, Parse parse,
+                               const std::string& description) {
+  return command.add_option_function<std::string>(
+      name,
+      [name, parse](const std::string& text) {
+        try {
+          parse(text);
+        } catch (const Error& error) {
+          throw CLI::ValidationError(name, error.what());
+        }
+      },
+      description);
+}
+
+template <class Number>
+CLI::Option* add_whole_option(CLI::App& command, const std::string& name, Number& value,
+                              std::uint64_t first, std::uint64_t last,
+                              const std::string& description) {
+  return add_parsed_option(
+             command, name,
+             [&value, first, last](const std::string& text) {
+               value = static_cast<Number>(parse_whole_number(text, first, last));
+             },
+             description)
+      ->type_name("N");
+}
 
 }  // namespace plait

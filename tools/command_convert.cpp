@@ -10,13 +10,14 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "partial_output.h"
 #include "plait/convert.h"
-#include "plait/digest.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "read_back.h"
 
 namespace plait {
 namespace {
@@ -27,7 +28,7 @@ struct Arguments {
   std::uint64_t block_bytes = 0;       ///< 0: as the source has it
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
   int threads = default_thread_count();
-  bool no_digest = false, force = false;
+  bool verify = false, force = false;
 };
 
 StoreOptions target_options(const Arguments& arguments, const Store& source,
@@ -53,27 +54,6 @@ StoreOptions target_options(const Arguments& arguments, const Store& source,
   return options;
 }
 
-Digest digest_of(Store& store, const char* task, int threads) {
-  Progress progress(task, ProgressUnit::kNone);
-  DigestOptions options;
-  options.threads = threads;
-  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total);
-  };
-  return digest(store, options);
-}
-
-/// Errors: kCorruption if the copy is not what the source is.
-std::string checked_digest(Store& source, Store& copy, int threads) {
-  const Digest expected = digest_of(source, "digest of the source", threads);
-  const Digest found = digest_of(copy, "digest of the copy", threads);
-  if (expected != found)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("convert {}: digest of the copy {}, expected {}",
-                            source.path().native(), found.to_string(), expected.to_string()));
-  return found.to_string();
-}
-
 int run(const Arguments& arguments, const CommandContext& context) {
   Stopwatch clock;
   OpenOptions open;
@@ -81,18 +61,17 @@ int run(const Arguments& arguments, const CommandContext& context) {
   open.budget_bytes = arguments.memory_bytes / 2;
   Store source = Store::open(arguments.from, open, context.backends);
   const StoreOptions options = target_options(arguments, source, context.backends);
-  PartialOutput output(arguments.to, arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
+  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.from, output.final_path(), ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert {}: source and copy are the same", arguments.from.native()));
-  if (arguments.force) require_replaceable_store(output.final_path(), context.backends);
 
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;
   std::string word;
-  {
-    Store copy = Store::create(output.path(), source.base(), options, context.backends);
+  build_output(output, [&] {
+    Store copy = Store::create(output.make(), source.base(), options, context.backends);
     {
       Progress progress("convert", ProgressUnit::kBytes);
       copy_levels(source, copy, [&](std::uint64_t done, std::uint64_t total) {
@@ -101,9 +80,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
     }
     copy.commit();
     to_bytes = copy.stored_bytes();
-    if (!arguments.no_digest) word = checked_digest(source, copy, arguments.threads);
     copy.close();
-  }
+    if (arguments.verify)
+      word = compare_copy(source, output.path(), open, arguments.threads, context.backends);
+  });
   throw_if_interrupted();
   output.publish(true);
 
@@ -112,7 +92,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     print(fmt::format("{}: {} by backend {}, was {} by {} ({:.2f} to 1), {:.2f} s\n",
                       output.final_path().native(), format_bytes(to_bytes), options.backend,
                       format_bytes(from_bytes), source.options().backend, ratio, clock.seconds()));
-    if (!word.empty()) print(fmt::format("digest {}, equal to the source's\n", word));
+    if (!word.empty()) print(fmt::format("read back: digest {}, that of the source\n", word));
     return kExitDone;
   }
   nlohmann::ordered_json report = {{"from", arguments.from.string()},
@@ -135,7 +115,7 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
   CLI::App* command = program.add_subcommand(
       "convert", "Copy a store into another backend, codec, filter or block size");
   command->add_option("STORE", arguments->from, "The store to copy")->required();
-  command->add_option("OUT", arguments->to, "The store to make")->required();
+  add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
   command->add_option("--backend", arguments->backend, "What keeps the copy (see below)");
   command->add_option("--codec", arguments->codec, "none, lz4, zstd or zstd:LEVEL");
   command->add_option("--filter", arguments->filter, "none or shuffle");
@@ -143,11 +123,9 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
       ->default_str("as in STORE");
   add_size_option(*command, "--memory", arguments->memory_bytes,
                   "Budget for blocks in memory, half of it for each store");
-  command->add_option("--threads", arguments->threads, "Threads of the digests")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  command->add_flag("--no-digest", arguments->no_digest,
-                    "Do not compare the digests of source and copy");
+  add_threads_option(*command, arguments->threads, "Threads of --verify");
+  command->add_flag("--verify", arguments->verify,
+                    "Read the copy back from the disk and compare it with STORE");
   command->add_flag("--force", arguments->force,
                     "Replace OUT if it is a store; the old one goes when the new one is whole");
   add_json_option(*command, context);
@@ -157,7 +135,7 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
                   "\n"
                   "Examples:\n"
                   "  plait convert surface.plait small.plait --backend compressed --codec zstd:9\n"
-                  "  plait convert small.plait fast.plait --backend mmap --block 256KiB");
+                  "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run(*arguments, context); };
   });

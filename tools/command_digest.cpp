@@ -57,12 +57,9 @@ void add_digest_command(CLI::App& program, CommandContext& context) {
   CLI::App* command =
       program.add_subcommand("digest", "One word for a store's content, whatever holds it");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command->add_option("--level", arguments->level, "Only the vertices born at this level")
-      ->check(CLI::NonNegativeNumber);
+  add_level_option(*command, arguments->level, "Only the vertices born at this level");
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
-  command->add_option("--threads", arguments->threads, "Threads")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  add_threads_option(*command, arguments->threads, "Threads");
   add_json_option(*command, context);
   command->footer(
       "The last line is one hexadecimal word. It is equal for any backend, codec, block size,\n"

@@ -12,9 +12,11 @@
 #include "command.h"
 #include "console.h"
 #include "export/mesh_export.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
+#include "left_overs.h"
+#include "plait/partial_file.h"
 #include "plait/store.h"
 #include "progress.h"
 
@@ -33,7 +35,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
   ExportOptions options;
   options.format = export_format(arguments.output);
   options.attributes = arguments.attributes;
-  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  PartialFile::check(arguments.output, Existing::kReplace);
+  remove_left_overs_of(arguments.output);
+  PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.backends);
@@ -46,10 +50,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
     options.proceed = [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total);
     };
-    result = export_mesh(store, output.path(), options);
+    result = build_output(output, [&] { return export_mesh(store, output.file(), options); });
   }
   throw_if_interrupted();
-  output.publish(false);
+  output.publish();
 
   if (!context.json) {
     print(fmt::format("{}: level {}, {} vertices, {} triangles, {}, {:.2f} s\n",
@@ -75,12 +79,10 @@ void add_export_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("export", "Write one level of a store as a mesh file");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command
-      ->add_option("OUT", arguments->output,
-                   "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
+  add_output_option(*command, "OUT", arguments->output,
+                    "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
       ->required();
-  command->add_option("--level", arguments->level, "Which level; default: the finest")
-      ->check(CLI::NonNegativeNumber);
+  add_level_option(*command, arguments->level, "Which level; default: the finest");
   command
       ->add_option("--attribute", arguments->attributes,
                    "Also this attribute, such as normal; again, or a,b, for more")

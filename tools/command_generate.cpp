@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,11 +12,13 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "final_name.h"
 #include "generate/generate.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
+#include "left_overs.h"
 #include "plait/mesh_io.h"
+#include "plait/partial_file.h"
 #include "progress.h"
 
 namespace plait {
@@ -27,25 +31,28 @@ struct Arguments {
   bool force = false;
 };
 
-int run(const Arguments& arguments, const CommandContext& context) {
-  const GeneratorKind kind = generator_from_name(arguments.kind);
-  if (arguments.output.extension() != ".ply")
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("generate {}: expected a name that ends in .ply", arguments.output.native()));
-  PartialOutput output(arguments.output,
-                       arguments.force ? Existing::kReplaceFile : Existing::kRefuse);
-  const Stopwatch clock;
+IndexedMesh generate_with_progress(GeneratorKind kind, const Arguments& arguments,
+                                   const CommandContext& context) {
+  const EndAtOnce nothing_is_made_yet(context.json);
   Progress progress("generate", ProgressUnit::kNone);
   constexpr std::uint64_t kSteps = 1000;
-  const IndexedMesh mesh = generate(kind, arguments.vertices, arguments.seed, [&](double fraction) {
+  return generate(kind, arguments.vertices, arguments.seed, [&](double fraction) {
     progress.update(static_cast<std::uint64_t>(fraction * kSteps), kSteps);
-    throw_if_interrupted();
   });
-  write_ply(output.path(), mesh);
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const GeneratorKind kind = generator_from_name(arguments.kind);
+  require_extension("generate", arguments.output, ".ply");
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  PartialFile::check(arguments.output, existing);
+  remove_left_overs_of(arguments.output);
+  const Stopwatch clock;
+  const IndexedMesh mesh = generate_with_progress(kind, arguments, context);
+  PartialFile output(arguments.output, existing);
+  build_output(output, [&] { write_ply(output.file(), mesh); });
   throw_if_interrupted();
-  output.publish(false);
-  progress.clear();
+  output.publish();
 
   if (context.json) {
     const nlohmann::ordered_json report = {{"kind", to_string(kind)},
@@ -71,11 +78,13 @@ void add_generate_command(CLI::App& program, CommandContext& context) {
   CLI::App* command = program.add_subcommand("generate", "Make a base mesh from a seed");
   command->add_option("KIND", arguments->kind, "molecule, torus, icosphere or open-sheet")
       ->required();
-  command->add_option("OUT", arguments->output, "The file to make: NAME.ply")->required();
-  command->add_option("--vertices", arguments->vertices, "Exactly so many vertices")
-      ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "Another seed, another mesh")
-      ->capture_default_str();
+  add_output_option(*command, "OUT", arguments->output, "The file to make: NAME.ply")->required();
+  constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
+  add_whole_option(*command, "--vertices", arguments->vertices, 0, kLargest,
+                   "Exactly so many vertices")
+      ->default_str(std::to_string(arguments->vertices));
+  add_whole_option(*command, "--seed", arguments->seed, 0, kLargest, "Another seed, another mesh")
+      ->default_str(std::to_string(arguments->seed));
   command->add_flag("--force", arguments->force, "Replace OUT if it exists");
   add_json_option(*command, context);
   command->footer(

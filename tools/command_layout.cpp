@@ -11,12 +11,14 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
+#include "left_overs.h"
 #include "picture/span_diagram.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/partial_file.h"
 
 namespace plait {
 namespace {
@@ -104,21 +106,35 @@ void print_report(const BaseMesh& mesh, const Arguments& arguments,
   }
 }
 
+BaseMesh read_with_warnings(const std::filesystem::path& path, const CommandContext& context) {
+  const EndAtOnce nothing_is_made_yet(context.json);
+  std::vector<std::string> warnings;
+  BaseMesh mesh = read_base_mesh(path, &warnings);
+  for (const std::string& warning : warnings) report_warning(warning);
+  return mesh;
+}
+
+LaidOutMesh lay_out_or_end(const BaseMesh& mesh, LayoutKind kind, const CommandContext& context) {
+  const EndAtOnce nothing_is_half_made(context.json);
+  return lay_out(mesh, kind);
+}
+
 int run(const Arguments& arguments, const CommandContext& context) {
   const std::vector<LayoutKind> kinds = chosen_layouts(arguments.layout);
-  std::vector<std::string> warnings;
-  const BaseMesh mesh = read_base_mesh(arguments.mesh, &warnings);
-  for (const std::string& warning : warnings) report_warning(warning);
+  if (!arguments.picture.empty()) require_extension("draw", arguments.picture, ".png");
+  const BaseMesh mesh = read_with_warnings(arguments.mesh, context);
   std::vector<Measured> layouts;
   for (const LayoutKind kind : kinds) {
-    throw_if_interrupted();
     const Stopwatch clock;
-    const LaidOutMesh laid_out = lay_out(mesh, kind);
+    const LaidOutMesh laid_out = lay_out_or_end(mesh, kind, context);
     layouts.push_back({laid_out.kind, laid_out.spans, clock.seconds()});
     if (arguments.picture.empty()) continue;
-    PartialOutput output(picture_path(arguments, laid_out.kind), Existing::kReplaceFile);
-    draw_span_diagram(laid_out.mesh, output.path());
-    output.publish(false);
+    const std::filesystem::path path = picture_path(arguments, laid_out.kind);
+    PartialFile::check(path, Existing::kReplace);
+    remove_left_overs_of(path);
+    PartialFile output(path, Existing::kReplace);
+    build_output(output, [&] { draw_span_diagram(laid_out.mesh, output.file()); });
+    output.publish();
   }
   if (context.json)
     print(json_report(mesh, arguments, layouts).dump(2) + "\n");
@@ -138,8 +154,8 @@ void add_layout_command(CLI::App& program, CommandContext& context) {
       ->add_option("--layout", arguments->layout,
                    "given, spatial, hilbert, rcm, auto (the best of them) or all")
       ->capture_default_str();
-  command->add_option("--png", arguments->picture,
-                      "Draw the span diagram; with several layouts NAME-LAYOUT.png of each");
+  add_output_option(*command, "--png", arguments->picture,
+                    "Draw the span diagram; with several layouts NAME-LAYOUT.png of each");
   add_json_option(*command, context);
   command->footer(
       "A stencil's width is the difference of its largest and smallest edge index, the span is\n"

@@ -3,18 +3,20 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
+#include "left_overs.h"
 #include "picture/png_file.h"
+#include "plait/partial_file.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "render/shading.h"
@@ -26,21 +28,23 @@ namespace {
 struct Arguments {
   std::filesystem::path store, output;
   int level = -1;
-  std::string size = "1600x1200", view = "35,20";
-  UpAxis up = UpAxis::kY;
+  std::string size = "1600x1200", view = "35,20", up = "y";
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
   int threads = default_thread_count();
 };
+
+UpAxis axis_from_name(std::string_view name) {
+  return name == "x" ? UpAxis::kX : name == "y" ? UpAxis::kY : UpAxis::kZ;
+}
 
 int run(const Arguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   const PictureSize size = parse_picture_size(arguments.size);
   const ViewAngles view = parse_view(arguments.view);
-  if (arguments.output.extension() != ".png")
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("render to {}: expected a name that ends in .png", arguments.output.native()));
-  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  require_extension("render to", arguments.output, ".png");
+  PartialFile::check(arguments.output, Existing::kReplace);
+  remove_left_overs_of(arguments.output);
+  PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.backends);
@@ -49,8 +53,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
                         : store.attributes()[store.attribute("position")].finest_level;
 
   SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide);
-  const Camera camera =
-      fitting_camera(store, level, view, arguments.up, samples.width(), samples.height());
+  const Camera camera = fitting_camera(store, level, view, axis_from_name(arguments.up),
+                                       samples.width(), samples.height());
   throw_if_interrupted();
   {
     Progress progress("render", ProgressUnit::kNone);
@@ -60,8 +64,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   }
   const Image image = shade(samples, camera, arguments.threads);
   throw_if_interrupted();
-  write_png(image, output.path());
-  output.publish(false);
+  build_output(output, [&] { write_png(image, output.file()); });
+  output.publish();
 
   const std::uint64_t triangles = store.base().face_count() << (2 * (level - store.base_level()));
   if (!context.json) {
@@ -88,25 +92,21 @@ void add_render_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("render", "Draw one level of a store as a PNG");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command->add_option("OUT", arguments->output, "The file to make, or to replace: NAME.png")
+  add_output_option(*command, "OUT", arguments->output, "The file to make, or to replace: NAME.png")
       ->required();
-  command->add_option("--level", arguments->level, "Which level; default: the finest")
-      ->check(CLI::NonNegativeNumber);
+  add_level_option(*command, arguments->level, "Which level; default: the finest");
   command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, each to 8192")
       ->capture_default_str();
   command
       ->add_option("--view", arguments->view,
                    "AZIMUTH,ELEVATION in degrees: around the up axis, and above the horizon")
       ->capture_default_str();
-  const std::map<std::string, UpAxis> axes = {
-      {"x", UpAxis::kX}, {"y", UpAxis::kY}, {"z", UpAxis::kZ}};
-  command->add_option("--up", arguments->up, "The axis that points up: x, y or z; default y")
-      ->transform(CLI::CheckedTransformer(axes))
-      ->type_name("AXIS");
-  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
-  command->add_option("--threads", arguments->threads, "Threads of the shading")
-      ->check(CLI::Range(1, 1024))
+  command->add_option("--up", arguments->up, "The axis that points up: x, y or z")
+      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->type_name("AXIS")
       ->capture_default_str();
+  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  add_threads_option(*command, arguments->threads, "Threads of the shading");
   add_json_option(*command, context);
   command->footer(
       "Smooth shading from the normals in the store, or from the triangles if it has none. Memory\n"

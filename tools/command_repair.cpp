@@ -11,6 +11,7 @@
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
+#include "left_overs.h"
 #include "measure.h"
 #include "plait/kernels/repair.h"
 #include "progress.h"
@@ -95,6 +96,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
     return progress.update(done, total, phase);
   };
+  remove_left_overs_of(arguments.store);
   const RepairReport report = repair(arguments.store, options, context.backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
@@ -112,9 +114,7 @@ void add_repair_command(CLI::App& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "Say what would be done and change nothing");
   add_size_option(*command, "--memory", arguments->memory_bytes,
                   "Budget for blocks in memory, half of it for what is computed anew");
-  command->add_option("--threads", arguments->threads, "Threads that compute")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
+  add_threads_option(*command, arguments->threads, "Threads that compute");
   add_json_option(*command, context);
   command->footer(
       "Positions and normals that `plait subdivide` made follow from the base mesh: they are\n"

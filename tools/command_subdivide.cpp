@@ -9,16 +9,17 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "partial_output.h"
-#include "plait/digest.h"
 #include "plait/edge_index.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "read_back.h"
 #include "resume.h"
 #include "subdivide_report.h"
 
@@ -36,7 +37,7 @@ struct Arguments {
   std::uint64_t block_bytes = StoreOptions().block_bytes;
   std::uint64_t max_slot_bytes = 16 << 10;
   int threads = default_thread_count();
-  bool normals = false, limit = false, no_digest = false, force = false, resume = false;
+  bool normals = false, limit = false, digest = false, force = false, resume = false;
 };
 
 /// Everything that can be refused before the mesh is read.
@@ -96,20 +97,19 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
                 "subdivide: STORE is missing; only a backend that keeps nothing goes without");
   if (arguments.resume) return;
   plan.output.emplace(arguments.store,
-                      arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
-  if (arguments.force) require_replaceable_store(plan.output->final_path(), backends);
+                      arguments.force ? Existing::kReplace : Existing::kRefuse);
 }
 
 /// Reads, refines in memory where slots would be too large, and orders the mesh; as `existing` was,
 /// if there is one.
-LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, const Store* existing,
+LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, const Store* existing, bool json,
                          SubdivideReport& report) {
+  const EndAtOnce nothing_is_made_yet(json);
   Stopwatch clock;
   std::vector<std::string> warnings;
   BaseMesh mesh = read_base_mesh(arguments.mesh, &warnings);
   report.import_seconds = clock.lap();
   for (const std::string& warning : warnings) report_warning(warning);
-  throw_if_interrupted();
 
   report.input = figures_of(mesh);
   for (int level = 0; level <= arguments.levels; ++level)
@@ -122,27 +122,15 @@ LaidOutMesh prepare_mesh(const Arguments& arguments, Plan& plan, const Store* ex
   if (plan.store.base_level > 0)
     mesh = rebase(mesh, plan.store.base_level, plan.subdivide.scheme, plan.double_precision);
   report.refine_seconds = clock.lap();
-  throw_if_interrupted();
 
   LaidOutMesh laid_out = lay_out(mesh, plan.layout);
   report.layout_seconds = clock.lap();
-  throw_if_interrupted();
   report.base = figures_of(laid_out.mesh);
   report.base_level = plan.store.base_level;
   report.layout = to_string(laid_out.kind);
   report.spans = laid_out.spans;
   plan.store.layout = report.layout;
   return laid_out;
-}
-
-std::string digest_of(Store& store, int threads) {
-  Progress progress("digest", ProgressUnit::kNone);
-  DigestOptions options;
-  options.threads = threads;
-  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total);
-  };
-  return digest(store, options).to_string();
 }
 
 void describe(const Arguments& arguments, const Plan& plan, Store& store, SubdivideReport& report) {
@@ -216,39 +204,47 @@ void refine(Store& store, Plan& plan, bool by_levels, SubdivideReport& report) {
   }
 }
 
+Store create_store(const std::filesystem::path& path, BaseMesh mesh, Plan& plan,
+                   const CommandContext& context) {
+  if (!plan.output) return Store::create(path, std::move(mesh), plan.store, context.backends);
+  return build_output(*plan.output, [&] {
+    return Store::create(plan.output->make(), std::move(mesh), plan.store, context.backends);
+  });
+}
+
 int run(const Arguments& arguments, const CommandContext& context) {
-  const Stopwatch whole;
   Plan plan;
   make_plan(arguments, context.backends, plan);
   SubdivideReport report;
   {
     std::optional<Store> earlier = find_earlier_run(arguments, plan, context);
-    LaidOutMesh laid_out = prepare_mesh(arguments, plan, earlier ? &*earlier : nullptr, report);
+    LaidOutMesh laid_out =
+        prepare_mesh(arguments, plan, earlier ? &*earlier : nullptr, context.json, report);
     if (earlier) require_same_mesh(*earlier, laid_out.mesh);
-    const std::filesystem::path path = plan.output ? plan.output->path() : arguments.store;
-    Store store = earlier ? std::move(*earlier)
-                          : Store::create(plan.output || arguments.resume ? path : "",
-                                          std::move(laid_out.mesh), plan.store, context.backends);
+    const std::filesystem::path path =
+        arguments.resume ? arguments.store : std::filesystem::path();
+    Store store =
+        earlier ? std::move(*earlier) : create_store(path, std::move(laid_out.mesh), plan, context);
     refine(store, plan, arguments.resume, report);
-    report.seconds = whole.seconds();
-    report.cpu_seconds = cpu_seconds();
     describe(arguments, plan, store, report);
-    Stopwatch clock;
-    if (!arguments.no_digest) report.digest = digest_of(store, arguments.threads);
-    report.digest_seconds = clock.lap();
-    report.peak_rss_bytes = peak_rss_bytes();
+    const Stopwatch clock;
+    if (arguments.digest) report.digest = digest_with_progress(store, "digest", arguments.threads);
+    report.digest_seconds = clock.seconds();
     store.close();
   }
   throw_if_interrupted();
   if (plan.output) plan.output->publish(plan.store.durability == Durability::kCommit);
+  report.peak_rss_bytes = peak_rss_bytes();
+  report.cpu_seconds = cpu_seconds();
+  report.seconds = seconds_since_start();
   print(context.json ? to_json(report).dump(2) + "\n" : to_text(report));
   return kExitDone;
 }
 
 void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("MESH", arguments.mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
-  command.add_option("STORE", arguments.store,
-                     "The store to make, a directory; with --backend memory it may be left out");
+  add_output_option(command, "STORE", arguments.store,
+                    "The store to make, a directory; with --backend memory it may be left out");
   command.add_option("--levels", arguments.levels, "The level to reach, 1 to 20")
       ->required()
       ->check(CLI::Range(1, kMaxLevel));
@@ -284,7 +280,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
                   "commit: on the disk at the end; none: scratch, without waiting for the disk")
       ->check(CLI::IsMember({"commit", "none"}))
       ->capture_default_str();
-  command.add_flag("--no-digest", arguments.no_digest, "Do not compute the digest");
+  command.add_flag("--digest", arguments.digest,
+                   "Also read everything back and tell its digest, as plait digest does");
   CLI::Option* const force = command.add_flag(
       "--force", arguments.force,
       "Replace STORE if it is a store; the old one goes when the new one is whole");
@@ -304,7 +301,7 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
   add_json_option(*command, context);
   command->footer(backend_help(context.backends) +
                   "\n"
-                  "Times: `seconds` ends with the commit; the digest comes after it.\n"
+                  "`seconds` is all that you wait, from the start of the program to its end.\n"
                   "\n"
                   "Examples:\n"
                   "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"

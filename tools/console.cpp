@@ -45,13 +45,19 @@ void flush_output() {
     throw system_error("write", "standard output", errno == 0 ? EIO : errno);
 }
 
+std::string error_line(std::string_view message) { return "plait: " + one_line(message) + "\n"; }
+
+std::string error_object(std::string_view code, std::string_view message) {
+  const nlohmann::ordered_json object = {
+      {"error", {{"code", code}, {"message", one_line(message)}}}};
+  return object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
 void report_error(std::string_view code, std::string_view message, bool json) noexcept {
   try {
-    const std::string line = one_line(message);
-    std::fprintf(stderr, "plait: %s\n", line.c_str());
+    std::fputs(error_line(message).c_str(), stderr);
     if (!json) return;
-    const nlohmann::ordered_json object = {{"error", {{"code", code}, {"message", line}}}};
-    print(object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    print(error_object(code, message));
     flush_output();
   } catch (...) {
     // Standard output is closed or memory is gone; the exit status still tells.

@@ -1,6 +1,7 @@
 // tools/console.h: what the program says, and the status it ends with.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "plait/error.h"
@@ -22,8 +23,12 @@ void print(std::string_view text);
 /// Everything printed so far has left the process, or an Error says why not.
 void flush_output();
 
-/// "plait: MESSAGE", always one line, on standard error; with `json` also an object
-/// {"error": {"code", "message"}} on standard output. Never throws.
+/// "plait: MESSAGE\n", always one line.
+std::string error_line(std::string_view message);
+/// {"error": {"code", "message"}} and a newline.
+std::string error_object(std::string_view code, std::string_view message);
+/// error_line() on standard error; with `json` also error_object() on standard output. Never
+/// throws.
 void report_error(std::string_view code, std::string_view message, bool json) noexcept;
 /// "plait: warning: MESSAGE" on standard error.
 void report_warning(std::string_view message) noexcept;

@@ -8,11 +8,16 @@
 namespace plait {
 namespace {
 
+/// Made before main() begins; what the loader did before that is milliseconds.
+const Stopwatch since_start;
+
 double to_seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
 }  // namespace
+
+double seconds_since_start() { return since_start.seconds(); }
 
 double cpu_seconds() {
   rusage usage{};

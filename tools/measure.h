@@ -22,6 +22,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+/// Seconds since the process began to run: what the user has waited so far.
+double seconds_since_start();
+
 /// User and system time of all threads so far (getrusage).
 double cpu_seconds();
 

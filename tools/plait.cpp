@@ -1,16 +1,21 @@
 // The program plait: parses the command line, runs one command, maps errors to exit statuses.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "nearest_name.h"
 #include "plait/backends/registry.h"
 #include "plait/error.h"
 
@@ -24,7 +29,7 @@ constexpr const char* kFooter =
     "  plait verify molecule.plait\n"
     "  plait render molecule.plait molecule.png\n"
     "\n"
-    "Sizes take KiB, MiB, GiB, or K, M, G: all powers of 1024.\n"
+    "Sizes take KiB, MiB, GiB, TiB, or K, M, G, T: all powers of 1024.\n"
     "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
     "such as a file that is not there; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
     "Nothing half-made is left behind: outputs take their names when they are whole.";
@@ -48,6 +53,22 @@ int refuse_usage(const CLI::App& program, const CLI::ParseError& error, bool jso
   return kExitRefused;
 }
 
+/// The parser knows a word that is no command only as one that is left over.
+void require_known_command(const CLI::App& program, int argument_count, char** arguments) {
+  if (argument_count > 1 && arguments[1][0] == '-') return;
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+  const std::string expected = fmt::format("expected one of {}", fmt::join(names, ", "));
+  if (argument_count <= 1)
+    throw CLI::ValidationError(fmt::format("no command was given: {}", expected));
+  const std::string_view name = arguments[1];
+  if (std::ranges::find(names, name) != names.end()) return;
+  const std::string nearest = nearest_name(name, names);
+  throw CLI::ValidationError(
+      fmt::format("there is no command \"{}\"{}: {}", name,
+                  nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), expected));
+}
+
 int run_program(int argument_count, char** arguments) {
   install_signal_handlers();
   CommandContext context{default_backends()};
@@ -67,10 +88,12 @@ int run_program(int argument_count, char** arguments) {
   add_convert_command(program, context);
   add_layout_command(program, context);
   add_render_command(program, context);
+  add_clean_command(program, context);
 
   const bool json = asks_for_json(argument_count, arguments);
   try {
     try {
+      require_known_command(program, argument_count, arguments);
       program.parse(argument_count, arguments);
     } catch (const CLI::CallForVersion& version) {
       print(std::string(version.what()) + "\n");

@@ -86,7 +86,7 @@ speed          $(figure ns_per_vertex | awk '/^[0-9]/ { printf "%.1f", $1; next 
 executor       $(figure executor), $(figure threads) thread(s), layout $(figure layout), span $(figure span)
 disk           $(mebibytes stored_bytes) stored, $(mebibytes bytes_written) written, $(mebibytes bytes_read) read (backend $(figure backend))
 memory         $(mebibytes peak_rss_bytes) at most, with a budget of $(mebibytes budget_bytes)
-digest         $(figure digest)
+digest         $("$plait" digest "$store")
 
 mesh           $mesh
 store          $store

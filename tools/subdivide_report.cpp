@@ -70,7 +70,6 @@ Json to_json(const SubdivideReport& report) {
                {"layout_seconds", report.layout_seconds},
                {"refine_seconds", report.refine_seconds},
                {"commit_seconds", report.commit_seconds},
-               {"digest_seconds", report.digest_seconds},
                {"cpu_seconds", report.cpu_seconds},
                {"ns_per_vertex", report.ns_per_vertex()},
                {"bytes_written", report.paging.bytes_written},
@@ -96,7 +95,10 @@ Json to_json(const SubdivideReport& report) {
                {"span", report.spans.loop.span},
                {"face_span", report.spans.face.span},
                {"paging", paging_json(report.paging)}};
-  if (!report.digest.empty()) json["digest"] = report.digest;
+  if (!report.digest.empty()) {
+    json["digest"] = report.digest;
+    json["digest_seconds"] = report.digest_seconds;
+  }
   return json;
 }
 
@@ -116,10 +118,13 @@ std::string to_text(const SubdivideReport& report) {
   text += fmt::format("layout     {}, span {} edges\n", report.layout,
                       format_count(report.spans.loop.span));
   text += fmt::format(
-      "time       {:.2f} s: import {:.2f}, layout {:.2f}, refine {:.2f}, commit {:.2f}; {:.1f} ns "
+      "time       {:.2f} s: import {:.2f}, layout {:.2f}, refine {:.2f}, commit {:.2f}{}; {:.1f} "
+      "ns "
       "a vertex; {:.2f} s of processors\n",
       report.seconds, report.import_seconds, report.layout_seconds, report.refine_seconds,
-      report.commit_seconds, report.ns_per_vertex(), report.cpu_seconds);
+      report.commit_seconds,
+      report.digest.empty() ? "" : fmt::format(", digest {:.2f}", report.digest_seconds),
+      report.ns_per_vertex(), report.cpu_seconds);
   text +=
       fmt::format("moved      {} written, {} read, {} stored by backend {}\n",
                   format_bytes(report.paging.bytes_written), format_bytes(report.paging.bytes_read),

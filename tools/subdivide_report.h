@@ -24,10 +24,9 @@ struct SubdivideReport {
   int base_level = 0, levels = 0;
   int resumed_level = 0;                  ///< what was there when the work began
   std::vector<LevelCounts> level_counts;  ///< [level], 0 to levels
-  /// Up to the end of the commit: import + layout + refine + commit and what is between them.
+  /// All that the user waited: the parts that follow, and what is between them.
   double seconds = 0, import_seconds = 0, layout_seconds = 0, refine_seconds = 0,
-         commit_seconds = 0, cpu_seconds = 0;
-  double digest_seconds = 0;  ///< comes after `seconds`
+         commit_seconds = 0, digest_seconds = 0, cpu_seconds = 0;
   std::uint64_t stored_bytes = 0, peak_rss_bytes = 0, base_mesh_bytes = 0, budget_bytes = 0,
                 block_bytes = 0;
   std::string backend, codec, filter, executor, layout, scheme, precision, durability, digest;

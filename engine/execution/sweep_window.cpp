@@ -4,6 +4,7 @@
 #include <span>
 
 #include "execution/stencil.h"
+#include "execution/sweep_chunks.h"
 #include "paging/frame_pool.h"
 
 namespace plait {
@@ -31,15 +32,11 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
 }
 
 EdgeId SweepWindow::chunk_edges(int threads) const {
-  constexpr EdgeId kMaxEdges = 4096, kMinEdgesPerThread = 8;
-  EdgeId edges = kMaxEdges;
+  int fewest_slots_log2 = kMostChunkEdgesLog2;
   for (const std::vector<Level>& levels : levels_)
     for (const Level& level : levels)
-      edges =
-          std::min(edges, EdgeId{1} << std::min(level.file->geometry.slots_per_block_log2(), 12));
-  EdgeId wanted = 1;
-  while (wanted < kMinEdgesPerThread * static_cast<EdgeId>(threads)) wanted *= 2;
-  return std::max(edges, wanted);
+      fewest_slots_log2 = std::min(fewest_slots_log2, level.file->geometry.slots_per_block_log2());
+  return plait::chunk_edges(fewest_slots_log2, threads);
 }
 
 void SweepWindow::plan(EdgeId first, EdgeId after) {

@@ -68,7 +68,12 @@ Directory::Directory(const Directory& parent, const std::string& name)
 Directory Directory::make(const std::filesystem::path& path) {
   if (attempt({Kind::kMakeDirectory, path}, [&](auto) { return ::mkdir(path.c_str(), 0777); }) < 0)
     throw system_error("create", path.native(), errno);
-  return Directory(path);
+  try {
+    return Directory(path);
+  } catch (...) {
+    ::rmdir(path.c_str());
+    throw;
+  }
 }
 
 namespace {

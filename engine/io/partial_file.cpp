@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <system_error>
 #include <utility>
 
 #include "plait/error.h"
@@ -19,7 +20,8 @@ void refuse_what_is_there(const Directory& directory, const std::string& name,
   if (!directory.contains(name)) return;
   if (existing == Existing::kRefuse) throw taken(path);
   // Never in place of a directory or, say, /dev/null.
-  if (!std::filesystem::is_regular_file(std::filesystem::status(path)))
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("create {}: it exists and is no regular file", path.native()));
 }
@@ -62,6 +64,11 @@ PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
     file_ = File(directory_, partial_name_, OpenMode::kCreate);
     if (file_.lock(true) && directory_.contains(partial_name_, file_.descriptor())) return;
   }
+}
+
+void PartialFile::check(const std::filesystem::path& path, Existing existing) {
+  const OutputName output(path);
+  refuse_what_is_there(output.directory, output.name, path, existing);
 }
 
 PartialFile::~PartialFile() {

@@ -61,6 +61,10 @@ class PlyReader {
 
   IndexedMesh finish(Warnings* warnings) {
     fans_.report(input_, warnings);
+    if (ignored_bytes_ > 0 && warnings != nullptr)
+      warnings->push_back(
+          fmt::format("{}: {} bytes after the last element that the header promises were ignored",
+                      input_.path().native(), ignored_bytes_));
     return std::move(mesh_);
   }
 
@@ -80,7 +84,15 @@ class PlyReader {
         skip_element(values, element);
       }
     }
-    values.check_end();
+    if (!values.at_end()) ignore_rest();
+  }
+
+  /// To the end, so that what a compressed file says of its own bytes is checked.
+  void ignore_rest() {
+    do {
+      ignored_bytes_ += input_.unread().size();
+      input_.consume(input_.unread().size());
+    } while (input_.fill());
   }
 
   void check_header();
@@ -110,6 +122,7 @@ class PlyReader {
   const PlyElement* faces_ = nullptr;
   VertexProperties position_{};
   std::size_t face_list_ = 0;
+  std::uint64_t ignored_bytes_ = 0;
   IndexedMesh mesh_;
   FaceFans fans_{mesh_.faces};
 };

@@ -25,15 +25,13 @@ void BinaryPlyValues::refuse_end() const {
   refuse_at(input_.offset() + input_.unread().size(), describe_rest(place_), "the end of the file");
 }
 
-void BinaryPlyValues::check_end() {
+bool BinaryPlyValues::at_end() {
   while (input_.ensure(1)) {
     const char c = input_.unread().front();
-    if (c != '\n' && c != '\r' && c != ' ')
-      input_.refuse_at_byte(input_.offset(),
-                            "expected the end of the file after the last element that the header "
-                            "promises, found more");
+    if (c != '\n' && c != '\r' && c != ' ') return false;
     input_.consume(1);
   }
+  return true;
 }
 
 void TextPlyValues::begin_element(const PlyPlace& place) {
@@ -58,11 +56,6 @@ void TextPlyValues::refuse(std::string_view expected, std::string_view found) co
       text_.line(), fmt::format("{}: expected {}, found {}", describe(place_), expected, found));
 }
 
-void TextPlyValues::check_end() {
-  if (text_.seek_word())
-    text_.input().refuse_at_line(
-        text_.line(),
-        "expected the end of the file after the last element that the header promises, found more");
-}
+bool TextPlyValues::at_end() { return !text_.seek_word(); }
 
 }  // namespace plait

@@ -77,8 +77,8 @@ class BinaryPlyValues {
   [[noreturn]] void refuse_at(std::uint64_t offset, std::string_view expected,
                               std::string_view found) const;
   [[noreturn]] void refuse_end() const;
-  /// Errors: kInvalidArgument if anything but blanks follows.
-  void check_end();
+  /// Whether nothing but blanks follows, which are consumed.
+  bool at_end();
 
  private:
   Input& input_;
@@ -99,7 +99,7 @@ class TextPlyValues {
     for (std::uint64_t i = 0; i < count; ++i) value(type);
   }
   [[noreturn]] void refuse(std::string_view expected, std::string_view found) const;
-  void check_end();
+  bool at_end();
 
  private:
   TextInput text_;

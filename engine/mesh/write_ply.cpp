@@ -60,10 +60,16 @@ void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) 
 
 }  // namespace
 
-void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh, Existing existing) {
-  check_writable(path, mesh);
-  PartialFile output(path, existing);
-  BufferedFile file(output.file());
+void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
+  check_writable(path, mesh);  // before a file is made
+  PartialFile output(path, Existing::kReplace);
+  write_ply(output.file(), mesh);
+  output.publish();
+}
+
+void write_ply(File& to, const IndexedMesh& mesh) {
+  check_writable(to.path(), mesh);
+  BufferedFile file(to);
   file.write(
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
                   "property float y\nproperty float z\nelement face {}\n"
@@ -80,7 +86,6 @@ void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh, Exist
     file.write({record.data(), record.size()});
   }
   file.flush();
-  output.publish();
 }
 
 }  // namespace plait

@@ -209,10 +209,15 @@ std::vector<Manifest> read_whole_slots(const File& file) {
 
 void create_begun_manifest(const Directory& store, bool durable) {
   File file(store, kManifestName, OpenMode::kCreate);
-  file.write_at(0, begun_manifest());
-  if (durable) file.sync();
-  file.close();
-  if (durable) store.sync();
+  try {
+    file.write_at(0, begun_manifest());
+    if (durable) file.sync();
+    file.close();
+    if (durable) store.sync();
+  } catch (...) {
+    store.remove_if_possible(kManifestName);
+    throw;
+  }
 }
 
 void begin_manifest_again(const Directory& store) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <random>
+#include <system_error>
 #include <thread>
 
 #include "plait/edge_index.h"
@@ -148,7 +149,8 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {
-  return !std::filesystem::is_directory(path) || !is_uncommitted(Directory(path));
+  std::error_code ignored;
+  return !std::filesystem::is_directory(path, ignored) || !is_uncommitted(Directory(path));
 }
 
 }  // namespace plait

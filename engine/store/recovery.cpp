@@ -150,11 +150,14 @@ Directory claim_store_directory(const fs::path& path, Durability durability) {
     if (fs::exists(fs::symlink_status(path, ignored))) throw taken();
     directory = Directory::make(path);
   }
-  if (!directory->lock(false)) throw taken();  // by somebody who removes it
   try {
+    if (!directory->lock(false)) throw taken();  // by somebody who removes it
     create_begun_manifest(*directory, durability == Durability::kCommit);
   } catch (...) {
-    directory->remove_itself();  // unless somebody else was first
+    try {
+      directory->remove_itself();  // unless somebody else was faster, and it is not empty
+    } catch (const Error&) {  // the first error is the one to tell
+    }
     throw;
   }
   return std::move(*directory);

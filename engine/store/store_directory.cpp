@@ -13,9 +13,14 @@ File hold_store(const Directory& store) {
   return StoreLock(store, LockFor::kRecovering).release();
 }
 
+bool is_store_file_name(std::string_view name) {
+  return is_version_file_name(name) || name == kBaseMeshName || name == kJournalName ||
+         name == kLockName || name == kManifestName;
+}
+
 std::vector<std::string> remove_store_files(const Directory& store) {
   for (const std::string& name : store.names())
-    if (is_version_file_name(name) || name == kBaseMeshName || name == kJournalName)
+    if (is_store_file_name(name) && name != kLockName && name != kManifestName)
       store.remove_if_possible(name);
   for (const char* name : {kLockName, kManifestName}) store.remove_if_possible(name);
   return store.names();

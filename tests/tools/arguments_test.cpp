@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 #include <string>
+#include <vector>
 
+#include "nearest_name.h"
 #include "plait/error.h"
 #include "progress.h"
 
@@ -31,6 +33,9 @@ TEST_CASE("ParseSize_UnitsInAnyCase_ArePowersOf1024") {
   CHECK(parse_size("2GiB") == std::uint64_t{2} << 30);
   CHECK(parse_size("1.5G") == std::uint64_t{3} << 29);
   CHECK(parse_size("0.25K") == 256);
+  for (const char* text : {"1T", "1TiB", "1tb", "1024G"})
+    CHECK(parse_size(text) == std::uint64_t{1} << 40);
+  CHECK(parse_size("0.001953125T") == std::uint64_t{2} << 30);
 }
 
 TEST_CASE("ParseSize_LargestValues_FitOrAreRefused") {
@@ -42,12 +47,37 @@ TEST_CASE("ParseSize_LargestValues_FitOrAreRefused") {
 
 TEST_CASE("ParseSize_Junk_IsRefused") {
   for (const char* text :
-       {"",     " ",     "K",     "-1",    "+1",    "1e6",     "0x10",          "12T",
+       {"",     " ",     "K",     "-1",    "+1",    "1e6",     "0x10",          "12P",
         "12KK", "12Ki",  "1.",    ".5K",   "1.5",   "1.0001K", "1.1234567891K", "12 ",
         " 12",  "12  K", "1,000", "1_000", "12K\n", "NaN"}) {
     CAPTURE(text);
     CHECK(refusal_of_size(text) == ErrorCode::kInvalidArgument);
   }
+}
+
+TEST_CASE("ParseWholeNumber_OutsideItsRange_IsRefusedNamingIt") {
+  CHECK(parse_whole_number("0", 0, 20) == 0);
+  CHECK(parse_whole_number("20", 0, 20) == 20);
+  CHECK(parse_whole_number("18446744073709551615", 0, std::numeric_limits<std::uint64_t>::max()) ==
+        std::numeric_limits<std::uint64_t>::max());
+  for (const std::string text :
+       {"", "-1", "-0", "+1", "21", "1.0", " 1", "1e1", "99999999999999999999"}) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(parse_whole_number(text, 0, 20),
+                      "expected a whole number from 0 to 20, found \"" + text + "\"");
+  }
+}
+
+TEST_CASE("NearestName_OneOrTwoSlips_IsTheNameMeant") {
+  const std::vector<std::string> names = {"generate", "subdivide", "info", "verify", "digest"};
+  CHECK(nearest_name("subdvide", names) == "subdivide");
+  CHECK(nearest_name("sbudivide", names) == "subdivide");
+  CHECK(nearest_name("inof", names) == "info");
+  CHECK(nearest_name("digests", names) == "digest");
+  CHECK(nearest_name("foo", names).empty());
+  CHECK(nearest_name("in", names).empty());
+  CHECK(nearest_name("", names).empty());
+  CHECK(nearest_name(std::string(100000, 'x'), names).empty());
 }
 
 TEST_CASE("SizeText_AnySize_ReadsBack") {

@@ -1,5 +1,6 @@
 // Signals in the middle of long work: nothing half-made is left.
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
@@ -56,8 +57,8 @@ TEST_CASE("Subdivide_Interrupted_LeavesNothingAndSaysWhy") {
 TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {
   const TemporaryDirectory here;
   REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "8000"}).status == 0);
-  REQUIRE(run(here.path(), {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--no-digest",
-                            "--durability", "none"})
+  REQUIRE(run(here.path(),
+              {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--durability", "none"})
               .status == 0);
   for (const Names& arguments : std::vector<Names>{
            {"export", "s.plait", "out.obj.zst"},
@@ -65,6 +66,63 @@ TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {
     CAPTURE(arguments[0]);
     CHECK(interrupt(here.path(), arguments, SIGINT).status == 128 + SIGINT);
     CHECK(names_in(here.path()) == Names{"s.plait", "torus.ply"});
+  }
+}
+
+TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "400000"}).status == 0);
+  const Names before = names_in(here.path());
+  const std::vector<Names> all = {
+      {"generate", "molecule", "m.ply", "--vertices", "3000000", "--json"},
+      {"layout", "torus.ply", "--json"},
+      // The base mesh is refined four times in memory, which takes seconds.
+      {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--max-slot", "16", "--json"}};
+  for (const Names& arguments : all)
+    for (const int signal_number : {SIGINT, SIGTERM}) {
+      CAPTURE(arguments, signal_number);
+      Program program(here.path(), arguments);
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      ::kill(program.process(), signal_number);
+      const Outcome outcome = program.wait();
+      CHECK(outcome.status == 128 + signal_number);
+      // Not the words of a run that heard of the signal when the step was done.
+      CHECK(outcome.errors == "plait: cancelled by a signal; nothing is left half made\n");
+      CHECK(outcome.json()["error"]["code"] == "cancelled");
+      CHECK(names_in(here.path()) == before);
+    }
+}
+
+/// Runs the program with files of `bytes` bytes at most.
+Outcome run_with_file_limit(const std::filesystem::path& directory, Names arguments,
+                            std::uint64_t bytes) {
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit limit{bytes, before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  Program program(directory, std::move(arguments));
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  return program.wait();
+}
+
+TEST_CASE("Files_AsLongAsTheyMayGet_AreAnErrorAndNoSignal") {
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "2000"}).status == 0);
+  REQUIRE(run(here.path(), {"subdivide", "torus.ply", "s.plait", "--levels", "4"}).status == 0);
+  const Names before = names_in(here.path());
+  const std::vector<Names> all = {
+      {"generate", "torus", "big.ply", "--vertices", "100000", "--json"},
+      {"export", "s.plait", "out.ply", "--json"},
+      {"convert", "s.plait", "copy.plait", "--backend", "compressed", "--json"},
+      {"convert", "s.plait", "copy.plait", "--backend", "mmap", "--json"},
+      {"convert", "s.plait", "copy.plait", "--backend", "pread", "--json"}};
+  for (const Names& arguments : all) {
+    const Outcome outcome = run_with_file_limit(here.path(), arguments, 1 << 20);
+    CAPTURE(arguments, outcome.errors);
+    CHECK(outcome.status == 1);
+    CHECK(outcome.json()["error"]["message"].get<std::string>().find("File too large") !=
+          std::string::npos);
+    CHECK(names_in(here.path()) == before);
   }
 }
 

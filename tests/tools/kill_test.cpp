@@ -55,8 +55,8 @@ TEST_CASE("SubdivideResume_KilledAgainAndAgain_ArrivesWithTheSameBytes") {
   for (const std::string& backend : backends_on_disk())
     for (int round = 0; round < rounds(1); ++round) {
       const Names arguments{"subdivide", "m.ply",    "s.plait",   "--levels", "5",
-                            "--normals", "--resume", "--backend", backend,    "--no-digest",
-                            "--json",    "--memory", "8MiB",      "--block",  "16KiB"};
+                            "--normals", "--resume", "--backend", backend,    "--json",
+                            "--memory",  "8MiB",     "--block",   "16KiB"};
       int level = 0;
       std::uint64_t longest_us = 100000;
       for (bool done = false; !done; longest_us += longest_us / 8) {

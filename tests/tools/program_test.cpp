@@ -38,6 +38,7 @@ TEST_CASE("Help_OfEveryCommand_HasExamplesAndStatusZero") {
     CHECK(outcome.status == 0);
     CHECK(outcome.errors.empty());
     CHECK(outcome.output.find("Examples:\n  plait " + command) != std::string::npos);
+    CHECK(outcome.output.find('\0') == std::string::npos);
   }
   CHECK(here.plait({"--version"}).output.find("plait ") == 0);
 }
@@ -78,7 +79,21 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"verify", "missing.plait"},
       {"repair", "missing.plait"},
       {"digest", "missing.plait"},
+      {"digest", "missing.plait", "--level", "-1"},
+      {"export", "missing.plait", "out.ply", "--level", "1000"},
+      {"export", "missing.plait", "out.ply", "--level", "99999999999999999999"},
+      {"export", "missing.plait", "-"},
+      {"subdivide", "mesh.ply", "-", "--levels", "1"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "1000"},
+      {"subdivide", "mesh.ply", "s.plait", "--levels", "-1"},
+      {"convert", "missing.plait", "-"},
       {"layout", "mesh.ply", "--layout", "alphabetical"},
+      {"layout", "mesh.ply", "--png", "spans.jpg"},
+      {"layout", "mesh.ply", "--png", "-"},
+      {"generate", "torus", "-"},
+      {"generate", "torus", "t.ply", "--vertices", "-5"},
+      {"generate", "torus", "t.ply", "--seed", "-1"},
+      {"render", "missing.plait", "out.png", "--up", "1"},
       {"generate", "teapot", "t.ply"},
       {"generate", "torus", "t.obj"},
       {"generate", "torus", "t.ply", "--vertices", "1"},
@@ -94,6 +109,7 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
     CHECK(outcome.output.empty());
     CHECK(outcome.errors.find("plait: ") == 0);
     CHECK(outcome.error_lines() == 1);
+    CHECK(outcome.errors.size() < 300);
     CHECK(names_in(here.directory.path()) == Names{"mesh.ply"});
   }
 }
@@ -110,6 +126,55 @@ TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
   CHECK(errors_with("--executor", "magic").find("sweep") != std::string::npos);
   CHECK(errors_with("--layout", "x").find("hilbert") != std::string::npos);
   CHECK(errors_with("--scheme", "x").find("butterfly") != std::string::npos);
+}
+
+TEST_CASE("Usage_NoSuchCommand_NamesTheCommandsAndTheNearest") {
+  const Workplace here;
+  for (const Names& arguments : std::vector<Names>{{}, {"foo"}, {"subdvide", "mesh.ply"}}) {
+    const Outcome outcome = here.plait(arguments);
+    CHECK(outcome.status == 2);
+    for (const std::string& command : kCommands)
+      CHECK(outcome.errors.find(command) != std::string::npos);
+  }
+  CHECK(here.plait({"subdvide"}).errors.find("did you mean subdivide?") != std::string::npos);
+  CHECK(here.plait({"foo"}).errors.find("did you mean") == std::string::npos);
+}
+
+TEST_CASE("Names_InUpperCase_AreTakenAsInLowerCase") {
+  const Workplace here;
+  const std::vector<Names> all = {{"generate", "torus", "TORUS.PLY", "--vertices", "100"},
+                                  {"subdivide", "TORUS.PLY", "s.plait", "--levels", "1"},
+                                  {"export", "s.plait", "OUT.PLY"},
+                                  {"export", "s.plait", "OUT.OBJ.GZ"},
+                                  {"export", "s.plait", "OUT.STL.ZST"},
+                                  {"layout", "OUT.PLY"},
+                                  {"layout", "OUT.OBJ.GZ", "--png", "SPANS.PNG"},
+                                  {"render", "s.plait", "OUT.PNG", "--size", "16x16"}};
+  for (const Names& arguments : all) {
+    CAPTURE(arguments);
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 0);
+  }
+}
+
+TEST_CASE("Errors_OfOutputs_NameWhatTheUserNamed") {
+  const Workplace here;
+  REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "2"}).status == 0);
+  // Nothing can be made in /proc.
+  const std::vector<Names> all = {{"generate", "torus", "/proc/x.ply", "--vertices", "100"},
+                                  {"subdivide", "mesh.ply", "/proc/x.plait", "--levels", "1"},
+                                  {"export", "s.plait", "/proc/x.ply"},
+                                  {"convert", "s.plait", "/proc/x.plait"},
+                                  {"layout", "mesh.ply", "--layout", "rcm", "--png", "/proc/x.png"},
+                                  {"render", "s.plait", "/proc/x.png", "--size", "16x16"}};
+  for (const Names& arguments : all) {
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(arguments, outcome.errors);
+    CHECK(outcome.status != 0);
+    CHECK(outcome.errors.find("/proc/x.") != std::string::npos);
+    CHECK(outcome.errors.find("partial") == std::string::npos);
+  }
 }
 
 TEST_CASE("Json_OnErrors_IsOneObjectWithCodeAndMessage") {

@@ -136,7 +136,7 @@ TEST_CASE("Render_ClosedAndOpenStores_GivesAPngOfTheSizeAskedFor") {
   write_ply(here.path() / "closed.ply", icosahedron());
   write_ply(here.path() / "open.ply", sheet(5, 4));
   for (const std::string name : {"closed", "open"})
-    for (const char* normals : {"--normals", "--no-digest"}) {
+    for (const char* normals : {"--normals", "--limit"}) {
       CAPTURE(name, normals);
       const Outcome made = run(here.path(), {"subdivide", name + ".ply", name + ".plait",
                                              "--levels", "4", "--force", normals});

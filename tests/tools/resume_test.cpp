@@ -17,7 +17,8 @@ namespace {
 using Names = std::vector<std::string>;
 
 Names subdivide(int levels, Names further = {}) {
-  Names arguments{"subdivide", "m.ply", "s.plait", "--levels", std::to_string(levels), "--json"};
+  Names arguments{"subdivide", "m.ply",   "s.plait", "--levels", std::to_string(levels),
+                  "--json",    "--digest"};
   arguments.insert(arguments.end(), further.begin(), further.end());
   return arguments;
 }

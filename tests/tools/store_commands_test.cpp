@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "plait/backends/registry.h"
 #include "plait/mesh_io.h"
 #include "program.h"
+#include "read_back.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -75,8 +77,8 @@ TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
     REQUIRE(made.status == 0);
     CHECK(here.digest(store) == expected);
   }
-  const Outcome memory = here.plait(
-      {"subdivide", "mesh.ply", "--levels", "3", "--normals", "--backend", "memory", "--json"});
+  const Outcome memory = here.plait({"subdivide", "mesh.ply", "--levels", "3", "--normals",
+                                     "--backend", "memory", "--json", "--digest"});
   REQUIRE(memory.status == 0);
   CHECK(memory.json()["digest"] == expected);
   CHECK(memory.json()["store"].is_null());
@@ -93,8 +95,8 @@ TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
 
 TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
   const Workplace here;
-  const Outcome outcome =
-      here.subdivide("s.plait", {"--json", "--executor", "transparent", "--threads", "2"});
+  const Outcome outcome = here.subdivide(
+      "s.plait", {"--json", "--digest", "--executor", "transparent", "--threads", "2"});
   REQUIRE(outcome.status == 0);
   const nlohmann::json report = outcome.json();
   for (const char* key : {"levels",
@@ -130,6 +132,12 @@ TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
   }
   CHECK(report["threads"] == 1);
   CHECK(report["digest"] == here.digest("s.plait"));
+  double parts = 0;
+  for (const char* part : {"import", "layout", "refine", "commit", "digest"})
+    parts += report[std::string(part) + "_seconds"].get<double>();
+  CHECK(report["seconds"] >= parts);
+  const nlohmann::json without = here.subdivide("without.plait", {"--json"}).json();
+  CHECK(!without.contains("digest"));
   std::uint64_t vertices = report["input"]["vertices"], edges = report["input"]["edges"],
                 faces = report["input"]["faces"];
   for (const auto& counts : report["level_counts"]) {
@@ -238,6 +246,31 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
   CHECK(here.digest("m.plait") == expected);
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
+}
+
+TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  const Outcome plain = here.plait({"convert", "s.plait", "a.plait", "--json"});
+  CHECK(!plain.json().contains("digest"));
+  const Outcome verified = here.plait(
+      {"convert", "s.plait", "b.plait", "--backend", "compressed", "--verify", "--json"});
+  CHECK(verified.json()["digest"] == here.digest("s.plait"));
+}
+
+TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  REQUIRE(here.subdivide("other.plait", {"--scheme", "midpoint"}).status == 0);
+  REQUIRE(here.plait({"convert", "s.plait", "copy.plait"}).status == 0);
+  Store source = Store::open(here.path("s.plait"), {}, default_backends());
+  const auto compare = [&](const std::string& copy) {
+    return compare_copy(source, here.path(copy), {}, 1, default_backends());
+  };
+  CHECK(compare("copy.plait") == here.digest("s.plait"));
+  CHECK_THROWS_WITH(compare("other.plait"), Catch::Contains("read back"));
+  flip_byte(largest_file(here.path("copy.plait")), 1000);
+  CHECK_THROWS_AS(compare("copy.plait"), Error);
 }
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {

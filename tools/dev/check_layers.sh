@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
   [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
-  [directory.h]=io [file.h]=io [file_operations.h]=io [partial_file.h]=io
+  [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io [partial_file.h]=io
   [edge_index.h]=index
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
@@ -20,7 +20,7 @@ declare -A layer_of_header=(
   [vertex_numbering.h]=paging
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [sweep.h]=execution
+  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [patch_table.h]=execution [sweep.h]=execution [window_needs.h]=execution
 )
 
 # Folders of engine/, and the other folders, with all that each may include. Layout and index are

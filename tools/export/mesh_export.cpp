@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "arguments.h"
 #include "export/format_writers.h"
 
 namespace plait {
@@ -77,14 +78,15 @@ void check_position(const Store& store, AttributeId position) {
 
 ExportFormat export_format(const std::filesystem::path& path) {
   ExportFormat format;
-  std::filesystem::path name = path.filename();
-  if (name.extension() == ".gz") format.compression = Compression::kGzip;
-  if (name.extension() == ".zst") format.compression = Compression::kZstd;
-  if (format.compression != Compression::kNone) name = name.stem();
-  if (name.extension() == ".ply") return format;
-  if (name.extension() == ".obj")
+  const std::string last = lower_extension(path);
+  if (last == ".gz") format.compression = Compression::kGzip;
+  if (last == ".zst") format.compression = Compression::kZstd;
+  const std::string extension =
+      format.compression == Compression::kNone ? last : lower_extension(path.stem());
+  if (extension == ".ply") return format;
+  if (extension == ".obj")
     format.mesh = MeshFormat::kObj;
-  else if (name.extension() == ".stl")
+  else if (extension == ".stl")
     format.mesh = MeshFormat::kStl;
   else
     throw Error(ErrorCode::kInvalidArgument,
@@ -94,8 +96,7 @@ ExportFormat export_format(const std::filesystem::path& path) {
   return format;
 }
 
-ExportResult export_mesh(Store& store, const std::filesystem::path& path,
-                         const ExportOptions& options) {
+ExportResult export_mesh(Store& store, File& file, const ExportOptions& options) {
   const AttributeId position = store.attribute("position");
   check_position(store, position);
   check_level(store, position, options.level);
@@ -107,7 +108,7 @@ ExportResult export_mesh(Store& store, const std::filesystem::path& path,
 
   const bool facets = options.format.mesh == MeshFormat::kStl;
   const std::uint64_t total = result.triangles + (facets ? 0 : result.vertices);
-  OutputStream output(path, options.format.compression);
+  OutputStream output(file, options.format.compression);
   const ExportTask task{store,
                         position,
                         extras,

@@ -27,10 +27,15 @@ class PartialFile {
   /// `existing` does not let go, and by anything but a regular file; kIo, kNoSpace.
   PartialFile(const std::filesystem::path& path, Existing existing);
   ~PartialFile();
+  /// The constructor's refusals, before anything is made.
+  static void check(const std::filesystem::path& path, Existing existing);
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
   File& file() noexcept { return file_; }
+  /// Where it is written.
+  const std::filesystem::path& path() const noexcept { return file_.path(); }
+  const std::filesystem::path& final_path() const noexcept { return path_; }
 
   /// Makes the content durable, then the name. Errors: kInvalidArgument if the name was taken
   /// meanwhile; kIo, kNoSpace.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "plait/directory.h"
@@ -19,6 +20,9 @@ bool is_store(const Directory& directory);
 /// is not open where the store has no lock any more. Errors: kBusy, of a writer with its process
 /// number; kCorruption, kIo.
 File hold_store(const Directory& store);
+
+/// Whether a store has files of such names.
+bool is_store_file_name(std::string_view name);
 
 /// Removes the files of a store, and nothing else, the manifest last. Returns the names of what
 /// stays. REQUIRES: hold_store. Errors: kIo.

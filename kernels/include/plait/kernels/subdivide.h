@@ -61,6 +61,12 @@ void subdivide(Store& store, const SubdivideOptions& options);
 /// under way at once and, for Butterfly, level 1. REQUIRES: attribute "position".
 std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options);
 
+/// The smallest budget with which the sweep or the transparent executor brings `store` to
+/// `options.levels`, so that nothing has to begin that could not end. 0 for the fused executor,
+/// which refuses by itself before it touches anything. REQUIRES: attribute "position".
+/// Pinned by tests/kernels/frame_needs_test.cpp.
+std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& options);
+
 /// How often a mesh must be refined beforehand so that no slot of `record_bytes` records is larger
 /// than `max_slot_bytes` at `levels`.
 int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot_bytes);

@@ -1,0 +1,115 @@
+#include "plait/machine.h"
+
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
+
+/// The number that a file consists of; kAny if it does not ("max"), or is not there.
+std::uint64_t number_in(const fs::path& path) {
+  std::ifstream file(path);
+  std::uint64_t number = 0;
+  return file >> number ? number : kAny;
+}
+
+/// The number after the word `key`; `otherwise` where there is none.
+std::uint64_t number_after(const fs::path& path, std::string_view key, std::uint64_t otherwise) {
+  std::ifstream file(path);
+  for (std::string word; file >> word;)
+    if (std::uint64_t number = 0; word == key && file >> number) return number;
+  return otherwise;
+}
+
+std::uint64_t difference(std::uint64_t limit, std::uint64_t used) {
+  return limit == kAny ? kAny : limit - std::min(limit, used);
+}
+
+/// What is left in `group` and in those that it is part of, down from `root`. Pages of files go
+/// when their room is needed: they count as free.
+std::uint64_t left_in_groups(const fs::path& root, const fs::path& group, const char* limit,
+                             const char* usage, std::string_view file_prefix) {
+  std::uint64_t left = kAny;
+  for (fs::path at = group;; at = at.parent_path()) {
+    const fs::path directory = root / at.relative_path();
+    const std::uint64_t bytes = number_in(directory / limit);
+    if (bytes != kAny) {
+      std::uint64_t of_files = 0;
+      for (const char* kind : {"inactive_file", "active_file"})
+        of_files += number_after(directory / "memory.stat", std::string(file_prefix) + kind, 0);
+      const std::uint64_t used = number_in(directory / usage);
+      left = std::min(left, difference(bytes, used == kAny ? 0 : used - std::min(used, of_files)));
+    }
+    if (!at.has_relative_path()) return left;
+  }
+}
+
+std::uint64_t left_in_memory_groups() {
+  const fs::path mounted = "/sys/fs/cgroup";
+  std::uint64_t left = kAny;
+  std::ifstream groups("/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    // "HIERARCHY:CONTROLLERS:PATH"; version 2 is hierarchy 0 without controllers.
+    std::istringstream parts(line);
+    std::string hierarchy, controllers, path;
+    std::getline(parts, hierarchy, ':');
+    std::getline(parts, controllers, ':');
+    std::getline(parts, path);
+    if (hierarchy == "0" && controllers.empty())
+      left = std::min(left, left_in_groups(mounted, path, "memory.max", "memory.current", ""));
+    else if (("," + controllers + ",").find(",memory,") != std::string::npos)
+      left = std::min(left, left_in_groups(mounted / "memory", path, "memory.limit_in_bytes",
+                                           "memory.usage_in_bytes", "total_"));
+  }
+  return left;
+}
+
+std::uint64_t left_of_address_space() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kAny;
+  const std::uint64_t pages = number_in("/proc/self/statm");
+  const auto page_bytes = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  return difference(limit.rlim_cur, pages == kAny ? 0 : pages * page_bytes);
+}
+
+}  // namespace
+
+std::uint64_t available_memory_bytes() {
+  const std::uint64_t kibibytes = number_after("/proc/meminfo", "MemAvailable:", kAny);
+  return std::min({kibibytes == kAny ? kAny : kibibytes * 1024, left_in_memory_groups(),
+                   left_of_address_space()});
+}
+
+std::uint64_t free_disk_bytes(const std::filesystem::path& path) {
+  fs::path at = fs::absolute(path);
+  struct statvfs status {};
+  while (::statvfs(at.c_str(), &status) != 0) {
+    if ((errno != ENOENT && errno != ENOTDIR) || !at.has_relative_path())
+      throw system_error("ask for the free space of", at.native(), errno);
+    at = at.parent_path();
+  }
+  return static_cast<std::uint64_t>(status.f_bavail) * status.f_frsize;
+}
+
+std::uint64_t largest_file_bytes() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kAny;
+  return limit.rlim_cur;
+}
+
+}  // namespace plait

@@ -1,0 +1,78 @@
+#include <algorithm>
+#include <vector>
+
+#include "plait/kernels/subdivide.h"
+#include "plait/window_needs.h"
+
+namespace plait {
+namespace {
+
+constexpr std::size_t kNormalBytes = 12;
+
+/// The accesses of the passes that reach the finest level, which are the widest of their kind:
+/// those of sweep_steps.cpp.
+std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& options,
+                                std::size_t record_bytes, bool makes_levels) {
+  const int first = store.base_level() + 1, last = options.levels;
+  const Reach coarse_reach = options.scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces;
+  std::vector<std::vector<WindowAccess>> passes;
+  if (makes_levels) {
+    passes.push_back({{record_bytes, first, last - 1, coarse_reach}, {record_bytes, last, last}});
+    if (options.scheme == Scheme::kLoop)
+      passes.push_back(
+          {{record_bytes, last, last, Reach::kFaces}, {record_bytes, first, last - 1}});
+  }
+  if (options.normals || options.limit) {
+    passes.push_back({{record_bytes, first, last, Reach::kFaces}});
+    if (options.normals) passes.back().push_back({kNormalBytes, first, last});
+    if (options.limit) passes.back().push_back({record_bytes, first, last});
+  }
+  std::uint64_t most = 0;
+  for (const std::vector<WindowAccess>& accesses : passes)
+    most = std::max(most, sweep_needs(store, accesses, options.threads));
+  return most;
+}
+
+/// The same of transparent_steps.cpp: passes over patches have half of the budget, the pass over
+/// the finished surface a quarter for each attribute, unless one face needs more.
+std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& options,
+                                std::size_t record_bytes, bool makes_levels) {
+  const int first = store.base_level() + 1, last = options.levels;
+  std::uint64_t most = 0;
+  if (makes_levels)
+    most =
+        patch_needs(store, {record_bytes, first, last,
+                            options.scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces});
+  if (!options.normals && !options.limit) return most;
+  std::vector<std::uint64_t> windows = {
+      patch_needs(store, {record_bytes, first, last, Reach::kFaces})};
+  if (options.normals) windows.push_back(patch_needs(store, {kNormalBytes, first, last}));
+  if (options.limit) windows.push_back(patch_needs(store, {record_bytes, first, last}));
+  // The smallest budget that holds all windows, each of them at least its quarter: three quarters
+  // are the most, so that this ends.
+  for (std::uint64_t budget = 0;;) {
+    std::uint64_t all = 0;
+    for (const std::uint64_t window : windows) all += std::max(window, budget / 4);
+    if (all <= budget) return std::max(most, budget);
+    budget = all;
+  }
+}
+
+}  // namespace
+
+std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& options) {
+  const AttributeInfo& position = store.attributes()[store.attribute("position")];
+  const bool makes_levels = position.finest_level < options.levels;
+  const std::size_t record_bytes = position.schema.record_bytes();
+  switch (options.executor) {
+    case ExecutorKind::kFused:
+      return 0;
+    case ExecutorKind::kSweep:
+      return sweep_frame_bytes(store, options, record_bytes, makes_levels);
+    case ExecutorKind::kTransparent:
+      return patch_frame_bytes(store, options, record_bytes, makes_levels);
+  }
+  return 0;
+}
+
+}  // namespace plait

@@ -1,0 +1,50 @@
+#include "read_back.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/file.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+/// Of pages that are on the disk the system keeps none after this.
+void drop_from_page_cache(const std::filesystem::path& store) {
+  for (const auto& entry : std::filesystem::directory_iterator(store)) {
+    if (!entry.is_regular_file()) continue;
+    const File file(entry.path(), OpenMode::kRead);
+    ::posix_fadvise(file.descriptor(), 0, 0, POSIX_FADV_DONTNEED);
+  }
+}
+
+}  // namespace
+
+std::string digest_with_progress(Store& store, std::string task, int threads) {
+  Progress progress(std::move(task), ProgressUnit::kNone);
+  DigestOptions options;
+  options.threads = threads;
+  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
+    return progress.update(done, total);
+  };
+  return digest(store, options).to_string();
+}
+
+std::string compare_copy(Store& source, const std::filesystem::path& copy, const OpenOptions& open,
+                         int threads, const BackendRegistry& backends) {
+  drop_from_page_cache(copy);
+  Store opened = Store::open(copy, open, backends);
+  const std::string found = digest_with_progress(opened, "read the copy back", threads);
+  const std::string expected = digest_with_progress(source, "digest of the source", threads);
+  if (found != expected)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("read back {}: expected digest {} of {}, found {}", copy.native(),
+                            expected, source.path().native(), found));
+  return found;
+}
+
+}  // namespace plait
