@@ -61,18 +61,17 @@ int run(const Arguments& arguments, const CommandContext& context) {
   open.budget_bytes = arguments.memory_bytes / 2;
   Store source = Store::open(arguments.from, open, context.backends);
   const StoreOptions options = target_options(arguments, source, context.backends);
-  PartialOutput output(arguments.to, arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
+  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.from, output.final_path(), ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert {}: source and copy are the same", arguments.from.native()));
-  if (arguments.force) require_replaceable_store(output.final_path(), context.backends);
 
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;
   std::string word;
   build_output(output, [&] {
-    Store copy = Store::create(output.path(), source.base(), options, context.backends);
+    Store copy = Store::create(output.make(), source.base(), options, context.backends);
     {
       Progress progress("convert", ProgressUnit::kBytes);
       copy_levels(source, copy, [&](std::uint64_t done, std::uint64_t total) {

@@ -14,8 +14,9 @@
 #include "export/mesh_export.h"
 #include "final_name.h"
 #include "interrupt.h"
+#include "left_overs.h"
 #include "measure.h"
-#include "partial_output.h"
+#include "plait/partial_file.h"
 #include "plait/store.h"
 #include "progress.h"
 
@@ -34,7 +35,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
   ExportOptions options;
   options.format = export_format(arguments.output);
   options.attributes = arguments.attributes;
-  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  PartialFile::check(arguments.output, Existing::kReplace);
+  remove_left_overs_of(arguments.output);
+  PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.backends);
@@ -47,10 +50,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
     options.proceed = [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total);
     };
-    result = build_output(output, [&] { return export_mesh(store, output.path(), options); });
+    result = build_output(output, [&] { return export_mesh(store, output.file(), options); });
   }
   throw_if_interrupted();
-  output.publish(false);
+  output.publish();
 
   if (!context.json) {
     print(fmt::format("{}: level {}, {} vertices, {} triangles, {}, {:.2f} s\n",

@@ -15,9 +15,10 @@
 #include "final_name.h"
 #include "generate/generate.h"
 #include "interrupt.h"
+#include "left_overs.h"
 #include "measure.h"
-#include "partial_output.h"
 #include "plait/mesh_io.h"
+#include "plait/partial_file.h"
 #include "progress.h"
 
 namespace plait {
@@ -43,13 +44,15 @@ IndexedMesh generate_with_progress(GeneratorKind kind, const Arguments& argument
 int run(const Arguments& arguments, const CommandContext& context) {
   const GeneratorKind kind = generator_from_name(arguments.kind);
   require_extension("generate", arguments.output, ".ply");
-  PartialOutput output(arguments.output,
-                       arguments.force ? Existing::kReplaceFile : Existing::kRefuse);
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  PartialFile::check(arguments.output, existing);
+  remove_left_overs_of(arguments.output);
   const Stopwatch clock;
   const IndexedMesh mesh = generate_with_progress(kind, arguments, context);
-  build_output(output, [&] { write_ply(output.path(), mesh); });
+  PartialFile output(arguments.output, existing);
+  build_output(output, [&] { write_ply(output.file(), mesh); });
   throw_if_interrupted();
-  output.publish(false);
+  output.publish();
 
   if (context.json) {
     const nlohmann::ordered_json report = {{"kind", to_string(kind)},

@@ -13,11 +13,12 @@
 #include "console.h"
 #include "final_name.h"
 #include "interrupt.h"
+#include "left_overs.h"
 #include "measure.h"
-#include "partial_output.h"
 #include "picture/span_diagram.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/partial_file.h"
 
 namespace plait {
 namespace {
@@ -128,9 +129,12 @@ int run(const Arguments& arguments, const CommandContext& context) {
     const LaidOutMesh laid_out = lay_out_or_end(mesh, kind, context);
     layouts.push_back({laid_out.kind, laid_out.spans, clock.seconds()});
     if (arguments.picture.empty()) continue;
-    PartialOutput output(picture_path(arguments, laid_out.kind), Existing::kReplaceFile);
-    build_output(output, [&] { draw_span_diagram(laid_out.mesh, output.path()); });
-    output.publish(false);
+    const std::filesystem::path path = picture_path(arguments, laid_out.kind);
+    PartialFile::check(path, Existing::kReplace);
+    remove_left_overs_of(path);
+    PartialFile output(path, Existing::kReplace);
+    build_output(output, [&] { draw_span_diagram(laid_out.mesh, output.file()); });
+    output.publish();
   }
   if (context.json)
     print(json_report(mesh, arguments, layouts).dump(2) + "\n");

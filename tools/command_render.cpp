@@ -13,9 +13,10 @@
 #include "console.h"
 #include "final_name.h"
 #include "interrupt.h"
+#include "left_overs.h"
 #include "measure.h"
-#include "partial_output.h"
 #include "picture/png_file.h"
+#include "plait/partial_file.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "render/shading.h"
@@ -41,7 +42,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const PictureSize size = parse_picture_size(arguments.size);
   const ViewAngles view = parse_view(arguments.view);
   require_extension("render to", arguments.output, ".png");
-  PartialOutput output(arguments.output, Existing::kReplaceFile);
+  PartialFile::check(arguments.output, Existing::kReplace);
+  remove_left_overs_of(arguments.output);
+  PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.backends);
@@ -61,8 +64,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   }
   const Image image = shade(samples, camera, arguments.threads);
   throw_if_interrupted();
-  build_output(output, [&] { write_png(image, output.path()); });
-  output.publish(false);
+  build_output(output, [&] { write_png(image, output.file()); });
+  output.publish();
 
   const std::uint64_t triangles = store.base().face_count() << (2 * (level - store.base_level()));
   if (!context.json) {

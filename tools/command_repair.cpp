@@ -11,6 +11,7 @@
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
+#include "left_overs.h"
 #include "measure.h"
 #include "plait/kernels/repair.h"
 #include "progress.h"
@@ -95,6 +96,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
     return progress.update(done, total, phase);
   };
+  remove_left_overs_of(arguments.store);
   const RepairReport report = repair(arguments.store, options, context.backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"

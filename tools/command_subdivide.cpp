@@ -93,9 +93,7 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
     throw Error(ErrorCode::kInvalidArgument,
                 "subdivide: STORE is missing; only a backend that keeps nothing goes without");
   if (arguments.resume) return;
-  plan.output.emplace(arguments.store,
-                      arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
-  if (arguments.force) require_replaceable_store(plan.output->final_path(), backends);
+  plan.output.emplace(arguments.store, arguments.force ? Existing::kReplace : Existing::kRefuse);
 }
 
 /// Reads, refines in memory where slots would be too large, and orders the mesh; as `existing` was,
@@ -202,11 +200,11 @@ void refine(Store& store, Plan& plan, bool by_levels, SubdivideReport& report) {
   }
 }
 
-Store create_store(const std::filesystem::path& path, BaseMesh mesh, const Plan& plan,
+Store create_store(const std::filesystem::path& path, BaseMesh mesh, Plan& plan,
                    const CommandContext& context) {
   if (!plan.output) return Store::create(path, std::move(mesh), plan.store, context.backends);
   return build_output(*plan.output, [&] {
-    return Store::create(path, std::move(mesh), plan.store, context.backends);
+    return Store::create(plan.output->make(), std::move(mesh), plan.store, context.backends);
   });
 }
 
@@ -219,9 +217,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     LaidOutMesh laid_out =
         prepare_mesh(arguments, plan, earlier ? &*earlier : nullptr, context.json, report);
     if (earlier) require_same_mesh(*earlier, laid_out.mesh);
-    const std::filesystem::path path = plan.output        ? plan.output->path()
-                                       : arguments.resume ? arguments.store
-                                                          : std::filesystem::path();
+    const std::filesystem::path path = arguments.resume ? arguments.store : std::filesystem::path();
     Store store =
         earlier ? std::move(*earlier) : create_store(path, std::move(laid_out.mesh), plan, context);
     refine(store, plan, arguments.resume, report);

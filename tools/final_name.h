@@ -2,21 +2,24 @@
 // gave.
 #pragma once
 
-#include "partial_output.h"
+#include <filesystem>
+
 #include "plait/error.h"
 
 namespace plait {
 
-/// `error` with every name that begins with output.path() replaced by output.final_path().
-Error with_final_name(const Error& error, const PartialOutput& output);
+/// `error` with `temporary` replaced by `final_path`.
+Error with_final_name(const Error& error, const std::filesystem::path& temporary,
+                      const std::filesystem::path& final_path);
 
-/// Returns what `work` does; its errors have passed with_final_name().
-template <class Work>
-auto build_output(const PartialOutput& output, Work work) {
+/// Returns what `work` does; its errors have passed with_final_name(). Output: PartialFile,
+/// PartialOutput.
+template <class Output, class Work>
+auto build_output(const Output& output, Work work) {
   try {
     return work();
   } catch (const Error& error) {
-    throw with_final_name(error, output);
+    throw with_final_name(error, output.path(), output.final_path());
   }
 }
 

@@ -1,146 +1,134 @@
 #include "partial_output.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <stdio.h>
-#include <unistd.h>
 
-#include <cerrno>
 #include <optional>
-#include <string>
-#include <system_error>
+#include <utility>
 
-#include "plait/directory.h"
+#include "console.h"
+#include "left_overs.h"
 #include "plait/error.h"
 #include "plait/file.h"
-#include "plait/store.h"
+#include "plait/store_directory.h"
 
 namespace plait {
-namespace fs = std::filesystem;
 namespace {
 
-bool taken(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
-
-Error taken_error(const fs::path& path) {
-  return Error(ErrorCode::kInvalidArgument,
-               fmt::format("create {}: it exists, and --force was not given", path.native()));
+Error taken(const std::filesystem::path& path, Existing existing) {
+  if (existing == Existing::kRefuse)
+    return {ErrorCode::kInvalidArgument,
+            fmt::format("create {}: it exists, and --force was not given", path.native())};
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("replace {}: expected a store, found something else", path.native())};
 }
 
-void rename_entry(const fs::path& from, const fs::path& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0) throw system_error("rename to", to.native(), errno);
-}
-
-/// Filesystems without RENAME_NOREPLACE or RENAME_EXCHANGE say one of these.
-bool is_unsupported(int errno_value) {
-  return errno_value == EINVAL || errno_value == ENOSYS || errno_value == ENOTSUP;
-}
-
-void rename_into_place(const fs::path& from, const fs::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
-  if (errno == EEXIST) throw taken_error(to);
-  if (!is_unsupported(errno)) throw system_error("rename to", to.native(), errno);
-  if (taken(to)) throw taken_error(to);
-  rename_entry(from, to);
-}
-
-/// Puts the directory `from` in place of the directory `to`, which then has the name `from`.
-void exchange(const fs::path& from, const fs::path& to) {
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_EXCHANGE) == 0) return;
-  if (!is_unsupported(errno)) throw system_error("replace", to.native(), errno);
-  const fs::path aside = from.native() + ".replaced";
-  rename_entry(to, aside);
+/// What may be replaced: a directory whose manifest says that it is a store, whole or damaged.
+Directory open_replaceable(const Directory& parent, const std::string& name,
+                           const std::filesystem::path& path) {
   try {
-    rename_entry(from, to);
-  } catch (...) {
-    ::rename(aside.c_str(), to.c_str());
-    throw;
+    Directory store(parent, name);
+    if (is_store(store)) return store;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kInvalidArgument && error.code() != ErrorCode::kCorruption)
+      throw;
   }
-  rename_entry(aside, from);
+  throw taken(path, Existing::kReplace);
 }
 
 }  // namespace
 
-PartialOutput::PartialOutput(const fs::path& final_path, Existing existing) : existing_(existing) {
-  if (final_path.empty())
-    throw Error(ErrorCode::kInvalidArgument, "create output: its name is empty");
-  final_path_ = final_path.lexically_normal();
+PartialOutput::PartialOutput(const std::filesystem::path& final_path, Existing existing)
+    : final_path_(final_path.lexically_normal()), existing_(existing) {
+  OutputName output(final_path);
+  parent_ = std::move(output.directory);
+  name_ = std::move(output.name);
   if (!final_path_.has_filename()) final_path_ = final_path_.parent_path();
-  const fs::path parent = final_path_.parent_path();
-  if (!parent.empty() && !fs::is_directory(parent))
-    throw Error(ErrorCode::kNotFound, fmt::format("create {}: there is no directory {}",
-                                                  final_path_.native(), parent.native()));
-  if (existing_ == Existing::kRefuse && taken(final_path_)) throw taken_error(final_path_);
-  // Never in place of a directory or, say, /dev/null.
-  if (existing_ == Existing::kReplaceFile && taken(final_path_) &&
-      !fs::is_regular_file(final_path_))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("create {}: it exists and is no regular file", final_path_.native()));
-  // The name may be taken by what a killed process of the same number left.
-  for (int attempt = 0; attempt == 0 || taken(path_); ++attempt) {
-    path_ = final_path_;
-    path_ += fmt::format(".partial-{}", ::getpid());
-    if (attempt > 0) path_ += fmt::format("-{}", attempt);
+  if (parent_.contains(name_)) {
+    if (existing_ == Existing::kRefuse) throw taken(final_path_, existing_);
+    hold_store(open_replaceable(parent_, name_, final_path_));
   }
+  remove_left_overs_of(final_path_);
 }
 
 PartialOutput::~PartialOutput() {
-  if (published_) return;
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  if (partial_name_.empty()) return;
+  try {
+    remove_store_files(made_);
+    if (parent_.contains(partial_name_, made_.descriptor()))
+      parent_.remove_directory(partial_name_);
+  } catch (const std::exception&) {  // the next run of this name removes it
+  }
+}
+
+const std::filesystem::path& PartialOutput::make() {
+  for (int attempt = 0;; ++attempt) {
+    partial_name_ = temporary_name(name_, "partial", attempt);
+    if (parent_.contains(partial_name_)) continue;
+    path_ = final_path_;
+    path_.replace_filename(partial_name_);
+    made_ = Directory::make(path_);
+    if (made_.lock(false) && parent_.contains(partial_name_, made_.descriptor())) return path_;
+  }
 }
 
 void PartialOutput::publish(bool durable) {
-  if (existing_ == Existing::kReplaceFile) {
-    rename_entry(path_, final_path_);
-  } else if (existing_ == Existing::kReplaceStore && taken(final_path_)) {
-    return replace_store(durable);
-  } else {
-    rename_into_place(path_, final_path_);
+  if (!parent_.contains(partial_name_, made_.descriptor())) {
+    partial_name_.clear();
+    throw Error(ErrorCode::kBadState,
+                fmt::format("rename to {}: what was made is not at {} any more",
+                            final_path_.native(), path_.native()));
   }
-  published_ = true;
-  if (durable) sync_name();
-}
-
-/// The store that was there goes when the new one has its name for good, and not while anybody has
-/// it open: whoever writes it would go on with the new one's files.
-void PartialOutput::replace_store(bool durable) {
-  std::optional<File> lock;
-  const fs::path lock_path = final_path_ / "lock";  // docs/format.md; a damaged store may have none
-  if (fs::is_regular_file(lock_path)) {
-    lock.emplace(lock_path, OpenMode::kReadWrite);
-    if (!lock->lock(true)) {
-      published_ = true;  // so that what was made, in hours perhaps, stays
-      throw Error(ErrorCode::kBusy, fmt::format("replace {}: it is in use; what should replace it "
-                                                "is complete and stays at {}",
-                                                final_path_.native(), path_.native()));
-    }
+  if (!parent_.rename(partial_name_, parent_, name_, Renaming::kRefuse)) {
+    if (existing_ == Existing::kRefuse) throw taken(final_path_, existing_);
+    replace_store();
   }
-  exchange(path_, final_path_);
-  published_ = true;
-  if (durable) sync_name();
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
+  partial_name_.clear();
+  if (durable) parent_.sync();
 }
 
-void PartialOutput::sync_name() const {
-  const fs::path parent = final_path_.parent_path();
-  Directory(parent.empty() ? fs::path(".") : parent).sync();
-}
-
-void require_replaceable_store(const fs::path& path, const BackendRegistry& backends) {
-  if (!taken(path)) return;
+/// The store that was there goes when the new one has its name, and not while anybody has it open.
+void PartialOutput::replace_store() {
+  const Directory replaced = open_replaceable(parent_, name_, final_path_);
+  File held;
   try {
-    // The writer's lock: refused while anybody reads or writes the store.
-    OpenOptions options;
-    options.writable = true;
-    Store::open(path, options, backends).close();
+    held = hold_store(replaced);
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::kCorruption || error.code() == ErrorCode::kNotSupported) return;
-    if (error.code() == ErrorCode::kBusy) throw;
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("replace {}: expected a store, found something else ({})",
-                            path.native(), error.what()));
+    if (error.code() != ErrorCode::kBusy) throw;
+    stay_beside("it is in use");
   }
+  parent_.rename(partial_name_, parent_, name_, Renaming::kExchange);
+  if (!parent_.contains(partial_name_, replaced.descriptor())) {
+    parent_.rename(partial_name_, parent_, name_, Renaming::kExchange);
+    stay_beside("another one has its name");
+  }
+  parent_.sync();
+  remove_store_files(replaced);
+  keep_foreign(replaced);
+  if (!parent_.remove_directory(partial_name_))
+    report_warning(
+        fmt::format("{}: what is left of the store that was replaced stays there", path_.native()));
+}
+
+void PartialOutput::keep_foreign(const Directory& replaced) const {
+  for (const std::string& name : replaced.names())
+    if (replaced.rename(name, made_, name, Renaming::kRefuse))
+      report_warning(
+          fmt::format("{}: '{}' is no file of a store, and was kept", final_path_.native(), name));
+}
+
+/// Under another name than those of killed runs: it may be the work of hours.
+void PartialOutput::stay_beside(const std::string& why) {
+  std::string kept;
+  for (int attempt = 0;; ++attempt) {
+    kept = temporary_name(name_, "complete", attempt);
+    if (parent_.rename(partial_name_, parent_, kept, Renaming::kRefuse)) break;
+  }
+  partial_name_.clear();
+  path_.replace_filename(kept);
+  parent_.sync();
+  throw Error(ErrorCode::kBusy,
+              fmt::format("replace {}: {}; what should replace it is complete and stays at {}",
+                          final_path_.native(), why, path_.native()));
 }
 
 }  // namespace plait

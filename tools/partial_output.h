@@ -1,50 +1,50 @@
-// tools/partial_output.h: nothing half-made is left. A file or a store is built under a temporary
-// name beside its final one and takes that name when it is whole.
+// tools/partial_output.h: no half-made store is left. A store is made under a temporary name beside
+// its final one and takes that name when it is whole. For files: plait/partial_file.h.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
+#include <string>
 
-#include "plait/backend.h"
+#include "plait/directory.h"
+#include "plait/partial_file.h"
 
 namespace plait {
-
-enum class Existing : std::uint8_t {
-  kRefuse,        ///< what is there stays; kInvalidArgument
-  kReplaceFile,   ///< a regular file goes when the new one is whole, and not before
-  kReplaceStore,  ///< likewise a directory; see require_replaceable_store
-};
 
 /// The destructor removes what was not published.
 class PartialOutput {
  public:
-  /// Errors: kNotFound if the directory to put it into is not there; kInvalidArgument if the name
-  /// is taken by what `existing` does not let go.
+  /// Also removes what killed runs left of this name. Errors: kNotFound if the directory to put it
+  /// into is not there; kInvalidArgument if the name is taken, with kReplace by anything but a
+  /// store; kBusy if somebody has that open.
   PartialOutput(const std::filesystem::path& final_path, Existing existing);
   ~PartialOutput();
   PartialOutput(const PartialOutput&) = delete;
   PartialOutput& operator=(const PartialOutput&) = delete;
 
-  /// Where to build: NAME.partial-PID. Nothing is there yet.
+  /// Makes an empty directory NAME.partial-PID and locks it (flock). Returns where it is.
+  /// Errors: kIo, kNoSpace.
+  const std::filesystem::path& make();
+  /// What make() returned.
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& final_path() const { return final_path_; }
 
-  /// Renames; `durable` also syncs the directory. What was replaced is removed.
-  /// Errors: kInvalidArgument if the name was taken meanwhile; kBusy if somebody has opened the
-  /// store to be replaced, and then path() stays; kIo, kNoSpace.
+  /// Renames; `durable` also syncs the directory. Of a store that is replaced the files are
+  /// removed, and what else was beside them goes into the new one's directory. REQUIRES: make().
+  /// Errors: kInvalidArgument if the name was taken meanwhile, by anything but a store; kBusy if
+  /// somebody has opened the store to be replaced, and then what was made stays under a name that
+  /// the message tells; kBadState if path() is not what was made any more; kIo, kNoSpace.
   void publish(bool durable);
 
  private:
-  void replace_store(bool durable);
-  void sync_name() const;
+  void replace_store();
+  void keep_foreign(const Directory& replaced) const;
+  [[noreturn]] void stay_beside(const std::string& why);
 
   std::filesystem::path final_path_, path_;
   Existing existing_;
-  bool published_ = false;
+  Directory parent_;
+  std::string name_, partial_name_;
+  Directory made_;
 };
-
-/// What --force may replace: a store that nobody holds, whole or damaged; nothing that is no store.
-/// A path that does not exist passes. Errors: kInvalidArgument, kBusy.
-void require_replaceable_store(const std::filesystem::path& path, const BackendRegistry& backends);
 
 }  // namespace plait

@@ -51,10 +51,28 @@ Directory::Directory(const std::filesystem::path& path) : path_(path) {
   throw system_error("open", path.native(), errno);
 }
 
+Directory::Directory(const Directory& parent, const std::string& name)
+    : path_(parent.path_of(name)) {
+  descriptor_ = static_cast<int>(attempt({Kind::kOpen, path_}, [&](auto) {
+    return ::openat(parent.descriptor_, name.c_str(),
+                    O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  }));
+  if (descriptor_ >= 0) return;
+  if (errno == ENOTDIR || errno == ELOOP)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("open {}: expected a directory, found something else", path_.native()));
+  throw system_error("open", path_.native(), errno);
+}
+
 Directory Directory::make(const std::filesystem::path& path) {
   if (attempt({Kind::kMakeDirectory, path}, [&](auto) { return ::mkdir(path.c_str(), 0777); }) < 0)
     throw system_error("create", path.native(), errno);
-  return Directory(path);
+  try {
+    return Directory(path);
+  } catch (...) {
+    ::rmdir(path.c_str());
+    throw;
+  }
 }
 
 namespace {
@@ -98,11 +116,10 @@ bool Directory::contains(const std::string& name) const {
   throw system_error("stat", path_of(name).native(), errno);
 }
 
-bool Directory::contains(const std::string& name, const Directory& other) const {
+bool Directory::contains(const std::string& name, int descriptor) const {
   struct stat named {
   }, held{};
-  if (::fstat(other.descriptor_, &held) != 0)
-    throw system_error("stat", other.path_.native(), errno);
+  if (::fstat(descriptor, &held) != 0) throw system_error("stat", path_of(name).native(), errno);
   if (::fstatat(descriptor_, name.c_str(), &named, AT_SYMLINK_NOFOLLOW) == 0)
     return named.st_dev == held.st_dev && named.st_ino == held.st_ino;
   if (errno == ENOENT) return false;
@@ -161,7 +178,7 @@ bool Directory::remove_directory(const std::string& name) const {
 
 bool Directory::remove_itself() const {
   const Directory above = parent();
-  return above.contains(name(), *this) && above.remove_directory(name());
+  return above.contains(name(), descriptor_) && above.remove_directory(name());
 }
 
 bool Directory::rename(const std::string& from, const Directory& other, const std::string& to,

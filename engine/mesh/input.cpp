@@ -59,9 +59,6 @@ struct Input::Decompressor {
 };
 
 Input::Input(const std::filesystem::path& path) : file_(path, OpenMode::kRead) {
-  if (!std::filesystem::is_regular_file(path))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("read {}: expected a regular file", path.native()));
   file_bytes_ = file_.size();
   std::array<char, 4> magic{};
   const std::size_t magic_bytes =

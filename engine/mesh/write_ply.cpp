@@ -1,75 +1,39 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <array>
-#include <atomic>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <span>
 
-#include "plait/directory.h"
 #include "plait/error.h"
-#include "plait/file.h"
 #include "plait/mesh_io.h"
+#include "plait/partial_file.h"
 
 namespace plait {
 namespace {
 
-/// A file that takes its name only when it is whole, and leaves nothing behind otherwise.
-class WholeFile {
+/// Bytes on their way to a file, many of them in one write.
+class BufferedFile {
  public:
-  explicit WholeFile(const std::filesystem::path& path)
-      : path_(path), partial_(partial_name(path)), file_(partial_, OpenMode::kCreate) {
-    buffer_.reserve(kBufferBytes);
-  }
-  ~WholeFile() {
-    if (published_) return;
-    std::error_code ignored;
-    std::filesystem::remove(partial_, ignored);
-  }
-  WholeFile(const WholeFile&) = delete;
-  WholeFile& operator=(const WholeFile&) = delete;
+  explicit BufferedFile(File& file) : file_(file) { buffer_.reserve(kBufferBytes); }
 
   void write(std::string_view bytes) {
     if (buffer_.size() + bytes.size() > kBufferBytes) flush();
     buffer_.append(bytes);
   }
-
-  void publish() {
-    flush();
-    file_.sync();
-    file_.close();
-    if (std::rename(partial_.c_str(), path_.c_str()) != 0)
-      throw system_error("write", path_.native(), errno);
-    published_ = true;
-    Directory(path_.has_parent_path() ? path_.parent_path() : ".").sync();
-  }
-
- private:
-  static constexpr std::size_t kBufferBytes = std::size_t{256} << 10;
-
-  /// In the same directory, so that a rename is enough; no two writers share it.
-  static std::filesystem::path partial_name(const std::filesystem::path& path) {
-    static std::atomic<unsigned> serial{0};
-    std::filesystem::path partial = path;
-    partial += fmt::format(".partial-{}-{}", ::getpid(), serial++);
-    return partial;
-  }
-
   void flush() {
     file_.write_at(offset_, std::as_bytes(std::span(buffer_)));
     offset_ += buffer_.size();
     buffer_.clear();
   }
 
-  std::filesystem::path path_, partial_;
-  File file_;
+ private:
+  static constexpr std::size_t kBufferBytes = std::size_t{256} << 10;
+
+  File& file_;
   std::string buffer_;
   std::uint64_t offset_ = 0;
-  bool published_ = false;
 };
 
 void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) {
@@ -97,8 +61,15 @@ void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) 
 }  // namespace
 
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
-  check_writable(path, mesh);
-  WholeFile file(path);
+  check_writable(path, mesh);  // before a file is made
+  PartialFile output(path, Existing::kReplace);
+  write_ply(output.file(), mesh);
+  output.publish();
+}
+
+void write_ply(File& to, const IndexedMesh& mesh) {
+  check_writable(to.path(), mesh);
+  BufferedFile file(to);
   file.write(
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
                   "property float y\nproperty float z\nelement face {}\n"
@@ -114,7 +85,7 @@ void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
     std::memcpy(record.data() + 1, face.data(), sizeof(face));
     file.write({record.data(), record.size()});
   }
-  file.publish();
+  file.flush();
 }
 
 }  // namespace plait

@@ -30,10 +30,14 @@ bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes) {
 
 }  // namespace
 
-std::vector<std::byte> block_tables_header() {
+std::vector<std::byte> encode_tables(std::span<const BlockTable* const> tables) {
   std::vector<std::byte> bytes(kHeaderBytes);
   std::memcpy(bytes.data(), kMagic, 8);
   save(std::span(bytes), 8, kVersion);
+  for (const BlockTable* const table : tables) {
+    const auto entries = std::as_bytes(table->entries());
+    bytes.insert(bytes.end(), entries.begin(), entries.end());
+  }
   return bytes;
 }
 

@@ -14,8 +14,8 @@
 
 namespace plait {
 
-/// The bytes before the first entry.
-std::vector<std::byte> block_tables_header();
+/// The file's bytes for the tables of all levels: attributes in manifest order, levels ascending.
+std::vector<std::byte> encode_tables(std::span<const BlockTable* const> tables);
 
 /// Takes the entries of one level after another from the bytes of a whole file. Nothing is
 /// believed: memory stays below that of the bytes, whatever a geometry promises.

@@ -24,9 +24,7 @@ inline std::string tables_file_name(std::uint64_t version) {
   return fmt::format("tables.{}", version);
 }
 
-/// Whether a name is one that versions come and go by.
-inline bool is_version_file_name(std::string_view name) {
-  return name.starts_with("attribute") || name.starts_with("tables.");
-}
+/// Whether a name is one of those above, which versions come and go by.
+bool is_version_file_name(std::string_view name);
 
 }  // namespace plait

@@ -1,8 +1,6 @@
 #include "store/lock.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -58,12 +56,7 @@ void StoreLock::take(const Directory& store, bool alone) {
 
 /// Between opening and locking somebody may have removed the store.
 void StoreLock::check_name(const Directory& store) const {
-  struct stat held {
-  }, named{};
-  if (::fstat(file_.descriptor(), &held) == 0 &&
-      ::fstatat(store.descriptor(), kLockName, &named, AT_SYMLINK_NOFOLLOW) == 0 &&
-      held.st_dev == named.st_dev && held.st_ino == named.st_ino)
-    return;
+  if (store.contains(kLockName, file_.descriptor())) return;
   throw Error(ErrorCode::kBusy, fmt::format("open {}: the store is being replaced or removed",
                                             file_.path().native()));
 }

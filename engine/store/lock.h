@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "plait/directory.h"
 #include "plait/file.h"
@@ -28,6 +29,8 @@ class StoreLock {
   /// Leaves this process's number in the file, for those who find it taken. REQUIRES: the purpose
   /// is kWriting or kCreating, and the directory is known to be a store. Errors: kIo, kNoSpace.
   void sign();
+  /// Whoever has the file has the lock.
+  File release() && { return std::move(file_); }
 
  private:
   void take(const Directory& store, bool alone);

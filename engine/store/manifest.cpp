@@ -35,6 +35,14 @@ std::vector<ManifestSlot> read_slots(const File& file) {
   return slots;
 }
 
+using BothSlots = std::array<std::byte, 2 * kManifestSlotBytes>;
+
+BothSlots begun_manifest() {
+  BothSlots bytes{};
+  std::ranges::copy(encode_manifest({}), bytes.begin());
+  return bytes;
+}
+
 }  // namespace
 
 bool is_attribute_name(std::string_view name) {
@@ -135,7 +143,8 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   manifest.base_mesh_checksum = load<std::uint64_t>(slot, 104);
   manifest.tables_bytes = load<std::uint64_t>(slot, 112);
   manifest.tables_checksum = load<std::uint64_t>(slot, 120);
-  require(manifest.sequence > 0, "sequence number", manifest.sequence);
+  require(manifest.sequence > 0 && manifest.sequence <= kMaxSequence, "sequence number",
+          manifest.sequence);
   require(manifest.vertex_count < kNoId, "vertex count", manifest.vertex_count);
   require(manifest.edge_count < kNoId, "edge count", manifest.edge_count);
   require(manifest.face_count < kNoId, "face count", manifest.face_count);
@@ -192,6 +201,10 @@ Manifest read_manifest(const File& file) {
   std::optional<ManifestSlot> newest;
   for (const ManifestSlot& slot : read_slots(file))
     if (!newest || load<std::uint64_t>(slot, 40) > load<std::uint64_t>(*newest, 40)) newest = slot;
+  if (newest && is_begun_slot(*newest))
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: expected a version, found a store that was never committed",
+                            file.path().native()));
   if (!newest)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: no manifest slot has the right magic and checksum ({} bytes)",
@@ -210,20 +223,53 @@ std::vector<Manifest> read_whole_slots(const File& file) {
   return versions;
 }
 
-void create_blank_manifest(const Directory& store) {
+void create_begun_manifest(const Directory& store, bool durable) {
   File file(store, kManifestName, OpenMode::kCreate);
-  file.resize(2 * kManifestSlotBytes);
+  try {
+    file.write_at(0, begun_manifest());
+    if (durable) file.sync();
+    file.close();
+    if (durable) store.sync();
+  } catch (...) {
+    store.remove_if_possible(kManifestName);
+    throw;
+  }
+}
+
+void begin_manifest_again(const Directory& store) {
+  if (!store.contains(kManifestName) || is_begun_manifest(store)) return;
+  File file(store, kManifestName, OpenMode::kReadWrite);
+  file.write_at(0, begun_manifest());
   file.close();
 }
 
-bool is_blank_manifest(const Directory& store) {
+bool is_begun_manifest(const Directory& store) {
   if (!store.contains(kManifestName)) return false;
   const File file(store, kManifestName, OpenMode::kRead);
-  std::array<std::byte, 2 * kManifestSlotBytes> bytes{};
-  const std::uint64_t size = file.size();
-  if (size > bytes.size()) return false;
-  file.read_at(0, std::span(bytes).first(size));
-  return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
+  BothSlots bytes{};
+  if (file.size() != bytes.size()) return false;
+  file.read_at(0, bytes);
+  return bytes == begun_manifest();
+}
+
+bool is_begun_manifest_in_part(const Directory& store) {
+  const File file(store, kManifestName, OpenMode::kRead);
+  BothSlots bytes{};
+  if (file.size() > bytes.size()) return false;
+  file.read_at(0, std::span(bytes).first(file.size()));
+  const BothSlots whole = begun_manifest();
+  for (std::size_t at = 0; at < bytes.size(); ++at)
+    if (bytes[at] != std::byte{0} && bytes[at] != whole[at]) return false;
+  return true;
+}
+
+bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
+  return is_whole_slot(slot) && load<std::uint64_t>(slot, 40) == 0;
+}
+
+bool has_whole_slot(const Directory& store) {
+  if (!store.contains(kManifestName)) return false;
+  return !read_slots(File(store, kManifestName, OpenMode::kRead)).empty();
 }
 
 void write_manifest(File& file, const Manifest& manifest) {

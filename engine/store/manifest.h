@@ -41,6 +41,8 @@ struct Manifest {
 
 constexpr std::size_t kManifestSlotBytes = 4096;
 constexpr std::size_t kMaxAttributes = 59;
+/// One commit a nanosecond takes 292 years.
+constexpr std::uint64_t kMaxSequence = std::uint64_t{1} << 63;
 using ManifestSlot = std::array<std::byte, kManifestSlotBytes>;
 
 /// Errors: kInvalidArgument for a name too long or too many attributes.
@@ -63,10 +65,19 @@ Manifest read_manifest(const File& file);
 /// Both slots as far as they are whole and right.
 std::vector<Manifest> read_whole_slots(const File& file);
 
-/// Two slots of zeros, which a store has until its first commit.
-void create_blank_manifest(const Directory& store);
-/// Whether there is a manifest and no byte of it was ever written.
-bool is_blank_manifest(const Directory& store);
+/// What a store has until its first commit: a first slot that has sequence number 0 and names
+/// nothing, and a second one of zeros. With `durable` it is on the disk when this returns.
+void create_begun_manifest(const Directory& store, bool durable);
+/// Makes a manifest what it was before the first commit; nothing where there is none. Errors: kIo.
+void begin_manifest_again(const Directory& store);
+/// Whether a store was begun there and never committed, as far as its manifest says; of one that is
+/// damaged this is not known. Errors: kIo; kCorruption if the manifest is no regular file.
+bool is_begun_manifest(const Directory& store);
+bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot);
+/// Whether the file is a manifest of which not all was written before its creator was killed.
+bool is_begun_manifest_in_part(const Directory& store);
+/// Whether one of the slots is whole, of a known version or not: the directory is a store.
+bool has_whole_slot(const Directory& store);
 
 /// Writes the slot that the sequence number says.
 void write_manifest(File& file, const Manifest& manifest);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <random>
+#include <system_error>
 #include <thread>
 
 #include "plait/edge_index.h"
@@ -64,16 +65,13 @@ Store::Implementation::~Implementation() {
     remove_left_over_files(directory);
 }
 
-std::unique_ptr<LevelFile> Store::Implementation::open_level(
-    const Attribute& attribute, const AttributeSchema& schema, int level, OpenMode mode,
-    std::span<const BlockEntry> entries) const {
+std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
+                                                             const AttributeSchema& schema,
+                                                             OpenMode mode) const {
+  const std::string name = level_file_name(level.number, level.level);
   auto file = std::make_unique<LevelFile>();
-  file->geometry = LevelGeometry(base.edge_count(), base.border_edges(),
-                                 relative_to_base(level, options.base_level), schema.record_bytes(),
-                                 options.block_bytes);
-  file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
-  std::ranges::copy(entries, file->table.entries().begin());
-  const std::string name = level_file_name(attribute.number, level);
+  file->geometry = std::move(level.geometry);
+  file->table = std::move(level.table);
   file->path = directory.path_of(name);
   file->traits = backend.traits;
   file->writable = mode != OpenMode::kRead;
@@ -118,20 +116,10 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create store: backend {} needs a path", options.backend));
   } else {
-    remove_if_never_committed(path);
-    if (std::filesystem::exists(std::filesystem::symlink_status(path)))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("create {}: it exists already", path.native()));
-    state->directory = Directory::make(path);
-    try {
-      state->lock = StoreLock(state->directory, LockFor::kCreating);
-      state->lock.sign();
-    } catch (...) {
-      remove_uncommitted(state->directory);
-      throw;
-    }
-    state->path = path;
-    create_blank_manifest(state->directory);
+    state->directory = claim_store_directory(path, options.durability);
+    state->path = path;  // from here on the destructor removes what there is
+    state->lock = StoreLock(state->directory, LockFor::kCreating);
+    state->lock.sign();
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
   }
   state->make_ready();
@@ -152,41 +140,27 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->directory = open_store_directory(path);
   state->writable = false;
   state->lock = lock_recovered(state->directory, options.writable, options.durability);
-  const Manifest manifest = read_manifest(state->directory);
+  const StoredVersion version(state->directory);
+  const Manifest& manifest = version.manifest();
   state->sequence = manifest.sequence;
   state->uuid = manifest.uuid;
   state->next_number = manifest.next_attribute_number;
-  state->options.backend = manifest.backend;
-  state->options.backend_options = {manifest.codec, manifest.filter};
-  state->options.layout = manifest.layout;
-  state->options.base_level = manifest.base_level;
+  state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
   state->provenance = provenance_of(manifest);
-  state->options.block_bytes = manifest.block_bytes;
+  state->options = version.options();
   state->options.durability = options.durability;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
-  try {
-    state->backend = backends.find(manifest.backend);
-    state->backend.validate(state->options.backend_options);
-  } catch (const Error& error) {
-    throw Error(error.code(),
-                fmt::format("open {}: {}", (path / kManifestName).native(), error.what()));
-  }
-  if (!state->backend.traits.durable)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: backend '{}' keeps nothing on disk",
-                            (path / kManifestName).native(), manifest.backend));
-  state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
-  state->base = read_base_mesh_file(File(state->directory, kBaseMeshName, OpenMode::kRead),
-                                    state->base_mesh_size);
+  state->backend = version.find_backend(backends);
   state->writable = options.writable;
   state->make_ready();
-  state->read_version(manifest, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
+  state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   return Store(std::move(state));
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {
-  return !std::filesystem::is_directory(path) || !is_uncommitted(Directory(path));
+  std::error_code ignored;
+  return !std::filesystem::is_directory(path, ignored) || !is_uncommitted(Directory(path));
 }
 
 }  // namespace plait

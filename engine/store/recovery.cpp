@@ -7,12 +7,14 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include "plait/error.h"
 #include "store/file_names.h"
 #include "store/rollback_journal.h"
+#include "store/stored_version.h"
 
 namespace plait {
 namespace {
@@ -29,9 +31,26 @@ bool must_be_undone(const Directory& store) {
   return is_hot_journal(store, manifest.uuid, manifest.sequence);
 }
 
+/// Where block tables are damaged the levels' geometry must do: the tables may be made again from
+/// levels that are put back.
+std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh& base) {
+  std::vector<StoredLevel> levels = version.levels(base);
+  try {
+    version.read_tables_into(levels);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
+  }
+  return levels;
+}
+
+/// Puts back what a hot journal holds. One of another version means nothing, and is removed.
 void undo(const Directory& store) {
-  const Manifest manifest = read_manifest(store);
-  roll_back(store, manifest.uuid, manifest.sequence);
+  if (!store.contains(kJournalName)) return;
+  const StoredVersion version(store);
+  const Manifest& manifest = version.manifest();
+  if (!is_hot_journal(store, manifest.uuid, manifest.sequence)) return remove_journal(store);
+  const BaseMesh base = version.read_base_mesh();
+  roll_back(store, manifest.uuid, manifest.sequence, levels_of(version, base));
 }
 
 /// A slot whose sync failed may be what is read and yet not what is on the disk. Written once more
@@ -89,9 +108,11 @@ StoreLock lock_recovered(const Directory& store, bool writable, Durability durab
   return lock;
 }
 
-void remove_if_never_committed(const fs::path& path) {
-  if (!fs::is_directory(path)) return;
-  const Directory store(path);
+namespace {
+
+void remove_if_never_committed(const Directory& store) {
+  // Who creates a store shares the directory's lock from the beginning, before there is a file.
+  if (!store.lock(true) || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
         !is_version_file_name(name))
@@ -101,30 +122,64 @@ void remove_if_never_committed(const fs::path& path) {
     lock.emplace(store, kLockName, OpenMode::kRead);
     if (!lock->lock(true)) return;
   }
-  if (is_uncommitted(store)) remove_uncommitted(store);
+  remove_uncommitted(store);
+}
+
+/// One that is empty stays as it is: somebody may have made it for this.
+std::optional<Directory> open_empty(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) return std::nullopt;
+  Directory directory(path);
+  if (!directory.names().empty()) {
+    remove_if_never_committed(directory);
+    return std::nullopt;
+  }
+  return directory;
+}
+
+}  // namespace
+
+Directory claim_store_directory(const fs::path& path, Durability durability) {
+  std::optional<Directory> directory = open_empty(path);
+  const auto taken = [&] {
+    return Error(ErrorCode::kInvalidArgument,
+                 fmt::format("create {}: it exists already", path.native()));
+  };
+  std::error_code ignored;
+  if (!directory) {
+    if (fs::exists(fs::symlink_status(path, ignored))) throw taken();
+    directory = Directory::make(path);
+  }
+  try {
+    if (!directory->lock(false)) throw taken();  // by somebody who removes it
+    create_begun_manifest(*directory, durability == Durability::kCommit);
+  } catch (...) {
+    try {
+      directory->remove_itself();  // unless somebody else was faster, and it is not empty
+    } catch (const Error&) {       // the first error is the one to tell
+    }
+    throw;
+  }
+  return std::move(*directory);
 }
 
 bool is_uncommitted(const Directory& store) {
-  return is_blank_manifest(store) ||
-         std::ranges::all_of(store.names(),
-                             [](const std::string& name) { return name == kLockName; });
+  const std::vector<std::string> names = store.names();
+  if (names.empty()) return true;
+  if (names == std::vector<std::string>{kManifestName}) return is_begun_manifest_in_part(store);
+  return is_begun_manifest(store);
 }
 
 void remove_uncommitted(const Directory& store) noexcept {
   try {
     // A slot that was written in vain must not name what is gone.
-    if (store.contains(kManifestName) && !is_blank_manifest(store)) {
-      store.remove(kManifestName);
-      create_blank_manifest(store);
-    }
-  } catch (...) {  // then it goes first
-    store.remove_if_possible(kManifestName);
-  }
-  try {
+    begin_manifest_again(store);
     for (const std::string& name : store.names())
-      if (name != kManifestName && name != kLockName) store.remove_if_possible(name);
-    store.remove_if_possible(kManifestName);
+      if (is_version_file_name(name) || name == kBaseMeshName || name == kJournalName)
+        store.remove_if_possible(name);
     store.remove_if_possible(kLockName);
+    if (store.names() == std::vector<std::string>{kManifestName})
+      store.remove_if_possible(kManifestName);
     store.remove_itself();
   } catch (...) {  // nobody can be told; it is replaced by the next one of this name
   }
@@ -132,12 +187,8 @@ void remove_uncommitted(const Directory& store) noexcept {
 
 void remove_left_over_files(const Directory& store) noexcept {
   try {
-    std::set<std::string> named;
     const File file(store, kManifestName, OpenMode::kRead);
-    const Manifest newest = read_manifest(file);
-    for (const ManifestAttribute& attribute : newest.attributes)
-      for (int level = newest.base_level + 1; level <= attribute.finest_level; ++level)
-        named.insert(level_file_name(attribute.number, level));
+    std::set<std::string> named = version_file_names(read_manifest(file));
     for (const Manifest& version : read_whole_slots(file)) {
       named.insert(tables_file_name(version.sequence));
       for (const ManifestAttribute& attribute : version.attributes)

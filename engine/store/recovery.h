@@ -20,15 +20,17 @@ Directory open_store_directory(const std::filesystem::path& path);
 /// Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
 StoreLock lock_recovered(const Directory& store, bool writable, Durability durability);
 
-/// Removes what is_uncommitted(); nothing that anybody holds or that has a file of another name.
-/// Errors: kIo.
-void remove_if_never_committed(const std::filesystem::path& store);
+/// A new directory, or an empty one that is there, with the manifest of a store that was begun.
+/// What a writer left that was killed before its first commit goes, unless there is a file of
+/// another name or somebody has it. Errors: kInvalidArgument if `path` is taken; kIo, kNoSpace.
+Directory claim_store_directory(const std::filesystem::path& path, Durability durability);
 
 /// Whether a directory is what a writer leaves that is killed before its first commit: empty, or
-/// nothing but a lock, or the manifest is blank. Errors: kIo.
+/// its manifest says so. Errors: kIo; kCorruption if the manifest is no regular file.
 bool is_uncommitted(const Directory& store);
 
-/// Removes a store without a commit in an order that leaves such a directory at every moment.
+/// Removes a store without a commit in an order that leaves such a directory at every moment. What
+/// is no file of a store stays, and then so does the directory.
 void remove_uncommitted(const Directory& store) noexcept;
 
 /// Removes the files of versions that neither slot of the manifest names, as far as possible.

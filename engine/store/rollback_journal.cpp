@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "plait/edge_index.h"
@@ -116,23 +118,64 @@ std::optional<Record> read_record(const File& journal, std::uint64_t at, std::ui
   return record;
 }
 
-File open_level_of(const Record& record, const Directory& store) {
-  const auto refuse = [&](const std::string& reason) {
-    return Error(ErrorCode::kCorruption,
-                 fmt::format("roll back {}: block {} of attribute {}, level {}: {}",
-                             store.path_of(kJournalName).native(), record.block, record.attribute,
-                             record.level, reason));
+/// The level files that records are put back into, each opened when a record first names it.
+class JournaledLevels {
+ public:
+  JournaledLevels(const Directory& store, std::span<const StoredLevel> levels) : store_(store) {
+    for (const StoredLevel& level : levels)
+      levels_[{level.number, static_cast<std::uint32_t>(level.level)}].stored = &level;
+  }
+
+  /// Errors: kCorruption for a block that is not the version's, or lies elsewhere.
+  File& file_of(const Record& record) {
+    const auto found = levels_.find({record.attribute, record.level});
+    if (found == levels_.end()) throw refuse(record, "the version has no such level");
+    const LevelGeometry& geometry = found->second.stored->geometry;
+    const BlockTable& table = found->second.stored->table;
+    if (record.block >= geometry.block_count())
+      throw refuse(record, fmt::format("expected a block below {}", geometry.block_count()));
+    if (record.offset != geometry.block_offset(record.block) ||
+        record.bytes != geometry.block_bytes(record.block))
+      throw refuse(record,
+                   fmt::format("expected {} bytes at byte {}, found {} at {}",
+                               geometry.block_bytes(record.block),
+                               geometry.block_offset(record.block), record.bytes, record.offset));
+    // Without entries where the tables are damaged: levels may be what they are made again from.
+    if (table.size() > 0 && table[record.block].encoding != BlockEncoding::kRaw)
+      throw refuse(record, "the version has nothing written there");
+    File& file = found->second.file;
+    if (!file.is_open()) {
+      const std::string name = level_file_name(record.attribute, static_cast<int>(record.level));
+      if (!store_.contains(name)) throw refuse(record, "its file is not there");
+      file = File(store_, name, OpenMode::kReadWrite);
+    }
+    if (const std::uint64_t size = file.size(); record.offset + record.bytes > size)
+      throw refuse(record, fmt::format("expected {} bytes at byte {}, found a file of {} bytes",
+                                       record.bytes, record.offset, size));
+    return file;
+  }
+
+  void sync() {
+    for (auto& [key, level] : levels_)
+      if (level.file.is_open()) level.file.sync();
+  }
+
+ private:
+  struct Level {
+    const StoredLevel* stored = nullptr;
+    File file;
   };
-  if (record.level > kMaxLevel) throw refuse("there is no such level");
-  const std::string name = level_file_name(record.attribute, static_cast<int>(record.level));
-  if (!store.contains(name)) throw refuse("its file is not there");
-  File file(store, name, OpenMode::kReadWrite);
-  const std::uint64_t size = file.size();
-  if (record.offset > size || record.bytes > size - record.offset)
-    throw refuse(fmt::format("expected {} bytes at byte {}, found a file of {} bytes", record.bytes,
-                             record.offset, size));
-  return file;
-}
+
+  Error refuse(const Record& record, const std::string& reason) const {
+    return {ErrorCode::kCorruption,
+            fmt::format("roll back {}: block {} of attribute {}, level {}: {}",
+                        store_.path_of(kJournalName).native(), record.block, record.attribute,
+                        record.level, reason)};
+  }
+
+  const Directory& store_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Level> levels_;
+};
 
 /// The journal, if it is one of this version of this store.
 std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uuid,
@@ -144,25 +187,34 @@ std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uu
   return journal;
 }
 
-/// Returns how many blocks it put back.
-std::uint64_t put_back(const File& journal, std::uint64_t seed, const Directory& store) {
+/// visit(record, where its block begins) for each record of the journal's whole part.
+template <class Visit>
+void for_each_record(const File& journal, std::uint64_t seed, Visit visit) {
   const std::uint64_t size = journal.size();
-  std::uint64_t restored = 0;
   std::vector<std::byte> buffer;
-  std::set<std::string> changed;
   for (std::uint64_t at = kHeaderBytes;;) {
     const std::optional<Record> record = read_record(journal, at, size, seed, buffer);
-    if (!record) break;
-    File level = open_level_of(*record, store);
-    for_each_part(journal, at + kRecordBytes, record->bytes, buffer,
-                  [&](std::uint64_t done, std::span<const std::byte> part) {
-                    level.write_at(record->offset + done, part);
-                  });
-    changed.insert(level.path().filename());
+    if (!record) return;
+    visit(*record, at + kRecordBytes);
     at += kRecordBytes + record->bytes;
-    ++restored;
   }
-  for (const std::string& level : changed) File(store, level, OpenMode::kReadWrite).sync();
+}
+
+/// Returns how many blocks it put back.
+std::uint64_t put_back(const File& journal, std::uint64_t seed, JournaledLevels& levels) {
+  for_each_record(journal, seed,
+                  [&](const Record& record, std::uint64_t) { levels.file_of(record); });
+  std::uint64_t restored = 0;
+  std::vector<std::byte> buffer;
+  for_each_record(journal, seed, [&](const Record& record, std::uint64_t begin) {
+    File& level = levels.file_of(record);
+    for_each_part(journal, begin, record.bytes, buffer,
+                  [&](std::uint64_t done, std::span<const std::byte> part) {
+                    level.write_at(record.offset + done, part);
+                  });
+    ++restored;
+  });
+  levels.sync();
   return restored;
 }
 
@@ -220,14 +272,19 @@ bool is_hot_journal(const Directory& store, const StoreUuid& uuid, std::uint64_t
   return open_hot_journal(store, uuid, sequence).has_value();
 }
 
-std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence) {
-  if (!store.contains(kJournalName)) return 0;
-  std::uint64_t restored = 0;
-  if (const std::optional<File> journal = open_hot_journal(store, uuid, sequence))
-    restored = put_back(*journal, seed_of(make_header(uuid, sequence)), store);
+std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence,
+                        std::span<const StoredLevel> levels) {
+  const std::optional<File> journal = open_hot_journal(store, uuid, sequence);
+  if (!journal) return 0;
+  JournaledLevels files(store, levels);
+  const std::uint64_t restored = put_back(*journal, seed_of(make_header(uuid, sequence)), files);
+  remove_journal(store);
+  return restored;
+}
+
+void remove_journal(const Directory& store) {
   store.remove(kJournalName);
   store.sync();
-  return restored;
 }
 
 }  // namespace plait

@@ -18,6 +18,7 @@
 #include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
+#include "store/stored_version.h"
 
 namespace plait {
 
@@ -52,9 +53,14 @@ bool is_hot_journal(const Directory& store, const StoreUuid& uuid, std::uint64_t
 
 /// Puts back what the store's journal holds of version `sequence`, its newest one, makes that
 /// durable, and removes the journal. Returns the number of blocks. A torn end is ignored: what it
-/// stood for was never overwritten. A
-/// journal of another version is removed. REQUIRES: the writer's lock.
-/// Errors: kCorruption for a record that no journal of this store can have; kIo, kNoSpace.
-std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
+/// stood for was never overwritten. Nothing is written before every record is known to be of a
+/// block of `levels`, which are those of the version, in its place. REQUIRES: the writer's lock; a
+/// hot journal.
+/// Errors: kCorruption for a record that no journal of this version can have; kIo, kNoSpace.
+std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence,
+                        std::span<const StoredLevel> levels);
+
+/// Durably. Errors: kIo.
+void remove_journal(const Directory& store);
 
 }  // namespace plait

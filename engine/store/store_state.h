@@ -13,6 +13,7 @@
 #include "store/lock.h"
 #include "store/manifest.h"
 #include "store/rollback_journal.h"
+#include "store/stored_version.h"
 
 namespace plait {
 
@@ -29,15 +30,14 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
-  /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
-  std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
-                                        int level, OpenMode mode,
-                                        std::span<const BlockEntry> entries) const;
+  /// Opens a level's backend; `level` comes from a committed version, or is new.
+  std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
+                                        OpenMode mode) const;
   /// The pager, and a journal where one is needed; `options`, `backend` and the rest are there.
   void make_ready();
   Manifest manifest() const;
   void write_version();
-  void read_version(const Manifest& manifest, OpenMode mode);
+  void read_version(const StoredVersion& version, OpenMode mode);
 
   std::filesystem::path path;  ///< as the user gave it
   Directory directory;         ///< by which all in it is reached; not open without a path
@@ -60,8 +60,5 @@ struct Store::Implementation {
   std::vector<std::string> obsolete;  ///< names of files to remove after the next commit
   std::unique_ptr<Pager> pager;       ///< last: it refers to the level files
 };
-
-/// Serialised block tables of all levels (docs/format.md, "tables.S").
-std::vector<std::byte> encode_tables(const Store::Implementation& store);
 
 }  // namespace plait

@@ -3,34 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "plait/error.h"
 #include "store/base_mesh_file.h"
-#include "store/byte_order.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/manifest.h"
 #include "store/recovery.h"
-#include "store/stored_geometry.h"
+#include "store/stored_version.h"
 
 namespace plait {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::size_t kTablesHeaderBytes = 16;
-
-void add_names(const Manifest& manifest, std::set<std::string>& names) {
-  names.insert(tables_file_name(manifest.sequence));
-  for (const ManifestAttribute& attribute : manifest.attributes) {
-    names.insert(base_file_name(attribute.number, manifest.sequence));
-    for (int level = manifest.base_level + 1; level <= attribute.finest_level; ++level)
-      names.insert(level_file_name(attribute.number, level));
-  }
-}
 
 DamagedFile named(StoreFile kind, std::string name, std::string attribute = {}, int level = 0) {
   DamagedFile file;
@@ -60,132 +47,86 @@ std::optional<std::string> reason_of(Check check) {
   }
 }
 
-/// The checks of one version, file after file.
+/// The checks of one version, file after file: what Store::open does, going on where that ends.
 class StructureCheck {
  public:
-  StructureCheck(const Directory& store, const BackendRegistry& backends, const Manifest& manifest,
-                 StoreStructure& result)
+  StructureCheck(const Directory& store, const StoredVersion& version,
+                 const BackendRegistry::Entry& backend, StoreStructure& result)
       : store_(store),
-        backend_(backends.find(manifest.backend)),
-        manifest_(manifest),
-        result_(result) {
-    backend_.validate(result.options.backend_options);
-  }
+        version_(version),
+        manifest_(version.manifest()),
+        backend_(backend),
+        result_(result) {}
 
   void run() {
-    check_base_mesh();
-    const std::optional<std::vector<std::byte>> tables =
-        check_whole(named(StoreFile::kBlockTables, tables_file_name(manifest_.sequence), "",
-                          StoredSize{manifest_.tables_bytes, manifest_.tables_checksum}));
-    entries_known_ = tables.has_value() && !base_damaged_;
-    if (entries_known_) entries_ = std::span(*tables).subspan(kTablesHeaderBytes);
+    const bool base_known =
+        check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
+                    StoredSize{manifest_.base_mesh_bytes, manifest_.base_mesh_checksum}),
+              [&] { result_.base = version_.read_base_mesh(); });
+    std::vector<StoredLevel> levels = version_.levels(result_.base);
+    const bool tables_known =
+        check(named(StoreFile::kBlockTables, version_.tables_name(), "",
+                    StoredSize{manifest_.tables_bytes, manifest_.tables_checksum}),
+              [&] {
+                if (base_known)
+                  version_.read_tables_into(levels);
+                else
+                  version_.read_tables();
+              });
     for (const ManifestAttribute& attribute : manifest_.attributes) {
-      const std::uint64_t base_bytes = manifest_.vertex_count * attribute.schema.record_bytes();
-      check_whole(named(StoreFile::kBaseRecords,
-                        base_file_name(attribute.number, manifest_.sequence), attribute.schema.name,
-                        StoredSize{base_bytes, attribute.base_checksum}));
-      for (int level = manifest_.base_level + 1; level <= attribute.finest_level; ++level)
-        check_level(attribute, level);
+      const std::uint64_t bytes = manifest_.vertex_count * attribute.schema.record_bytes();
+      check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
+                  attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
+            [&] { version_.read_base_records(attribute); });
     }
+    for (StoredLevel& level : levels) check_level(level, base_known && tables_known);
   }
 
  private:
-  void report(DamagedFile file, std::string reason) {
-    file.reason = std::move(reason);
+  /// Whether the file is what it should be; if not it is reported.
+  template <class Read>
+  bool check(DamagedFile file, Read read) {
+    ++result_.files;
+    std::optional<std::string> reason = reason_of(read);
+    if (!reason) return true;
+    file.reason = std::move(*reason);
     result_.damaged.push_back(std::move(file));
+    return false;
   }
 
-  void check_base_mesh() {
-    const StoredSize expected{manifest_.base_mesh_bytes, manifest_.base_mesh_checksum};
-    ++result_.files;
-    const auto reason = reason_of([&] {
-      BaseMesh mesh = read_base_mesh_file(File(store_, kBaseMeshName, OpenMode::kRead), expected);
-      if (mesh.vertex_count() != manifest_.vertex_count ||
-          mesh.edge_count() != manifest_.edge_count || mesh.face_count() != manifest_.face_count ||
-          mesh.border_edge_count() != manifest_.border_edge_count)
-        throw Error(ErrorCode::kCorruption,
-                    fmt::format("open {}: its counts are not those of the manifest",
-                                store_.path_of(kBaseMeshName).native()));
-      result_.base = std::move(mesh);
-    });
-    base_damaged_ = reason.has_value();
-    if (reason) report(named(StoreFile::kBaseMesh, kBaseMeshName, "", expected), *reason);
-  }
-
-  /// The file's bytes if they are what the manifest says.
-  std::optional<std::vector<std::byte>> check_whole(DamagedFile expected) {
-    std::vector<std::byte> bytes;
-    const fs::path path = store_.path_of(expected.name);
-    ++result_.files;
-    auto reason = reason_of([&] {
-      const File file(store_, expected.name, OpenMode::kRead);
-      if (file.size() != expected.expected_bytes)
-        throw Error(ErrorCode::kCorruption,
-                    fmt::format("open {}: {} bytes, expected {}", path.native(), file.size(),
-                                expected.expected_bytes));
-      bytes.resize(expected.expected_bytes);
-      file.read_at(0, bytes);
-      if (!is_content_of(expected, bytes))
-        throw Error(ErrorCode::kCorruption,
-                    fmt::format("open {}: checksum {:016x}, expected {:016x}", path.native(),
-                                checksum_of(bytes), expected.expected_checksum));
-      if (expected.kind == StoreFile::kBlockTables && bytes.size() < kTablesHeaderBytes)
-        throw Error(ErrorCode::kCorruption,
-                    fmt::format("open {}: no header of block tables", path.native()));
-    });
-    if (!reason) return bytes;
-    report(std::move(expected), std::move(*reason));
-    return std::nullopt;
-  }
-
-  void check_level(const ManifestAttribute& attribute, int level) {
-    DamagedFile found = named(StoreFile::kLevel, level_file_name(attribute.number, level),
-                              attribute.schema.name, level);
-    ++result_.files;
-    if (entries_known_) found.expected_level = expected_level(attribute, level);
-    const std::unique_ptr<LevelFile>& file = found.expected_level;
-    auto reason = reason_of([&] {
-      if (!file)
-        File(store_, found.name, OpenMode::kRead);
-      else
-        backend_.open({result_.options.backend_options})
-            ->open_level(LevelSpec{store_, found.name, OpenMode::kRead, file->geometry, file->table,
-                                   component_bytes(attribute.schema.type)});
-    });
-    if (reason) report(std::move(found), std::move(*reason));
-  }
-
-  /// nullptr once the tables turned out too short for their levels.
-  std::unique_ptr<LevelFile> expected_level(const ManifestAttribute& attribute, int level) {
-    auto file = std::make_unique<LevelFile>();
-    file->geometry =
-        stored_geometry(manifest_, result_.base, attribute, level, store_.path_of(kManifestName));
-    const std::uint64_t blocks = file->geometry.block_count();
-    if (entries_.size() / sizeof(BlockEntry) < blocks) {
-      entries_known_ = false;
-      return nullptr;
+  void check_level(StoredLevel& level, bool content_known) {
+    const AttributeSchema& schema = manifest_.attributes[level.attribute].schema;
+    DamagedFile found = named(StoreFile::kLevel, level_file_name(level.number, level.level),
+                              schema.name, level.level);
+    const std::string name = found.name;
+    if (!content_known) {
+      check(std::move(found), [&] { File(store_, name, OpenMode::kRead); });
+      return;
     }
-    file->path = store_.path_of(level_file_name(attribute.number, level));
-    file->writable = false;
-    file->table = BlockTable(manifest_.uuid, attribute.number, level, blocks);
-    const std::size_t bytes = blocks * sizeof(BlockEntry);
-    if (bytes > 0) std::memcpy(file->table.entries().data(), entries_.data(), bytes);
-    entries_ = entries_.subspan(bytes);
-    return file;
+    found.expected_level = std::make_unique<LevelFile>();
+    LevelFile& expected = *found.expected_level;
+    expected.geometry = std::move(level.geometry);
+    expected.table = std::move(level.table);
+    expected.path = store_.path_of(name);
+    expected.writable = false;
+    check(std::move(found), [&] {
+      backend_.open({result_.options.backend_options})
+          ->open_level(LevelSpec{store_, name, OpenMode::kRead, expected.geometry, expected.table,
+                                 component_bytes(schema.type)});
+    });
   }
 
   const Directory& store_;
-  const BackendRegistry::Entry& backend_;
+  const StoredVersion& version_;
   const Manifest& manifest_;
+  const BackendRegistry::Entry& backend_;
   StoreStructure& result_;
-  bool base_damaged_ = false, entries_known_ = false;
-  std::span<const std::byte> entries_;  ///< of the levels to come
 };
 
 /// What the other slot of the manifest says, and whose files those in the directory are.
 void look_around(const Directory& store, const Manifest& newest, StoreStructure& result) {
-  std::set<std::string> names = {kManifestName, kBaseMeshName, kLockName, kJournalName};
-  add_names(newest, names);
+  std::set<std::string> names = version_file_names(newest);
+  names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
   const File file(store, kManifestName, OpenMode::kRead);
   const std::uint64_t offset = (newest.sequence + 1) % 2 * kManifestSlotBytes;
   ManifestSlot slot{};
@@ -193,7 +134,7 @@ void look_around(const Directory& store, const Manifest& newest, StoreStructure&
   if (there) file.read_at(offset, slot);
   if (there && is_whole_slot(slot)) {
     try {
-      add_names(decode_manifest(slot, file.path()), names);
+      if (!is_begun_slot(slot)) names.merge(version_file_names(decode_manifest(slot, file.path())));
     } catch (const Error& error) {
       result.notes.push_back(fmt::format("the older version: {}", error.what()));
     }
@@ -214,19 +155,17 @@ void look_around(const Directory& store, const Manifest& newest, StoreStructure&
 StoreStructure check_structure(const fs::path& path, const BackendRegistry& backends) {
   const Directory store = open_store_directory(path);
   const StoreLock lock = lock_recovered(store, false, Durability::kCommit);
-  const Manifest manifest = read_manifest(store);
+  const StoredVersion version(store);
+  const Manifest& manifest = version.manifest();
+  const BackendRegistry::Entry& backend = version.find_backend(backends);
   StoreStructure result;
   result.sequence = manifest.sequence;
   result.files = 1;
-  result.options.backend = manifest.backend;
-  result.options.backend_options = {manifest.codec, manifest.filter};
-  result.options.layout = manifest.layout;
-  result.options.base_level = manifest.base_level;
+  result.options = version.options();
   result.provenance = provenance_of(manifest);
-  result.options.block_bytes = manifest.block_bytes;
   for (const ManifestAttribute& attribute : manifest.attributes)
     result.attributes.push_back({attribute.schema, attribute.finest_level});
-  StructureCheck(store, backends, manifest, result).run();
+  StructureCheck(store, version, backend, result).run();
   look_around(store, manifest, result);
   return result;
 }

@@ -1,4 +1,4 @@
-// Writing and reading one committed version: tables, base records, manifest slot.
+// Writing a version, tables, base records, manifest slot, and taking one up again.
 #include <fmt/format.h>
 
 #include "plait/error.h"
@@ -6,7 +6,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/store_state.h"
-#include "store/stored_geometry.h"
+#include "store/stored_version.h"
 
 namespace plait {
 namespace {
@@ -21,32 +21,7 @@ void write_whole_file(const Directory& store, const std::string& name,
   file.close();
 }
 
-std::vector<std::byte> read_whole_file(const Directory& store, const std::string& name,
-                                       std::uint64_t bytes, std::uint64_t checksum) {
-  const File file(store, name, OpenMode::kRead);
-  const std::filesystem::path& path = file.path();
-  if (file.size() != bytes)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: {} bytes, expected {}", path.native(), file.size(), bytes));
-  std::vector<std::byte> content(bytes);
-  file.read_at(0, content);
-  if (const std::uint64_t found = checksum_of(content); found != checksum)
-    throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
-                                                    path.native(), found, checksum));
-  return content;
-}
-
 }  // namespace
-
-std::vector<std::byte> encode_tables(const Store::Implementation& store) {
-  std::vector<std::byte> bytes = block_tables_header();
-  for (const auto& attribute : store.attributes)
-    for (const auto& level : attribute.levels) {
-      const auto entries = std::as_bytes(level->table.entries());
-      bytes.insert(bytes.end(), entries.begin(), entries.end());
-    }
-  return bytes;
-}
 
 Manifest Store::Implementation::manifest() const {
   Manifest result;
@@ -80,13 +55,20 @@ void Store::Implementation::write_version() {
     for (const auto& level : attribute.levels) level->backend->sync(durable);
 
   Manifest next = manifest();
+  if (sequence == kMaxSequence)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("commit {}: version {} is the last that a store can have",
+                            path.native(), sequence));
   ++next.sequence;
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     write_whole_file(directory, base_file_name(attributes[i].number, next.sequence),
                      attributes[i].base_bytes, durable);
     next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
-  const std::vector<std::byte> tables = encode_tables(*this);
+  std::vector<const BlockTable*> all_tables;
+  for (const Attribute& attribute : attributes)
+    for (const auto& level : attribute.levels) all_tables.push_back(&level->table);
+  const std::vector<std::byte> tables = encode_tables(all_tables);
   write_whole_file(directory, tables_file_name(next.sequence), tables, durable);
   next.tables_bytes = tables.size();
   next.tables_checksum = checksum_of(tables);
@@ -113,36 +95,20 @@ void Store::Implementation::write_version() {
   sequence = next.sequence;
 }
 
-void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode) {
-  const std::filesystem::path manifest_path = directory.path_of(kManifestName);
-  if (base.vertex_count() != manifest.vertex_count || base.edge_count() != manifest.edge_count ||
-      base.face_count() != manifest.face_count ||
-      base.border_edge_count() != manifest.border_edge_count)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: its counts are not those of base.mesh ({} vertices, {} "
-                            "edges, {} faces)",
-                            manifest_path.native(), base.vertex_count(), base.edge_count(),
-                            base.face_count()));
-  const std::string tables_name = tables_file_name(manifest.sequence);
-  const std::vector<std::byte> tables =
-      read_whole_file(directory, tables_name, manifest.tables_bytes, manifest.tables_checksum);
-  BlockTablesReader tables_reader(tables, directory.path_of(tables_name));
-
-  for (const ManifestAttribute& stored : manifest.attributes) {
+void Store::Implementation::read_version(const StoredVersion& version, OpenMode mode) {
+  base = version.read_base_mesh();
+  std::vector<StoredLevel> levels = version.levels(base);
+  version.read_tables_into(levels);
+  for (const ManifestAttribute& stored : version.manifest().attributes) {
     Attribute attribute;
     attribute.number = stored.number;
-    attribute.base_bytes =
-        read_whole_file(directory, base_file_name(stored.number, manifest.sequence),
-                        base.vertex_count() * stored.schema.record_bytes(), stored.base_checksum);
-    for (int level = manifest.base_level + 1; level <= stored.finest_level; ++level) {
-      const LevelGeometry geometry = stored_geometry(manifest, base, stored, level, manifest_path);
-      const std::vector<BlockEntry> entries = tables_reader.next_level(geometry);
-      attribute.levels.push_back(open_level(attribute, stored.schema, level, mode, entries));
-    }
+    attribute.base_bytes = version.read_base_records(stored);
     infos.push_back({stored.schema, stored.finest_level});
     attributes.push_back(std::move(attribute));
   }
-  tables_reader.finish();
+  for (StoredLevel& level : levels)
+    attributes[level.attribute].levels.push_back(
+        open_level(std::move(level), infos[level.attribute].schema, mode));
 }
 
 }  // namespace plait

@@ -15,6 +15,12 @@ namespace {
 constexpr char kImageName[] = "image";
 constexpr std::uint64_t kPageBytes = 4096;
 
+/// More than any writer needs: blocks of three versions, none of them compressed, and as much
+/// between them. A table that was forged may put a block anywhere.
+std::uint64_t most_file_bytes(const LevelGeometry& geometry) {
+  return 4 * (geometry.total_bytes() + geometry.block_count() * kPageBytes);
+}
+
 /// docs/format.md, "Level files".
 std::uint64_t file_bytes(const LevelFile& level, bool compressed) {
   if (!compressed) return (level.geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
@@ -100,9 +106,14 @@ bool FileRepair::rebuild_base_records(const DamagedFile& file) {
 void FileRepair::repair_level(const DamagedFile& file) {
   if (!file.expected_level)
     return lose(file, "base mesh or block tables, which say what it held, are damaged too");
+  const LevelFile& level = *file.expected_level;
+  const std::uint64_t bytes = file_bytes(level, proof_.backend().traits.compressed);
+  if (bytes > most_file_bytes(level.geometry))
+    return lose(file, fmt::format("the block table wants a file of {} bytes, expected at most {}",
+                                  bytes, most_file_bytes(level.geometry)));
   const std::string refusal = recomputation_.refusal(file.attribute);
   const std::uint64_t lost = make_image(file, refusal.empty() ? &recomputation_.made() : nullptr);
-  if (lost == 0) return put_in_place(file);
+  if (lost == 0) return put_level_in_place(file);
   lose(file, fmt::format("{} of its {} blocks: {}", lost, file.expected_level->table.size(),
                          refusal.empty() ? "what follows from the base mesh is not what they held"
                                          : refusal));
@@ -110,15 +121,9 @@ void FileRepair::repair_level(const DamagedFile& file) {
 
 std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   const LevelFile& level = *file.expected_level;
-  const auto info = std::ranges::find_if(structure_.attributes, [&](const AttributeInfo& each) {
-    return each.schema.name == file.attribute;
-  });
-  const std::size_t component = component_bytes(info->schema.type);
-  File image;
-  if (!options_.dry_run) {
-    image = create_image();
-    image.resize(file_bytes(level, proof_.backend().traits.compressed));
-  }
+  const std::size_t component = component_of(file.attribute);
+  File image = create_image();
+  image.resize(file_bytes(level, proof_.backend().traits.compressed));
   Remains remains(Directory(store_), file.name);
   std::uint64_t lost = 0;
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {
@@ -134,11 +139,41 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
     }
     if (!stored)
       ++lost;
-    else if (!options_.dry_run)
+    else
       image.write_at(level.table[block].offset, *stored);
   }
-  if (image.is_open()) image.close();
+  image.close();
   return lost;
+}
+
+std::optional<std::string> FileRepair::reason_against_image(const DamagedFile& file) {
+  LevelFile& level = *file.expected_level;
+  try {
+    const std::unique_ptr<Backend> backend = proof_.backend().open(
+        LevelSpec{scratch_.directory(), kImageName, OpenMode::kRead, level.geometry, level.table,
+                  structure_.options.backend_options, component_of(file.attribute)});
+    std::vector<std::byte> content(level.geometry.max_block_bytes());
+    for (std::uint64_t block = 0; block < level.table.size(); ++block)
+      backend->read({block, 1}, std::span(content).first(level.geometry.block_bytes(block)));
+    return std::nullopt;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption) throw;
+    return error.what();
+  }
+}
+
+void FileRepair::put_level_in_place(const DamagedFile& file) {
+  // What the backend itself refuses would be damaged again.
+  if (const std::optional<std::string> reason = reason_against_image(file))
+    return lose(file, "what was made of it cannot be read: " + *reason);
+  put_in_place(file);
+}
+
+std::size_t FileRepair::component_of(const std::string& attribute) const {
+  const auto info = std::ranges::find_if(structure_.attributes, [&](const AttributeInfo& each) {
+    return each.schema.name == attribute;
+  });
+  return component_bytes(info->schema.type);
 }
 
 File FileRepair::create_image() {

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "plait/structure.h"
 #include "repair/block_proof.h"
@@ -31,15 +33,18 @@ class FileRepair {
   void repair_tables(const DamagedFile& file);
   bool rebuild_base_records(const DamagedFile& file);
   void repair_level(const DamagedFile& file);
-  /// Writes the level's file into the scratch directory (in a dry run only counts), of blocks
-  /// computed anew, where `made` is given, and of those that are still whole. The number of blocks
-  /// for which there is neither.
+  /// Writes the level's file into the scratch directory, of blocks computed anew, where `made` is
+  /// given, and of those that are still whole. The number of blocks for which there is neither.
   std::uint64_t make_image(const DamagedFile& file, Store* made);
   /// The content, or the image that was made.
   void put_in_place(const DamagedFile& file, std::span<const std::byte> bytes);
   void put_in_place(const DamagedFile& file);
   void lose(const DamagedFile& file, const std::string& why);
   File create_image();
+  /// What the store's backend finds wrong when it reads every block of the image.
+  std::optional<std::string> reason_against_image(const DamagedFile& file);
+  void put_level_in_place(const DamagedFile& file);
+  std::size_t component_of(const std::string& attribute) const;
 
   const std::filesystem::path& store_;
   const StoreStructure& structure_;

@@ -41,6 +41,19 @@ void read_back(Store& store, const std::vector<BlockAddress>& blocks) {
   }
 }
 
+/// What is damaged all the same, by the rules of opening, was not rebuilt.
+void check_rebuilt_files(const std::filesystem::path& path, const BackendRegistry& backends,
+                         RepairReport& report) {
+  if (report.rebuilt_files.empty()) return;
+  const StoreStructure now = check_structure(path, backends);
+  for (const DamagedFile& damaged : now.damaged) {
+    const auto named = [&](const RepairedFile& file) { return file.name == damaged.name; };
+    if (std::erase_if(report.rebuilt_files, named) > 0)
+      report.lost_files.push_back(
+          {damaged.name, fmt::format("it was made anew and is damaged: {}", damaged.reason)});
+  }
+}
+
 void repair_blocks(Store& store, const RepairOptions& options, Recomputation& recomputation,
                    BlockProof& proof, RepairReport& report) {
   std::vector<BlockAddress> damaged;
@@ -91,6 +104,7 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
   BlockProof proof(backends.find(structure.options.backend), structure.options.backend_options,
                    scratch);
   FileRepair(path, structure, options, recomputation, proof, scratch, report).run();
+  if (!options.dry_run) check_rebuilt_files(path, backends, report);
   if (!report.lost_files.empty() || (options.dry_run && !report.rebuilt_files.empty()))
     return report;
 

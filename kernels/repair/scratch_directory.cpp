@@ -14,7 +14,8 @@ ScratchDirectory::ScratchDirectory(const fs::path& store) {
   fs::path name = store.lexically_normal();
   if (!name.has_filename()) name = name.parent_path();
   // The name may be taken by what a killed process of the same number left.
-  for (int attempt = 0; attempt == 0 || fs::exists(fs::symlink_status(path_)); ++attempt) {
+  std::error_code ignored;
+  for (int attempt = 0; attempt == 0 || fs::exists(fs::symlink_status(path_, ignored)); ++attempt) {
     path_ = name;
     path_ += fmt::format(".repair-{}", ::getpid());
     if (attempt > 0) path_ += fmt::format("-{}", attempt);
@@ -27,7 +28,9 @@ ScratchDirectory::~ScratchDirectory() {
 }
 
 const Directory& ScratchDirectory::directory() {
-  if (!directory_.is_open()) directory_ = Directory::make(path_);
+  if (directory_.is_open()) return directory_;
+  directory_ = Directory::make(path_);
+  directory_.lock(false);  // what is not locked is left over, and the next run removes it
   return directory_;
 }
 

@@ -166,6 +166,68 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
   }
 }
 
+TEST_CASE("Store_AfterACommitThatFailed_RefusesWritesAndCommitsUntilItIsReopened") {
+  for (const std::string& backend : backends_on_disk()) {
+    CAPTURE(backend);
+    const TemporaryDirectory here;
+    const std::filesystem::path path = here.path() / "s.plait";
+    {
+      Store store = create_store(path, backend);
+      add_sample(store, sample_schemas()[0], 2);
+      store.commit();
+      store.base_bytes(0)[0] ^= std::byte{1};
+      {
+        const FailingOperations operations(path / "manifest", 0, EIO,
+                                           FailingOperations::From::kAllFromThere);
+        CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kIo);
+      }
+      // The disk is well again, and what it holds is not known.
+      CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+      CHECK(error_of([&] { change_blocks(store, 0, 2, 1); }).code() == ErrorCode::kBadState);
+      CHECK(store.sequence() == 1);
+    }
+    Store again = Store::open(path, {true}, default_backends());
+    CHECK(holds_sample(again, 0));
+    again.commit();
+    CHECK(again.sequence() == 2);
+  }
+}
+
+/// A slot whose sync failed may be read from the page cache and not be on the disk. Before the next
+/// writer removes what only the version before needs, the slot must have been synced.
+TEST_CASE("StoreOpen_ForWriting_MakesTheNewestSlotDurableBeforeAnythingGoes") {
+  class Order final : public FileOperationHook {
+   public:
+    Order() { set_file_operation_hook(this); }
+    ~Order() { set_file_operation_hook(nullptr); }
+    Order(const Order&) = delete;
+    Order& operator=(const Order&) = delete;
+    Verdict before(const FileOperation&) noexcept override { return {}; }
+    void after(const FileOperation& operation) noexcept override {
+      using Kind = FileOperation::Kind;
+      const bool manifest = operation.path.filename() == "manifest";
+      if (manifest && operation.kind == Kind::kWrite) written = true;
+      if (manifest && operation.kind == Kind::kSync) synced = written;
+      if (operation.kind == Kind::kRemove) removed_before_sync = removed_before_sync || !synced;
+      if (operation.kind == Kind::kRemove) removed = true;
+    }
+    bool written = false, synced = false, removed = false, removed_before_sync = false;
+  };
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  {
+    Store store = create_store(path, "pread");
+    add_sample(store, sample_schemas()[0], 1);
+    store.commit();
+  }
+  File(path / "tables.9", OpenMode::kCreate);
+  const Order order;
+  Store::open(path, {true}, default_backends());
+  CHECK(order.synced);
+  CHECK(order.removed);
+  CHECK_FALSE(order.removed_before_sync);
+}
+
 TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path path = here.path() / "s.plait";

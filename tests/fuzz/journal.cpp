@@ -28,6 +28,15 @@ constexpr std::uint64_t kSequence = 7, kLevelBytes = 4096;
 /// A directory with a level file.
 struct Place {
   Place() { std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x'); }
+  /// Of one block, as its version names it.
+  std::vector<StoredLevel> levels() const {
+    std::vector<StoredLevel> result(1);
+    result[0].level = 1;
+    result[0].geometry = LevelGeometry(kLevelBytes, {}, 1, 1, kLevelBytes);
+    result[0].table = BlockTable({}, 0, 1, 1);
+    result[0].table.mark_written(0, 0, kLevelBytes);
+    return result;
+  }
   test::TemporaryDirectory directory;
   std::filesystem::path path = directory.path();
 };
@@ -62,8 +71,13 @@ void try_journal(const Place& place, std::span<const std::byte> bytes) {
   std::ofstream(journal, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
-  const bool taken =
-      accepts({ErrorCode::kCorruption}, [&] { roll_back(Directory(place.path), {}, kSequence); });
+  const bool taken = accepts({ErrorCode::kCorruption}, [&] {
+    const Directory store(place.path);
+    if (is_hot_journal(store, {}, kSequence))
+      roll_back(store, {}, kSequence, place.levels());
+    else
+      remove_journal(store);
+  });
   require(taken != std::filesystem::exists(journal));
   require(std::filesystem::file_size(place.path / level_file_name(0, 1)) == kLevelBytes);
 }

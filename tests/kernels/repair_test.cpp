@@ -12,6 +12,9 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/manifest.h"
 #include "support/counting_backend.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -69,6 +72,37 @@ BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
       if (spec.name != "attribute0.level03" || spec.mode == OpenMode::kCreate) return level;
       return std::unique_ptr<Backend>(std::make_unique<BadPlace>(std::move(level), bad));
     });
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A disk that says it has written a block and keeps what was there.
+class LostWrites final : public ForwardingBackend {
+ public:
+  LostWrites(std::unique_ptr<Backend> disk, const LevelSpec& level)
+      : ForwardingBackend(std::move(disk)), level_(level) {}
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    std::vector<std::byte> before(from.size());
+    const File file(level_.directory, level_.name, OpenMode::kRead);
+    const std::uint64_t offset = level_.geometry.block_offset(blocks.first);
+    file.read_at(offset, before);
+    inner().write(blocks, from);
+    File(level_.directory, level_.name, OpenMode::kReadWrite).write_at(offset, before);
+  }
+
+ private:
+  LevelSpec level_;
+};
+
+BackendRegistry with_lost_writes() {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    entry.open = [open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
+      if (spec.mode != OpenMode::kReadWrite) return open(spec);
+      return std::make_unique<LostWrites>(open(spec), spec);
+    };
     result.add(std::move(entry));
   }
   return result;
@@ -221,6 +255,117 @@ TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
   CHECK(report.rebuilt_count == 2);
   CHECK(bad.empty());
   CHECK(victim.is_as_before());
+}
+
+TEST_CASE("Repair_OfBlocksThatTheDiskLoses_IsAnErrorAndNotRebuilt") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 2);
+  try {
+    repair(victim.path(), {}, with_lost_writes());
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kCorruption);
+  }
+  CHECK(victim.damaged_count() == 1);
+}
+
+TEST_CASE("Repair_AnotherCodecAndOtherBaseRecords_IsLost") {
+  const Victim victim("compressed");
+  {
+    Store store = victim.open(true);
+    store.base_bytes(0)[0] ^= std::byte{1};
+    store.commit();
+  }
+  victim.damage(0, 3, 4);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.lost_count == 1);
+  CHECK(report.rebuilt_count == 0);
+}
+
+/// One byte changed in place, where the codec writes as many bytes as before: the seals differ, the
+/// sizes do not.
+TEST_CASE("Repair_BlockChangedInPlaceToTheSameEncodedSize_IsLost") {
+  const Victim victim("compressed");
+  std::uint64_t changed = 0;
+  bool found = false;
+  for (; !found && changed < victim.open().level_file(0, 3).table.size(); ++changed) {
+    if (is_raw(victim, 3, changed)) continue;
+    Store store = victim.open(true);
+    LevelFile& file = store.level_file(0, 3);
+    const std::uint32_t before = file.table[changed].stored_bytes;
+    for (std::size_t at = 0; !found && at < 64; ++at) {
+      const auto flip = [&] {
+        {
+          const PinnedBlock pinned = store.pager().pin(file, changed, Access::kUpdate);
+          pinned.bytes()[at] ^= std::byte{1};
+        }
+        store.pager().flush();
+      };
+      flip();
+      found = file.table[changed].encoding == BlockEncoding::kEncoded &&
+              file.table[changed].stored_bytes == before;
+      if (!found) flip();
+    }
+    store.commit();
+    if (found) break;
+  }
+  REQUIRE(found);
+  victim.damage(0, 3, changed);
+  const RepairReport report = repair(victim.path(), {}, default_backends());
+  CHECK(report.lost_count == 1);
+  CHECK(report.rebuilt_count == 0);
+}
+
+TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
+  const Victim victim("compressed");
+  Manifest manifest = read_manifest(Directory(victim.path()));
+  const std::string tables = "tables." + std::to_string(manifest.sequence);
+  {
+    File file(victim.path() / tables, OpenMode::kReadWrite);
+    std::vector<std::byte> bytes(file.size());
+    file.read_at(0, bytes);
+    save(std::span(bytes), 16, std::uint64_t{1} << 40);  // of the first block of level 1
+    file.write_at(0, bytes);
+    manifest.tables_checksum = checksum_of(bytes);
+    File manifest_file(victim.path() / "manifest", OpenMode::kReadWrite);
+    write_manifest(manifest_file, manifest);
+  }
+  for (const bool dry_run : {true, false}) {
+    RepairOptions options;
+    options.dry_run = dry_run;
+    const RepairReport report = repair(victim.path(), options, default_backends());
+    CHECK(report.rebuilt_files.empty());
+    REQUIRE(report.lost_files.size() == 1);
+    CHECK(report.lost_files[0].name == "attribute0.level01");
+    CHECK(report.lost_files[0].reason.find("bytes, expected at most") != std::string::npos);
+  }
+  CHECK(victim.is_alone());
+}
+
+/// Two blocks in one place: whatever is written there, the backend refuses the level.
+TEST_CASE("Repair_LevelThatCannotBeReadAfterwards_IsLost") {
+  const Victim victim("compressed");
+  Manifest manifest = read_manifest(Directory(victim.path()));
+  const std::string tables = "tables." + std::to_string(manifest.sequence);
+  {
+    const Store store = victim.open();
+    const LevelFile& file = store.level_file(0, 3);
+    REQUIRE(file.table.size() > 2);
+    File tables_file(victim.path() / tables, OpenMode::kReadWrite);
+    std::vector<std::byte> bytes(tables_file.size());
+    tables_file.read_at(0, bytes);
+    const std::size_t first =
+        16 + 24 * (store.level_file(0, 1).table.size() + store.level_file(0, 2).table.size());
+    save(std::span(bytes), first + 24, load<std::uint64_t>(bytes, first));
+    tables_file.write_at(0, bytes);
+    manifest.tables_checksum = checksum_of(bytes);
+    File manifest_file(victim.path() / "manifest", OpenMode::kReadWrite);
+    write_manifest(manifest_file, manifest);
+  }
+  const RepairReport report = repair(victim.path(), {}, default_backends());
+  CHECK_FALSE(report.whole());
+  CHECK(report.rebuilt_files.empty());
+  CHECK(report.lost_files.size() == 1);
 }
 
 TEST_CASE("Repair_StoreInUse_IsRefused") {

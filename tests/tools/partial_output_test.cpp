@@ -31,9 +31,8 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
     const StoreUuid old = make_store(path);
     std::filesystem::path made;
     {
-      PartialOutput output(path, Existing::kReplaceStore);
-      made = output.path();
-      make_store(made);
+      PartialOutput output(path, Existing::kReplace);
+      make_store(output.make());
       OpenOptions options;
       options.writable = writer;
       const Store holder = Store::open(path, options, default_backends());
@@ -42,6 +41,8 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
         FAIL("expected an error");
       } catch (const Error& error) {
         CHECK(error.code() == ErrorCode::kBusy);
+        made = output.path();  // a name that no run of later takes for left over
+        CHECK_THAT(error.what(), Catch::Contains(made.native()));
       }
     }
     CHECK(uuid_of(path) == old);
@@ -53,8 +54,8 @@ TEST_CASE("ReplaceStore_ThatNobodyHolds_TakesItsName") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   make_store(path);
-  PartialOutput output(path, Existing::kReplaceStore);
-  const StoreUuid made = make_store(output.path());
+  PartialOutput output(path, Existing::kReplace);
+  const StoreUuid made = make_store(output.make());
   output.publish(true);
   CHECK(uuid_of(path) == made);
   CHECK_FALSE(std::filesystem::exists(output.path()));

@@ -96,8 +96,7 @@ ExportFormat export_format(const std::filesystem::path& path) {
   return format;
 }
 
-ExportResult export_mesh(Store& store, const std::filesystem::path& path,
-                         const ExportOptions& options) {
+ExportResult export_mesh(Store& store, File& file, const ExportOptions& options) {
   const AttributeId position = store.attribute("position");
   check_position(store, position);
   check_level(store, position, options.level);
@@ -109,7 +108,7 @@ ExportResult export_mesh(Store& store, const std::filesystem::path& path,
 
   const bool facets = options.format.mesh == MeshFormat::kStl;
   const std::uint64_t total = result.triangles + (facets ? 0 : result.vertices);
-  OutputStream output(path, options.format.compression);
+  OutputStream output(file, options.format.compression);
   const ExportTask task{store,
                         position,
                         extras,

@@ -45,7 +45,7 @@ struct ExportResult {
 /// cannot take, and for more vertices or facets than the format can count (2^32 in PLY and STL);
 /// kCancelled; kIo, kNoSpace, kCorruption.
 /// Pinned by tests/tools/export_test.cpp.
-ExportResult export_mesh(Store& store, const std::filesystem::path& path,
-                         const ExportOptions& options);
+/// `file` is empty, and stays open.
+ExportResult export_mesh(Store& store, File& file, const ExportOptions& options);
 
 }  // namespace plait

@@ -37,9 +37,8 @@ class OutputStream::Sink : public boost::iostreams::sink {
   Target* target_;
 };
 
-OutputStream::OutputStream(const std::filesystem::path& path, Compression compression)
-    : target_(std::make_unique<Target>()) {
-  target_->file = File(path, OpenMode::kCreate);
+OutputStream::OutputStream(File& file, Compression compression)
+    : target_(std::make_unique<Target>(file)) {
   if (compression == Compression::kGzip) {
     boost::iostreams::zlib_params parameters;
     parameters.window_bits = kGzipWindowBits;
@@ -82,7 +81,6 @@ void OutputStream::close() {
     throw;
   }
   rethrow_failure();
-  target_->file.close();
 }
 
 }  // namespace plait

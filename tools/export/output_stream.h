@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
-#include <filesystem>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -20,22 +19,23 @@ enum class Compression : std::uint8_t { kNone, kGzip, kZstd };
 /// write() and close(), whatever lies between.
 class OutputStream {
  public:
-  /// Errors: kInvalidArgument if `path` exists; kIo.
-  OutputStream(const std::filesystem::path& path, Compression compression);
+  /// `file` is empty and outlives this object.
+  OutputStream(File& file, Compression compression);
   ~OutputStream();
   OutputStream(const OutputStream&) = delete;
   OutputStream& operator=(const OutputStream&) = delete;
 
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
-  /// Finishes the compressed stream. What was not closed is not whole.
+  /// Finishes the compressed stream; the file stays open. What was not closed is not whole.
   void close();
   /// Bytes in the file; after close() all of them.
   std::uint64_t file_bytes() const { return target_->offset; }
 
  private:
   struct Target {
-    File file;
+    explicit Target(File& its_file) : file(its_file) {}
+    File& file;
     std::uint64_t offset = 0;
     std::exception_ptr failure;
   };

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "picture/image.h"
+#include "plait/file.h"
 
 namespace plait {
 
@@ -11,5 +12,7 @@ namespace plait {
 /// same image gives the same bytes. Memory: twice the image.
 /// Errors: kIo, kNoSpace, kNotFound (the directory); then `path` is as it was.
 void write_png(const Image& image, const std::filesystem::path& path);
+/// Into a file that is open and empty.
+void write_png(const Image& image, File& file);
 
 }  // namespace plait

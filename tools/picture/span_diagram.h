@@ -1,10 +1,9 @@
 // picture/span_diagram.h: which edges the stencils of a mesh use, as a picture.
 #pragma once
 
-#include <filesystem>
-
 #include "picture/image.h"
 #include "plait/base_mesh.h"
+#include "plait/file.h"
 
 namespace plait {
 
@@ -18,6 +17,6 @@ namespace plait {
 Image span_diagram(const BaseMesh& mesh);
 
 /// span_diagram as a PNG file. Errors: those of write_png too.
-void draw_span_diagram(const BaseMesh& mesh, const std::filesystem::path& path);
+void draw_span_diagram(const BaseMesh& mesh, File& file);
 
 }  // namespace plait

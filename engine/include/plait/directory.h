@@ -25,6 +25,9 @@ class Directory {
   /// Opens the directory that `path` names now; a link in the path is followed.
   /// Errors: kNotFound if it is not there or is no directory; kIo.
   explicit Directory(const std::filesystem::path& path);
+  /// Opens the entry `name` of `parent`, which must be a directory and no link to one.
+  /// Errors: kNotFound if it is not there; kInvalidArgument if it is something else; kIo.
+  Directory(const Directory& parent, const std::string& name);
   /// Makes the directory and opens it. Errors: kIo, kNoSpace; also if the name is taken.
   static Directory make(const std::filesystem::path& path);
   /// The directory that holds this one now. Errors: kIo.
@@ -44,8 +47,8 @@ class Directory {
   /// Whether there is an entry of that name, of whatever kind; a link is not followed.
   /// Errors: kIo.
   bool contains(const std::string& name) const;
-  /// Whether the entry `name` of this directory is the directory `other`. Errors: kIo.
-  bool contains(const std::string& name, const Directory& other) const;
+  /// Whether the entry `name` of this directory is what `descriptor` is open on. Errors: kIo.
+  bool contains(const std::string& name, int descriptor) const;
   /// All names but "." and "..", sorted. Errors: kIo.
   std::vector<std::string> names() const;
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
+#include "plait/file.h"
 
 namespace plait {
 
@@ -27,5 +28,7 @@ BaseMesh read_base_mesh(const std::filesystem::path& path,
 /// under its name only when it is whole and on the disk; a failure leaves what was there before.
 /// Errors: kInvalidArgument for a position outside float32 or an index out of range, kIo, kNoSpace.
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh);
+/// Into a file that is open and empty.
+void write_ply(File& file, const IndexedMesh& mesh);
 
 }  // namespace plait

@@ -8,11 +8,13 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <functional>
+#include <map>
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/file.h"
 #include "plait/structure.h"
+#include "store/manifest.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -64,24 +66,29 @@ int in_child_process(const std::function<int()>& body) {
 TEST_CASE("StoreCreate_WhereAWriterWasKilledBeforeItsFirstCommit_ReplacesIt") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
-  const auto make_left_over = [&](const char* further) {
+  const auto make_left_over = [&](bool begun, const char* further) {
     std::filesystem::create_directory(path);
-    for (const char* name : {"lock", "base.mesh", "attribute0.base.1", "tables.1", further})
-      File(path / name, OpenMode::kCreate);
+    const Directory directory(path);
+    if (begun) create_begun_manifest(directory, false);
+    for (const char* name : {"lock", "base.mesh", "attribute0.base.1", "tables.1"})
+      File(directory, name, OpenMode::kCreate);
+    if (further) File(directory, further, OpenMode::kCreate);
   };
   const auto create = [&] {
     return Store::create(path, BaseMesh::build(two_triangles()), sample_options("pread"),
                          default_backends());
   };
-  make_left_over("manifest");
+  make_left_over(true, nullptr);
   create().commit();
   CHECK(file_names(path) == Names{"base.mesh", "lock", "manifest", "tables.1"});
   std::filesystem::remove_all(path);
   // One that lost its manifest, and one that is somebody else's.
-  for (const char* further : {"tables.3", "notes.txt"}) {
-    make_left_over(further);
+  for (const auto& [begun, further] :
+       std::map<bool, const char*>{{false, "tables.3"}, {true, "notes.txt"}}) {
+    make_left_over(begun, further);
+    const Names before = file_names(path);
     CHECK(error_of([&] { create(); }).code() == ErrorCode::kInvalidArgument);
-    CHECK(file_names(path).size() == 5);
+    CHECK(file_names(path) == before);
     std::filesystem::remove_all(path);
   }
   // One that is being made.
@@ -444,10 +451,10 @@ TEST_CASE("StoreLock_HolderThatDied_BlocksNobody") {
   CHECK(place.open(true).sequence() == 1);
 }
 
-TEST_CASE("StoreCreate_WhereAWriterDiedBeforeItsManifest_TakesThePlace") {
+TEST_CASE("StoreCreate_WhereAWriterDiedInItsManifest_TakesThePlace") {
   const Place place;
   std::filesystem::create_directory(place.path);
-  File(place.path / "lock", OpenMode::kCreate).close();
+  File(place.path / "manifest", OpenMode::kCreate).close();
   CHECK_FALSE(Store::has_commit(place.path));
   place.make();
   CHECK(Store::has_commit(place.path));
@@ -456,10 +463,12 @@ TEST_CASE("StoreCreate_WhereAWriterDiedBeforeItsManifest_TakesThePlace") {
 TEST_CASE("StoreCreate_WhereSomebodyElseIsCreating_LeavesTheirsAlone") {
   const Place place;
   std::filesystem::create_directory(place.path);
-  File theirs(place.path / "lock", OpenMode::kCreate);
-  REQUIRE(theirs.lock(true));
+  const Directory theirs(place.path);
+  REQUIRE(theirs.lock(false));  // before there is any file
   CHECK_THROWS_AS(place.make(), Error);
-  CHECK(std::filesystem::exists(place.path / "lock"));
+  create_begun_manifest(theirs, false);
+  CHECK_THROWS_AS(place.make(), Error);
+  CHECK(file_names(place.path) == Names{"manifest"});
 }
 
 TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {

@@ -64,6 +64,7 @@ TEST_CASE("SpanDiagram_MeshWithoutFaces_IsRefused") {
 
 TEST_CASE("DrawSpanDiagram_ToAFile_WritesIt") {
   const test::TemporaryDirectory directory;
-  draw_span_diagram(BaseMesh::build(test::octahedron()), directory.path() / "spans.png");
+  File picture(directory.path() / "spans.png", OpenMode::kCreate);
+  draw_span_diagram(BaseMesh::build(test::octahedron()), picture);
   CHECK(std::filesystem::file_size(directory.path() / "spans.png") > 500);
 }

@@ -1,0 +1,29 @@
+#include "plait/store_directory.h"
+
+#include "store/file_names.h"
+#include "store/lock.h"
+#include "store/manifest.h"
+
+namespace plait {
+
+bool is_store(const Directory& directory) { return has_whole_slot(directory); }
+
+File hold_store(const Directory& store) {
+  if (!store.contains(kLockName)) return {};
+  return StoreLock(store, LockFor::kRecovering).release();
+}
+
+bool is_store_file_name(std::string_view name) {
+  return is_version_file_name(name) || name == kBaseMeshName || name == kJournalName ||
+         name == kLockName || name == kManifestName;
+}
+
+std::vector<std::string> remove_store_files(const Directory& store) {
+  for (const std::string& name : store.names())
+    if (is_store_file_name(name) && name != kLockName && name != kManifestName)
+      store.remove_if_possible(name);
+  for (const char* name : {kLockName, kManifestName}) store.remove_if_possible(name);
+  return store.names();
+}
+
+}  // namespace plait
