@@ -24,7 +24,7 @@ void check_fixed_entries(const LevelSpec& level) {
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: block {}: expected {} raw bytes at byte {}, found {} bytes "
                             "of encoding {} at byte {}",
-                            level.path.native(), block, geometry.block_bytes(block),
+                            level.path().native(), block, geometry.block_bytes(block),
                             geometry.block_offset(block), entry.stored_bytes,
                             static_cast<std::uint32_t>(entry.encoding), entry.offset));
   }
@@ -41,18 +41,18 @@ File open_fixed_file(const LevelSpec& level) {
   check_level(level, std::numeric_limits<std::uint32_t>::max());
   const std::uint64_t bytes = fixed_file_bytes(level.geometry);
   if (level.mode != OpenMode::kCreate) check_fixed_entries(level);
-  File file(level.path, level.mode);
+  File file(level.directory, level.name, level.mode);
   if (level.mode != OpenMode::kCreate) {
     if (file.size() != bytes)
       throw Error(ErrorCode::kCorruption, fmt::format("open {}: expected {} bytes, found {}",
-                                                      level.path.native(), bytes, file.size()));
+                                                      level.path().native(), bytes, file.size()));
     return file;
   }
   try {
     file.resize(bytes);
     file.preallocate(bytes);
   } catch (...) {
-    remove_file_if_possible(level.path);
+    level.directory.remove_if_possible(level.name);
     throw;
   }
   return file;
@@ -60,13 +60,14 @@ File open_fixed_file(const LevelSpec& level) {
 
 void check_level(const LevelSpec& level, std::uint64_t max_block_bytes) {
   if (level.table.size() != level.geometry.block_count())
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("open {}: expected a table of {} blocks, found {}", level.path.native(),
-                            level.geometry.block_count(), level.table.size()));
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("open {}: expected a table of {} blocks, found {}", level.path().native(),
+                    level.geometry.block_count(), level.table.size()));
   if (level.geometry.max_block_bytes() > max_block_bytes)
     throw Error(
         ErrorCode::kInvalidArgument,
-        fmt::format("open {}: expected blocks of at most {} bytes, found {}", level.path.native(),
+        fmt::format("open {}: expected blocks of at most {} bytes, found {}", level.path().native(),
                     max_block_bytes, level.geometry.max_block_bytes()));
 }
 

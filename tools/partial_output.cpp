@@ -10,6 +10,7 @@
 #include <string>
 #include <system_error>
 
+#include "plait/directory.h"
 #include "plait/error.h"
 #include "plait/file.h"
 #include "plait/store.h"
@@ -123,7 +124,7 @@ void PartialOutput::replace_store(bool durable) {
 
 void PartialOutput::sync_name() const {
   const fs::path parent = final_path_.parent_path();
-  sync_directory(parent.empty() ? fs::path(".") : parent);
+  Directory(parent.empty() ? fs::path(".") : parent).sync();
 }
 
 void require_replaceable_store(const fs::path& path, const BackendRegistry& backends) {

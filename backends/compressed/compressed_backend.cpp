@@ -28,7 +28,7 @@ void check_entries(const LevelSpec& level) {
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: block {}: expected {} raw bytes or at most {} encoded ones, "
                             "found {} bytes of encoding {}",
-                            level.path.native(), block, raw_bytes, max_encoded_bytes(raw_bytes),
+                            level.path().native(), block, raw_bytes, max_encoded_bytes(raw_bytes),
                             entry.stored_bytes, static_cast<std::uint32_t>(entry.encoding)));
   }
 }
@@ -36,7 +36,7 @@ void check_entries(const LevelSpec& level) {
 File open_file(const LevelSpec& level) {
   check_level(level, LZ4_MAX_INPUT_SIZE);
   check_entries(level);
-  return {level.path, level.mode};
+  return {level.directory, level.name, level.mode};
 }
 
 class CompressedBackend final : public Backend {

@@ -17,20 +17,22 @@ namespace {
 
 namespace interprocess = boost::interprocess;
 
-interprocess::mapped_region map_file(const File& file, OpenMode mode, std::uint64_t bytes) {
+interprocess::mapped_region map_file(File& file, const LevelSpec& level, std::uint64_t bytes) {
   if (bytes == 0) return {};
   const FileOperation mapping{FileOperation::Kind::kMap, file.path()};
   try {
     if (const int error = before_operation(mapping).error; error != 0)
       throw system_error("map", file.path().native(), error);
     // A hole that the disk has no room for would end the process when it is stored into.
-    if (mode == OpenMode::kReadWrite) File(file.path(), mode).preallocate(bytes);
+    if (level.mode == OpenMode::kReadWrite) file.preallocate(bytes);
     const auto access =
-        mode == OpenMode::kRead ? interprocess::read_only : interprocess::read_write;
-    // The region outlives its file_mapping, which only holds a descriptor.
-    return {interprocess::file_mapping(file.path().c_str(), access), access, 0, bytes};
+        level.mode == OpenMode::kRead ? interprocess::read_only : interprocess::read_write;
+    // Boost opens by path: this is the file that is open, whatever has its name by now. The region
+    // outlives its file_mapping, which only holds a descriptor.
+    const std::string path = fmt::format("/proc/self/fd/{}", file.descriptor());
+    return {interprocess::file_mapping(path.c_str(), access), access, 0, bytes};
   } catch (const interprocess::interprocess_exception& failure) {
-    if (mode == OpenMode::kCreate) remove_file_if_possible(file.path());
+    if (level.mode == OpenMode::kCreate) level.directory.remove_if_possible(level.name);
     throw Error(ErrorCode::kIo,
                 fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()));
   }
@@ -43,7 +45,7 @@ class MmapBackend final : public Backend {
         table_(level.table),
         mode_(level.mode),
         file_(open_fixed_file(level)),
-        region_(map_file(file_, mode_, fixed_file_bytes(geometry_))) {}
+        region_(map_file(file_, level, fixed_file_bytes(geometry_))) {}
 
   BackendTraits traits() const noexcept override { return kMmapTraits; }
 

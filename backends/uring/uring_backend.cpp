@@ -101,10 +101,11 @@ class UringBackend final : public Backend {
 
   static File open_direct(const LevelSpec& level) {
     try {
-      return {level.path, level.mode == OpenMode::kRead ? OpenMode::kRead : OpenMode::kReadWrite,
+      return {level.directory, level.name,
+              level.mode == OpenMode::kRead ? OpenMode::kRead : OpenMode::kReadWrite,
               Caching::kNone};
     } catch (...) {
-      if (level.mode == OpenMode::kCreate) remove_file_if_possible(level.path);
+      if (level.mode == OpenMode::kCreate) level.directory.remove_if_possible(level.name);
       throw;
     }
   }

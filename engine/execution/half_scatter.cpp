@@ -11,6 +11,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace plait::HWY_NAMESPACE {
 
+namespace hn = hwy::HWY_NAMESPACE;
+
 #if HWY_TARGET == HWY_SCALAR
 void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const LanePieces& to) {
   for (const auto& [points, offset] : moves)
@@ -24,23 +26,25 @@ void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const
     }
 }
 #else
+/// A block of four numbers goes to every fourth lane.
+template <class D, class V>
+HWY_INLINE void store_blocks(D d, V v, const LanePieces& to, std::size_t lane, std::size_t offset) {
+  if constexpr (hn::MaxLanes(D()) == kMoveRecords) {
+    hn::StoreU(v, d, reinterpret_cast<float*>(to[lane] + offset));
+  } else {
+    const hn::Half<D> half;
+    store_blocks(half, hn::LowerHalf(half, v), to, lane, offset);
+    store_blocks(half, hn::UpperHalf(half, v), to, lane + hn::MaxLanes(half), offset);
+  }
+}
+
 /// Four records of three floats are three vectors of every lane.
 void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const LanePieces& to) {
-  namespace hn = hwy::HWY_NAMESPACE;
   const hn::CappedTag<float, kPatchLanes> d;
   const hn::Repartition<double, decltype(d)> pairs;
-  constexpr std::size_t kBlockLanes = 4, kBlockBytes = kBlockLanes * sizeof(float);
-  const auto store = [&](auto v, std::size_t lane, std::size_t offset) HWY_ATTR {
-    const auto records = hn::BitCast(d, v);
-    const hn::FixedTag<float, kBlockLanes> quad;
-    if constexpr (hn::MaxLanes(d) == kBlockLanes) {
-      hn::StoreU(records, quad, reinterpret_cast<float*>(to[lane] + offset));
-    } else {
-      hn::StoreU(hn::LowerHalf(quad, records), quad, reinterpret_cast<float*>(to[lane] + offset));
-      hn::StoreU(hn::UpperHalf(quad, records), quad,
-                 reinterpret_cast<float*>(to[lane + kBlockLanes] + offset));
-    }
-  };
+  constexpr std::size_t kBlockBytes = kMoveRecords * sizeof(float);
+  const auto store = [&](auto v, std::size_t lane, std::size_t offset)
+                         HWY_ATTR { store_blocks(d, hn::BitCast(d, v), to, lane, offset); };
   /// Numbers a, b, c and d of each lane, one after the other.
   const auto store_four = [&](auto a, auto b, auto c, auto d4, std::size_t lane,
                               std::size_t offset) HWY_ATTR {

@@ -6,12 +6,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
+#include <string_view>
 #include <utility>
 
+#include "io/system_call.h"
+#include "plait/directory.h"
 #include "plait/error.h"
-#include "plait/file_operations.h"
 
 namespace plait {
 namespace {
@@ -30,41 +31,60 @@ int flags_of(OpenMode mode) {
   return O_RDONLY;
 }
 
-/// Linux moves at most this much in one call.
-constexpr std::uint64_t kMaxTransferBytes = 0x7ffff000;
+std::string_view kind_of(mode_t mode) {
+  if (S_ISDIR(mode)) return "a directory";
+  if (S_ISLNK(mode)) return "a symbolic link";
+  if (S_ISFIFO(mode)) return "a FIFO";
+  if (S_ISSOCK(mode)) return "a socket";
+  if (S_ISCHR(mode) || S_ISBLK(mode)) return "a device";
+  return "something else";
+}
 
-/// Makes a system call, again if it was interrupted. `call(most_bytes)` returns what such calls do:
-/// -1 and errno, or a value. Returns -1 and errno likewise.
-template <class Call>
-ssize_t attempt(FileOperation operation, Call call) noexcept {
-  while (true) {
-    const FileOperationHook::Verdict verdict = before_operation(operation);
-    errno = verdict.error;
-    ssize_t result = verdict.error != 0 ? -1 : 0;
-    if (result == 0 && !verdict.pretend)
-      result = call(std::min({verdict.most_bytes, operation.bytes, kMaxTransferBytes}));
-    if (result < 0 && errno == EINTR) continue;
-    if (result >= 0) {
-      if (operation.kind == Kind::kRead || operation.kind == Kind::kWrite)
-        operation.bytes = static_cast<std::uint64_t>(result);
-      after_operation(operation);
-    }
-    return result;
-  }
+/// Does nothing for a regular file.
+void refuse_other_kinds(const struct stat& status, const std::filesystem::path& path,
+                        ErrorCode code) {
+  if (S_ISREG(status.st_mode)) return;
+  throw Error(code, fmt::format("open {}: expected a regular file, found {}", path.native(),
+                                kind_of(status.st_mode)));
 }
 
 }  // namespace
 
 File::File(const std::filesystem::path& path, OpenMode mode, Caching caching) : path_(path) {
-  const int flags = flags_of(mode) | O_CLOEXEC | (caching == Caching::kNone ? O_DIRECT : 0);
+  open({AT_FDCWD, path.c_str(), 0, ErrorCode::kInvalidArgument}, mode, caching);
+}
+
+File::File(const Directory& directory, const std::string& name, OpenMode mode, Caching caching)
+    : path_(directory.path_of(name)) {
+  open({directory.descriptor(), name.c_str(), O_NOFOLLOW, ErrorCode::kCorruption}, mode, caching);
+}
+
+void File::open(const Place& place, OpenMode mode, Caching caching) {
+  // Without O_NONBLOCK a FIFO is waited for until somebody opens its other end.
+  const int flags = flags_of(mode) | place.flags | O_CLOEXEC | O_NONBLOCK |
+                    (caching == Caching::kNone ? O_DIRECT : 0);
   const FileOperation operation{mode == OpenMode::kCreate ? Kind::kCreate : Kind::kOpen, path_};
-  descriptor_ =
-      static_cast<int>(attempt(operation, [&](auto) { return ::open(path.c_str(), flags, 0644); }));
-  if (descriptor_ < 0 && errno == EINVAL && caching == Caching::kNone)
-    throw Error(ErrorCode::kNotSupported,
-                fmt::format("open {}: its file system has no O_DIRECT", path.native()));
-  if (descriptor_ < 0)
-    throw system_error(mode == OpenMode::kCreate ? "create" : "open", path.native(), errno);
+  File opened;
+  opened.descriptor_ = static_cast<int>(
+      attempt(operation, [&](auto) { return ::openat(place.directory, place.name, flags, 0644); }));
+  struct stat status {};
+  if (opened.descriptor_ < 0) {
+    const int error = errno;
+    if (mode != OpenMode::kCreate && ::fstatat(place.directory, place.name, &status,
+                                               place.flags != 0 ? AT_SYMLINK_NOFOLLOW : 0) == 0)
+      refuse_other_kinds(status, path_, place.other_kinds);
+    if (error == EINVAL && caching == Caching::kNone)
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("open {}: its file system has no O_DIRECT", path_.native()));
+    throw system_error(mode == OpenMode::kCreate ? "create" : "open", path_.native(), error);
+  }
+  if (::fstat(opened.descriptor_, &status) != 0) throw system_error("stat", path_.native(), errno);
+  refuse_other_kinds(status, path_, place.other_kinds);
+  // A request of io_uring would end with EAGAIN instead of waiting for the disk.
+  if (const int found = ::fcntl(opened.descriptor_, F_GETFL);
+      found < 0 || ::fcntl(opened.descriptor_, F_SETFL, found & ~O_NONBLOCK) < 0)
+    throw system_error("open", path_.native(), errno);
+  std::swap(descriptor_, opened.descriptor_);
 }
 
 File::~File() {
@@ -150,31 +170,6 @@ void File::close() {
   // On Linux the descriptor is gone even after EINTR.
   const int error = verdict != 0 ? verdict : result != 0 ? errno : 0;
   if (error != 0 && error != EINTR) throw system_error("close", path_.native(), error);
-}
-
-void make_directory(const std::filesystem::path& path) {
-  if (attempt({Kind::kMakeDirectory, path}, [&](auto) { return ::mkdir(path.c_str(), 0777); }) < 0)
-    throw system_error("create", path.native(), errno);
-}
-
-void remove_file(const std::filesystem::path& path) {
-  if (attempt({Kind::kRemove, path}, [&](auto) { return ::unlink(path.c_str()); }) < 0 &&
-      errno != ENOENT)
-    throw system_error("remove", path.native(), errno);
-}
-
-void remove_file_if_possible(const std::filesystem::path& path) noexcept {
-  attempt({Kind::kRemove, path}, [&](auto) { return ::unlink(path.c_str()); });
-}
-
-void sync_directory(const std::filesystem::path& directory) {
-  const int descriptor = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) throw system_error("open", directory.native(), errno);
-  const ssize_t result =
-      attempt({Kind::kSyncDirectory, directory}, [&](auto) { return ::fsync(descriptor); });
-  const int sync_errno = errno;
-  ::close(descriptor);
-  if (result < 0) throw system_error("sync", directory.native(), sync_errno);
 }
 
 }  // namespace plait

@@ -10,6 +10,7 @@
 #include <limits>
 #include <span>
 
+#include "plait/directory.h"
 #include "plait/error.h"
 #include "plait/file.h"
 #include "plait/mesh_io.h"
@@ -44,7 +45,7 @@ class WholeFile {
     if (std::rename(partial_.c_str(), path_.c_str()) != 0)
       throw system_error("write", path_.native(), errno);
     published_ = true;
-    sync_directory(path_.has_parent_path() ? path_.parent_path() : ".");
+    Directory(path_.has_parent_path() ? path_.parent_path() : ".").sync();
   }
 
  private:

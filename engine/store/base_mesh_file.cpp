@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/file.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
+#include "store/file_names.h"
 
 namespace plait {
 namespace {
@@ -19,7 +19,7 @@ static_assert(sizeof(Vector3<double>) == kPositionBytes);
 
 }  // namespace
 
-StoredSize write_base_mesh_file(const std::filesystem::path& path, const BaseMesh& mesh) {
+StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
   const auto positions = std::as_bytes(mesh.positions());
   const auto faces = std::as_bytes(mesh.faces());
   std::vector<std::byte> bytes(kHeaderBytes + positions.size() + faces.size());
@@ -30,15 +30,15 @@ StoredSize write_base_mesh_file(const std::filesystem::path& path, const BaseMes
   if (!positions.empty()) std::memcpy(&bytes[kHeaderBytes], positions.data(), positions.size());
   if (!faces.empty())
     std::memcpy(&bytes[kHeaderBytes + positions.size()], faces.data(), faces.size());
-  File file(path, OpenMode::kCreate);
+  File file(store, kBaseMeshName, OpenMode::kCreate);
   file.write_at(0, bytes);
   file.sync();
   file.close();
   return {bytes.size(), checksum_of(bytes)};
 }
 
-BaseMesh read_base_mesh_file(const std::filesystem::path& path, const StoredSize& expected) {
-  const File file(path, OpenMode::kRead);
+BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected) {
+  const std::filesystem::path& path = file.path();
   const auto refuse = [&](const std::string& reason) {
     return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), reason));
   };

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 
 #include "plait/base_mesh.h"
+#include "plait/directory.h"
+#include "plait/file.h"
 
 namespace plait {
 
@@ -13,9 +14,9 @@ struct StoredSize {
 };
 
 /// Creates the file and syncs it.
-StoredSize write_base_mesh_file(const std::filesystem::path& path, const BaseMesh& mesh);
+StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh);
 
 /// Errors: kCorruption for a wrong size, checksum or header, or a mesh that BaseMesh refuses.
-BaseMesh read_base_mesh_file(const std::filesystem::path& path, const StoredSize& expected);
+BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected);
 
 }  // namespace plait

@@ -21,7 +21,6 @@ std::vector<bool> written_blocks(const BlockTable& table) {
 GuardedBackend::GuardedBackend(std::unique_ptr<Backend> inner, const LevelSpec& level,
                                std::uint32_t attribute, int level_number, RollbackJournal& journal)
     : inner_(std::move(inner)),
-      path_(level.path),
       geometry_(level.geometry),
       table_(level.table),
       attribute_(attribute),
@@ -77,7 +76,7 @@ void GuardedBackend::keep(BlockRange blocks) {
     if (ahead > ahead_bytes_) break;
     wanted.push_back(block);
   }
-  journal_.keep(attribute_, level_number_, path_, geometry_, wanted);
+  journal_.keep(attribute_, level_number_, geometry_, wanted);
   for (const std::uint64_t block : wanted) unkept_[block] = false;
   next_ = wanted.back() + 1;
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -35,7 +34,6 @@ class GuardedBackend final : public Backend {
   void keep(BlockRange blocks);
 
   std::unique_ptr<Backend> inner_;
-  std::filesystem::path path_;
   const LevelGeometry& geometry_;
   const BlockTable& table_;
   std::uint32_t attribute_;

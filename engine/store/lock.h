@@ -1,11 +1,19 @@
 // One writer or many readers of a store.
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
 
+#include "plait/directory.h"
 #include "plait/file.h"
 
 namespace plait {
+
+enum class LockFor : std::uint8_t {
+  kReading,
+  kRecovering,  ///< alone, and without a word in the file: by a reader too
+  kWriting,     ///< alone
+  kCreating,    ///< as kWriting, of a store that has no lock file yet
+};
 
 /// Holds the store's lock until destroyed. It is a lock of the open file (flock), so that it also
 /// tells two opens of one process apart and ends with its holder, however that ends; the record
@@ -13,13 +21,17 @@ namespace plait {
 class StoreLock {
  public:
   StoreLock() = default;
-  /// Errors: kBusy, of a writer with its process number; kIo.
-  StoreLock(const std::filesystem::path& path, bool exclusive, bool create);
+  /// Changes nothing in a file that is there. Errors: kBusy, of a writer with its process number;
+  /// kCorruption if the lock is no regular file; kIo.
+  StoreLock(const Directory& store, LockFor purpose);
+
+  /// Leaves this process's number in the file, for those who find it taken. REQUIRES: the purpose
+  /// is kWriting or kCreating, and the directory is known to be a store. Errors: kIo, kNoSpace.
+  void sign();
 
  private:
-  void take(const std::filesystem::path& path, bool exclusive);
-  void check_name(const std::filesystem::path& path) const;
-  void write_holder();
+  void take(const Directory& store, bool alone);
+  void check_name(const Directory& store) const;
 
   File file_;
 };

@@ -11,6 +11,7 @@
 #include "plait/error.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
+#include "store/file_names.h"
 
 namespace plait {
 namespace {
@@ -167,8 +168,8 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   return manifest;
 }
 
-Manifest read_manifest(const std::filesystem::path& path) {
-  return read_manifest(File(path, OpenMode::kRead));
+Manifest read_manifest(const Directory& store) {
+  return read_manifest(File(store, kManifestName, OpenMode::kRead));
 }
 
 Manifest read_manifest(const File& file) {
@@ -193,15 +194,15 @@ std::vector<Manifest> read_whole_slots(const File& file) {
   return versions;
 }
 
-void create_blank_manifest(const std::filesystem::path& path) {
-  File file(path, OpenMode::kCreate);
+void create_blank_manifest(const Directory& store) {
+  File file(store, kManifestName, OpenMode::kCreate);
   file.resize(2 * kManifestSlotBytes);
   file.close();
 }
 
-bool is_blank_manifest(const std::filesystem::path& path) {
-  if (!std::filesystem::exists(path)) return false;
-  const File file(path, OpenMode::kRead);
+bool is_blank_manifest(const Directory& store) {
+  if (!store.contains(kManifestName)) return false;
+  const File file(store, kManifestName, OpenMode::kRead);
   std::array<std::byte, 2 * kManifestSlotBytes> bytes{};
   const std::uint64_t size = file.size();
   if (size > bytes.size()) return false;

@@ -11,6 +11,7 @@
 
 #include "plait/attribute.h"
 #include "plait/block_table.h"
+#include "plait/directory.h"
 #include "plait/file.h"
 
 namespace plait {
@@ -52,15 +53,15 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
 
 /// The newest whole slot of the file. Errors: kNotFound if there is no file, kCorruption if no
 /// slot is whole.
-Manifest read_manifest(const std::filesystem::path& path);
+Manifest read_manifest(const Directory& store);
 Manifest read_manifest(const File& file);
 /// Both slots as far as they are whole and right.
 std::vector<Manifest> read_whole_slots(const File& file);
 
 /// Two slots of zeros, which a store has until its first commit.
-void create_blank_manifest(const std::filesystem::path& path);
+void create_blank_manifest(const Directory& store);
 /// Whether there is a manifest and no byte of it was ever written.
-bool is_blank_manifest(const std::filesystem::path& path);
+bool is_blank_manifest(const Directory& store);
 
 /// Writes the slot that the sequence number says.
 void write_manifest(File& file, const Manifest& manifest);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <bit>
 #include <random>
-#include <system_error>
 #include <thread>
 
 #include "plait/edge_index.h"
@@ -57,13 +56,9 @@ Store::Implementation::~Implementation() {
   if (!on_disk() || !writable) return;
   // A store that was never committed cannot be opened by anybody: leave nothing of it.
   if (sequence == 0)
-    remove_uncommitted(path);
+    remove_uncommitted(directory);
   else if (!failed)  // a commit that failed may yet turn out to have reached the disk
-    remove_left_over_files(path);
-}
-
-std::filesystem::path Store::Implementation::level_path(std::uint32_t number, int level) const {
-  return on_disk() ? path / level_file_name(number, level) : std::filesystem::path();
+    remove_left_over_files(directory);
 }
 
 std::unique_ptr<LevelFile> Store::Implementation::open_level(
@@ -74,9 +69,11 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
                                  schema.record_bytes(), options.block_bytes);
   file->table = BlockTable(uuid, attribute.number, level, file->geometry.block_count());
   std::ranges::copy(entries, file->table.entries().begin());
-  file->path = level_path(attribute.number, level);
+  const std::string name = level_file_name(attribute.number, level);
+  file->path = directory.path_of(name);
   file->writable = mode != OpenMode::kRead;
-  const LevelSpec spec{file->path,
+  const LevelSpec spec{directory,
+                       name,
                        mode,
                        file->geometry,
                        file->table,
@@ -92,7 +89,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(
 
 void Store::Implementation::make_ready() {
   if (on_disk() && writable && writes_in_place() && options.durability == Durability::kCommit)
-    journal = std::make_unique<RollbackJournal>(path, uuid, sequence);
+    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   pager = std::make_unique<Pager>(
@@ -121,17 +118,17 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
     if (std::filesystem::exists(std::filesystem::symlink_status(path)))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create {}: it exists already", path.native()));
-    make_directory(path);
+    state->directory = Directory::make(path);
     try {
-      state->lock = StoreLock(path / kLockName, true, true);
+      state->lock = StoreLock(state->directory, LockFor::kCreating);
+      state->lock.sign();
     } catch (...) {
-      std::error_code ignored;  // if somebody else took the directory it is not empty, and stays
-      std::filesystem::remove(path, ignored);
+      remove_uncommitted(state->directory);
       throw;
     }
     state->path = path;
-    create_blank_manifest(path / kManifestName);
-    state->base_mesh_size = write_base_mesh_file(path / kBaseMeshName, state->base);
+    create_blank_manifest(state->directory);
+    state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
   }
   state->make_ready();
   return Store(std::move(state));
@@ -140,13 +137,12 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
 Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
                   const BackendRegistry& backends) {
   check_resources(options.budget_bytes, options.io_threads);
-  if (!std::filesystem::is_directory(path))
-    throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
   auto state = std::make_unique<Implementation>();
   state->path = path;
+  state->directory = open_store_directory(path);
   state->writable = false;
-  state->lock = lock_recovered(path, options.writable, options.durability);
-  const Manifest manifest = read_manifest(path / kManifestName);
+  state->lock = lock_recovered(state->directory, options.writable, options.durability);
+  const Manifest manifest = read_manifest(state->directory);
   state->sequence = manifest.sequence;
   state->uuid = manifest.uuid;
   state->next_number = manifest.next_attribute_number;
@@ -171,7 +167,8 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
                 fmt::format("open {}: backend '{}' keeps nothing on disk",
                             (path / kManifestName).native(), manifest.backend));
   state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
-  state->base = read_base_mesh_file(path / kBaseMeshName, state->base_mesh_size);
+  state->base = read_base_mesh_file(File(state->directory, kBaseMeshName, OpenMode::kRead),
+                                    state->base_mesh_size);
   state->writable = options.writable;
   state->make_ready();
   state->read_version(manifest, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
@@ -179,7 +176,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {
-  return !std::filesystem::is_directory(path) || !is_uncommitted(path);
+  return !std::filesystem::is_directory(path) || !is_uncommitted(Directory(path));
 }
 
 }  // namespace plait

@@ -1,5 +1,7 @@
 #include "store/recovery.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -21,46 +23,43 @@ namespace fs = std::filesystem;
 constexpr int kAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
 
-bool has_journal(const fs::path& store) {
-  return fs::exists(fs::symlink_status(RollbackJournal::path_in(store)));
-}
-
-bool must_be_undone(const fs::path& store) {
-  if (!has_journal(store)) return false;
-  const Manifest manifest = read_manifest(store / kManifestName);
+bool must_be_undone(const Directory& store) {
+  if (!store.contains(kJournalName)) return false;
+  const Manifest manifest = read_manifest(store);
   return is_hot_journal(store, manifest.uuid, manifest.sequence);
 }
 
-void undo(const fs::path& store) {
-  const Manifest manifest = read_manifest(store / kManifestName);
+void undo(const Directory& store) {
+  const Manifest manifest = read_manifest(store);
   roll_back(store, manifest.uuid, manifest.sequence);
 }
 
 /// A slot whose sync failed may be what is read and yet not what is on the disk. Written once more
 /// it becomes both; torn it is what it was.
-void write_newest_slot_again(const fs::path& store) {
-  File file(store / kManifestName, OpenMode::kReadWrite);
+void write_newest_slot_again(const Directory& store) {
+  File file(store, kManifestName, OpenMode::kReadWrite);
   write_manifest(file, read_manifest(file));
   file.sync();
   file.close();
-  sync_directory(store);
+  store.sync();
 }
 
-StoreLock lock_for_reading(const fs::path& store) {
+StoreLock lock_for_reading(const Directory& store) {
   for (int attempt = 1;; ++attempt) {
     try {
       {
-        StoreLock lock(store / kLockName, false, false);
+        StoreLock lock(store, LockFor::kReading);
         if (!must_be_undone(store)) return lock;
       }
       // A writer may have come and gone, and left a slot of which nobody knows that it is durable:
       // the journal of the version before is the next writer's to remove.
-      const StoreLock lock(store / kLockName, true, false);
+      const StoreLock lock(store, LockFor::kRecovering);
       if (must_be_undone(store)) undo(store);
     } catch (const Error& error) {
       // Without the lock nothing of the store may be read, but this much is known: where there is
       // no journal nobody is putting blocks back.
-      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !has_journal(store)) throw;
+      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !store.contains(kJournalName))
+        throw;
       std::this_thread::sleep_for(kPause);
     }
   }
@@ -68,65 +67,73 @@ StoreLock lock_for_reading(const fs::path& store) {
 
 }  // namespace
 
-StoreLock lock_recovered(const fs::path& store, bool writable, Durability durability) {
+Directory open_store_directory(const fs::path& path) {
+  try {
+    return Directory(path);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotFound) throw;
+    throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
+  }
+}
+
+StoreLock lock_recovered(const Directory& store, bool writable, Durability durability) {
   if (!writable) return lock_for_reading(store);
-  StoreLock lock(store / kLockName, true, false);
+  StoreLock lock(store, LockFor::kWriting);
+  read_manifest(store);  // only what is a store is written into
+  lock.sign();
   // Before anything goes that the version before the newest one would need.
-  if (durability == Durability::kCommit || has_journal(store)) write_newest_slot_again(store);
+  if (durability == Durability::kCommit || store.contains(kJournalName))
+    write_newest_slot_again(store);
   undo(store);
   remove_left_over_files(store);
   return lock;
 }
 
-void remove_if_never_committed(const fs::path& store) {
-  if (!fs::is_directory(store)) return;
-  for (const fs::directory_entry& entry : fs::directory_iterator(store)) {
-    const std::string name = entry.path().filename().string();
+void remove_if_never_committed(const fs::path& path) {
+  if (!fs::is_directory(path)) return;
+  const Directory store(path);
+  for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
         !is_version_file_name(name))
       return;
-  }
   std::optional<File> lock;
-  if (fs::exists(store / kLockName)) {
-    lock.emplace(store / kLockName, OpenMode::kReadWrite);
+  if (store.contains(kLockName)) {
+    lock.emplace(store, kLockName, OpenMode::kRead);
     if (!lock->lock(true)) return;
   }
   if (is_uncommitted(store)) remove_uncommitted(store);
 }
 
-bool is_uncommitted(const fs::path& store) {
-  if (is_blank_manifest(store / kManifestName)) return true;
-  return std::ranges::all_of(fs::directory_iterator(store), [](const fs::directory_entry& entry) {
-    return entry.path().filename() == kLockName;
-  });
+bool is_uncommitted(const Directory& store) {
+  return is_blank_manifest(store) ||
+         std::ranges::all_of(store.names(),
+                             [](const std::string& name) { return name == kLockName; });
 }
 
-void remove_uncommitted(const fs::path& store) noexcept {
-  const fs::path manifest = store / kManifestName, lock = store / kLockName;
+void remove_uncommitted(const Directory& store) noexcept {
   try {
     // A slot that was written in vain must not name what is gone.
-    if (fs::exists(manifest) && !is_blank_manifest(manifest)) {
-      remove_file(manifest);
-      create_blank_manifest(manifest);
+    if (store.contains(kManifestName) && !is_blank_manifest(store)) {
+      store.remove(kManifestName);
+      create_blank_manifest(store);
     }
   } catch (...) {  // then it goes first
-    remove_file_if_possible(manifest);
+    store.remove_if_possible(kManifestName);
   }
   try {
-    std::vector<fs::path> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(store))
-      if (entry.path() != manifest && entry.path() != lock) files.push_back(entry.path());
-    files.insert(files.end(), {manifest, lock});
-    for (const fs::path& file : files) remove_file_if_possible(file);
-    fs::remove(store);
+    for (const std::string& name : store.names())
+      if (name != kManifestName && name != kLockName) store.remove_if_possible(name);
+    store.remove_if_possible(kManifestName);
+    store.remove_if_possible(kLockName);
+    store.remove_itself();
   } catch (...) {  // nobody can be told; it is replaced by the next one of this name
   }
 }
 
-void remove_left_over_files(const fs::path& store) noexcept {
+void remove_left_over_files(const Directory& store) noexcept {
   try {
     std::set<std::string> named;
-    const File file(store / kManifestName, OpenMode::kRead);
+    const File file(store, kManifestName, OpenMode::kRead);
     const Manifest newest = read_manifest(file);
     for (const ManifestAttribute& attribute : newest.attributes)
       for (int level = newest.base_level + 1; level <= attribute.finest_level; ++level)
@@ -136,10 +143,8 @@ void remove_left_over_files(const fs::path& store) noexcept {
       for (const ManifestAttribute& attribute : version.attributes)
         named.insert(base_file_name(attribute.number, version.sequence));
     }
-    for (const fs::directory_entry& entry : fs::directory_iterator(store)) {
-      const std::string name = entry.path().filename().string();
-      if (is_version_file_name(name) && !named.contains(name)) remove_file_if_possible(entry);
-    }
+    for (const std::string& name : store.names())
+      if (is_version_file_name(name) && !named.contains(name)) store.remove_if_possible(name);
   } catch (...) {  // what stays is in nobody's way
   }
 }

@@ -3,17 +3,22 @@
 
 #include <filesystem>
 
+#include "plait/directory.h"
 #include "plait/options.h"
 #include "store/lock.h"
 #include "store/manifest.h"
 
 namespace plait {
 
+/// Errors: kNotFound where there is no directory.
+Directory open_store_directory(const std::filesystem::path& path);
+
 /// Locks the store, for a writer or for a reader, with the last committed version in place: if an
 /// overwriting that was not committed has to be undone, this does it, under the writer's lock, also
 /// for readers. For a durable writer the newest manifest slot is on the disk when it returns, and
-/// what no version names is gone. Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
-StoreLock lock_recovered(const std::filesystem::path& store, bool writable, Durability durability);
+/// what no version names is gone. A directory without a manifest is left as it is.
+/// Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
+StoreLock lock_recovered(const Directory& store, bool writable, Durability durability);
 
 /// Removes what is_uncommitted(); nothing that anybody holds or that has a file of another name.
 /// Errors: kIo.
@@ -21,12 +26,12 @@ void remove_if_never_committed(const std::filesystem::path& store);
 
 /// Whether a directory is what a writer leaves that is killed before its first commit: empty, or
 /// nothing but a lock, or the manifest is blank. Errors: kIo.
-bool is_uncommitted(const std::filesystem::path& store);
+bool is_uncommitted(const Directory& store);
 
 /// Removes a store without a commit in an order that leaves such a directory at every moment.
-void remove_uncommitted(const std::filesystem::path& store) noexcept;
+void remove_uncommitted(const Directory& store) noexcept;
 
 /// Removes the files of versions that neither slot of the manifest names, as far as possible.
-void remove_left_over_files(const std::filesystem::path& store) noexcept;
+void remove_left_over_files(const Directory& store) noexcept;
 
 }  // namespace plait

@@ -116,18 +116,17 @@ std::optional<Record> read_record(const File& journal, std::uint64_t at, std::ui
   return record;
 }
 
-File open_level_of(const Record& record, const std::filesystem::path& store) {
+File open_level_of(const Record& record, const Directory& store) {
   const auto refuse = [&](const std::string& reason) {
     return Error(ErrorCode::kCorruption,
                  fmt::format("roll back {}: block {} of attribute {}, level {}: {}",
-                             (store / kJournalName).native(), record.block, record.attribute,
+                             store.path_of(kJournalName).native(), record.block, record.attribute,
                              record.level, reason));
   };
   if (record.level > kMaxLevel) throw refuse("there is no such level");
-  const std::filesystem::path path =
-      store / level_file_name(record.attribute, static_cast<int>(record.level));
-  if (!std::filesystem::is_regular_file(path)) throw refuse("its file is not there");
-  File file(path, OpenMode::kReadWrite);
+  const std::string name = level_file_name(record.attribute, static_cast<int>(record.level));
+  if (!store.contains(name)) throw refuse("its file is not there");
+  File file(store, name, OpenMode::kReadWrite);
   const std::uint64_t size = file.size();
   if (record.offset > size || record.bytes > size - record.offset)
     throw refuse(fmt::format("expected {} bytes at byte {}, found a file of {} bytes", record.bytes,
@@ -136,9 +135,9 @@ File open_level_of(const Record& record, const std::filesystem::path& store) {
 }
 
 /// The journal, if it is one of this version of this store.
-std::optional<File> open_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
+std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uuid,
                                      std::uint64_t sequence) {
-  File journal(RollbackJournal::path_in(store), OpenMode::kRead);
+  File journal(store, kJournalName, OpenMode::kRead);
   Header header{};
   if (journal.size() >= kHeaderBytes) journal.read_at(0, header);
   if (header != make_header(uuid, sequence)) return {};
@@ -146,12 +145,11 @@ std::optional<File> open_hot_journal(const std::filesystem::path& store, const S
 }
 
 /// Returns how many blocks it put back.
-std::uint64_t put_back(const File& journal, std::uint64_t seed,
-                       const std::filesystem::path& store) {
+std::uint64_t put_back(const File& journal, std::uint64_t seed, const Directory& store) {
   const std::uint64_t size = journal.size();
   std::uint64_t restored = 0;
   std::vector<std::byte> buffer;
-  std::set<std::filesystem::path> changed;
+  std::set<std::string> changed;
   for (std::uint64_t at = kHeaderBytes;;) {
     const std::optional<Record> record = read_record(journal, at, size, seed, buffer);
     if (!record) break;
@@ -160,42 +158,37 @@ std::uint64_t put_back(const File& journal, std::uint64_t seed,
                   [&](std::uint64_t done, std::span<const std::byte> part) {
                     level.write_at(record->offset + done, part);
                   });
-    changed.insert(level.path());
+    changed.insert(level.path().filename());
     at += kRecordBytes + record->bytes;
     ++restored;
   }
-  for (const std::filesystem::path& level : changed) File(level, OpenMode::kReadWrite).sync();
+  for (const std::string& level : changed) File(store, level, OpenMode::kReadWrite).sync();
   return restored;
 }
 
 }  // namespace
 
-RollbackJournal::RollbackJournal(const std::filesystem::path& store, const StoreUuid& uuid,
+RollbackJournal::RollbackJournal(const Directory& store, const StoreUuid& uuid,
                                  std::uint64_t sequence)
     : store_(store), uuid_(uuid), sequence_(sequence) {}
 
-std::filesystem::path RollbackJournal::path_in(const std::filesystem::path& store) {
-  return store / kJournalName;
-}
-
 void RollbackJournal::create() {
-  const std::filesystem::path path = path_in(store_);
-  remove_file(path);
-  File file(path, OpenMode::kCreate);
+  store_.remove(kJournalName);
+  File file(store_, kJournalName, OpenMode::kCreate);
   const Header header = make_header(uuid_, sequence_);
   file.write_at(0, header);
-  sync_directory(store_);
+  store_.sync();
   file_ = std::move(file);
   seed_ = seed_of(header);
   end_ = kHeaderBytes;
 }
 
-void RollbackJournal::keep(std::uint32_t attribute, int level, const std::filesystem::path& file,
-                           const LevelGeometry& geometry, std::span<const std::uint64_t> blocks) {
+void RollbackJournal::keep(std::uint32_t attribute, int level, const LevelGeometry& geometry,
+                           std::span<const std::uint64_t> blocks) {
   if (blocks.empty()) return;
   const std::scoped_lock lock(mutex_);
   if (!file_.is_open()) create();
-  const File level_file(file, OpenMode::kRead);
+  const File level_file(store_, level_file_name(attribute, level), OpenMode::kRead);
   std::vector<std::byte> buffer;
   std::uint64_t end = end_;
   for (const std::uint64_t block : blocks) {
@@ -220,23 +213,20 @@ void RollbackJournal::begin_version(std::uint64_t sequence) {
   sequence_ = sequence;
   if (!file_.is_open()) return;
   file_ = File();
-  remove_file_if_possible(path_in(store_));
+  store_.remove_if_possible(kJournalName);
 }
 
-bool is_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
-                    std::uint64_t sequence) {
+bool is_hot_journal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence) {
   return open_hot_journal(store, uuid, sequence).has_value();
 }
 
-std::uint64_t roll_back(const std::filesystem::path& store, const StoreUuid& uuid,
-                        std::uint64_t sequence) {
-  const std::filesystem::path path = RollbackJournal::path_in(store);
-  if (!std::filesystem::exists(std::filesystem::symlink_status(path))) return 0;
+std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence) {
+  if (!store.contains(kJournalName)) return 0;
   std::uint64_t restored = 0;
   if (const std::optional<File> journal = open_hot_journal(store, uuid, sequence))
     restored = put_back(*journal, seed_of(make_header(uuid, sequence)), store);
-  remove_file(path);
-  sync_directory(store);
+  store.remove(kJournalName);
+  store.sync();
   return restored;
 }
 

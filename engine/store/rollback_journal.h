@@ -11,11 +11,11 @@
 
 #include <atomic>
 #include <cstdint>
-#include <filesystem>
 #include <mutex>
 #include <span>
 
 #include "plait/block_table.h"
+#include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 
@@ -25,25 +25,23 @@ namespace plait {
 class RollbackJournal {
  public:
   /// Nothing is made before the first keep().
-  RollbackJournal(const std::filesystem::path& store, const StoreUuid& uuid,
-                  std::uint64_t sequence);
+  /// `store` outlives this object.
+  RollbackJournal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
 
   /// Enters blocks of a level's file as they are there, good or damaged. On the disk when it
   /// returns. Errors: kIo, kNoSpace; the blocks must not be overwritten then.
-  void keep(std::uint32_t attribute, int level, const std::filesystem::path& file,
-            const LevelGeometry& geometry, std::span<const std::uint64_t> blocks);
+  void keep(std::uint32_t attribute, int level, const LevelGeometry& geometry,
+            std::span<const std::uint64_t> blocks);
 
   /// Version `sequence` has been committed: what was kept is of no use any more.
   void begin_version(std::uint64_t sequence);
   /// The version that blocks are kept of.
   std::uint64_t sequence() const { return sequence_; }
 
-  static std::filesystem::path path_in(const std::filesystem::path& store);
-
  private:
   void create();
 
-  std::filesystem::path store_;
+  const Directory& store_;
   StoreUuid uuid_;
   std::atomic<std::uint64_t> sequence_;
   std::mutex mutex_;
@@ -52,15 +50,13 @@ class RollbackJournal {
 };
 
 /// Whether the store has a journal of version `sequence`. Errors: kIo.
-bool is_hot_journal(const std::filesystem::path& store, const StoreUuid& uuid,
-                    std::uint64_t sequence);
+bool is_hot_journal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
 
 /// Puts back what the store's journal holds of version `sequence`, its newest one, makes that
 /// durable, and removes the journal. Returns the number of blocks. A torn end is ignored: what it
 /// stood for was never overwritten. A
 /// journal of another version is removed. REQUIRES: the writer's lock.
 /// Errors: kCorruption for a record that no journal of this store can have; kIo, kNoSpace.
-std::uint64_t roll_back(const std::filesystem::path& store, const StoreUuid& uuid,
-                        std::uint64_t sequence);
+std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
 
 }  // namespace plait

@@ -97,7 +97,7 @@ void Store::add_level(AttributeId attribute) {
   Implementation::Attribute& data = state.attributes[attribute];
   if (state.on_disk()) {
     // Left over by a run that ended before its commit.
-    remove_file(state.level_path(data.number, level));
+    state.directory.remove(level_file_name(data.number, level));
   }
   data.levels.push_back(state.open_level(data, info.schema, level, OpenMode::kCreate, {}));
   info.finest_level = level;
@@ -113,12 +113,12 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   Implementation::Attribute& old = state.attributes[attribute];
   for (auto& level : old.levels) {
     state.pager->detach(*level);
-    if (state.on_disk()) state.obsolete.push_back(level->path);
+    if (state.on_disk()) state.obsolete.push_back(level->path.filename());
   }
   // Both versions that the manifest names have a file of base records.
   if (state.on_disk() && state.sequence > 0)
     for (const std::uint64_t version : {state.sequence, state.sequence - 1})
-      state.obsolete.push_back(state.path / base_file_name(old.number, version));
+      state.obsolete.push_back(base_file_name(old.number, version));
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);

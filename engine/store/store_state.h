@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "plait/directory.h"
 #include "plait/store.h"
 #include "store/base_mesh_file.h"
 #include "store/lock.h"
@@ -30,7 +31,6 @@ struct Store::Implementation {
   bool on_disk() const { return !path.empty(); }
   /// What is written goes where committed blocks lie.
   bool writes_in_place() const { return backend.traits.durable && !backend.traits.compressed; }
-  std::filesystem::path level_path(std::uint32_t number, int level) const;
   /// Opens a level's backend; `entries` come from a committed version, empty for a new level.
   std::unique_ptr<LevelFile> open_level(const Attribute& attribute, const AttributeSchema& schema,
                                         int level, OpenMode mode,
@@ -41,7 +41,8 @@ struct Store::Implementation {
   void write_version();
   void read_version(const Manifest& manifest, OpenMode mode);
 
-  std::filesystem::path path;
+  std::filesystem::path path;  ///< as the user gave it
+  Directory directory;         ///< by which all in it is reached; not open without a path
   BaseMesh base;
   StoreOptions options;
   BackendRegistry::Entry backend;
@@ -56,8 +57,8 @@ struct Store::Implementation {
   std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
-  std::vector<std::filesystem::path> obsolete;  ///< files to remove after the next commit
-  std::unique_ptr<Pager> pager;                 ///< last: it refers to the level files
+  std::vector<std::string> obsolete;  ///< names of files to remove after the next commit
+  std::unique_ptr<Pager> pager;       ///< last: it refers to the level files
 };
 
 /// Serialised block tables of all levels (docs/format.md, "tables.S").

@@ -1,10 +1,8 @@
 #include "plait/structure.h"
 
 #include <fmt/format.h>
-#include <stdio.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <optional>
 #include <set>
@@ -65,7 +63,7 @@ std::optional<std::string> reason_of(Check check) {
 /// The checks of one version, file after file.
 class StructureCheck {
  public:
-  StructureCheck(const fs::path& store, const BackendRegistry& backends, const Manifest& manifest,
+  StructureCheck(const Directory& store, const BackendRegistry& backends, const Manifest& manifest,
                  StoreStructure& result)
       : store_(store),
         backend_(backends.find(manifest.backend)),
@@ -101,13 +99,13 @@ class StructureCheck {
     const StoredSize expected{manifest_.base_mesh_bytes, manifest_.base_mesh_checksum};
     ++result_.files;
     const auto reason = reason_of([&] {
-      BaseMesh mesh = read_base_mesh_file(store_ / kBaseMeshName, expected);
+      BaseMesh mesh = read_base_mesh_file(File(store_, kBaseMeshName, OpenMode::kRead), expected);
       if (mesh.vertex_count() != manifest_.vertex_count ||
           mesh.edge_count() != manifest_.edge_count || mesh.face_count() != manifest_.face_count ||
           mesh.border_edge_count() != manifest_.border_edge_count)
         throw Error(ErrorCode::kCorruption,
                     fmt::format("open {}: its counts are not those of the manifest",
-                                (store_ / kBaseMeshName).native()));
+                                store_.path_of(kBaseMeshName).native()));
       result_.base = std::move(mesh);
     });
     base_damaged_ = reason.has_value();
@@ -117,10 +115,10 @@ class StructureCheck {
   /// The file's bytes if they are what the manifest says.
   std::optional<std::vector<std::byte>> check_whole(DamagedFile expected) {
     std::vector<std::byte> bytes;
-    const fs::path path = store_ / expected.name;
+    const fs::path path = store_.path_of(expected.name);
     ++result_.files;
     auto reason = reason_of([&] {
-      const File file(path, OpenMode::kRead);
+      const File file(store_, expected.name, OpenMode::kRead);
       if (file.size() != expected.expected_bytes)
         throw Error(ErrorCode::kCorruption,
                     fmt::format("open {}: {} bytes, expected {}", path.native(), file.size(),
@@ -143,15 +141,14 @@ class StructureCheck {
   void check_level(const ManifestAttribute& attribute, int level) {
     DamagedFile found = named(StoreFile::kLevel, level_file_name(attribute.number, level),
                               attribute.schema.name, level);
-    const fs::path path = store_ / found.name;
     ++result_.files;
     if (entries_known_) found.expected_level = expected_level(attribute, level);
     const std::unique_ptr<LevelFile>& file = found.expected_level;
     auto reason = reason_of([&] {
       if (!file)
-        File(path, OpenMode::kRead);
+        File(store_, found.name, OpenMode::kRead);
       else
-        backend_.open(LevelSpec{path, OpenMode::kRead, file->geometry, file->table,
+        backend_.open(LevelSpec{store_, found.name, OpenMode::kRead, file->geometry, file->table,
                                 result_.options.backend_options,
                                 component_bytes(attribute.schema.type)});
     });
@@ -162,13 +159,13 @@ class StructureCheck {
   std::unique_ptr<LevelFile> expected_level(const ManifestAttribute& attribute, int level) {
     auto file = std::make_unique<LevelFile>();
     file->geometry =
-        stored_geometry(manifest_, result_.base, attribute, level, store_ / kManifestName);
+        stored_geometry(manifest_, result_.base, attribute, level, store_.path_of(kManifestName));
     const std::uint64_t blocks = file->geometry.block_count();
     if (entries_.size() / sizeof(BlockEntry) < blocks) {
       entries_known_ = false;
       return nullptr;
     }
-    file->path = store_ / level_file_name(attribute.number, level);
+    file->path = store_.path_of(level_file_name(attribute.number, level));
     file->writable = false;
     file->table = BlockTable(manifest_.uuid, attribute.number, level, blocks);
     const std::size_t bytes = blocks * sizeof(BlockEntry);
@@ -177,7 +174,7 @@ class StructureCheck {
     return file;
   }
 
-  const fs::path& store_;
+  const Directory& store_;
   const BackendRegistry::Entry& backend_;
   const Manifest& manifest_;
   StoreStructure& result_;
@@ -186,41 +183,38 @@ class StructureCheck {
 };
 
 /// What the other slot of the manifest says, and whose files those in the directory are.
-void look_around(const fs::path& store, const Manifest& newest, StoreStructure& result) {
+void look_around(const Directory& store, const Manifest& newest, StoreStructure& result) {
   std::set<std::string> names = {kManifestName, kBaseMeshName, kLockName, kJournalName};
   add_names(newest, names);
-  const File file(store / kManifestName, OpenMode::kRead);
+  const File file(store, kManifestName, OpenMode::kRead);
   const std::uint64_t offset = (newest.sequence + 1) % 2 * kManifestSlotBytes;
   ManifestSlot slot{};
   const bool there = file.size() >= offset + kManifestSlotBytes;
   if (there) file.read_at(offset, slot);
   if (there && is_whole_slot(slot)) {
     try {
-      add_names(decode_manifest(slot, store / kManifestName), names);
+      add_names(decode_manifest(slot, file.path()), names);
     } catch (const Error& error) {
       result.notes.push_back(fmt::format("the older version: {}", error.what()));
     }
   } else if (!there || std::ranges::any_of(slot, [](std::byte b) { return b != std::byte{0}; })) {
-    const bool newer = fs::exists(store / tables_file_name(newest.sequence + 1));
+    const bool newer = store.contains(tables_file_name(newest.sequence + 1));
     result.notes.push_back(fmt::format(
         "manifest: the slot at byte {} is {}; {}version {} is the newest whole one", offset,
         there ? "damaged" : "missing",
         newer ? fmt::format("a version {} was begun or committed, ", newest.sequence + 1) : "",
         newest.sequence));
   }
-  for (const auto& entry : fs::directory_iterator(store))
-    if (std::string name = entry.path().filename().string(); !names.contains(name))
-      result.left_over.push_back(std::move(name));
-  std::ranges::sort(result.left_over);
+  for (const std::string& name : store.names())
+    if (!names.contains(name)) result.left_over.push_back(name);
 }
 
 }  // namespace
 
-StoreStructure check_structure(const fs::path& store, const BackendRegistry& backends) {
-  if (!fs::is_directory(store))
-    throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", store.native()));
+StoreStructure check_structure(const fs::path& path, const BackendRegistry& backends) {
+  const Directory store = open_store_directory(path);
   const StoreLock lock = lock_recovered(store, false, Durability::kCommit);
-  const Manifest manifest = read_manifest(store / kManifestName);
+  const Manifest manifest = read_manifest(store);
   StoreStructure result;
   result.sequence = manifest.sequence;
   result.files = 1;
@@ -241,20 +235,20 @@ bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes) {
   return bytes.size() == file.expected_bytes && checksum_of(bytes) == file.expected_checksum;
 }
 
-void replace_file(const fs::path& store, std::uint64_t sequence, const std::string& name,
-                  const fs::path& from) {
+void replace_file(const fs::path& path, std::uint64_t sequence, const std::string& name,
+                  const Directory& from_directory, const std::string& from) {
+  const Directory store = open_store_directory(path);
   const StoreLock lock = lock_recovered(store, true, Durability::kCommit);
-  if (const std::uint64_t found = read_manifest(store / kManifestName).sequence; found != sequence)
+  if (const std::uint64_t found = read_manifest(store).sequence; found != sequence)
     throw Error(
         ErrorCode::kBusy,
         fmt::format("replace {}: it is of version {}, and somebody has committed version {}",
-                    (store / name).native(), sequence, found));
-  File file(from, OpenMode::kReadWrite);
+                    store.path_of(name).native(), sequence, found));
+  File file(from_directory, from, OpenMode::kReadWrite);
   file.sync();
   file.close();
-  const fs::path to = store / name;
-  if (::rename(from.c_str(), to.c_str()) != 0) throw system_error("rename to", to.native(), errno);
-  sync_directory(store);
+  from_directory.rename(from, store, name);
+  store.sync();
 }
 
 }  // namespace plait

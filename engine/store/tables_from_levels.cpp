@@ -13,11 +13,11 @@ namespace plait {
 namespace {
 
 /// Seals all blocks of a level; false if its file does not hold them.
-bool seal_level(const std::filesystem::path& path, const LevelGeometry& geometry,
+bool seal_level(const Directory& store, const std::string& name, const LevelGeometry& geometry,
                 BlockTable& table) {
   std::vector<std::byte> buffer(geometry.max_block_bytes());
   try {
-    const File file(path, OpenMode::kRead);
+    const File file(store, name, OpenMode::kRead);
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
       const std::span<std::byte> bytes = std::span(buffer).first(geometry.block_bytes(block));
       file.read_at(geometry.block_offset(block), bytes);
@@ -33,9 +33,10 @@ bool seal_level(const std::filesystem::path& path, const LevelGeometry& geometry
 }  // namespace
 
 std::optional<std::vector<std::byte>> tables_from_levels(
-    const std::filesystem::path& store, const StoreStructure& structure,
+    const std::filesystem::path& path, const StoreStructure& structure,
     const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
-  const Manifest manifest = read_manifest(store / kManifestName);
+  const Directory store(path);
+  const Manifest manifest = read_manifest(store);
   std::uint64_t levels = 0, done = 0;
   for (const ManifestAttribute& attribute : manifest.attributes)
     levels += static_cast<std::uint64_t>(attribute.finest_level - manifest.base_level);
@@ -49,10 +50,10 @@ std::optional<std::vector<std::byte>> tables_from_levels(
       if (proceed && !proceed(done++, levels))
         throw Error(ErrorCode::kCancelled, "make block tables: cancelled");
       const LevelGeometry geometry =
-          stored_geometry(manifest, structure.base, attribute, level, store / kManifestName);
+          stored_geometry(manifest, structure.base, attribute, level, store.path_of(kManifestName));
       BlockTable table(manifest.uuid, attribute.number, level, geometry.block_count());
-      const auto path = store / level_file_name(attribute.number, level);
-      if (!seal_level(path, geometry, table)) return std::nullopt;
+      if (!seal_level(store, level_file_name(attribute.number, level), geometry, table))
+        return std::nullopt;
       const auto entries = std::as_bytes(std::as_const(table).entries());
       bytes.insert(bytes.end(), entries.begin(), entries.end());
     }

@@ -12,18 +12,19 @@ namespace plait {
 namespace {
 
 /// Creates the file anew, whatever an earlier run left under its name.
-void write_whole_file(const std::filesystem::path& path, std::span<const std::byte> bytes,
-                      bool durable) {
-  remove_file(path);
-  File file(path, OpenMode::kCreate);
+void write_whole_file(const Directory& store, const std::string& name,
+                      std::span<const std::byte> bytes, bool durable) {
+  store.remove(name);
+  File file(store, name, OpenMode::kCreate);
   file.write_at(0, bytes);
   if (durable) file.sync();
   file.close();
 }
 
-std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::uint64_t bytes,
-                                       std::uint64_t checksum) {
-  const File file(path, OpenMode::kRead);
+std::vector<std::byte> read_whole_file(const Directory& store, const std::string& name,
+                                       std::uint64_t bytes, std::uint64_t checksum) {
+  const File file(store, name, OpenMode::kRead);
+  const std::filesystem::path& path = file.path();
   if (file.size() != bytes)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: {} bytes, expected {}", path.native(), file.size(), bytes));
@@ -33,12 +34,6 @@ std::vector<std::byte> read_whole_file(const std::filesystem::path& path, std::u
     throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
                                                     path.native(), found, checksum));
   return content;
-}
-
-/// Where the store's own name is, however its path is written.
-std::filesystem::path directory_of(const std::filesystem::path& store) {
-  const std::filesystem::path whole = std::filesystem::absolute(store).lexically_normal();
-  return (whole.has_filename() ? whole : whole.parent_path()).parent_path();
 }
 
 }  // namespace
@@ -84,40 +79,39 @@ void Store::Implementation::write_version() {
   Manifest next = manifest();
   ++next.sequence;
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    write_whole_file(path / base_file_name(attributes[i].number, next.sequence),
+    write_whole_file(directory, base_file_name(attributes[i].number, next.sequence),
                      attributes[i].base_bytes, durable);
     next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
   const std::vector<std::byte> tables = encode_tables(*this);
-  write_whole_file(path / tables_file_name(next.sequence), tables, durable);
+  write_whole_file(directory, tables_file_name(next.sequence), tables, durable);
   next.tables_bytes = tables.size();
   next.tables_checksum = checksum_of(tables);
-  if (durable) sync_directory(path);
+  if (durable) directory.sync();
 
-  const std::filesystem::path manifest_path = path / kManifestName;
-  File file(manifest_path, OpenMode::kReadWrite);
+  File file(directory, kManifestName, OpenMode::kReadWrite);
   write_manifest(file, next);
   if (durable) file.sync();
   file.close();
   if (durable && !name_is_durable) {
-    sync_directory(directory_of(path));
+    directory.parent().sync();
     name_is_durable = true;
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.
   if (journal) journal->begin_version(next.sequence);
   if (sequence > 0) {
-    remove_file_if_possible(path / tables_file_name(sequence - 1));
+    directory.remove_if_possible(tables_file_name(sequence - 1));
     for (const Attribute& attribute : attributes)
-      remove_file_if_possible(path / base_file_name(attribute.number, sequence - 1));
+      directory.remove_if_possible(base_file_name(attribute.number, sequence - 1));
   }
-  for (const std::filesystem::path& file_path : obsolete) remove_file_if_possible(file_path);
+  for (const std::string& name : obsolete) directory.remove_if_possible(name);
   obsolete.clear();
   sequence = next.sequence;
 }
 
 void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode) {
-  const std::filesystem::path manifest_path = path / kManifestName;
+  const std::filesystem::path manifest_path = directory.path_of(kManifestName);
   if (base.vertex_count() != manifest.vertex_count || base.edge_count() != manifest.edge_count ||
       base.face_count() != manifest.face_count ||
       base.border_edge_count() != manifest.border_edge_count)
@@ -126,16 +120,16 @@ void Store::Implementation::read_version(const Manifest& manifest, OpenMode mode
                             "edges, {} faces)",
                             manifest_path.native(), base.vertex_count(), base.edge_count(),
                             base.face_count()));
-  const std::filesystem::path tables_file = path / tables_file_name(manifest.sequence);
+  const std::string tables_name = tables_file_name(manifest.sequence);
   const std::vector<std::byte> tables =
-      read_whole_file(tables_file, manifest.tables_bytes, manifest.tables_checksum);
-  BlockTablesReader tables_reader(tables, tables_file);
+      read_whole_file(directory, tables_name, manifest.tables_bytes, manifest.tables_checksum);
+  BlockTablesReader tables_reader(tables, directory.path_of(tables_name));
 
   for (const ManifestAttribute& stored : manifest.attributes) {
     Attribute attribute;
     attribute.number = stored.number;
     attribute.base_bytes =
-        read_whole_file(path / base_file_name(stored.number, manifest.sequence),
+        read_whole_file(directory, base_file_name(stored.number, manifest.sequence),
                         base.vertex_count() * stored.schema.record_bytes(), stored.base_checksum);
     for (int level = manifest.base_level + 1; level <= stored.finest_level; ++level) {
       const LevelGeometry geometry = stored_geometry(manifest, base, stored, level, manifest_path);

@@ -24,17 +24,19 @@ namespace plait::fused_rows::HWY_NAMESPACE {
 
 template <class Real>
 void winged_row(const WingedRow<Real>& row) {
+  const LaneTag<Real> d;
   for (std::int64_t i = 0; i < row.count; ++i) {
     const std::size_t from = static_cast<std::size_t>(i) * kPointNumbers;
-    const Real *HWY_RESTRICT a = row.a + from, *HWY_RESTRICT b = row.b + from,
-                             *HWY_RESTRICT c = row.c + from, *HWY_RESTRICT d = row.d + from,
-                             *HWY_RESTRICT ac = row.wing_ac + from,
-                             *HWY_RESTRICT db = row.wing_db + from,
-                             *HWY_RESTRICT cb = row.wing_cb + from,
-                             *HWY_RESTRICT ad = row.wing_ad + from;
-    Real* HWY_RESTRICT to = row.to + 2 * from;
-    for (std::size_t k = 0; k < kPointNumbers; ++k)
-      to[k] = butterfly::odd(a[k], b[k], c[k], d[k], ac[k], db[k], cb[k], ad[k]);
+    for (std::size_t k = from; k < from + kPointNumbers; k += hn::Lanes(d)) {
+      const auto sum = [&](const Real* one, const Real* other) HWY_ATTR {
+        return hn::Add(hn::Load(d, one + k), hn::Load(d, other + k));
+      };
+      // butterfly::odd()
+      const auto inner =
+          hn::Add(times(d, 0.5, sum(row.a, row.b)), times(d, 0.125, sum(row.c, row.d)));
+      const auto wings = hn::Add(sum(row.wing_ac, row.wing_db), sum(row.wing_cb, row.wing_ad));
+      hn::Store(hn::Sub(inner, times(d, 0.0625, wings)), d, row.to + from + k);
+    }
   }
 }
 

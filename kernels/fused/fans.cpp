@@ -166,7 +166,8 @@ void Fans<Real>::place() {
     }
     starts_[number] = batches_.back().first + lane++;
   }
-  if (points_.size() < end) points_.resize(end);
+  if (const auto points = static_cast<std::int64_t>(end / kPointNumbers); points_.points() < points)
+    points_ = LatticeBuffer<Real>(points);
   for (const std::uint32_t number : order) fans_[number].first = points_.data() + starts_[number];
   placed_ = std::move(order);
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fused/fan_shape.h"
+#include "fused/lattice_buffer.h"
 #include "fused/patch_rows.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -116,7 +117,7 @@ class Fans {
   std::vector<std::size_t> starts_;             ///< [fan] in points_, of those
   std::vector<std::array<Corner, 3>> corners_;  ///< [face of the run]
   std::vector<HubCorner> hub_corners_;          ///< ascending
-  std::vector<Real> points_;
+  LatticeBuffer<Real> points_{0};
 };
 
 }  // namespace plait

@@ -18,13 +18,14 @@ namespace plait {
 template <class Number>
 class LatticeBuffer {
  public:
-  explicit LatticeBuffer(std::int64_t points) {
+  explicit LatticeBuffer(std::int64_t points) : points_(points) {
     const std::size_t count = static_cast<std::size_t>(points) * fused_rows::kPointNumbers;
     numbers_.reset(
         static_cast<Number*>(::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
     std::fill_n(numbers_.get(), count, Number(0));
   }
   Number* data() const { return numbers_.get(); }
+  std::int64_t points() const { return points_; }
 
  private:
   static constexpr std::size_t kAlignment = 64;
@@ -33,6 +34,7 @@ class LatticeBuffer {
       ::operator delete(numbers, std::align_val_t(kAlignment));
     }
   };
+  std::int64_t points_;
   std::unique_ptr<Number, Free> numbers_;
 };
 

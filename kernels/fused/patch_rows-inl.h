@@ -1,5 +1,5 @@
-// Bodies of PatchRows and OneRingRows. Plain loops over lanes with the rules' own expressions:
-// every instruction set evaluates the same ones. Included once for each.
+// Bodies of PatchRows and OneRingRows: loops over the points of a row, a vector of lanes at a time.
+// Included once for each instruction set.
 #if defined(PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H
 #undef PLAIT_KERNELS_FUSED_PATCH_ROWS_INL_H
@@ -9,129 +9,131 @@
 
 #include <hwy/highway.h>
 
-#include <array>
-#include <cmath>
+#include <type_traits>
 
 #include "fused/patch_rows.h"
 #include "fused/refinement_rules.h"
+#include "fused/vector_rules-inl.h"
 #include "normals/normal_rules.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plait::fused_rows::HWY_NAMESPACE {
 
+/// As many numbers at once as a vector holds, all of one axis of a point.
+template <class Real>
+using LaneTag = hn::CappedTag<Real, kPatchLanes>;
+
 template <class Rule, class Real>
 void odd_row(const OddRow<Real>& row) {
+  const LaneTag<Real> d;
   for (std::int64_t i = 0; i < row.count; ++i) {
     const std::size_t from = static_cast<std::size_t>(i) * kPointNumbers;
-    const Real *HWY_RESTRICT a = row.a + from, *HWY_RESTRICT b = row.b + from,
-                             *HWY_RESTRICT c = row.c + from, *HWY_RESTRICT d = row.d + from;
-    Real* HWY_RESTRICT to = row.to + 2 * from;
-    for (std::size_t k = 0; k < kPointNumbers; ++k) to[k] = Rule::odd(a[k], b[k], c[k], d[k]);
+    for (std::size_t k = from; k < from + kPointNumbers; k += hn::Lanes(d))
+      hn::Store(odd(Rule{}, d, hn::Load(d, row.a + k), hn::Load(d, row.b + k),
+                    hn::Load(d, row.c + k), hn::Load(d, row.d + k)),
+                d, row.to + from + k);
   }
+}
+
+/// Sums of the pairs of opposite neighbours at number `at` of their rows.
+template <class D, class Real>
+HWY_INLINE auto pair_sum(D d, const Neighbours<Real>& neighbours, std::size_t pair,
+                         std::size_t at) {
+  const auto& [first, second] = neighbours.pairs[pair];
+  return hn::Add(hn::Load(d, first + at), hn::Load(d, second + at));
 }
 
 template <class Rule, class Real>
 void even_row(const EvenRow<Real>& row) {
+  const LaneTag<Real> d;
   for (std::int64_t i = 0; i < row.count; ++i) {
-    const std::size_t at = static_cast<std::size_t>(i) * kPointNumbers;
-    const Real* HWY_RESTRICT v = row.v + at;
-    Real* HWY_RESTRICT to = row.to + 2 * at;
-    if constexpr (Rule::kMovesEven) {
-      const auto& pairs = row.neighbours.pairs;
-      const Real *HWY_RESTRICT a0 = pairs[0][0] + 2 * at, *HWY_RESTRICT b0 = pairs[0][1] + 2 * at,
-                               *HWY_RESTRICT a1 = pairs[1][0] + 2 * at,
-                               *HWY_RESTRICT b1 = pairs[1][1] + 2 * at,
-                               *HWY_RESTRICT a2 = pairs[2][0] + 2 * at,
-                               *HWY_RESTRICT b2 = pairs[2][1] + 2 * at;
-      for (std::size_t k = 0; k < kPointNumbers; ++k)
-        to[k] = Rule::even(v[k], a0[k] + b0[k], a1[k] + b1[k], a2[k] + b2[k]);
-    } else {
-      for (std::size_t k = 0; k < kPointNumbers; ++k) to[k] = v[k];
+    const std::size_t from = static_cast<std::size_t>(i) * kPointNumbers;
+    for (std::size_t k = from; k < from + kPointNumbers; k += hn::Lanes(d)) {
+      auto v = hn::Load(d, row.v + k);
+      if constexpr (Rule::kMovesEven)
+        v = even(Rule{}, d, v, pair_sum(d, row.neighbours, 0, from + k),
+                 pair_sum(d, row.neighbours, 1, from + k),
+                 pair_sum(d, row.neighbours, 2, from + k));
+      hn::Store(v, d, row.to + from + k);
     }
   }
 }
 
 template <class Real>
 void limit_row(const SurfaceRow<Real, Real>& row) {
+  const LaneTag<Real> d;
   for (std::int64_t i = 0; i < row.count; ++i) {
     const std::size_t at = static_cast<std::size_t>(i * row.step) * kPointNumbers;
-    const auto& pairs = row.neighbours.pairs;
-    const Real *HWY_RESTRICT a0 = pairs[0][0] + at, *HWY_RESTRICT b0 = pairs[0][1] + at,
-                             *HWY_RESTRICT a1 = pairs[1][0] + at,
-                             *HWY_RESTRICT b1 = pairs[1][1] + at,
-                             *HWY_RESTRICT a2 = pairs[2][0] + at,
-                             *HWY_RESTRICT b2 = pairs[2][1] + at, *HWY_RESTRICT v = row.v + at;
-    Real* HWY_RESTRICT to = row.to + at;
-    for (std::size_t k = 0; k < kPointNumbers; ++k)
-      to[k] = loop::limit(v[k], a0[k] + b0[k], a1[k] + b1[k], a2[k] + b2[k]);
+    for (std::size_t k = at; k < at + kPointNumbers; k += hn::Lanes(d))
+      hn::Store(limit(d, hn::Load(d, row.v + k), pair_sum(d, row.neighbours, 0, k),
+                      pair_sum(d, row.neighbours, 1, k), pair_sum(d, row.neighbours, 2, k)),
+                d, row.to + k);
   }
 }
 
-/// The difference of a pair in one lane.
+/// The difference of a pair of opposite neighbours, at number `at` of their rows on.
+template <class D, class Real>
+HWY_INLINE Axes<hn::Vec<D>> pair_difference(D d, const Neighbours<Real>& neighbours,
+                                            std::size_t pair, std::size_t at) {
+  const auto axes = [&](const Real* x) HWY_ATTR {
+    return Axes<hn::Vec<D>>{hn::Load(d, x), hn::Load(d, x + kPatchLanes),
+                            hn::Load(d, x + 2 * kPatchLanes)};
+  };
+  const auto& [first, second] = neighbours.pairs[pair];
+  return axes(first + at) - axes(second + at);
+}
+/// In one lane, which is number `at`.
 template <class Real>
-HWY_INLINE Vector3<Real> difference(const Real* a, const Real* b, std::size_t lane) {
+Vector3<Real> difference(const Neighbours<Real>& neighbours, std::size_t pair, std::size_t at) {
+  const Real *a = neighbours.pairs[pair][0] + at, *b = neighbours.pairs[pair][1] + at;
   constexpr std::size_t y = kPatchLanes, z = 2 * kPatchLanes;
-  return {a[lane] - b[lane], a[y + lane] - b[y + lane], a[z + lane] - b[z + lane]};
+  return {a[0] - b[0], a[y] - b[y], a[z] - b[z]};
 }
 
-/// normals::comfortable() in every lane.
-template <class Real>
-HWY_INLINE bool all_comfortable(const Real* squares) {
-  namespace hn = hwy::HWY_NAMESPACE;
-  const hn::CappedTag<Real, kPatchLanes> d;
-  for (std::size_t lane = 0; lane < kPatchLanes; lane += hn::Lanes(d)) {
-    const auto square = hn::Load(d, squares + lane);
-    if (!hn::AllTrue(d, hn::And(hn::Gt(square, hn::Set(d, Real(1e-30))),
-                                hn::Lt(square, hn::Set(d, Real(1e30))))))
-      return false;
-  }
-  return true;
+/// Unit normals have components of float, negative zeros made positive.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void store_normal(D, V v, float* to) {
+  const hn::Rebind<float, D> narrow;
+  if constexpr (sizeof(hn::TFromD<D>) == sizeof(float))
+    hn::Store(hn::Add(v, hn::Zero(narrow)), narrow, to);
+  else
+    hn::Store(hn::Add(hn::DemoteTo(narrow, v), hn::Zero(narrow)), narrow, to);
 }
 
 template <class Real>
 void normal_row(const SurfaceRow<Real, float>& row) {
+  const LaneTag<Real> d;
+  const auto one = hn::Set(d, Real(1));
   for (std::int64_t i = 0; i < row.count; ++i) {
-    const std::size_t at = static_cast<std::size_t>(i * row.step) * kPointNumbers;
-    const auto& pairs = row.neighbours.pairs;
-    const Real *HWY_RESTRICT a0 = pairs[0][0] + at, *HWY_RESTRICT b0 = pairs[0][1] + at,
-                             *HWY_RESTRICT a1 = pairs[1][0] + at,
-                             *HWY_RESTRICT b1 = pairs[1][1] + at,
-                             *HWY_RESTRICT a2 = pairs[2][0] + at,
-                             *HWY_RESTRICT b2 = pairs[2][1] + at;
-    float* HWY_RESTRICT to = row.to + at;
-    // normals::regular() in all lanes at once: loops over arrays, which vectorise.
-    HWY_ALIGN Real along[kPointNumbers], across[kPointNumbers], square[kPatchLanes];
-    for (std::size_t k = 0; k < kPointNumbers; ++k) {
-      const Real d0 = a0[k] - b0[k], d1 = a1[k] - b1[k], d2 = a2[k] - b2[k];
-      along[k] = d0 + Real(0.5) * (d1 - d2);
-      across[k] = d1 + d2;
-    }
-    HWY_ALIGN Real towards[kPointNumbers];
-    constexpr std::size_t y = kPatchLanes, z = 2 * kPatchLanes;
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
-      const Real nx = along[y + lane] * across[z + lane] - along[z + lane] * across[y + lane];
-      const Real ny = along[z + lane] * across[lane] - along[lane] * across[z + lane];
-      const Real nz = along[lane] * across[y + lane] - along[y + lane] * across[lane];
-      towards[lane] = nx;
-      towards[y + lane] = ny;
-      towards[z + lane] = nz;
-      square[lane] = nx * nx + ny * ny + nz * nz;
-    }
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
-      const Real scale = Real(1) / std::sqrt(square[lane]);
-      to[lane] = float(scale * towards[lane]) + 0.0f;
-      to[y + lane] = float(scale * towards[y + lane]) + 0.0f;
-      to[z + lane] = float(scale * towards[z + lane]) + 0.0f;
-    }
-    if (HWY_LIKELY(all_comfortable(square))) continue;
-    for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
-      const Vector3<float> normal = normals::regular(
-          difference(a0, b0, lane), difference(a1, b1, lane), difference(a2, b2, lane));
-      to[lane] = normal.x;
-      to[kPatchLanes + lane] = normal.y;
-      to[2 * kPatchLanes + lane] = normal.z;
+    const std::size_t point = static_cast<std::size_t>(i * row.step) * kPointNumbers;
+    for (std::size_t at = point; at < point + kPatchLanes; at += hn::Lanes(d)) {
+      const auto towards = regular_cross(d, pair_difference(d, row.neighbours, 0, at),
+                                         pair_difference(d, row.neighbours, 1, at),
+                                         pair_difference(d, row.neighbours, 2, at));
+      const auto square = square_of(towards);
+      const auto normal = hn::Div(one, hn::Sqrt(square)) * towards;
+      store_normal(d, normal.x, row.to + at);
+      store_normal(d, normal.y, row.to + at + kPatchLanes);
+      store_normal(d, normal.z, row.to + at + 2 * kPatchLanes);
+      if (HWY_LIKELY(all_comfortable(d, square))) continue;
+      for (std::size_t lane = at; lane < at + hn::Lanes(d); ++lane) {
+        const Vector3<float> careful = normals::regular(difference(row.neighbours, 0, lane),
+                                                        difference(row.neighbours, 1, lane),
+                                                        difference(row.neighbours, 2, lane));
+        row.to[lane] = careful.x;
+        row.to[lane + kPatchLanes] = careful.y;
+        row.to[lane + 2 * kPatchLanes] = careful.z;
+      }
     }
   }
+}
+
+template <class D, class V>
+HWY_INLINE hn::Vec<D> promoted(D wide, V v) {
+  if constexpr (std::is_same_v<V, hn::Vec<D>>)
+    return v;
+  else
+    return hn::PromoteTo(wide, v);
 }
 
 template <class Rule, class Real>
@@ -139,18 +141,26 @@ void fan_step(const FanStep<Real>& step) {
   const auto n = static_cast<std::size_t>(step.valence);
   const Real* HWY_RESTRICT v = step.from;
   Real* HWY_RESTRICT to = step.to;
-  std::array<double, kPointNumbers> sum{};
-  for (std::size_t i = 0; i < n; ++i) {
-    const Real* p = v + (1 + i) * kPointNumbers;
-    const Real* before = v + (i == 0 ? n : i) * kPointNumbers;
-    const Real* after = v + (i + 1 == n ? 1 : i + 2) * kPointNumbers;
-    Real* HWY_RESTRICT odd = to + (1 + i) * kPointNumbers;
-    if (step.border && (i == 0 || i + 1 == n))
-      for (std::size_t k = 0; k < kPointNumbers; ++k) odd[k] = Rule::odd_border(v[k], p[k]);
-    else
-      for (std::size_t k = 0; k < kPointNumbers; ++k)
-        odd[k] = Rule::odd(v[k], p[k], before[k], after[k]);
-    for (std::size_t k = 0; k < kPointNumbers; ++k) sum[k] += double(odd[k]);
+  const hn::CappedTag<double, kPatchLanes> wide;
+  const hn::Rebind<Real, decltype(wide)> d;
+  HWY_ALIGN double sum[kPointNumbers];
+  for (std::size_t k = 0; k < kPointNumbers; k += hn::Lanes(d)) {
+    const auto neighbour = [&](std::size_t i)
+                               HWY_ATTR { return hn::Load(d, v + (1 + i) * kPointNumbers + k); };
+    const auto centre = hn::Load(d, v + k);
+    auto total = hn::Zero(wide);
+    auto before = neighbour(n - 1), here = neighbour(0);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto after = neighbour(i + 1 == n ? 0 : i + 1);
+      const auto made = step.border && (i == 0 || i + 1 == n)
+                            ? times(d, 0.5, hn::Add(centre, here))
+                            : odd(Rule{}, d, centre, here, before, after);
+      hn::Store(made, d, to + (1 + i) * kPointNumbers + k);
+      total = hn::Add(total, promoted(wide, made));
+      before = here;
+      here = after;
+    }
+    hn::Store(total, wide, sum + k);
   }
   if constexpr (!Rule::kMovesEven) {
     for (std::size_t k = 0; k < kPointNumbers; ++k) to[k] = v[k];

@@ -1,21 +1,22 @@
 #include "repair/block_proof.h"
 
 #include <algorithm>
-#include <system_error>
 
 namespace plait {
 
 struct BlockProof::Model {
+  explicit Model(const Directory& directory) : scratch(directory) {}
+
   const LevelFile* of = nullptr;
-  std::filesystem::path path;
+  const Directory& scratch;
   BlockTable table;
   std::unique_ptr<Backend> backend;
 
   ~Model() {
     backend.reset();
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
+    scratch.remove_if_possible(kName);
   }
+  static constexpr const char* kName = "sealed";
 };
 
 BlockProof::BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
@@ -27,13 +28,12 @@ BlockProof::~BlockProof() = default;
 BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t component_bytes) {
   if (model_ && model_->of == &file) return *model_;
   model_.reset();
-  auto model = std::make_unique<Model>();
+  auto model = std::make_unique<Model>(scratch_.directory());
   model->of = &file;
-  model->path = scratch_.path() / "sealed";
   model->table = file.table;
   std::ranges::fill(model->table.entries(), BlockEntry{});
-  model->backend = backend_.open(LevelSpec{model->path, OpenMode::kCreate, file.geometry,
-                                           model->table, options_, component_bytes});
+  model->backend = backend_.open(LevelSpec{model->scratch, Model::kName, OpenMode::kCreate,
+                                           file.geometry, model->table, options_, component_bytes});
   model_ = std::move(model);
   return *model_;
 }
@@ -53,7 +53,7 @@ std::optional<std::span<const std::byte>> BlockProof::stored_bytes(const LevelFi
       found.checksum != expected.checksum)
     return std::nullopt;
   stored_.resize(found.stored_bytes);
-  File(model.path, OpenMode::kRead).read_at(found.offset, stored_);
+  File(model.scratch, Model::kName, OpenMode::kRead).read_at(found.offset, stored_);
   return stored_;
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <optional>
-#include <system_error>
 #include <vector>
 
 #include "plait/error.h"
@@ -13,6 +12,7 @@ namespace plait {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr char kImageName[] = "image";
 constexpr std::uint64_t kPageBytes = 4096;
 
 /// docs/format.md, "Level files".
@@ -27,10 +27,13 @@ std::uint64_t file_bytes(const LevelFile& level, bool compressed) {
 /// What is left of a level's file.
 class Remains {
  public:
-  explicit Remains(const fs::path& path) {
-    if (!fs::is_regular_file(path)) return;
-    file_ = File(path, OpenMode::kRead);
-    bytes_ = file_.size();
+  Remains(const Directory& store, const std::string& name) {
+    try {
+      file_ = File(store, name, OpenMode::kRead);
+      bytes_ = file_.size();
+    } catch (const Error& error) {  // not there, or no file
+      if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
+    }
   }
   /// The block's stored bytes if they are whole, valid until the next call.
   std::optional<std::span<const std::byte>> stored_bytes(const LevelFile& level,
@@ -122,14 +125,12 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
     return each.schema.name == file.attribute;
   });
   const std::size_t component = component_bytes(info->schema.type);
-  std::error_code ignored;
   File image;
   if (!options_.dry_run) {
-    fs::remove(image_path(), ignored);
-    image = File(image_path(), OpenMode::kCreate);
+    image = create_image();
     image.resize(file_bytes(level, proof_.backend().traits.compressed));
   }
-  Remains remains(store_ / file.name);
+  Remains remains(Directory(store_), file.name);
   std::uint64_t lost = 0;
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {
     if (options_.proceed && !options_.proceed("rebuild " + file.name, block, level.table.size()))
@@ -151,10 +152,14 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   return lost;
 }
 
+File FileRepair::create_image() {
+  scratch_.directory().remove(kImageName);  // of a level that could not be made whole
+  return {scratch_.directory(), kImageName, OpenMode::kCreate};
+}
+
 void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte> bytes) {
   if (!options_.dry_run) {
-    remove_file(image_path());  // a level's that could not be made whole
-    File image(image_path(), OpenMode::kCreate);
+    File image = create_image();
     image.write_at(0, bytes);
     image.close();
   }
@@ -162,7 +167,8 @@ void FileRepair::put_in_place(const DamagedFile& file, std::span<const std::byte
 }
 
 void FileRepair::put_in_place(const DamagedFile& file) {
-  if (!options_.dry_run) replace_file(store_, structure_.sequence, file.name, image_path());
+  if (!options_.dry_run)
+    replace_file(store_, structure_.sequence, file.name, scratch_.directory(), kImageName);
   report_.rebuilt_files.push_back({file.name, file.reason});
 }
 

@@ -39,7 +39,7 @@ class FileRepair {
   void put_in_place(const DamagedFile& file, std::span<const std::byte> bytes);
   void put_in_place(const DamagedFile& file);
   void lose(const DamagedFile& file, const std::string& why);
-  std::filesystem::path image_path() { return scratch_.path() / "image"; }
+  File create_image();
 
   const std::filesystem::path& store_;
   const StoreStructure& structure_;

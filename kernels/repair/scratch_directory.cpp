@@ -23,16 +23,14 @@ ScratchDirectory::ScratchDirectory(const fs::path& store) {
 
 ScratchDirectory::~ScratchDirectory() {
   std::error_code ignored;
-  if (made_) fs::remove_all(path_, ignored);
+  if (directory_.is_open()) fs::remove_all(path_, ignored);
 }
 
-const fs::path& ScratchDirectory::path() {
-  if (made_) return path_;
-  std::error_code error;
-  fs::create_directory(path_, error);
-  if (error) throw system_error("create", path_.native(), error.value());
-  made_ = true;
-  return path_;
+const Directory& ScratchDirectory::directory() {
+  if (!directory_.is_open()) directory_ = Directory::make(path_);
+  return directory_;
 }
+
+const fs::path& ScratchDirectory::path() { return directory().path(); }
 
 }  // namespace plait

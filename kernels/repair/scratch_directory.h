@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include "plait/directory.h"
+
 namespace plait {
 
 class ScratchDirectory {
@@ -14,10 +16,11 @@ class ScratchDirectory {
 
   /// Makes the directory when it is first asked for. Errors: kIo, kNoSpace.
   const std::filesystem::path& path();
+  const Directory& directory();
 
  private:
   std::filesystem::path path_;
-  bool made_ = false;
+  Directory directory_;
 };
 
 }  // namespace plait

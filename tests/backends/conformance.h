@@ -43,12 +43,15 @@ class LevelUnderTest {
 
   const LevelGeometry& geometry() const { return geometry_; }
   BlockTable& table() { return table_; }
-  std::filesystem::path file() const { return directory_.path() / "level"; }
+  std::filesystem::path file() const { return directory_.path() / kFileName; }
+  const Directory& directory() const { return opened_; }
+  static constexpr const char* kFileName = "level";
 
  private:
   const BackendUnderTest& subject_;
   LevelShape shape_;
   TemporaryDirectory directory_;
+  Directory opened_;  ///< for durable backends
   LevelGeometry geometry_;
   BlockTable table_;
   std::unique_ptr<Backend> backend_;

@@ -26,8 +26,9 @@ LevelUnderTest::LevelUnderTest(const BackendUnderTest& subject, LevelShape shape
 
 Backend& LevelUnderTest::open(OpenMode mode) {
   close();
-  const std::filesystem::path path = subject_.entry.traits.durable ? file() : "";
-  backend_ = subject_.entry.open(LevelSpec{path, mode, geometry_, table_, subject_.options, 4});
+  if (subject_.entry.traits.durable && !opened_.is_open()) opened_ = Directory(directory_.path());
+  backend_ = subject_.entry.open(
+      LevelSpec{opened_, kFileName, mode, geometry_, table_, subject_.options, 4});
   return *backend_;
 }
 

@@ -103,8 +103,8 @@ TEST_CASE("RawBackends_FileOfOne_IsTheFileOfAnother") {
       level.open().write({0, level.geometry().block_count()}, content);
       level.close();
       const BackendOptions options;
-      const auto other = to.open(
-          LevelSpec{level.file(), OpenMode::kRead, level.geometry(), level.table(), options, 4});
+      const auto other = to.open(LevelSpec{level.directory(), level.kFileName, OpenMode::kRead,
+                                           level.geometry(), level.table(), options, 4});
       CHECK(read_blocks(*other, level.geometry(), {0, level.geometry().block_count()}) == content);
     }
 }

@@ -33,7 +33,7 @@ class LastCommit final : public CommitObserver {
 /// Runs with operation `failing` made to fail. False: there are not so many.
 bool try_run(const std::string& backend, std::uint64_t failing, int error,
              FailingOperations::From from, const std::vector<Digest>& versions) {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path store = here.path() / "s.plait";
   LastCommit last;
   std::optional<Error> reported;
@@ -70,7 +70,7 @@ std::uint64_t stride(std::uint64_t short_run) { return std::getenv("PLAIT_LONG")
 
 TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
   for (const std::string& backend : backends_on_disk()) {
-    const TemporaryDirectory undisturbed;
+    const TemporaryDirectory undisturbed(Medium::kMemory);
     const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     std::uint64_t tried = 0;
     for (const int error : {EIO, ENOSPC})
@@ -85,7 +85,7 @@ TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
 
 TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
   for (const std::string& backend : backends_on_disk()) {
-    const TemporaryDirectory undisturbed, here;
+    const TemporaryDirectory undisturbed(Medium::kMemory), here(Medium::kMemory);
     const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     LastCommit last;
     {
@@ -100,7 +100,7 @@ TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
 TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
   for (const std::string& backend : backends_on_disk()) {
     CAPTURE(backend);
-    const TemporaryDirectory here;
+    const TemporaryDirectory here(Medium::kMemory);
     const std::filesystem::path path = here.path() / "s.plait";
     Store store = create_store(path, backend);
     add_sample(store, sample_schemas()[0], 2);
@@ -128,7 +128,7 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
   for (const std::string& backend : backends_on_disk()) {
     for (std::uint64_t operation = 0;; ++operation) {
       INFO(backend << ", operation " << operation);
-      const TemporaryDirectory here;
+      const TemporaryDirectory here(Medium::kMemory);
       const std::filesystem::path path = here.path() / "s.plait";
       Digest before, after;
       bool committed = true, reached = false;
@@ -167,7 +167,7 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
 }
 
 TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
-  const TemporaryDirectory here;
+  const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path path = here.path() / "s.plait";
   {
     Store store = create_store(path, "mmap");

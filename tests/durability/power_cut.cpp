@@ -25,14 +25,12 @@ std::vector<std::byte> content_of(const fs::path& path) {
 PowerCut::PowerCut(fs::path root, std::uint64_t seed, int per_operation,
                    std::function<std::uint64_t()> note)
     : root_(std::move(root)), random_(seed), per_operation_(per_operation), note_(std::move(note)) {
+  nodes_.emplace_back().is_directory = true;
   // What is there already has been there for long.
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root_)) {
-    if (entry.is_directory()) {
-      names_[entry.path()] = {kDirectory};
-      continue;
-    }
-    names_[entry.path()] = {adopt(entry.path())};
-    make_durable(files_.back());
+    const int node = adopt(entry.path());
+    *states_of(entry.path()) = {node};
+    make_durable(nodes_[static_cast<std::size_t>(node)]);
   }
   set_file_operation_hook(this);
 }
@@ -55,24 +53,32 @@ void PowerCut::after(const FileOperation& operation) noexcept {
   switch (operation.kind) {
     case Kind::kCreate:
     case Kind::kMakeDirectory:
-    case Kind::kRemove: {
-      std::vector<int>& states = names_[operation.path];
-      if (states.empty()) states.push_back(kNothing);
-      states.push_back(operation.kind == Kind::kRemove          ? kNothing
-                       : operation.kind == Kind::kMakeDirectory ? kDirectory
-                                                                : adopt(operation.path));
+      states_of(operation.path)->push_back(adopt(operation.path));
+      break;
+    case Kind::kRemove:
+      states_of(operation.path)->push_back(kNothing);
+      break;
+    case Kind::kRename: {
+      const int node = newest(operation.path);
+      states_of(operation.path)->push_back(kNothing);
+      states_of(*operation.to)->push_back(node);
       break;
     }
-    case Kind::kSync: {
-      const auto name = names_.find(operation.path);
-      if (name == names_.end() || name->second.back() < 0) break;
+    case Kind::kExchange: {
+      const int node = newest(operation.path), other = newest(*operation.to);
+      states_of(operation.path)->push_back(other);
+      states_of(*operation.to)->push_back(node);
+      break;
+    }
+    case Kind::kSync:
       // What another thread wrote meanwhile counts as written after it.
-      make_durable(files_[static_cast<std::size_t>(name->second.back())]);
+      if (const int node = newest(operation.path); node != kNothing)
+        make_durable(nodes_[static_cast<std::size_t>(node)]);
       break;
-    }
     case Kind::kSyncDirectory:
-      for (auto& [path, states] : names_)
-        if (path.parent_path() == operation.path) states = {states.back()};
+      if (const int node = newest(operation.path); node != kNothing)
+        for (auto& [name, states] : nodes_[static_cast<std::size_t>(node)].names)
+          states = {states.back()};
       break;
     default:
       break;
@@ -83,19 +89,44 @@ bool PowerCut::concerns(const fs::path& path) const {
   return std::string_view(path.native()).starts_with(root_.native());
 }
 
+PowerCut::States* PowerCut::states_of(const fs::path& path) {
+  const fs::path parent = path.parent_path();
+  const int directory = parent == root_ ? kRoot : newest(parent);
+  if (directory == kNothing || !nodes_[static_cast<std::size_t>(directory)].is_directory)
+    return nullptr;
+  States& states = nodes_[static_cast<std::size_t>(directory)].names[path.filename()];
+  if (states.empty()) states.push_back(kNothing);
+  return &states;
+}
+
+int PowerCut::newest(const fs::path& path) {
+  if (path == root_) return kRoot;
+  const States* const states = concerns(path) ? states_of(path) : nullptr;
+  return states == nullptr ? kNothing : states->back();
+}
+
 int PowerCut::adopt(const fs::path& path) {
-  FileState& file = files_.emplace_back();
-  file.sizes = {0};
-  look_at(file, path);
-  return static_cast<int>(files_.size() - 1);
+  Node& node = nodes_.emplace_back();
+  node.is_directory = fs::is_directory(path);
+  node.sizes = {0};
+  if (!node.is_directory) look_at(node, path);
+  return static_cast<int>(nodes_.size() - 1);
 }
 
-void PowerCut::look() {
-  for (const auto& [path, states] : names_)
-    if (states.back() >= 0) look_at(files_[static_cast<std::size_t>(states.back())], path);
+void PowerCut::look() { look(kRoot, root_); }
+
+void PowerCut::look(int directory, const fs::path& path) {
+  for (const auto& [name, states] : nodes_[static_cast<std::size_t>(directory)].names) {
+    if (states.back() == kNothing) continue;
+    Node& node = nodes_[static_cast<std::size_t>(states.back())];
+    if (node.is_directory)
+      look(states.back(), path / name);
+    else
+      look_at(node, path / name);
+  }
 }
 
-void PowerCut::look_at(FileState& file, const fs::path& path) {
+void PowerCut::look_at(Node& file, const fs::path& path) {
   Bytes now = content_of(path);
   if (now.size() != file.latest.size()) file.sizes.push_back(now.size());
   for (std::size_t at = 0; at < now.size(); at += kSectorBytes) {
@@ -111,45 +142,59 @@ void PowerCut::look_at(FileState& file, const fs::path& path) {
   file.latest = std::move(now);
 }
 
-void PowerCut::make_durable(FileState& file) {
+void PowerCut::make_durable(Node& file) {
   file.durable = file.latest;
   file.sizes = {file.latest.size()};
   file.sectors.clear();
 }
 
-std::size_t PowerCut::choose(std::size_t count, Choice choice) {
-  if (choice == Choice::kOldest) return 0;
-  if (choice == Choice::kNewest) return count - 1;
+std::size_t PowerCut::choose(std::size_t count, Choice::Kind kind) {
+  if (kind == Choice::Kind::kOldest) return 0;
+  if (kind == Choice::Kind::kNewest) return count - 1;
   return random_() % count;
 }
 
 void PowerCut::cut() {
-  keep_outcome(Choice::kOldest);
-  keep_outcome(Choice::kNewest);
-  for (int i = 2; i < per_operation_; ++i) keep_outcome(Choice::kRandom);
+  keep_outcome({Choice::Kind::kOldest});
+  keep_outcome({Choice::Kind::kNewest});
+  for (int i = 2; i < per_operation_; ++i) keep_outcome({Choice::Kind::kRandom});
+  for (std::size_t node = 0; node < nodes_.size(); ++node)
+    if (is_pending(nodes_[node])) keep_outcome({Choice::Kind::kOldest, static_cast<int>(node)});
+}
+
+PowerCut::Bytes PowerCut::content(const Node& file, Choice choice) {
+  Bytes bytes = file.durable;
+  for (const auto& [at, versions] : file.sectors) {
+    const Bytes& version = versions[choose(versions.size(), choice.kind)];
+    bytes.resize(std::max(bytes.size(), at + kSectorBytes));
+    std::memcpy(&bytes[at], version.data(), kSectorBytes);
+  }
+  bytes.resize(file.sizes[choose(file.sizes.size(), choice.kind)]);
+  return bytes;
+}
+
+void PowerCut::put(int directory, const fs::path& name, Choice choice, Outcome& outcome) {
+  outcome.directories.insert(name);
+  for (const auto& [entry, states] : nodes_[static_cast<std::size_t>(directory)].names) {
+    const bool newest =
+        choice.node != kNothing && std::ranges::find(states, choice.node) != states.end();
+    const int state = newest ? choice.node : states[choose(states.size(), choice.kind)];
+    if (state == kNothing) continue;
+    const fs::path path = name == "." ? fs::path(entry) : name / entry;
+    const Node& node = nodes_[static_cast<std::size_t>(state)];
+    if (node.is_directory) {
+      put(state, path, choice, outcome);
+      continue;
+    }
+    const Choice of_file{state == choice.node ? Choice::Kind::kNewest : choice.kind};
+    outcome.files[path] =
+        *contents_.insert(std::make_shared<const Bytes>(content(node, of_file))).first;
+  }
 }
 
 void PowerCut::keep_outcome(Choice choice) {
-  Outcome outcome{note_(), operations_, {"."}, {}};
-  for (const auto& [path, states] : names_) {  // a directory comes before what is in it
-    const int state = states[choose(states.size(), choice)];
-    const fs::path name = path.lexically_relative(root_);
-    const fs::path parent = name.has_parent_path() ? name.parent_path() : fs::path(".");
-    if (state == kNothing || !outcome.directories.contains(parent)) continue;
-    if (state == kDirectory) {
-      outcome.directories.insert(name);
-      continue;
-    }
-    FileState& file = files_[static_cast<std::size_t>(state)];
-    Bytes bytes = file.durable;
-    for (const auto& [at, versions] : file.sectors) {
-      const Bytes& version = versions[choose(versions.size(), choice)];
-      bytes.resize(std::max(bytes.size(), at + kSectorBytes));
-      std::memcpy(&bytes[at], version.data(), kSectorBytes);
-    }
-    bytes.resize(file.sizes[choose(file.sizes.size(), choice)]);
-    outcome.files[name] = *contents_.insert(std::make_shared<const Bytes>(std::move(bytes))).first;
-  }
+  Outcome outcome{note_(), operations_, {}, {}};
+  put(kRoot, ".", choice, outcome);
   const bool known = std::ranges::any_of(outcomes_, [&](const Outcome& other) {
     return other.note == outcome.note && other.files == outcome.files &&
            other.directories == outcome.directories;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -17,6 +18,7 @@
 #include <mutex>
 #include <random>
 #include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -30,7 +32,8 @@ namespace plait::test {
 class PowerCut final : public FileOperationHook {
  public:
   /// Keeps each different outcome with what `note()` says at that moment. `per_operation` outcomes
-  /// of each operation: nothing unsynced is there, all of it is, and the rest at random.
+  /// of each operation: nothing unsynced is there, all of it is, and the rest at random. Besides,
+  /// of every file that is not all on the disk: this file newest, all others oldest.
   PowerCut(std::filesystem::path root, std::uint64_t seed, int per_operation,
            std::function<std::uint64_t()> note);
   ~PowerCut();
@@ -64,34 +67,49 @@ class PowerCut final : public FileOperationHook {
       return text(*a) < text(*b);
     }
   };
-  struct FileState {
-    Bytes latest;
+  /// What a name in a directory means: nothing, or the node of that number.
+  static constexpr int kNothing = -1, kRoot = 0;
+  using States = std::vector<int>;  ///< on the disk, then those seen since
+  struct Node {
+    bool is_directory = false;
+    std::map<std::string, States> names;                  ///< of a directory
+    Bytes latest, durable;                                ///< of a file
     std::vector<std::uint64_t> sizes;                     ///< on the disk, then those seen since
     std::map<std::uint64_t, std::vector<Bytes>> sectors;  ///< likewise, of those that changed
-    Bytes durable;
   };
-  /// Nothing, a directory, or a file by its number.
-  static constexpr int kNothing = -1, kDirectory = -2;
-  using Names = std::map<std::filesystem::path, std::vector<int>>;  ///< on the disk, then since
 
-  enum class Choice : std::uint8_t { kOldest, kNewest, kRandom };
+  /// Which of the states that the disk may hold an outcome has; with `node` that node's newest ones
+  /// in place of its oldest.
+  struct Choice {
+    enum class Kind : std::uint8_t { kOldest, kNewest, kRandom };
+    Kind kind = Kind::kOldest;
+    int node = kNothing;
+  };
 
   bool concerns(const std::filesystem::path& path) const;
+  /// What a path's states are by the newest names; nullptr if its directory is not there.
+  States* states_of(const std::filesystem::path& path);
+  int newest(const std::filesystem::path& path);
   int adopt(const std::filesystem::path& path);
   void look();
-  void look_at(FileState& file, const std::filesystem::path& path);
-  void make_durable(FileState& file);
+  void look(int directory, const std::filesystem::path& path);
+  static void look_at(Node& file, const std::filesystem::path& path);
+  static void make_durable(Node& file);
+  static bool is_pending(const Node& file) {
+    return file.sizes.size() > 1 || !file.sectors.empty();
+  }
   void cut();
   void keep_outcome(Choice choice);
-  std::size_t choose(std::size_t count, Choice choice);
+  void put(int directory, const std::filesystem::path& name, Choice choice, Outcome& outcome);
+  Bytes content(const Node& file, Choice choice);
+  std::size_t choose(std::size_t count, Choice::Kind kind);
 
   std::filesystem::path root_;
   std::mt19937_64 random_;
   int per_operation_;
   std::function<std::uint64_t()> note_;
   std::mutex mutex_;
-  Names names_;
-  std::vector<FileState> files_;
+  std::deque<Node> nodes_;
   std::set<std::shared_ptr<const Bytes>, ByContent> contents_;  ///< each once
   std::vector<Outcome> outcomes_;
   std::uint64_t operations_ = 0;

@@ -35,7 +35,8 @@ int outcomes_per_operation() { return std::getenv("PLAIT_LONG") ? 40 : 4; }
 
 TEST_CASE("PowerCut_AtEveryOperationOfARun_LeavesTheLastCommitOrTheOneInFlight") {
   for (const std::string& backend : backends_on_disk()) {
-    const TemporaryDirectory undisturbed, run, after;
+    const TemporaryDirectory undisturbed(Medium::kMemory), run(Medium::kMemory),
+        after(Medium::kMemory);
     const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     Progress progress;
     std::vector<PowerCut::Outcome> found;
@@ -58,11 +59,11 @@ TEST_CASE("PowerCut_AtEveryOperationOfARun_LeavesTheLastCommitOrTheOneInFlight")
 
 TEST_CASE("PowerCut_WhileAStoreIsPutBack_LeavesTheLastCommit") {
   for (const std::string& backend : backends_on_disk()) {
-    const TemporaryDirectory run, after;
+    const TemporaryDirectory run(Medium::kMemory), after(Medium::kMemory);
     const std::filesystem::path store = run.path() / "s.plait";
     Progress progress;
     const auto versions = [&] {
-      const TemporaryDirectory undisturbed;
+      const TemporaryDirectory undisturbed(Medium::kMemory);
       return digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     }();
     // Ends with changes that were never committed.

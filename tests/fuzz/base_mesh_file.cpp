@@ -10,9 +10,9 @@ using namespace plait::fuzz;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kHeaderBytes = 32;
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
-  const std::filesystem::path path = path_of(data, size);
+  const File file(path_of(data, size), OpenMode::kRead);
   accepts({ErrorCode::kCorruption}, [&] {
-    const BaseMesh mesh = read_base_mesh_file(path, {size, checksum_of(bytes)});
+    const BaseMesh mesh = read_base_mesh_file(file, {size, checksum_of(bytes)});
     check_base_mesh(mesh);
     const auto positions = std::as_bytes(mesh.positions());
     const auto faces = std::as_bytes(mesh.faces());

@@ -58,12 +58,12 @@ void seal_records(std::span<std::byte> bytes, std::uint64_t seed) {
 }
 
 void try_journal(const Place& place, std::span<const std::byte> bytes) {
-  const std::filesystem::path journal = RollbackJournal::path_in(place.path);
+  const std::filesystem::path journal = place.path / kJournalName;
   std::ofstream(journal, std::ios::binary | std::ios::trunc)
       .write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));
   const bool taken =
-      accepts({ErrorCode::kCorruption}, [&] { roll_back(place.path, {}, kSequence); });
+      accepts({ErrorCode::kCorruption}, [&] { roll_back(Directory(place.path), {}, kSequence); });
   require(taken != std::filesystem::exists(journal));
   require(std::filesystem::file_size(place.path / level_file_name(0, 1)) == kLevelBytes);
 }

@@ -8,6 +8,7 @@
 #include "plait/in_core_mesh.h"
 #include "plait/kernels/loop_patches.h"
 #include "support/test_meshes.h"
+#include "support/usable_backends.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -30,7 +31,7 @@ std::uint64_t smallest_budget(const BaseMesh& base, const SubdivideOptions& what
 
 void check_all_variants(const BaseMesh& base, const SubdivideOptions& what) {
   const std::string expected = run(base, what, {}).digest;
-  for (const std::string backend : {"memory", "pread", "mmap", "compressed"})
+  for (const std::string& backend : usable_backends())
     for (const ExecutorKind executor :
          {ExecutorKind::kSweep, ExecutorKind::kTransparent, ExecutorKind::kFused})
       for (const int threads : {1, 2})
@@ -150,8 +151,7 @@ TEST_CASE("Sweep_BudgetTooSmall_SaysWhatIsNeeded") {
     FAIL("expected an error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kBudget);
-    CHECK_THAT(error.what(),
-               Catch::Matchers::Contains("needs") && Catch::Matchers::Contains("span"));
+    CHECK_THAT(error.what(), Catch::Contains("needs") && Catch::Matchers::Contains("span"));
   }
 }
 

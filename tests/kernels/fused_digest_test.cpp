@@ -89,9 +89,7 @@ TEST_CASE("FusedDigest_FansOfEveryValence_IsThatOfSweep") {
 }
 
 TEST_CASE("FusedDigest_TwoFacesBackToBack_IsThatOfSweep") {
-  IndexedMesh pillow = single_triangle();
-  pillow.faces.push_back({pillow.faces[0][0], pillow.faces[0][2], pillow.faces[0][1]});
-  for (const int level : {1, 2, 5}) check_all_results(pillow, level);
+  for (const int level : {1, 2, 5}) check_all_results(two_faces_back_to_back(), level);
 }
 
 TEST_CASE("FusedDigest_StripsAndSeveralComponents_IsThatOfSweep") {

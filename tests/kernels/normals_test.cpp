@@ -40,7 +40,8 @@ std::vector<NamedMesh> meshes_with_normals() {
 
 TEST_CASE("Normals_FromDoublePositions_AgreeWithOracle") {
   for (const NamedMesh& named : meshes_with_normals())
-    for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+    for (const ExecutorKind executor :
+         {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
       INFO(named.name << ", executor " << to_string(executor));
       SubdivideOptions options;
       options.executor = executor;

@@ -32,8 +32,8 @@ BackendRegistry with_another_codec() {
     if (name == "compressed")
       entry.open = [open = entry.open](const LevelSpec& spec) {
         static const BackendOptions options = {"zstd:15", "shuffle"};
-        return open(LevelSpec{spec.path, spec.mode, spec.geometry, spec.table, options,
-                              spec.component_bytes});
+        return open(LevelSpec{spec.directory, spec.name, spec.mode, spec.geometry, spec.table,
+                              options, spec.component_bytes});
       };
     result.add(std::move(entry));
   }
@@ -66,8 +66,7 @@ BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
   for (const std::string& name : default_backends().names()) {
     BackendRegistry::Entry entry = default_backends().find(name);
     entry.open = [&bad, open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
-      if (spec.path.filename() != "attribute0.level03" || spec.mode == OpenMode::kCreate)
-        return open(spec);
+      if (spec.name != "attribute0.level03" || spec.mode == OpenMode::kCreate) return open(spec);
       return std::make_unique<BadPlace>(open(spec), bad);
     };
     result.add(std::move(entry));

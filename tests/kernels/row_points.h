@@ -1,8 +1,6 @@
 // Points for the rows of the fused executor, and every instruction set to try them on.
 #pragma once
 
-#include <hwy/targets.h>
-
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstddef>
@@ -12,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "fused/every_target.h"
 #include "fused/patch_rows.h"
 #include "plait/vector3.h"
 
@@ -21,21 +20,15 @@ using fused_rows::kPointNumbers;
 
 constexpr std::size_t kCount = 9;
 
-/// Makes dynamic dispatch choose one instruction set after another, and then the best one again.
+/// Calls check() under each of them.
 template <class Check>
 void on_every_target(Check check) {
   int targets = 0;
-  hwy::SetSupportedTargetsForTest(0);
-  for (std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS; left != 0; left &= left - 1) {
-    const std::int64_t target = left & -left;
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(target);
-    INFO(hwy::TargetName(target));
+  fused_rows::on_every_target([&](const char* name) {
+    INFO(name);
     check();
     ++targets;
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  });
   CHECK(targets > 0);
 }
 

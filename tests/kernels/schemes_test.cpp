@@ -29,6 +29,31 @@ TEST_CASE("ButterflyPositions_AllTestMeshes_AgreeWithOracle") {
   compare(Scheme::kButterfly, naive::Scheme::kButterfly);
 }
 
+// All three vertices have valence 2, and each new one is the mean of what its two ends say:
+// 3/4 v + 3/8 of the neighbour on the edge itself - 1/8 of the other.
+TEST_CASE("ButterflyPositions_InteriorValenceTwo_FollowTheFoldedWeightsOfValenceFour") {
+  const IndexedMesh mesh = two_faces_back_to_back();
+  const auto& [a, b, c] = mesh.faces[0];
+  const auto middle = [&](VertexId start, VertexId end, VertexId other) {
+    const auto& p = mesh.positions;
+    return 0.5625 * (p[start] + p[end]) - 0.125 * p[other];
+  };
+  for (const ExecutorKind executor :
+       {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
+    INFO("executor " << to_string(executor));
+    SubdivideOptions options;
+    options.scheme = Scheme::kButterfly;
+    options.executor = executor;
+    Store store = refine_in_memory(mesh, options, true);
+    StorePatches<Vector3<double>> patches(store, store.attribute("position"), 1 << 20, Reach::kOwn);
+    patches.activate(1, 1, 0);
+    const auto patch = patches.patch(0);
+    CHECK(patch.at(1, 1, 0) == middle(a, b, c));
+    CHECK(patch.at(1, 1, 1) == middle(b, c, a));
+    CHECK(patch.at(1, 0, 1) == middle(c, a, b));
+  }
+}
+
 TEST_CASE("MidpointPositions_AllTestMeshes_AgreeWithOracle") {
   compare(Scheme::kMidpoint, naive::Scheme::kMidpoint);
 }

@@ -1,19 +1,45 @@
 // tests/support/temporary_directory.h: a directory of the test's own, gone with the object.
 #pragma once
 
+#include <fcntl.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <system_error>
 
 namespace plait::test {
 
+/// Where a test's files lie.
+enum class Medium : std::uint8_t {
+  kDisk,    ///< where temporary files lie on this machine
+  kMemory,  ///< in memory if that can be: for tests of many small stores, whose disk is not the
+            ///< point
+};
+
+/// Of this medium. TMPDIR in the environment decides for both. A file system in memory has to have
+/// what the backends use, O_DIRECT (Linux 6.6), and room for what is tested side by side.
+inline std::filesystem::path temporary_files(Medium medium) {
+  static const bool has_memory = [] {
+    constexpr std::uintmax_t kRoomBytes = 1 << 30;
+    std::error_code none;
+    const std::filesystem::space_info space = std::filesystem::space("/dev/shm", none);
+    if (none || space.available < kRoomBytes) return false;
+    const int file = ::open("/dev/shm", O_TMPFILE | O_RDWR | O_DIRECT | O_CLOEXEC, 0600);
+    if (file >= 0) ::close(file);
+    return file >= 0;
+  }();
+  if (medium == Medium::kMemory && has_memory && ::getenv("TMPDIR") == nullptr) return "/dev/shm";
+  return std::filesystem::temp_directory_path();
+}
+
 class TemporaryDirectory {
  public:
-  TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "plait-test-XXXXXX").string();
+  explicit TemporaryDirectory(Medium medium = Medium::kDisk) {
+    std::string name = (temporary_files(medium) / "plait-test-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
       throw std::system_error(errno, std::generic_category(), name);
     path_ = name;

@@ -193,6 +193,12 @@ IndexedMesh bipyramid(std::uint32_t n) {
   return rounded(std::move(mesh));
 }
 
+IndexedMesh two_faces_back_to_back() {
+  IndexedMesh mesh = single_triangle();
+  mesh.faces.push_back({0, 2, 1});
+  return mesh;
+}
+
 IndexedMesh single_triangle() { return {{{0, 0, 0}, {2, 0, 0.5}, {0.5, 1.5, 0}}, {{0, 1, 2}}}; }
 
 IndexedMesh two_triangles() {

@@ -26,6 +26,9 @@ IndexedMesh seven_vertex_torus();
 IndexedMesh torus_grid(std::uint32_t columns, std::uint32_t rows);
 /// Two vertices of valence n, both neighbours of n vertices of valence 4. REQUIRES: n >= 3.
 IndexedMesh bipyramid(std::uint32_t n);
+/// A triangle and its back: three interior vertices of valence 2, of which no other closed mesh has
+/// one. Flat, so without normals that say anything, and not among closed_meshes().
+IndexedMesh two_faces_back_to_back();
 
 // With border.
 

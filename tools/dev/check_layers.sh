@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # engine/include/plait/: which layer each public header is the face of.
 declare -A layer_of_header=(
   [attribute.h]=base [error.h]=base [topology.h]=base [vector3.h]=base
-  [file.h]=io [file_operations.h]=io [machine.h]=io
+  [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [edge_index.h]=index
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
@@ -83,8 +83,9 @@ layer() {
 resolve() {
   local from=$1 name=$2 component=${1%%/*} folder
   local folders=("${from%/*}" engine/include backends/include kernels/include "$component")
-  # Tests look inside what they test.
+  # Tests look inside what they test, measurements inside what they measure.
   [ "$component" != tests ] || folders+=(engine backends kernels tools)
+  [ "$component" != bench ] || folders+=(engine kernels)
   found_file=
   for folder in "${folders[@]}"; do
     if [ -f "$folder/$name" ]; then

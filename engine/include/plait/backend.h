@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "plait/block_table.h"
+#include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 
@@ -106,12 +107,16 @@ struct BackendOptions {
 
 /// One level of one attribute as a backend sees it. The references outlive the backend.
 struct LevelSpec {
-  std::filesystem::path path;  ///< the level's file; empty in a store that is only in memory
+  const Directory& directory;  ///< the store's; not open for a store that is only in memory
+  std::string name;            ///< of the level's file in the directory
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
   const BackendOptions& options;
   std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
+
+  /// For messages.
+  std::filesystem::path path() const { return directory.path_of(name); }
 };
 
 /// Names to backends. The engine knows none by itself; plait::default_backends() has the built-in

@@ -6,8 +6,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
+
+#include "plait/error.h"
 
 namespace plait {
+
+class Directory;
 
 enum class OpenMode : std::uint8_t {
   kRead,       ///< must exist
@@ -25,8 +30,13 @@ enum class Caching : std::uint8_t {
 class File {
  public:
   File() = default;
-  /// Errors: kNotFound, kIo, kNoSpace; kNotSupported where there is no O_DIRECT.
+  /// Never waits for a FIFO. Errors: kNotFound, kIo, kNoSpace; kInvalidArgument, saying what it is,
+  /// for something that is no regular file; kNotSupported where there is no O_DIRECT.
   File(const std::filesystem::path& path, OpenMode mode, Caching caching = Caching::kPageCache);
+  /// The file `name` of a directory, where it must be a regular file and no link to one.
+  /// Errors: likewise, but kCorruption for something that is no regular file.
+  File(const Directory& directory, const std::string& name, OpenMode mode,
+       Caching caching = Caching::kPageCache);
   ~File();
   File(File&& other) noexcept;
   File& operator=(File&& other) noexcept;
@@ -52,17 +62,17 @@ class File {
   void close();
 
  private:
+  /// What openat takes, and the error for what is there and no regular file.
+  struct Place {
+    int directory;
+    const char* name;
+    int flags;
+    ErrorCode other_kinds;
+  };
+  void open(const Place& place, OpenMode mode, Caching caching);
+
   std::filesystem::path path_;
   int descriptor_ = -1;
 };
-
-/// Errors: kIo, kNoSpace; also if there is one of that name.
-void make_directory(const std::filesystem::path& path);
-/// One that is not there is no error. Errors: kIo.
-void remove_file(const std::filesystem::path& path);
-/// For what is left over, and may stay so.
-void remove_file_if_possible(const std::filesystem::path& path) noexcept;
-/// Makes the names in a directory durable.
-void sync_directory(const std::filesystem::path& directory);
 
 }  // namespace plait

@@ -24,13 +24,16 @@ struct FileOperation {
     kSync,
     kClose,
     kLock,
-    kRemove,
+    kRemove,    ///< of a file or an empty directory
+    kRename,    ///< what had the name `to` is gone
+    kExchange,  ///< two names of one directory or two
     kMakeDirectory,
     kSyncDirectory,
   };
   Kind kind = Kind::kOpen;
   const std::filesystem::path& path;
-  std::uint64_t offset = 0, bytes = 0;  ///< of reads and writes; of a resize the new size
+  std::uint64_t offset = 0, bytes = 0;        ///< of reads and writes; of a resize the new size
+  const std::filesystem::path* to = nullptr;  ///< of a rename or an exchange
 };
 
 /// Whether the operation leaves what is on the disk as it is.

@@ -27,7 +27,7 @@ namespace plait {
 constexpr int kMostFusedLevels = 10;
 
 /// Patches that are refined side by side, one in each lane of a vector.
-constexpr std::size_t kPatchLanes = 8;
+constexpr std::size_t kPatchLanes = 16;
 
 /// The points of a patch and of `halo` rows of its neighbours around it: i, j >= -halo and
 /// i + j <= size + halo. Row after row; a point takes [component][lane] numbers.

@@ -63,10 +63,11 @@ std::optional<std::vector<std::byte>> tables_from_levels(
     const std::filesystem::path& store, const StoreStructure& structure,
     const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
-/// Puts the file `from`, on the same filesystem, in place of the store's file `name`, durably and
-/// in one step. Holds the writer's lock meanwhile. `from` was made for version `sequence`.
-/// Errors: kBusy, also if there is another version by now; kIo, kNoSpace.
+/// Puts the file `from` of another directory, on the same filesystem, in place of the store's file
+/// `name`, durably and in one step. Holds the writer's lock meanwhile. `from` was made for version
+/// `sequence`. Errors: kBusy, also if there is another version by now; kIo, kNoSpace.
 void replace_file(const std::filesystem::path& store, std::uint64_t sequence,
-                  const std::string& name, const std::filesystem::path& from);
+                  const std::string& name, const Directory& from_directory,
+                  const std::string& from);
 
 }  // namespace plait

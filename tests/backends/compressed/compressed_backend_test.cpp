@@ -114,8 +114,9 @@ TEST_CASE("CompressedRead_BlockOfAnotherCodec_IsCorruptionThatNamesTheBlock") {
   level.close();
   REQUIRE(level.table()[0].encoding == BlockEncoding::kEncoded);
   const BackendOptions options{"zstd", "none"};
-  const auto reader = writer.entry.open(
-      LevelSpec{level.file(), OpenMode::kRead, level.geometry(), level.table(), options, 4});
+  const auto reader =
+      writer.entry.open(LevelSpec{level.directory(), level.kFileName, OpenMode::kRead,
+                                  level.geometry(), level.table(), options, 4});
   try {
     read_blocks(*reader, level.geometry(), {0, 1});
     FAIL("expected an error");

@@ -106,7 +106,7 @@ TEST_CASE("Digest_OtherBackendBlockSizeOrBudget_IsTheSame") {
   const Digest expected = digest(reference);
   for (const std::string& backend : durable_backends())
     for (const std::uint64_t block_bytes : {4096u, 1u << 20}) {
-      const TemporaryDirectory directory;
+      const TemporaryDirectory directory(Medium::kMemory);
       filled(directory.path() / "s", backend, base, 0, block_bytes).commit();
       for (const std::uint64_t budget : {1u << 20, 16u << 20})
         for (const int threads : {1, 2}) {

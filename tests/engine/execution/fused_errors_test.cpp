@@ -126,7 +126,7 @@ TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
   const BaseMesh base = mesh_of_many_runs();
   for (const std::string& backend : durable_backends()) {
     INFO(backend);
-    const TemporaryDirectory directory;
+    const TemporaryDirectory directory(Medium::kMemory);
     const std::filesystem::path path = directory.path() / "s.plait";
     {
       StoreOptions options = sample_options(backend);
@@ -176,7 +176,7 @@ TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
     for (const int threads : {1, 2, 4})
       for (const int refused : {1, 2, 30}) {
         INFO(backend << ", write " << refused << ", threads " << threads);
-        const TemporaryDirectory directory;
+        const TemporaryDirectory directory(Medium::kMemory);
         std::atomic<int> writes_left = refused;
         const BackendRegistry backends =
             wrapped_registry(default_backends(), [&](std::unique_ptr<Backend> inner) {
@@ -246,7 +246,7 @@ TEST_CASE("Fused_StoreOpenedForReading_IsRefused") {
   const BaseMesh base = BaseMesh::build(octahedron());
   for (const std::string& backend : durable_backends()) {
     INFO(backend);
-    const TemporaryDirectory directory;
+    const TemporaryDirectory directory(Medium::kMemory);
     const std::filesystem::path path = directory.path() / "s.plait";
     {
       Store store =

@@ -131,7 +131,7 @@ TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2, 4}) {
       INFO(backend << " on " << threads << " threads");
-      const TemporaryDirectory directory;
+      const TemporaryDirectory directory(Medium::kMemory);
       const std::filesystem::path path = directory.path() / "s.plait";
       BackendCounts counts;
       {
@@ -155,7 +155,7 @@ TEST_CASE("Fused_BudgetOfWhatItNeeds_StillWritesEachBlockOnceAndReadsNone") {
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2}) {
       INFO(backend << " on " << threads << " threads");
-      const TemporaryDirectory directory;
+      const TemporaryDirectory directory(Medium::kMemory);
       const std::filesystem::path path = directory.path() / "s.plait";
       BackendCounts counts;
       const auto create = [&](std::uint64_t budget_bytes) {

@@ -131,7 +131,7 @@ struct OnDisk {
     return Store::open(path, {writable, budget_bytes}, default_backends());
   }
   Expected expected;
-  TemporaryDirectory directory;
+  TemporaryDirectory directory{Medium::kMemory};
   std::filesystem::path path = directory.path() / "s.plait";
 };
 

@@ -71,7 +71,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
         for (const int threads : {1, 2}) {
           INFO(backend << ", seed " << seed << ", reach " << static_cast<int>(reach) << ", threads "
                        << threads);
-          const TemporaryDirectory directory;
+          const TemporaryDirectory directory(Medium::kMemory);
           const std::filesystem::path path = make_store(directory, backend, base);
           SumPass sums(base, reach);
           std::uint64_t needed = 0;
@@ -100,7 +100,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
 TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2}) {
-      const TemporaryDirectory directory;
+      const TemporaryDirectory directory(Medium::kMemory);
       const BaseMesh base = BaseMesh::build(random_sheet(2, 300));
       const std::filesystem::path path = make_store(directory, backend, base);
       SumPass sums(base, Reach::kFaces);
@@ -121,7 +121,7 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
 }
 
 TEST_CASE("SweepWindowBytes_WiderReachOrMoreLevels_NeedsMore") {
-  const TemporaryDirectory directory;
+  const TemporaryDirectory directory(Medium::kMemory);
   const BaseMesh base = BaseMesh::build(random_sphere(1, 300));
   Store store = Store::open(make_store(directory, "pread", base), {}, default_backends());
   const auto needed = [&](int first, int last, Reach reach) {

@@ -50,7 +50,7 @@ struct OnDisk {
     add_sample(store, sample_schemas()[0], levels);
     store.commit();
   }
-  TemporaryDirectory directory;
+  TemporaryDirectory directory{Medium::kMemory};
   std::filesystem::path path = directory.path() / "s.plait";
 };
 

@@ -106,6 +106,41 @@ TEST_CASE("FaceOrder_Rcm_OfAStripOfTriangles_WalksFromEndToEnd") {
   }
 }
 
+TEST_CASE("FaceOrder_Rcm_IsABreadthFirstSearchByDegreeReversed") {
+  for (const IndexedMesh& input : {test::random_sheet(4, 300), test::random_sphere(5, 300)}) {
+    const BaseMesh mesh = BaseMesh::build(input);
+    const auto neighbours_of = [&](FaceId face) {
+      std::vector<FaceId> neighbours;
+      for (int side = 0; side < 3; ++side)
+        if (const FaceSide beyond = mesh.topology().across(FaceSide(face, side)); beyond.exists())
+          neighbours.push_back(beyond.face());
+      return neighbours;
+    };
+    std::vector<FaceId> order = face_order(mesh, LayoutKind::kRcm);
+    std::ranges::reverse(order);
+    std::vector<std::size_t> place(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+    // A face was found by its first neighbour, where that one stands before it.
+    std::size_t last_finder = 0, last_degree = 0, faces_of_other_degrees = 0;
+    for (std::size_t i = 1; i < order.size(); ++i) {
+      INFO("face " << order[i] << " at place " << i);
+      const std::vector<FaceId> neighbours = neighbours_of(order[i]);
+      std::size_t finder = i;
+      for (const FaceId next : neighbours) finder = std::min(finder, place[next]);
+      REQUIRE(finder < i);
+      CHECK(finder >= last_finder);
+      if (finder == last_finder && i > 1) {
+        CHECK(neighbours.size() >= last_degree);
+        if (neighbours.size() != last_degree) ++faces_of_other_degrees;
+      }
+      last_finder = finder;
+      last_degree = neighbours.size();
+    }
+    // Else the order by degree would be seen nowhere.
+    if (mesh.border_edge_count() > 0) CHECK(faces_of_other_degrees > 5);
+  }
+}
+
 TEST_CASE("FaceOrder_AHundredThousandComponents_TakesNoQuadraticTime") {
   constexpr std::uint32_t kComponents = 100'000;
   const BaseMesh mesh = BaseMesh::build(dust(kComponents));

@@ -64,12 +64,14 @@ struct TestLevel {
     file.geometry = LevelGeometry(edges, {}, level, 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
-        LevelSpec{"fake", OpenMode::kCreate, file.geometry, file.table, options, 1}, direct);
+        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, options, 1},
+        direct);
     backend = made.get();
     file.backend = std::move(made);
     pager.attach(file);
   }
   BackendOptions options;
+  Directory directory;
   LevelFile file;
   FakeBackend* backend = nullptr;
 };

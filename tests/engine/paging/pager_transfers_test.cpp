@@ -103,7 +103,7 @@ struct HeldLevel {
     file.geometry = LevelGeometry(blocks * 4096, {}, 1, 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
-        LevelSpec{"held", OpenMode::kCreate, file.geometry, file.table, options, 1});
+        LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, options, 1});
     backend = made.get();
     file.backend = std::move(made);
     for (std::uint64_t block = 0; block < blocks; ++block)
@@ -117,6 +117,7 @@ struct HeldLevel {
   }
 
   BackendOptions options;
+  Directory directory;
   LevelFile file;
   HeldBackend* backend = nullptr;
   Pager& pager;

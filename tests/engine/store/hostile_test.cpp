@@ -95,7 +95,7 @@ Outcome expected_of_flip(const std::string& name, std::uint64_t offset, const St
 
 /// Replaces a file of the newest version and enters its checksum everywhere where one is kept.
 void forge(const std::filesystem::path& store, const char* name, std::vector<std::byte> bytes) {
-  Manifest manifest = read_manifest(store / "manifest");
+  Manifest manifest = read_manifest(Directory(store));
   const bool tables = std::string_view(name).starts_with("tables");
   (tables ? manifest.tables_bytes : manifest.base_mesh_bytes) = bytes.size();
   (tables ? manifest.tables_checksum : manifest.base_mesh_checksum) = checksum_of(bytes);
@@ -284,7 +284,7 @@ TEST_CASE("StoreOpen_LevelForgedTooLargeToBe_IsRefusedNamingTheManifest") {
     store.add_attribute({"wide", ComponentType::kFloat64, 255});
     store.commit();
   }
-  Manifest manifest = read_manifest(path / "manifest");
+  Manifest manifest = read_manifest(Directory(path));
   manifest.attributes[0].finest_level = kMaxLevel;
   {
     File file(path / "manifest", OpenMode::kReadWrite);
@@ -331,7 +331,7 @@ TEST_CASE("StoreOpen_BaseMeshForgedWithTheRightChecksum_IsRefused") {
 TEST_CASE("StoreOpen_ManifestForgedWithTheRightChecksum_IsRefused") {
   for (const std::string& backend : durable_backends()) {
     const Victim victim(backend);
-    const Manifest right = read_manifest(victim.path() / "manifest");
+    const Manifest right = read_manifest(Directory(victim.path()));
     const auto outcome = [&](const std::function<void(Manifest&)>& change) {
       Manifest manifest = right;
       change(manifest);

@@ -148,13 +148,13 @@ TEST_CASE("EncodeManifest_WhatDoesNotFit_IsRefused") {
 TEST_CASE("ReadManifest_OnlySlotWithAFlippedByte_IsRefused") {
   for (const std::uint64_t sequence : {1u, 2u}) {
     ManifestFile file({sequence});
-    REQUIRE(read_manifest(file.path()).sequence == sequence);
+    REQUIRE(read_manifest(File(file.path(), OpenMode::kRead)).sequence == sequence);
     for (std::uint64_t byte = 0; byte < kManifestSlotBytes; ++byte) {
       const std::uint64_t offset = (sequence % 2) * kManifestSlotBytes + byte;
       const auto mask = static_cast<std::byte>(1u << (byte % 8));
       file.flip(offset, mask);
       INFO("byte " << byte);
-      const Error error = error_of([&] { read_manifest(file.path()); });
+      const Error error = error_of([&] { read_manifest(File(file.path(), OpenMode::kRead)); });
       REQUIRE(error.code() == ErrorCode::kCorruption);
       file.flip(offset, mask);
     }
@@ -163,12 +163,13 @@ TEST_CASE("ReadManifest_OnlySlotWithAFlippedByte_IsRefused") {
 
 TEST_CASE("ReadManifest_OneOfTwoSlotsWithAFlippedByte_TakesTheOther") {
   ManifestFile file({1, 2});  // version 2 is in the first slot
-  REQUIRE(read_manifest(file.path()).sequence == 2);
+  REQUIRE(read_manifest(File(file.path(), OpenMode::kRead)).sequence == 2);
   for (std::uint64_t offset = 0; offset < 2 * kManifestSlotBytes; ++offset) {
     const auto mask = static_cast<std::byte>(1u << (offset % 8));
     file.flip(offset, mask);
     INFO("byte " << offset);
-    REQUIRE(read_manifest(file.path()).sequence == (offset < kManifestSlotBytes ? 1 : 2));
+    REQUIRE(read_manifest(File(file.path(), OpenMode::kRead)).sequence ==
+            (offset < kManifestSlotBytes ? 1 : 2));
     file.flip(offset, mask);
   }
 }
@@ -177,16 +178,17 @@ TEST_CASE("ReadManifest_FileCutShort_TakesTheSlotsThatAreWhole") {
   ManifestFile file({1, 2});
   for (const std::uint64_t bytes : {8191u, 4096u}) {
     file.resize(bytes);
-    CHECK(read_manifest(file.path()).sequence == 2);
+    CHECK(read_manifest(File(file.path(), OpenMode::kRead)).sequence == 2);
   }
   for (const std::uint64_t bytes : {4095u, 1u, 0u}) {
     file.resize(bytes);
-    const Error error = error_of([&] { read_manifest(file.path()); });
+    const Error error = error_of([&] { read_manifest(File(file.path(), OpenMode::kRead)); });
     CHECK(error.code() == ErrorCode::kCorruption);
     CHECK(names(error, {file.path().string(), std::to_string(bytes) + " bytes"}));
   }
-  CHECK(error_of([&] { read_manifest(file.path().string() + "x"); }).code() ==
-        ErrorCode::kNotFound);
+  CHECK(error_of([&] {
+          read_manifest(File(file.path().string() + "x", OpenMode::kRead));
+        }).code() == ErrorCode::kNotFound);
 }
 
 TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") {

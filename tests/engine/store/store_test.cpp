@@ -446,7 +446,7 @@ TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {
   const std::filesystem::path image = place.path.parent_path() / "image";
   File(image, OpenMode::kCreate).close();
   const auto replace = [&](std::uint64_t version) {
-    replace_file(place.path, version, "spare", image);
+    replace_file(place.path, version, "spare", Directory(image.parent_path()), image.filename());
   };
   CHECK_THROWS_AS(replace(1), Error);
   CHECK(std::filesystem::exists(image));

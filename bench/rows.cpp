@@ -1,0 +1,210 @@
+// What does a row of points cost on each instruction set of this processor? The rows of the fused
+// executor by themselves, in the innermost cache, so that a set whose code is not made of vectors
+// shows. None should take longer than a narrower one.
+//
+//   plait_bench_rows [--only TEXT] [--points 32] [--runs 15] [--json FILE]
+//
+// A line for every row and instruction set, the narrowest first: nanoseconds a vertex (a point of
+// one lane), the ratio to the next narrower set, and to copying the vertices that were made within
+// the cache, measured in the same turns. The medians of all turns, ratios taken within a turn.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "command_line.h"
+#include "fused/builtin_rows.h"
+#include "fused/every_target.h"
+#include "fused/fan_shape.h"
+#include "fused/lattice_buffer.h"
+#include "support.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+using fused_rows::kPointNumbers;
+
+struct Settings {
+  std::string only, json;
+  int points = 32, runs = 15;
+};
+
+/// Rows of a patch that lie side by side, as they do while a patch is refined.
+template <class Real>
+class Rows {
+ public:
+  explicit Rows(std::int64_t points)
+      : width_(2 * points + 2), numbers_(kRows * width_), normals_(2 * width_) {
+    // A bent surface: every normal is one, and no two points are equal.
+    for (std::int64_t row = 0; row < kRows; ++row)
+      for (std::int64_t point = 0; point < width_; ++point)
+        for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
+          const Real i = static_cast<Real>(point), j = static_cast<Real>(row);
+          lattice_points::put(at(row, point), lane,
+                              {i, j, Real(0.01) * i * j + static_cast<Real>(lane)});
+        }
+  }
+
+  Real* at(std::int64_t row, std::int64_t point) const {
+    return numbers_.data() + (row * width_ + point) * std::int64_t{kPointNumbers};
+  }
+  float* normals() const { return normals_.data(); }
+  /// The six neighbours of the points of row 1 from point 1 on.
+  fused_rows::Neighbours<Real> neighbours() const {
+    return {{{at(1, 2), at(1, 0)}, {at(2, 1), at(0, 1)}, {at(2, 0), at(0, 2)}}};
+  }
+  Real* result() const { return at(kRows - 2, 0); }
+
+ private:
+  static constexpr std::int64_t kRows = 7;
+  std::int64_t width_;
+  LatticeBuffer<Real> numbers_;
+  LatticeBuffer<float> normals_;
+};
+
+/// make() returns what does the work on the instruction set of the moment.
+struct Subject {
+  std::string name;
+  std::int64_t vertices;
+  std::size_t vertex_bytes;
+  std::function<std::function<void()>()> make;
+};
+
+template <class Real>
+std::vector<Subject> subjects(std::int64_t points, const std::string& suffix) {
+  const auto rows = std::make_shared<Rows<Real>>(points);
+  const std::int64_t vertices = points * std::int64_t{kPatchLanes};
+  const auto work = [](auto function, auto row) {
+    return std::function<void()>([function, row] { function(row); });
+  };
+  std::vector<Subject> made;
+  const auto add = [&](const std::string& name, auto make) {
+    made.push_back({name + suffix, vertices, 3 * sizeof(Real), make});
+  };
+  const fused_rows::OddRow<Real> odd{rows->at(0, 0), rows->at(1, 0), rows->at(0, 1),
+                                     rows->at(1, 1), rows->result(), points};
+  const fused_rows::EvenRow<Real> even{rows->at(3, 0), rows->neighbours(), rows->result(), points};
+  const fused_rows::WingedRow<Real> winged{
+      rows->at(1, 1), rows->at(1, 2), rows->at(2, 1), rows->at(0, 2), rows->at(2, 0),
+      rows->at(0, 3), rows->at(2, 2), rows->at(0, 1), rows->result(), points};
+  add("Loop odd", [=] { return work(loop_rows<Real>().odd, odd); });
+  add("Loop even", [=] { return work(loop_rows<Real>().even, even); });
+  add("Loop limit", [=] {
+    return work(loop_rows<Real>().limit,
+                fused_rows::SurfaceRow<Real, Real>{rows->at(1, 1), rows->neighbours(),
+                                                   rows->result(), 1, points});
+  });
+  add("midpoint odd", [=] { return work(midpoint_rows<Real>().odd, odd); });
+  add("midpoint even", [=] { return work(midpoint_rows<Real>().even, even); });
+  add("Butterfly odd", [=] { return work(butterfly_rows<Real>().odd, winged); });
+  add("normals", [=] {
+    return work(loop_rows<Real>().normal,
+                fused_rows::SurfaceRow<Real, float>{rows->at(1, 1), rows->neighbours(),
+                                                    rows->normals(), 1, points});
+  });
+  made.back().vertex_bytes = 3 * sizeof(float);
+  for (const auto& [name, reach] : {std::pair{"Loop ring of 6", 1}, {"Butterfly rings of 6", 2}}) {
+    const FanShape shape{6, false, reach};
+    const auto fan = std::make_shared<Rows<Real>>(static_cast<std::int64_t>(shape.points()));
+    add(name, [=] {
+      return work(reach == 1 ? loop_rows<Real>().fan : butterfly_rows<Real>().fan,
+                  fused_rows::FanStep<Real>{fan->at(0, 0), fan->at(3, 0), shape.valence, false});
+    });
+    made.back().vertices = static_cast<std::int64_t>(shape.points() * kPatchLanes);
+  }
+  return made;
+}
+
+double ns_a_vertex(const Subject& subject, const std::function<void()>& work) {
+  const std::int64_t repetitions = std::max<std::int64_t>(1, 400'000 / subject.vertices);
+  work();
+  return 1e9 / static_cast<double>(repetitions * subject.vertices) * thread_seconds([&] {
+           for (std::int64_t i = 0; i < repetitions; ++i) work();
+         });
+}
+
+std::function<void()> copy_as_many(const Subject& subject) {
+  const auto bytes = static_cast<std::size_t>(subject.vertices) * subject.vertex_bytes;
+  return [from = std::vector<std::byte>(bytes), to = std::vector<std::byte>(bytes)]() mutable {
+    std::memcpy(to.data(), from.data(), to.size());
+    asm volatile("" ::"r"(to.data()) : "memory");  // the copy is not for nothing
+  };
+}
+
+struct Times {
+  std::vector<double> ns = {}, over_narrower = {}, over_copy = {};
+};
+
+int run(const Settings& settings) {
+  std::vector<Subject> all = subjects<float>(settings.points, ", float32");
+  std::ranges::move(subjects<double>(settings.points, ", float64"), std::back_inserter(all));
+  fmt::print("rows of {} points in {} lanes, {} runs\n\n", settings.points, kPatchLanes,
+             settings.runs);
+  fmt::print(
+      "| row | instruction set | ns a vertex (min to max) | over the narrower set | over memcpy |\n"
+      "|---|---|---|---|---|\n");
+  nlohmann::json figures = nlohmann::json::array();
+  for (const Subject& subject : all) {
+    if (subject.name.find(settings.only) == std::string::npos) continue;
+    std::vector<std::pair<std::string, Times>> targets;
+    for (int turn = 0; turn < settings.runs; ++turn) {
+      const double copy = ns_a_vertex(subject, copy_as_many(subject));
+      double narrower = 0;
+      std::size_t number = 0;
+      fused_rows::on_every_target([&](const char* target) {
+        if (turn == 0) targets.push_back({target, {}});
+        Times& times = targets[number++].second;
+        times.ns.push_back(ns_a_vertex(subject, subject.make()));
+        times.over_copy.push_back(times.ns.back() / copy);
+        if (narrower > 0) times.over_narrower.push_back(times.ns.back() / narrower);
+        narrower = times.ns.back();
+      });
+    }
+    for (const auto& [target, times] : targets) {
+      const Spread range = spread(times.ns);
+      const bool first = times.over_narrower.empty();
+      fmt::print("| {} | {} | {:.2f} ({:.2f} to {:.2f}) | {} | {:.2f} |\n", subject.name, target,
+                 median(times.ns), range.smallest, range.largest,
+                 first ? "-" : fmt::format("{:.2f}", median(times.over_narrower)),
+                 median(times.over_copy));
+      figures.push_back({{"row", subject.name},
+                         {"instruction_set", target},
+                         {"ns_per_vertex", median(times.ns)},
+                         {"ns_per_vertex_min", range.smallest},
+                         {"ns_per_vertex_max", range.largest},
+                         {"over_memcpy", median(times.over_copy)}});
+      if (!first) figures.back()["over_narrower"] = median(times.over_narrower);
+    }
+  }
+  write_json(settings.json, figures);
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  Settings settings;
+  return run_program(
+      "plait_bench_rows", "Rows of the fused executor on every instruction set", count, words,
+      [&](CLI::App& app) {
+        app.add_option("--only", settings.only, "Rows whose name has this text in it");
+        app.add_option("--points", settings.points, "Points of a row")
+            ->check(CLI::Range(1, 1024))
+            ->capture_default_str();
+        app.add_option("--runs", settings.runs, "Turns, of which the median is given")
+            ->check(CLI::Range(1, 1000))
+            ->capture_default_str();
+        app.add_option("--json", settings.json, "Figures go to this file as well");
+      },
+      [&] { return run(settings); });
+}

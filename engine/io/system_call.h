@@ -1,0 +1,36 @@
+// A system call on a file: it passes the seam of plait/file_operations.h, and is made again when a
+// signal interrupted it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+
+#include "plait/file_operations.h"
+
+namespace plait {
+
+/// `call(most_bytes)` returns what such calls do: -1 and errno, or a value. Returns likewise.
+template <class Call>
+ssize_t attempt(FileOperation operation, Call call) noexcept {
+  constexpr std::uint64_t kMaxTransferBytes = 0x7ffff000;  // Linux moves at most this much at once
+  using Kind = FileOperation::Kind;
+  while (true) {
+    const FileOperationHook::Verdict verdict = before_operation(operation);
+    errno = verdict.error;
+    ssize_t result = verdict.error != 0 ? -1 : 0;
+    if (result == 0 && !verdict.pretend)
+      result = call(std::min({verdict.most_bytes, operation.bytes, kMaxTransferBytes}));
+    if (result < 0 && errno == EINTR) continue;
+    if (result >= 0) {
+      if (operation.kind == Kind::kRead || operation.kind == Kind::kWrite)
+        operation.bytes = static_cast<std::uint64_t>(result);
+      after_operation(operation);
+    }
+    return result;
+  }
+}
+
+}  // namespace plait
