@@ -1,4 +1,6 @@
 // What the commands promise about stores: one digest, damage named, replacement at the end.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -246,6 +248,43 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
   CHECK(here.digest("m.plait") == expected);
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
+}
+
+TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--backend", "compressed", "--codec", "zstd:1", "--block",
+                                     "4KiB", "--normals"})
+              .status == 0);
+  REQUIRE(here.subdivide("none.plait", {"--backend", "compressed", "--codec", "none", "--filter",
+                                        "none", "--block", "4KiB"})
+              .status == 0);
+  REQUIRE(here.subdivide("raw.plait", {"--block", "4KiB"}).status == 0);
+  for (const std::string store : {"s.plait", "none.plait", "raw.plait"}) {
+    const nlohmann::json info = here.plait({"info", store, "--json"}).json();
+    std::uint64_t raw = 0, stored = 0, blocks = 0, raw_blocks = 0;
+    for (const auto& attribute : info["attributes"])
+      for (const auto& level : attribute["levels"]) {
+        raw += level["raw_bytes"].get<std::uint64_t>();
+        stored += level["stored_bytes"].get<std::uint64_t>();
+        blocks += level["blocks"].get<std::uint64_t>();
+        raw_blocks += level["blocks_raw"].get<std::uint64_t>();
+      }
+    CAPTURE(store);
+    CHECK(info["ratio"].get<double>() == Approx(double(raw) / double(stored)));
+    const std::string text = here.plait({"info", store}).output;
+    CHECK(text.find(fmt::format("{:.2f} to 1", double(raw) / double(stored))) != std::string::npos);
+    CHECK((text.find("less than an eighth") != std::string::npos) == (store != "raw.plait"));
+    CHECK((raw_blocks == blocks) == (store != "s.plait"));
+  }
+}
+
+TEST_CASE("Codec_WithoutABackendThatCompresses_NamesTheOptionToAdd") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  CHECK(here.subdivide("c.plait", {"--codec", "lz4"}).errors.find("add --backend compressed") !=
+        std::string::npos);
+  CHECK(here.plait({"convert", "s.plait", "c.plait", "--filter", "none"})
+            .errors.find("add --backend compressed") != std::string::npos);
 }
 
 TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
