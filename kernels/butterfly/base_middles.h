@@ -10,6 +10,7 @@
 #include "butterfly/butterfly_rules.h"
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/stencils.h"
+#include "loop/loop_expressions.h"
 #include "plait/kernels/loop_base.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"

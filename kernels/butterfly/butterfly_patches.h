@@ -2,6 +2,7 @@
 #pragma once
 
 #include "butterfly/butterfly_rules.h"
+#include "loop/loop_expressions.h"
 #include "plait/kernels/loop_patches.h"
 
 namespace plait {

@@ -6,6 +6,7 @@
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/stencils.h"
 #include "diamond/diamond.h"
+#include "loop/loop_expressions.h"
 #include "plait/kernels/loop_base.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"

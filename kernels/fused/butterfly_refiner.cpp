@@ -7,6 +7,7 @@
 #include "butterfly/stencils.h"
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
+#include "loop/loop_expressions.h"
 #include "plait/kernels/loop_base.h"
 
 namespace plait {

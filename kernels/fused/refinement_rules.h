@@ -2,8 +2,8 @@
 // other executors evaluate.
 #pragma once
 
+#include "loop/loop_expressions.h"
 #include "midpoint/midpoint_diamond.h"
-#include "plait/kernels/loop_rules.h"
 
 namespace plait::fused_rows {
 

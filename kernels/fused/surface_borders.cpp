@@ -1,6 +1,7 @@
 // Normals and limit positions along border edges, over what the rows computed there.
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
+#include "loop/loop_expressions.h"
 #include "normals/normal_rules.h"
 #include "plait/kernels/loop_base.h"
 

@@ -10,6 +10,7 @@
 #include "fused/fan_shape.h"
 #include "fused/neighbours.h"
 #include "fused/patch_sides.h"
+#include "loop/base_expressions.h"
 #include "normals/normal_rules.h"
 #include "plait/kernels/loop_base.h"
 

@@ -6,8 +6,8 @@
 
 #include "diamond/diamond.h"
 #include "diamond/lanes.h"
+#include "loop/loop_expressions.h"
 #include "plait/edge_index.h"
-#include "plait/kernels/loop_rules.h"
 #include "plait/vector3.h"
 
 namespace plait::loop {

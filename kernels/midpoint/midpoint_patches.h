@@ -1,6 +1,7 @@
 // Linear subdivision over any PatchMesh; see plait/kernels/loop_patches.h.
 #pragma once
 
+#include "loop/loop_expressions.h"
 #include "midpoint/midpoint_diamond.h"
 #include "plait/kernels/loop_patches.h"
 

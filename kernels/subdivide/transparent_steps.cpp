@@ -117,11 +117,9 @@ void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId 
                                             frame.at(-1, 1) - frame.at(1, -1));
             if (limit_patch)
               limit_patch->at(born, place.i, place.j) =
-                  border ? loop::by_axis<Real>(loop::limit_border<Real>, v, frame.at(-1, 1),
-                                               frame.at(1, -1))
-                         : loop::by_axis<Real>(
-                               loop::limit<Real>, v, frame.at(1, 0) + frame.at(-1, 0),
-                               frame.at(0, 1) + frame.at(0, -1), frame.at(-1, 1) + frame.at(1, -1));
+                  border ? loop::limit_border_vertex(v, frame.at(-1, 1), frame.at(1, -1))
+                         : loop::limit_vertex(v, frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
+                                              frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1));
           });
   }
   run.vertices_before += vertices;

@@ -6,9 +6,9 @@
 
 #include "diamond/diamond.h"
 #include "loop/loop_diamond.h"
+#include "loop/loop_expressions.h"
 #include "normals/normal_rows.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/loop_rules.h"
 
 using namespace plait;
 

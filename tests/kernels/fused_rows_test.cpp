@@ -4,9 +4,9 @@
 
 #include "fused/builtin_rows.h"
 #include "kernels/row_points.h"
+#include "loop/loop_expressions.h"
 #include "midpoint/midpoint_diamond.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/loop_rules.h"
 
 using namespace plait;
 using namespace plait::test;

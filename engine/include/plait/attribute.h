@@ -29,7 +29,7 @@ std::size_t component_bytes(ComponentType type) noexcept;
 std::string_view to_string(ComponentType type) noexcept;
 
 struct AttributeSchema {
-  std::string name;  ///< 1 to 31 characters of [A-Za-z0-9_-]
+  std::string name = {};  ///< 1 to 31 characters of [A-Za-z0-9_-]
   ComponentType type = ComponentType::kFloat32;
   std::uint32_t components = 3;  ///< 1 to 255
 

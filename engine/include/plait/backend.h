@@ -124,12 +124,12 @@ struct LevelSpec {
 class BackendRegistry {
  public:
   struct Entry {
-    std::string name;
-    std::string summary;  ///< one line for --help
-    BackendTraits traits;
-    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open;
+    std::string name = {};
+    std::string summary = {};  ///< one line for --help
+    BackendTraits traits = {};
+    std::function<std::unique_ptr<Backend>(const LevelSpec&)> open = {};
     /// Checks options before anything is made; throws kInvalidArgument or kNotSupported.
-    std::function<void(const BackendOptions&)> validate;
+    std::function<void(const BackendOptions&)> validate = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken.

@@ -64,11 +64,11 @@ class PatchRefiner {
 };
 
 struct FusedPass {
-  std::string name;                  ///< for progress and errors
-  std::vector<AttributeId> outputs;  ///< each once; of components of four or eight bytes
-  int levels = 1;        ///< levels 1 to this one, counted from the base mesh; to kMostFusedLevels
-  PatchLattice lattice;  ///< of the finest level
-  std::function<std::unique_ptr<PatchRefiner>()> make_refiner;
+  std::string name = {};                  ///< for progress and errors
+  std::vector<AttributeId> outputs = {};  ///< each once; of components of four or eight bytes
+  int levels = 1;  ///< levels 1 to this one, counted from the base mesh; to kMostFusedLevels
+  PatchLattice lattice = {};  ///< of the finest level
+  std::function<std::unique_ptr<PatchRefiner>()> make_refiner = {};
 };
 
 struct FusedOptions {

@@ -16,11 +16,11 @@ enum class Durability : std::uint8_t {
 
 struct StoreOptions {
   // Behaviour
-  std::string backend = "pread";   ///< a name in the registry
-  BackendOptions backend_options;  ///< codec and filter
-  std::string layout = "given";    ///< recorded in the manifest: the order of `base`
-  std::string scheme;              ///< recorded: what made the levels ("loop", ...); may be empty
-  int base_level = 0;              ///< how often `base` was refined already (rebase)
+  std::string backend = "pread";        ///< a name in the registry
+  BackendOptions backend_options = {};  ///< codec and filter
+  std::string layout = "given";         ///< recorded in the manifest: the order of `base`
+  std::string scheme = {};  ///< recorded: what made the levels ("loop", ...); may be empty
+  int base_level = 0;       ///< how often `base` was refined already (rebase)
   Durability durability = Durability::kCommit;
 
   // Performance

@@ -60,10 +60,10 @@ class SweepView {
 };
 
 struct SweepPass {
-  std::string name;  ///< for progress and errors: "odd vertices of level 3"
-  std::vector<LevelAccess> accesses;
+  std::string name = {};  ///< for progress and errors: "odd vertices of level 3"
+  std::vector<LevelAccess> accesses = {};
   /// Called once per edge; `worker` is in [0, threads). Must not throw.
-  std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel;
+  std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel = {};
 };
 
 struct SweepOptions {

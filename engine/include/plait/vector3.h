@@ -1,8 +1,16 @@
 // plait/vector3.h: three numbers with the arithmetic of a vector. float32 x 3 and float64 x 3
 // records are read and written as this type.
+//
+// The functions below are compiled into every caller, never shared: a program that lets its
+// compiler contract a multiplication and an addition into one rounding must not give its copy to
+// the linker for the library's. What is one operation only has one result under any flags.
 #pragma once
 
 #include <cmath>
+
+#ifdef __FAST_MATH__
+#error "plait promises the same bits in every build: compile this source without -ffast-math"
+#endif
 
 namespace plait {
 
@@ -23,18 +31,18 @@ struct Vector3 {
 };
 
 template <class Real>
-constexpr Real dot(Vector3<Real> a, Vector3<Real> b) {
+[[gnu::always_inline]] constexpr Real dot(Vector3<Real> a, Vector3<Real> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 template <class Real>
-constexpr Vector3<Real> cross(Vector3<Real> a, Vector3<Real> b) {
+[[gnu::always_inline]] constexpr Vector3<Real> cross(Vector3<Real> a, Vector3<Real> b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 /// `a` at length one; the zero vector stays zero.
 template <class Real>
-Vector3<Real> normalized(Vector3<Real> a) {
+[[gnu::always_inline]] inline Vector3<Real> normalized(Vector3<Real> a) {
   const Real length = std::sqrt(dot(a, a));
   return length > Real(0) ? Vector3<Real>{a.x / length, a.y / length, a.z / length} : a;
 }

@@ -39,7 +39,6 @@ template <PatchMesh Mesh>
 void loop_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record>& rings,
                       const BeforeFace& before_face = {}) {
   using Record = typename Mesh::Record;
-  using Real = decltype(Record::x);
   const Topology topology = mesh.topology();
   mesh.activate(level, level, level);
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
@@ -50,10 +49,9 @@ void loop_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record>& r
           const PatchFrame frame(patch, side, level, row, column, level);
           const Record& a = frame.coarse_at(-1, 1);
           const Record& b = frame.coarse_at(1, -1);
-          frame.at(0, 0) = border
-                               ? Real(0.5) * (a + b)
-                               : loop::by_axis<Real>(loop::odd<Real>, a, b, frame.coarse_at(-1, -1),
-                                                     frame.coarse_at(1, 1));
+          frame.at(0, 0) =
+              border ? loop::odd_border_vertex(a, b)
+                     : loop::odd_vertex(a, b, frame.coarse_at(-1, -1), frame.coarse_at(1, 1));
         });
     collect_rings(patch, topology, level, rings);
   }
@@ -63,7 +61,6 @@ void loop_odd_patches(Mesh& mesh, int level, RingTable<typename Mesh::Record>& r
 template <PatchMesh Mesh>
 void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}) {
   using Record = typename Mesh::Record;
-  using Real = decltype(Record::x);
   const Topology topology = mesh.topology();
   mesh.activate(level, 1, level - 1);
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
@@ -74,11 +71,9 @@ void loop_even_patches(Mesh& mesh, int level, const BeforeFace& before_face = {}
           patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
             const PatchFrame frame(patch, side, born, row, column, level);
             Record& v = frame.at(0, 0);
-            v = border ? loop::by_axis<Real>(loop::even_border<Real>, v, frame.at(-1, 1),
-                                             frame.at(1, -1))
-                       : loop::by_axis<Real>(loop::even<Real>, v, frame.at(1, 0) + frame.at(-1, 0),
-                                             frame.at(0, 1) + frame.at(0, -1),
-                                             frame.at(-1, 1) + frame.at(1, -1));
+            v = border ? loop::even_border_vertex(v, frame.at(-1, 1), frame.at(1, -1))
+                       : loop::even_vertex(v, frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
+                                           frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1));
           });
   }
 }

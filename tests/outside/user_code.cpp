@@ -1,0 +1,43 @@
+// Sources of a program of somebody else's that must not be warned of anything in plait's headers,
+// whatever warnings it asks for: every options struct with one member named, and the templates
+// used.
+#include <memory>
+
+#include "plait/attribute.h"
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/fused.h"
+#include "plait/in_core_mesh.h"
+#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/repair.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/patch.h"
+#include "plait/store.h"
+#include "plait/sweep.h"
+#include "plait/vertex_numbering.h"
+
+using Position = plait::Vector3<float>;
+
+std::uint64_t use_everything(const plait::BaseMesh& mesh) {
+  plait::BackendRegistry backends = plait::default_backends();
+  backends.add({.name = "other"});
+  plait::Store store = plait::Store::create(
+      {}, plait::lay_out(mesh, plait::LayoutKind::kHilbert).mesh, {.backend = "memory"}, backends);
+  plait::add_base_positions(store);
+  store.add_attribute({.name = "colour"});
+  plait::subdivide(store, {.levels = 2});
+  plait::sweep(store, {.accesses = {{.attribute = 0}}}, {.threads = 2});
+  plait::fused(store, {.name = "nothing"}, {.threads = 2});
+
+  plait::StorePatches<Position> patches(store, store.attribute("position"), 1 << 20);
+  plait::InCoreMesh<Position> arrays(mesh, 2);
+  plait::loop_refine_patches(patches, 2);
+  plait::loop_refine_patches(arrays, 2);
+  plait::RingTable<Position> rings(mesh.edge_count());
+  rings.set_from_base(mesh.topology(), arrays.base_records());
+
+  plait::Store opened = plait::Store::open("some.plait", {.writable = true}, backends);
+  plait::repair("some.plait", {.dry_run = true}, backends);
+  return plait::digest(opened, {.level = 1}).low;
+}
