@@ -23,7 +23,8 @@ std::string mebibytes(std::uint64_t bytes) { return fmt::format("{} MiB", bytes 
 /// Why the backend cannot be had, or nothing.
 std::string kernel_refusal(const BackendRegistry& backends) {
   try {
-    backends.find(kUring).validate(BackendOptions());
+    const BackendRegistry::Entry& uring = backends.find(kUring);
+    if (uring.validate) uring.validate(BackendOptions());
   } catch (const Error& error) {
     return error.what();
   }

@@ -22,7 +22,7 @@ for program in "$programs"/plait_bench_*; do
   "$program" --help | awk '
     function tell() { if (bare != "") print bare; bare = "" }
     /^  -/ { tell(); if (length($0) <= 30 || substr($0, 30, 1) != " ") bare = $1; next }
-    /^ {30}[^ ]/ { bare = "" }
+    substr($0, 1, 30) ~ /^ +$/ { bare = "" }
     END { tell() }' >"$work/bare"
   [ ! -s "$work/bare" ] || fail "$name: options without help: $(cat "$work/bare")"
   status=0

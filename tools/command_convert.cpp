@@ -82,7 +82,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   OpenOptions open;
   // The two stores share what --memory gives.
   open.budget_bytes = arguments.memory_bytes / 2;
-  Store source = Store::open(arguments.from, open, context.backends);
+  Store source = Store::open(arguments.from, open, context.open_backends);
   const auto [options, backend_reason] = target_of(arguments, source, context.backends);
   PartialOutput output(arguments.to, arguments.force ? Existing::kReplaceStore : Existing::kRefuse);
   std::error_code ignored;

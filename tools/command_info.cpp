@@ -161,7 +161,7 @@ void add_info_command(CLI::App& program, CommandContext& context) {
       "  plait info surface.plait --json");
   command->callback([path, &context] {
     context.run = [path, &context] {
-      Store store = Store::open(*path, OpenOptions(), context.backends);
+      Store store = Store::open(*path, OpenOptions(), context.open_backends);
       const Json report = store_report(store);
       if (context.json)
         print(report.dump(2) + "\n");

@@ -95,7 +95,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
     return progress.update(done, total, phase);
   };
-  const RepairReport report = repair(arguments.store, options, context.backends);
+  const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
                      : text_report(arguments, report, clock.seconds()));

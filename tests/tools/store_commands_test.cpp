@@ -10,6 +10,7 @@
 #include "plait/mesh_io.h"
 #include "program.h"
 #include "read_back.h"
+#include "stand_ins.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -310,6 +311,41 @@ TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
   CHECK_THROWS_WITH(compare("other.plait"), Catch::Contains("read back"));
   flip_byte(largest_file(here.path("copy.plait")), 1000);
   CHECK_THROWS_AS(compare("copy.plait"), Error);
+}
+
+TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
+  const Workplace here;
+  const auto registry = [](bool allowed) {
+    BackendRegistry::Entry uring = default_backends().find("pread");
+    uring.name = "uring";
+    uring.validate = [allowed](const BackendOptions&) {
+      if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
+    };
+    BackendRegistry result;
+    result.add(default_backends().find("pread"));
+    result.add(uring);
+    return result;
+  };
+  StoreOptions options;
+  options.backend = "uring";
+  {
+    Store store = Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()), options,
+                                registry(true));
+    store.add_level(store.add_attribute(schema_of<float>("value")));
+    store.commit();
+  }
+  std::vector<std::string> warnings;
+  const auto warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const BackendRegistry refused = registry(false);
+  CHECK_THROWS_AS(Store::open(here.path("s.plait"), {}, refused), Error);
+  const BackendRegistry standing_in = with_stand_ins(refused, warn);
+  for (int turn = 0; turn < 2; ++turn)
+    CHECK(Store::open(here.path("s.plait"), {}, standing_in).options().backend == "uring");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0] ==
+        "the kernel refuses io_uring; pread stands in for it, whose files are the same");
+  Store::open(here.path("s.plait"), {}, with_stand_ins(registry(true), warn));
+  CHECK(warnings.size() == 1);
 }
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {

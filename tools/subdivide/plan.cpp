@@ -31,7 +31,7 @@ SubdivisionPlan make_plan(const SubdivisionRequest& request, const BackendRegist
   if (request.codec) plan.store.backend_options.codec = *request.codec;
   if (request.filter) plan.store.backend_options.filter = *request.filter;
   if (backend != nullptr) {
-    backend->validate(plan.store.backend_options);
+    if (backend->validate) backend->validate(plan.store.backend_options);
     plan.backend_reason = "asked for";
   }
   plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);

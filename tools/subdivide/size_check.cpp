@@ -68,10 +68,8 @@ RunSize size_of_run(const BaseMesh& input, int base_level, const SubdivisionPlan
 
 void require_memory(const RunSize& size, const SubdivisionPlan& plan, BackendTraits backend) {
   std::uint64_t needed = size.base_mesh_bytes;
-  if (!backend.durable)
-    needed = sum(needed, size.level_bytes);
-  else if (!backend.direct)
-    needed = sum(needed, std::min(size.level_bytes, plan.store.budget_bytes));
+  needed = sum(needed, backend.durable ? std::min(size.level_bytes, plan.store.budget_bytes)
+                                       : size.level_bytes);
   if (const std::uint64_t found = available_memory_bytes(); needed > found)
     refuse(ErrorCode::kOutOfMemory,
            fmt::format("memory for level {} ({} for the base mesh)", plan.subdivide.levels,
