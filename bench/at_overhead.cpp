@@ -137,6 +137,7 @@ int run(const Settings& settings) {
                                    {"store, warm pread window", refine(disk_patches), {}, {}}};
   for (int turn = 0; turn <= settings.runs; ++turn)
     for (Subject& subject : subjects) {
+      say_progress(fmt::format("turn {} of {}: {}", turn, settings.runs, subject.name));
       const double time = seconds(subject.work);
       if (turn == 0) continue;  // touches the memory
       subject.seconds.push_back(time);
@@ -162,11 +163,11 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_at_overhead", "at(level, i, j) over a store, beside plain arrays", count, words,
       [&](CLI::App& app) {
-        app.add_option("--mesh", settings.mesh);
-        app.add_option("--levels", settings.levels)->check(CLI::Range(1, 12));
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--directory", settings.directory);
-        app.add_option("--json", settings.json);
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 2,048 faces");
+        add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
+        add_runs_option(app, settings.runs);
+        add_directory_option(app, settings.directory);
+        add_json_option(app, settings.json);
       },
-      [&] { return run(settings); });
+      [&] { return run(settings); }, &settings.directory);
 }

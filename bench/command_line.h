@@ -1,7 +1,10 @@
-// What a measurement is from outside: options by CLI11, errors in one line, figures to a file.
+// What a measurement is from outside: options by CLI11, each with its help; errors in one line;
+// exit status 0 done, 1 failed, 2 bad usage; what goes on to a terminal; figures to a file; files
+// of its own in a directory that is gone afterwards.
 #pragma once
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -11,6 +14,7 @@
 #include <string>
 
 #include "plait/error.h"
+#include "work_directory.h"
 
 namespace plait::bench {
 
@@ -23,19 +27,63 @@ inline void write_json(const std::string& path, const nlohmann::ordered_json& fi
     throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", path));
 }
 
-/// declare(app) adds the options, run() measures and returns the exit status.
+/// One line on standard error, if that is a terminal: what is measured now.
+inline void say_progress(const std::string& text) {
+  if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
+}
+
+// Options that several measurements have, worded the same everywhere.
+inline void add_mesh_option(CLI::App& app, std::string& mesh, const char* otherwise) {
+  app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; without: {}", otherwise));
+}
+inline CLI::Option* add_number_option(CLI::App& app, const char* name, int& value, int first,
+                                      int last, const std::string& description) {
+  return app.add_option(name, value, description)
+      ->check(CLI::Range(first, last))
+      ->capture_default_str();
+}
+inline void add_runs_option(CLI::App& app, int& runs) {
+  add_number_option(app, "--runs", runs, 1, 1000, "Turns, of which the median is given");
+}
+inline void add_layout_option(CLI::App& app, std::string& layout) {
+  app.add_option("--layout", layout, "Order of the faces: given, spatial, hilbert, rcm or auto")
+      ->capture_default_str();
+}
+inline void add_executor_option(CLI::App& app, std::string& executor) {
+  app.add_option("--executor", executor, "fused, sweep or transparent")->capture_default_str();
+}
+inline void add_directory_option(CLI::App& app, std::string& directory) {
+  app.add_option("--directory", directory,
+                 "Where files are made meanwhile, on the disk that is to be measured")
+      ->capture_default_str();
+}
+inline void add_json_option(CLI::App& app, std::string& json) {
+  app.add_option("--json", json, "Figures go to this file as well");
+}
+
+/// declare(app) adds the options, run() measures and returns the exit status. `directory`: where
+/// the measurement makes files, as in_work_directory() has it; nullptr: it makes none.
 template <class Declare, class Run>
 int run_program(const char* name, const char* description, int count, char** words, Declare declare,
-                Run run) {
+                Run run, std::string* directory = nullptr) {
+  constexpr int kBadUsage = 2;
+  const auto run_and_report = [&] {
+    try {
+      return run();
+    } catch (const std::exception& error) {
+      std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
+    }
+    return 1;
+  };
   try {
-    CLI::App app(description);
+    CLI::App app(description, name);
     declare(app);
     try {
       app.parse(count, words);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error);
+      return app.exit(error) == 0 ? 0 : kBadUsage;
     }
-    return run();
+    return directory != nullptr ? in_work_directory(*directory, run_and_report) : run_and_report();
   } catch (const std::exception& error) {
     std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
     return 1;

@@ -89,9 +89,9 @@ int main(int count, char** words) {
       "plait_bench_import", "From a mesh's file to the order in which a store keeps it", count,
       words,
       [&](CLI::App& app) {
-        app.add_option("--mesh", settings.mesh);
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--json", settings.json);
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 131,072 faces");
+        add_runs_option(app, settings.runs);
+        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -118,6 +118,8 @@ int run(const Settings& settings) {
     for (const bool normals : {false, true})
       for (int threads = 1; threads <= settings.threads; ++threads) {
         Case at{level, threads, normals};
+        say_progress(
+            fmt::format("level {}, {} threads{}", level, threads, normals ? ", with normals" : ""));
         run_case(at, base, settings, pages, backends, true);
         at.plait.clear(), at.copy.clear(), at.stream.clear();
         for (int turn = 0; turn < settings.runs; ++turn)
@@ -153,14 +155,15 @@ int main(int count, char** words) {
       "plait_bench_loop_in_memory",
       "Loop surfaces in memory, beside the floors of moving the same bytes", count, words,
       [&](CLI::App& app) {
-        app.add_option("--mesh", settings.mesh);
-        app.add_option("--first", settings.first)->check(CLI::Range(1, 12));
-        app.add_option("--last", settings.last)->check(CLI::Range(1, 12));
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-        app.add_option("--executor", settings.executor);
-        app.add_option("--layout", settings.layout);
-        app.add_option("--json", settings.json);
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
+        add_number_option(app, "--first", settings.first, 1, 12, "The first level measured");
+        add_number_option(app, "--last", settings.last, 1, 12, "The last level measured");
+        add_runs_option(app, settings.runs);
+        add_number_option(app, "--threads", settings.threads, 1, 64,
+                          "One thread, and so on to these");
+        add_executor_option(app, settings.executor);
+        add_layout_option(app, settings.layout);
+        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -174,7 +174,10 @@ int run(const Settings& settings) {
   PageCache pages;
   const std::vector<Peer> peers = all_peers(settings, pages);
   std::vector<std::uint64_t> peaks;
-  for (std::size_t i = 0; i < peers.size(); ++i) peaks.push_back(peak_of(settings, i));
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    say_progress(fmt::format("memory: {}, {}", peers[i].name, peers[i].measured));
+    peaks.push_back(peak_of(settings, i));
+  }
 
   ::mallopt(M_MMAP_MAX, 0);
   ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
@@ -183,6 +186,8 @@ int run(const Settings& settings) {
   std::vector<std::vector<double>> times(peers.size()), ratios(peers.size());
   for (int turn = 0; turn < settings.runs; ++turn)
     for (std::size_t i = 0; i < peers.size(); ++i) {
+      say_progress(fmt::format("turn {} of {}: {}, {}", turn + 1, settings.runs, peers[i].name,
+                               peers[i].measured));
       // Nobody pays for what the one before left in the caches and in the heap.
       peers[i].refine(base.mesh, settings.level, nullptr);
       times[i].push_back(peers[i].refine(base.mesh, settings.level, nullptr));
@@ -229,11 +234,11 @@ int main(int count, char** words) {
       "plait_bench_loop_peers",
       "Positions of Loop surfaces in memory, plait beside other libraries", count, words,
       [&](CLI::App& app) {
-        app.add_option("--mesh", settings.mesh);
-        app.add_option("--level", settings.level)->check(CLI::Range(1, 8));
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--layout", settings.layout);
-        app.add_option("--json", settings.json);
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
+        add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");
+        add_runs_option(app, settings.runs);
+        add_layout_option(app, settings.layout);
+        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -122,7 +122,11 @@ void run_once(const Settings& settings, Case& at, WriteFloor& floor, bool counts
 void run_case(const Settings& settings, Case& at) {
   try {
     WriteFloor floor(settings.directory, settings.threads);
-    for (int turn = 0; turn <= settings.runs; ++turn) run_once(settings, at, floor, turn > 0);
+    for (int turn = 0; turn <= settings.runs; ++turn) {
+      say_progress(fmt::format("{}, budget {} MiB: run {} of {}", at.backend.name,
+                               at.budget_mebibytes, turn, settings.runs));
+      run_once(settings, at, floor, turn > 0);
+    }
   } catch (const Error& error) {
     fs::remove_all(fs::path(settings.directory) / "plait-bench.plait");
     if (error.code() != ErrorCode::kNotSupported && error.code() != ErrorCode::kBudget) throw;
@@ -210,18 +214,20 @@ int main(int count, char** words) {
       "Loop surfaces with normals to the disk, beside the floors of writing their bytes", count,
       words,
       [&](CLI::App& app) {
-        app.add_option("--mesh", settings.mesh);
-        app.add_option("--levels", settings.levels)->check(CLI::Range(1, 12));
-        app.add_option("--budgets", settings.budgets, "MiB")
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 32,768 faces");
+        add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
+        app.add_option("--budgets", settings.budgets, "Budgets for blocks in memory, MiB")
             ->delimiter(',')
             ->check(CLI::Range(1, 1 << 20));
-        app.add_option("--backends", settings.backends)->delimiter(',');
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-        app.add_option("--executor", settings.executor);
-        app.add_option("--layout", settings.layout);
-        app.add_option("--directory", settings.directory);
-        app.add_option("--json", settings.json);
+        app.add_option("--backends", settings.backends,
+                       "Backends that keep their data; without: all of them")
+            ->delimiter(',');
+        add_runs_option(app, settings.runs);
+        add_number_option(app, "--threads", settings.threads, 1, 64, "Threads that compute");
+        add_executor_option(app, settings.executor);
+        add_layout_option(app, settings.layout);
+        add_directory_option(app, settings.directory);
+        add_json_option(app, settings.json);
       },
-      [&] { return run(settings); });
+      [&] { return run(settings); }, &settings.directory);
 }

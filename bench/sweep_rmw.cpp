@@ -191,9 +191,11 @@ int run(const Settings& settings) {
   for (const Subject& subject : kSubjects) {
     if (!settings.only.empty() && settings.only != subject.backend) continue;
     const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
+    say_progress(fmt::format("{}: a store", subject.name));
     make_store(path, base, settings, subject);
     Times of;
     for (int turn = 0; turn < settings.runs; ++turn) {
+      say_progress(fmt::format("{}: run {} of {}", subject.name, turn + 1, settings.runs));
       const std::vector<fs::path> files = {
           floor_file, path / fmt::format("attribute0.level{:02}", settings.level)};
       cold = settings.drop_caches != 0 && make_cold(files);
@@ -243,19 +245,25 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_sweep_rmw", "One read-modify-write sweep, larger than memory", count, words,
       [&](CLI::App& app) {
-        app.add_option("--level", settings.level)->check(CLI::Range(1, 12));
-        app.add_option("--refinements", settings.refinements)->check(CLI::Range(0, 10));
-        app.add_option("--components", settings.components)->check(CLI::Range(1, 255));
-        app.add_option("--limit", settings.limit_mebibytes, "MiB")->check(CLI::Range(1, 1 << 20));
-        app.add_option("--memory", settings.memory_mebibytes, "MiB")->check(CLI::Range(1, 1 << 20));
-        app.add_option("--threads", settings.threads)->check(CLI::Range(1, 64));
-        app.add_option("--runs", settings.runs)->check(CLI::Range(1, 1000));
-        app.add_option("--drop-caches", settings.drop_caches)->check(CLI::Range(0, 1));
-        app.add_option("--io-threads", settings.io_threads)->check(CLI::Range(-1, 64));
-        app.add_option("--only", settings.only, "a backend");
-        app.add_flag("--journal", settings.journal, "keep what was there before, to come back to");
-        app.add_option("--directory", settings.directory);
-        app.add_option("--json", settings.json);
+        add_number_option(app, "--level", settings.level, 1, 12, "The level that is swept");
+        add_number_option(app, "--refinements", settings.refinements, 0, 10,
+                          "Of the octahedron that is the base mesh");
+        app.add_option("--components", settings.components, "Numbers of a record")
+            ->check(CLI::Range(1, 255));
+        app.add_option("--limit", settings.limit_mebibytes, "Memory of the process, MiB (cgroup)")
+            ->check(CLI::Range(1, 1 << 20));
+        app.add_option("--memory", settings.memory_mebibytes, "Budget for blocks in memory, MiB")
+            ->check(CLI::Range(1, 1 << 20));
+        add_number_option(app, "--threads", settings.threads, 1, 64, "Threads that compute");
+        add_runs_option(app, settings.runs);
+        add_number_option(app, "--drop-caches", settings.drop_caches, 0, 1,
+                          "1: the page cache is cold before each run");
+        add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
+                          "Threads that read ahead and write behind; -1: as the store has them");
+        app.add_option("--only", settings.only, "Only this backend");
+        app.add_flag("--journal", settings.journal, "Keep what was there before, to come back to");
+        add_directory_option(app, settings.directory);
+        add_json_option(app, settings.json);
       },
-      [&] { return run(settings); });
+      [&] { return run(settings); }, &settings.directory);
 }

@@ -158,6 +158,14 @@ CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::ui
       ->default_str(size_text(value));
 }
 
+CLI::Option* add_size_option(CLI::App& command, const std::string& name,
+                             std::optional<std::uint64_t>& value, const std::string& description) {
+  return add_parsed_option(
+             command, name, [&value](const std::string& text) { value = parse_size(text); },
+             description)
+      ->type_name("SIZE");
+}
+
 CLI::Option* add_threads_option(CLI::App& command, int& threads, const std::string& description) {
   constexpr int kMostThreads = 1024;
   return add_whole_option(command, "--threads", threads, 1, kMostThreads, description)

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -51,6 +52,9 @@ std::string format_count(std::uint64_t count);
 /// Options that several commands share, worded the same everywhere. `value` must outlive parsing.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                              const std::string& description);
+/// The same for a value that stays empty where the option is not given.
+CLI::Option* add_size_option(CLI::App& command, const std::string& name,
+                             std::optional<std::uint64_t>& value, const std::string& description);
 /// A whole number from `first` to `last`, as parse_whole_number takes it.
 template <class Number>
 CLI::Option* add_whole_option(CLI::App& command, const std::string& name, Number& value,

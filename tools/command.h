@@ -10,9 +10,10 @@
 namespace plait {
 
 struct CommandContext {
-  const BackendRegistry& backends;
-  bool json = false;                   ///< --json: one object on standard output and nothing else
-  std::function<int()> run = nullptr;  ///< set by the command that was given; the exit status
+  const BackendRegistry& backends;       ///< for new stores
+  const BackendRegistry& open_backends;  ///< for stores that are there: with_stand_ins()
+  bool json = false;                     ///< --json: one object on standard output and nothing else
+  std::function<int()> run = nullptr;    ///< set by the command that was given; the exit status
 };
 
 void add_generate_command(CLI::App& program, CommandContext& context);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "arguments.h"
 #include "command.h"
@@ -14,6 +15,7 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "partial_output.h"
+#include "plait/backends/choose_backend.h"
 #include "plait/convert.h"
 #include "plait/store.h"
 #include "progress.h"
@@ -31,10 +33,31 @@ struct Arguments {
   bool verify = false, force = false;
 };
 
-StoreOptions target_options(const Arguments& arguments, const Store& source,
-                            const BackendRegistry& backends) {
+struct Target {
+  StoreOptions options;
+  std::string backend_reason;
+};
+
+/// Of all levels of all attributes.
+std::uint64_t raw_bytes(const Store& store) {
+  std::uint64_t bytes = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      bytes += store.level_file(id, level).geometry.total_bytes();
+  return bytes;
+}
+
+BackendChoice backend_of_copy(const Arguments& arguments, const Store& source,
+                              const BackendRegistry& backends) {
+  if (arguments.backend == "auto") return choose_backend(backends, arguments.to, raw_bytes(source));
+  if (!arguments.backend.empty()) return {arguments.backend, "asked for"};
+  return {source.options().backend, "as in the source"};
+}
+
+Target target_of(const Arguments& arguments, const Store& source, const BackendRegistry& backends) {
   StoreOptions options = source.options();
-  if (!arguments.backend.empty()) options.backend = arguments.backend;
+  BackendChoice choice = backend_of_copy(arguments, source, backends);
+  options.backend = choice.name;
   const BackendRegistry::Entry& backend = backends.find(options.backend);
   if (!backend.traits.durable)
     throw Error(ErrorCode::kInvalidArgument,
@@ -42,7 +65,7 @@ StoreOptions target_options(const Arguments& arguments, const Store& source,
   if (!backend.traits.compressed && !(arguments.codec.empty() && arguments.filter.empty()))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert: --codec and --filter need a backend that compresses, and {} "
-                            "does not",
+                            "does not: add --backend compressed",
                             backend.name));
   if (!source.backend_traits().compressed) options.backend_options = BackendOptions();
   if (!arguments.codec.empty()) options.backend_options.codec = arguments.codec;
@@ -51,7 +74,7 @@ StoreOptions target_options(const Arguments& arguments, const Store& source,
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
   options.budget_bytes = arguments.memory_bytes / 2;
   options.durability = Durability::kCommit;
-  return options;
+  return {options, std::move(choice.reason)};
 }
 
 int run(const Arguments& arguments, const CommandContext& context) {
@@ -59,8 +82,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   OpenOptions open;
   // The two stores share what --memory gives.
   open.budget_bytes = arguments.memory_bytes / 2;
-  Store source = Store::open(arguments.from, open, context.backends);
-  const StoreOptions options = target_options(arguments, source, context.backends);
+  Store source = Store::open(arguments.from, open, context.open_backends);
+  const auto [options, backend_reason] = target_of(arguments, source, context.backends);
   PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.from, output.final_path(), ignored))
@@ -89,20 +112,19 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
   const double ratio = static_cast<double>(from_bytes) / static_cast<double>(to_bytes);
   if (!context.json) {
-    print(fmt::format("{}: {} by backend {}, was {} by {} ({:.2f} to 1), {:.2f} s\n",
+    print(fmt::format("{}: {} by backend {} ({}), was {} by {} ({:.2f} to 1), {:.2f} s\n",
                       output.final_path().native(), format_bytes(to_bytes), options.backend,
-                      format_bytes(from_bytes), source.options().backend, ratio, clock.seconds()));
+                      backend_reason, format_bytes(from_bytes), source.options().backend, ratio,
+                      clock.seconds()));
     if (!word.empty()) print(fmt::format("read back: digest {}, that of the source\n", word));
     return kExitDone;
   }
-  nlohmann::ordered_json report = {{"from", arguments.from.string()},
-                                   {"store", output.final_path().string()},
-                                   {"backend", options.backend},
-                                   {"block_bytes", options.block_bytes},
-                                   {"from_stored_bytes", from_bytes},
-                                   {"stored_bytes", to_bytes},
-                                   {"ratio", ratio},
-                                   {"seconds", clock.seconds()}};
+  nlohmann::ordered_json report = {
+      {"from", arguments.from.string()},    {"store", output.final_path().string()},
+      {"backend", options.backend},         {"backend_reason", backend_reason},
+      {"block_bytes", options.block_bytes}, {"from_stored_bytes", from_bytes},
+      {"stored_bytes", to_bytes},           {"ratio", ratio},
+      {"seconds", clock.seconds()}};
   if (!word.empty()) report["digest"] = word;
   print(report.dump(2) + "\n");
   return kExitDone;
@@ -116,7 +138,8 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
       "convert", "Copy a store into another backend, codec, filter or block size");
   command->add_option("STORE", arguments->from, "The store to copy")->required();
   add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
-  command->add_option("--backend", arguments->backend, "What keeps the copy (see below)");
+  command->add_option("--backend", arguments->backend,
+                      "What keeps the copy (see below); auto: what suits its size");
   command->add_option("--codec", arguments->codec, "none, lz4, zstd or zstd:LEVEL");
   command->add_option("--filter", arguments->filter, "none or shuffle");
   add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O, a power of two")

@@ -29,7 +29,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
-  Store store = Store::open(arguments.store, open, context.backends);
+  Store store = Store::open(arguments.store, open, context.open_backends);
   Progress progress("digest", ProgressUnit::kNone);
   DigestOptions options;
   options.level = arguments.level;

@@ -33,15 +33,18 @@ double ratio(std::uint64_t raw_bytes, std::uint64_t stored_bytes) {
 Json level_report(const LevelFile& file, int level) {
   const std::uint64_t raw_bytes = file.geometry.total_bytes();
   const std::uint64_t stored_bytes = file.backend->stored_bytes();
-  std::uint64_t never_written = 0;
-  for (const BlockEntry& entry : file.table.entries())
+  std::uint64_t never_written = 0, raw = 0;
+  for (const BlockEntry& entry : file.table.entries()) {
     never_written += entry.encoding == BlockEncoding::kNeverWritten ? 1 : 0;
+    raw += entry.encoding == BlockEncoding::kRaw ? 1 : 0;
+  }
   return {{"level", level},
           {"vertices", raw_bytes / file.geometry.record_bytes()},
           {"raw_bytes", raw_bytes},
           {"stored_bytes", stored_bytes},
           {"ratio", ratio(raw_bytes, stored_bytes)},
           {"blocks", file.geometry.block_count()},
+          {"blocks_raw", raw},
           {"blocks_never_written", never_written},
           {"slots_per_block", std::uint64_t{1} << file.geometry.slots_per_block_log2()}};
 }
@@ -66,13 +69,20 @@ Json store_report(Store& store) {
   const bool compressed = store.backend_traits().compressed;
   const LevelCounts finest = counts_at_level(base, store.finest_level() - store.base_level());
   Json attributes = Json::array();
-  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+  std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels: nothing else is compressed
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     attributes.push_back(attribute_report(store, id));
+    for (const Json& level : attributes.back()["levels"]) {
+      raw_bytes += level["raw_bytes"].get<std::uint64_t>();
+      stored_bytes += level["stored_bytes"].get<std::uint64_t>();
+    }
+  }
   return {
       {"store", store.path().string()},
       {"uuid", uuid_text(store.uuid())},
       {"sequence", store.sequence()},
       {"backend", options.backend},
+      {"compressed", compressed},
       {"codec", compressed ? options.backend_options.codec : "none"},
       {"filter", compressed ? options.backend_options.filter : "none"},
       {"block_bytes", options.block_bytes},
@@ -91,6 +101,9 @@ Json store_report(Store& store) {
         {"memory_bytes", base.memory_bytes()}}},
       {"finest", {{"vertices", finest.vertices}, {"edges", finest.edges}, {"faces", finest.faces}}},
       {"stored_bytes", store.stored_bytes()},
+      {"levels_raw_bytes", raw_bytes},
+      {"levels_stored_bytes", stored_bytes},
+      {"ratio", ratio(raw_bytes, stored_bytes)},
       {"attributes", std::move(attributes)}};
 }
 
@@ -120,18 +133,23 @@ void print_report(const Json& report) {
   print(fmt::format("finest     level {}: {} vertices, {} edges, {} faces\n",
                     report["finest_level"].get<int>(), count_of(finest["vertices"]),
                     count_of(finest["edges"]), count_of(finest["faces"])));
-  print(fmt::format("stored     {}\n", bytes_of(report["stored_bytes"])));
+  print(fmt::format("stored     {}; levels {} of {} raw, {:.2f} to 1\n",
+                    bytes_of(report["stored_bytes"]), bytes_of(report["levels_stored_bytes"]),
+                    bytes_of(report["levels_raw_bytes"]), report["ratio"].get<double>()));
   for (const Json& attribute : report["attributes"]) {
     print(fmt::format("\n{}: {} x {}, base records {}\n", text_of(attribute["name"]),
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
-    print("  level         vertices          raw       stored  ratio    blocks\n");
+    print("  level         vertices          raw       stored  ratio    blocks    of them raw\n");
     for (const Json& level : attribute["levels"])
-      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9}\n", level["level"].get<int>(),
-                        count_of(level["vertices"]), bytes_of(level["raw_bytes"]),
-                        bytes_of(level["stored_bytes"]), level["ratio"].get<double>(),
-                        count_of(level["blocks"])));
+      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9} {:>14}\n",
+                        level["level"].get<int>(), count_of(level["vertices"]),
+                        bytes_of(level["raw_bytes"]), bytes_of(level["stored_bytes"]),
+                        level["ratio"].get<double>(), count_of(level["blocks"]),
+                        count_of(level["blocks_raw"])));
   }
+  if (report["compressed"].get<bool>())
+    print("\nA block is kept raw where compressing it would save less than an eighth.\n");
 }
 
 }  // namespace
@@ -142,14 +160,15 @@ void add_info_command(CLI::App& program, CommandContext& context) {
   command->add_option("STORE", *path, "The store")->required();
   add_json_option(*command, context);
   command->footer(
-      "Reads the manifest and the tables, no vertices; ratio is raw over stored bytes.\n"
+      "Reads the manifest and the tables, no vertices; ratio is raw over stored bytes. A block of\n"
+      "a compressed store is kept raw where compressing it would save less than an eighth.\n"
       "\n"
       "Examples:\n"
       "  plait info surface.plait\n"
       "  plait info surface.plait --json");
   command->callback([path, &context] {
     context.run = [path, &context] {
-      Store store = Store::open(*path, OpenOptions(), context.backends);
+      Store store = Store::open(*path, OpenOptions(), context.open_backends);
       const Json report = store_report(store);
       if (context.json)
         print(report.dump(2) + "\n");

@@ -47,7 +47,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
-  Store store = Store::open(arguments.store, open, context.backends);
+  Store store = Store::open(arguments.store, open, context.open_backends);
   const int level = arguments.level >= 0
                         ? arguments.level
                         : store.attributes()[store.attribute("position")].finest_level;

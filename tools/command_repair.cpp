@@ -97,7 +97,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     return progress.update(done, total, phase);
   };
   remove_left_overs_of(arguments.store);
-  const RepairReport report = repair(arguments.store, options, context.backends);
+  const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
                      : text_report(arguments, report, clock.seconds()));

@@ -86,11 +86,11 @@ std::string text_report(const Arguments& arguments, const Findings& found) {
 int run(const Arguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   Findings found;
-  found.structure = check_structure(arguments.store, context.backends);
+  found.structure = check_structure(arguments.store, context.open_backends);
   throw_if_interrupted();
   if (found.structure.damaged.empty()) {
     found.structure.base = BaseMesh();  // the store has its own
-    Store store = Store::open(arguments.store, OpenOptions(), context.backends);
+    Store store = Store::open(arguments.store, OpenOptions(), context.open_backends);
     Progress progress("verify", ProgressUnit::kBytes);
     if (!arguments.fast)
       found.blocks = verify(store, [&](std::uint64_t done, std::uint64_t total) {

@@ -18,6 +18,7 @@
 #include "nearest_name.h"
 #include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "stand_ins.h"
 
 namespace plait {
 namespace {
@@ -71,7 +72,8 @@ void require_known_command(const CLI::App& program, int argument_count, char** a
 
 int run_program(int argument_count, char** arguments) {
   install_signal_handlers();
-  CommandContext context{default_backends()};
+  const BackendRegistry open_backends = with_stand_ins(default_backends(), report_warning);
+  CommandContext context{default_backends(), open_backends};
   CLI::App program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
                    "plait");
   program.set_version_flag("--version", std::string("plait ") + PLAIT_VERSION);

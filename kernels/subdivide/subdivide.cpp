@@ -24,10 +24,13 @@ void check(const Store& store, const SubdivideOptions& options) {
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("subdivide: limit positions are Loop's; the scheme is {}",
                             to_string(options.scheme)));
-  for (const char* name : {"normal", "limit"})
-    if (store.has_attribute(name))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("subdivide: the store has an attribute '{}' already", name));
+  if (store.has_attribute("limit"))
+    throw Error(ErrorCode::kInvalidArgument,
+                "subdivide: the store has an attribute 'limit' already");
+  if (store.has_attribute("normal") && !options.normals)
+    throw Error(ErrorCode::kInvalidArgument,
+                "subdivide: the store has normals, which fit no finer level: ask for normals, and "
+                "they are made anew");
 }
 
 /// Vertices that the whole run computes, even ones as often as they move.
@@ -113,14 +116,20 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   }
   if (!options.normals && !options.limit) return;
 
-  const AttributeId normal = add(options.normals, schema_of<Vector3<float>>("normal"));
+  // What is committed stays readable until all of the new normals are there.
+  const bool replaces_normals = store.has_attribute("normal");
+  const AttributeId normal =
+      add(options.normals, schema_of<Vector3<float>>(replaces_normals ? "normal_anew" : "normal"));
   const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
   sweeping ? make_surface(run, levels, normal, limit)
            : make_surface_transparent(run, levels, normal, limit);
   unfinished.finish();
-  if (limit == kNoId) return;
-  store.replace_attribute(position, limit);
-  record<Real>(store, options, true, only_this_run);
+  if (limit != kNoId) {
+    store.replace_attribute(position, limit);
+    record<Real>(store, options, true, only_this_run);
+  }
+  if (replaces_normals)
+    store.replace_attribute(store.attribute("normal"), store.attribute("normal_anew"));
 }
 
 template <class Real>

@@ -99,10 +99,9 @@ TEST_CASE("Resume_OfAnotherWork_IsRefusedAndChangesNothing") {
   const auto digest = run(here.path(), {"digest", "s.plait", "--json"}).json()["digest"];
   Names other_mesh = subdivide(3, {"--resume"});
   other_mesh[1] = "other.ply";
-  for (const Names& arguments :
-       {other_mesh, subdivide(2, {"--resume"}), subdivide(4, {"--resume", "--normals"}),
-        subdivide(3, {"--resume", "--scheme", "midpoint"}),
-        subdivide(3, {"--resume", "--precision", "float64"})}) {
+  for (const Names& arguments : {other_mesh, subdivide(2, {"--resume"}), subdivide(4, {"--resume"}),
+                                 subdivide(3, {"--resume", "--scheme", "midpoint"}),
+                                 subdivide(3, {"--resume", "--precision", "float64"})}) {
     const Outcome outcome = run(here.path(), arguments);
     CAPTURE(outcome.errors);
     CHECK(outcome.status == 2);
@@ -138,6 +137,64 @@ TEST_CASE("Resume_OfAMeshWithOneVertexMoved_IsRefused") {
   const Outcome outcome = run(here.path(), moved);
   CHECK(outcome.status == 2);
   CHECK(outcome.json()["error"]["code"] == "invalid_argument");
+}
+
+TEST_CASE("Resume_OptionsThatTheStoreDecides_AreTakenFromItOrRefused") {
+  const TemporaryDirectory here;
+  make_mesh(here, "m.ply", "300");
+  const Names as_made{"--resume", "--backend", "compressed", "--codec",     "lz4",
+                      "--filter", "none",      "--block",    "16KiB",       "--layout",
+                      "spatial",  "--scheme",  "butterfly",  "--precision", "float64"};
+  REQUIRE(run(here.path(), subdivide(2, as_made)).status == 0);
+  for (const Names& other : std::vector<Names>{{"--backend", "pread"},
+                                               {"--codec", "zstd:1"},
+                                               {"--filter", "shuffle"},
+                                               {"--block", "32KiB"},
+                                               {"--layout", "rcm"},
+                                               {"--scheme", "loop"},
+                                               {"--precision", "float32"},
+                                               {"--max-slot", "24"}}) {
+    Names arguments = subdivide(3, {"--resume"});
+    arguments.insert(arguments.end(), other.begin(), other.end());
+    const Outcome outcome = run(here.path(), arguments);
+    CAPTURE(other, outcome.errors);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.errors.find(other[0]) != std::string::npos);
+    CHECK(outcome.errors.find("resume s.plait") != std::string::npos);
+  }
+  CHECK(run(here.path(), subdivide(3, as_made)).status == 0);
+  const Outcome open =
+      run(here.path(), subdivide(4, {"--resume", "--backend", "auto", "--layout", "auto"}));
+  REQUIRE(open.status == 0);
+  CHECK(open.json()["resumed_level"] == 3);
+  CHECK(open.json()["backend"] == "compressed");
+  CHECK(open.json()["backend_reason"] == "as the store was made");
+  CHECK(open.json()["scheme"] == "butterfly");
+  CHECK(open.json()["precision"] == "float64");
+}
+
+TEST_CASE("Resume_OfAStoreWithNormals_MakesThemAnewAtTheFinerLevel") {
+  for (const std::string& backend : usable_backends()) {
+    if (backend == "memory") continue;
+    CAPTURE(backend);
+    const TemporaryDirectory here;
+    make_mesh(here, "m.ply", "300");
+    Names whole = subdivide(4, {"--normals"});
+    whole[2] = "whole.plait";
+    const Outcome expected = run(here.path(), whole);
+    REQUIRE(expected.status == 0);
+    REQUIRE(run(here.path(), subdivide(2, {"--normals", "--backend", backend})).status == 0);
+    const Outcome outcome = run(here.path(), subdivide(4, {"--resume", "--normals"}));
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.json()["resumed_level"] == 2);
+    CHECK(outcome.json()["digest"] == expected.json()["digest"]);
+    const nlohmann::json info = run(here.path(), {"info", "s.plait", "--json"}).json();
+    CHECK(info["attributes"].size() == 2);
+    // The levels between them were no version of their own.
+    CHECK(info["sequence"] == 2);
+    CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
+  }
 }
 
 TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {

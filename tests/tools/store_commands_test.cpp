@@ -1,4 +1,6 @@
 // What the commands promise about stores: one digest, damage named, replacement at the end.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -8,6 +10,7 @@
 #include "plait/mesh_io.h"
 #include "program.h"
 #include "read_back.h"
+#include "stand_ins.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -251,6 +254,43 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
 }
 
+TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--backend", "compressed", "--codec", "zstd:1", "--block",
+                                     "4KiB", "--normals"})
+              .status == 0);
+  REQUIRE(here.subdivide("none.plait", {"--backend", "compressed", "--codec", "none", "--filter",
+                                        "none", "--block", "4KiB"})
+              .status == 0);
+  REQUIRE(here.subdivide("raw.plait", {"--block", "4KiB"}).status == 0);
+  for (const std::string store : {"s.plait", "none.plait", "raw.plait"}) {
+    const nlohmann::json info = here.plait({"info", store, "--json"}).json();
+    std::uint64_t raw = 0, stored = 0, blocks = 0, raw_blocks = 0;
+    for (const auto& attribute : info["attributes"])
+      for (const auto& level : attribute["levels"]) {
+        raw += level["raw_bytes"].get<std::uint64_t>();
+        stored += level["stored_bytes"].get<std::uint64_t>();
+        blocks += level["blocks"].get<std::uint64_t>();
+        raw_blocks += level["blocks_raw"].get<std::uint64_t>();
+      }
+    CAPTURE(store);
+    CHECK(info["ratio"].get<double>() == Approx(double(raw) / double(stored)));
+    const std::string text = here.plait({"info", store}).output;
+    CHECK(text.find(fmt::format("{:.2f} to 1", double(raw) / double(stored))) != std::string::npos);
+    CHECK((text.find("less than an eighth") != std::string::npos) == (store != "raw.plait"));
+    CHECK((raw_blocks == blocks) == (store != "s.plait"));
+  }
+}
+
+TEST_CASE("Codec_WithoutABackendThatCompresses_NamesTheOptionToAdd") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  CHECK(here.subdivide("c.plait", {"--codec", "lz4"}).errors.find("add --backend compressed") !=
+        std::string::npos);
+  CHECK(here.plait({"convert", "s.plait", "c.plait", "--filter", "none"})
+            .errors.find("add --backend compressed") != std::string::npos);
+}
+
 TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
   const Workplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
@@ -274,6 +314,41 @@ TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
   CHECK_THROWS_WITH(compare("other.plait"), Catch::Contains("read back"));
   flip_byte(largest_file(here.path("copy.plait")), 1000);
   CHECK_THROWS_AS(compare("copy.plait"), Error);
+}
+
+TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
+  const Workplace here;
+  const auto registry = [](bool allowed) {
+    BackendRegistry::Entry uring = default_backends().find("pread");
+    uring.name = "uring";
+    uring.validate = [allowed](const BackendOptions&) {
+      if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
+    };
+    BackendRegistry result;
+    result.add(default_backends().find("pread"));
+    result.add(uring);
+    return result;
+  };
+  StoreOptions options;
+  options.backend = "uring";
+  {
+    Store store = Store::create(here.path("s.plait"), BaseMesh::build(icosahedron()), options,
+                                registry(true));
+    store.add_level(store.add_attribute(schema_of<float>("value")));
+    store.commit();
+  }
+  std::vector<std::string> warnings;
+  const auto warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  const BackendRegistry refused = registry(false);
+  CHECK_THROWS_AS(Store::open(here.path("s.plait"), {}, refused), Error);
+  const BackendRegistry standing_in = with_stand_ins(refused, warn);
+  for (int turn = 0; turn < 2; ++turn)
+    CHECK(Store::open(here.path("s.plait"), {}, standing_in).options().backend == "uring");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0] ==
+        "the kernel refuses io_uring; pread stands in for it, whose files are the same");
+  Store::open(here.path("s.plait"), {}, with_stand_ins(registry(true), warn));
+  CHECK(warnings.size() == 1);
 }
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {

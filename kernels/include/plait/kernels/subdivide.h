@@ -37,7 +37,7 @@ struct SubdivideOptions {
   Scheme scheme = Scheme::kLoop;
   ExecutorKind executor = ExecutorKind::kSweep;
   int levels = 1;        ///< the level to reach
-  bool normals = false;  ///< adds the attribute "normal", float32 x 3, unit length
+  bool normals = false;  ///< attribute "normal", float32 x 3, unit length; one that is there goes
   bool limit = false;    ///< projects positions to the limit surface (Loop only)
   int threads = 1;       ///< transparent uses one, whatever is asked for
   std::function<bool(const SubdivideProgress&)> proceed = {};  ///< false cancels

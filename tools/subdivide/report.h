@@ -1,4 +1,4 @@
-// tools/subdivide_report.h: the figures of one subdivision, as JSON and for people.
+// tools/subdivide/report.h: the figures of one subdivision, as JSON and for people.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,8 @@ struct SubdivideReport {
          commit_seconds = 0, digest_seconds = 0, cpu_seconds = 0;
   std::uint64_t stored_bytes = 0, peak_rss_bytes = 0, base_mesh_bytes = 0, budget_bytes = 0,
                 block_bytes = 0;
-  std::string backend, codec, filter, executor, layout, scheme, precision, durability, digest;
+  std::string backend, backend_reason, codec, filter, executor, layout, scheme, precision,
+      durability, digest;
   bool normals = false, limit = false;
   int threads = 1;
   LayoutSpans spans;

@@ -1,4 +1,4 @@
-#include "subdivide_report.h"
+#include "subdivide/report.h"
 
 #include <fmt/format.h>
 
@@ -82,6 +82,7 @@ Json to_json(const SubdivideReport& report) {
                {"budget_bytes", report.budget_bytes},
                {"block_bytes", report.block_bytes},
                {"backend", report.backend},
+               {"backend_reason", report.backend_reason},
                {"codec", report.codec},
                {"filter", report.filter},
                {"durability", report.durability},
@@ -129,6 +130,7 @@ std::string to_text(const SubdivideReport& report) {
       fmt::format("moved      {} written, {} read, {} stored by backend {}\n",
                   format_bytes(report.paging.bytes_written), format_bytes(report.paging.bytes_read),
                   format_bytes(report.stored_bytes), report.backend);
+  text += fmt::format("backend    {}: {}\n", report.backend, report.backend_reason);
   text += fmt::format("memory     {} at most; budget {}, base mesh {}\n",
                       format_bytes(report.peak_rss_bytes), format_bytes(report.budget_bytes),
                       format_bytes(report.base_mesh_bytes));

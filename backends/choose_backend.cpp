@@ -1,0 +1,68 @@
+#include "plait/backends/choose_backend.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/magic.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr const char* kUring = "uring";
+constexpr const char* kPread = "pread";
+
+std::string mebibytes(std::uint64_t bytes) { return fmt::format("{} MiB", bytes >> 20); }
+
+/// Why the backend cannot be had, or nothing.
+std::string kernel_refusal(const BackendRegistry& backends) {
+  try {
+    const BackendRegistry::Entry& uring = backends.find(kUring);
+    if (uring.validate) uring.validate(BackendOptions());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+/// Why files of `directory` cannot go past the page cache, or nothing. Asks with a file that never
+/// has a name.
+std::string file_system_refusal(const std::filesystem::path& directory) {
+  struct statfs status {};
+  if (::statfs(directory.c_str(), &status) == 0 &&
+      (status.f_type == TMPFS_MAGIC || status.f_type == RAMFS_MAGIC))
+    return "its file system keeps files in memory";
+  const int file =
+      ::open(directory.c_str(), O_TMPFILE | O_RDWR | O_DIRECT | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (file < 0)
+    return fmt::format("its file system has no O_DIRECT ({})",
+                       std::generic_category().message(errno));
+  ::close(file);
+  return {};
+}
+
+}  // namespace
+
+BackendChoice choose_backend(const BackendRegistry& backends, const std::filesystem::path& path,
+                             std::uint64_t raw_bytes, std::uint64_t available_bytes) {
+  const std::string sizes = fmt::format("{} of levels, {} of memory available",
+                                        mebibytes(raw_bytes), mebibytes(available_bytes));
+  if (raw_bytes <= available_bytes / kLargeStoreDivisor)
+    return {kPread, fmt::format("the store is small beside the memory: {}", sizes)};
+  if (const std::string refusal = kernel_refusal(backends); !refusal.empty())
+    return {kPread,
+            fmt::format("the store is large beside the memory ({}), but {}", sizes, refusal)};
+  const std::filesystem::path directory = path.parent_path().empty() ? "." : path.parent_path();
+  if (const std::string refusal = file_system_refusal(directory); !refusal.empty())
+    return {kPread,
+            fmt::format("the store is large beside the memory ({}), but {}", sizes, refusal)};
+  return {kUring, fmt::format("the store is large beside the memory: {}", sizes)};
+}
+
+}  // namespace plait

@@ -1,0 +1,147 @@
+// Runs that the machine has no room for are refused before they begin, with both figures.
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "program.h"
+#include "support/resource_limit.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+constexpr std::uint64_t kMebibyte = 1 << 20;
+
+struct Workplace {
+  TemporaryDirectory directory;
+  Workplace() { REQUIRE(plait({"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0); }
+  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
+  Names names() const { return names_in(directory.path()); }
+};
+
+void check_refusal(const Workplace& here, const Outcome& outcome, const std::string& code,
+                   const Names& names = {"m.ply"}) {
+  CAPTURE(outcome.errors);
+  CHECK(outcome.status == 1);
+  REQUIRE(outcome.json()["error"]["code"] == code);
+  const std::string message = outcome.json()["error"]["message"];
+  for (const char* part : {"expected", "found", "iB", "--ignore-size"})
+    CHECK(message.find(part) != std::string::npos);
+  CHECK(here.names() == names);
+}
+
+}  // namespace
+
+TEST_CASE("Size_BeyondTheMemory_IsRefusedBeforeAnythingIsMade") {
+  const Workplace here;
+  // 24 TiB of positions, and a base mesh of a thousand million faces.
+  for (const Names& options : std::vector<Names>{{"--backend", "memory"},
+                                                 {"--backend", "memory", "--max-slot", "1TiB"},
+                                                 {"s.plait", "--backend", "pread"},
+                                                 {"s.plait"}}) {
+    Names arguments{"subdivide", "m.ply"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    arguments.insert(arguments.end(), {"--levels", "15", "--json"});
+    check_refusal(here, here.plait(arguments), "out_of_memory");
+  }
+}
+
+TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
+  if (!kAddressSpaceCanBeLimited) {
+    WARN("skipped: sanitizers need the address space");
+    return;
+  }
+  const Workplace here;
+  const Names arguments{"subdivide", "m.ply",    "--backend", "memory", "--levels",
+                        "6",         "--memory", "16M",       "--json"};
+  REQUIRE(here.plait(arguments).status == 0);
+  // 94 MiB of levels.
+  const ResourceLimit limit(RLIMIT_AS, 100 * kMebibyte);
+  check_refusal(here, here.plait(arguments), "out_of_memory");
+}
+
+TEST_CASE("Size_BeyondTheDisk_IsRefusedBeforeAnythingIsMade") {
+  const Workplace here;
+  for (const std::string backend : {"pread", "compressed"})
+    check_refusal(here,
+                  here.plait({"subdivide", "m.ply", "s.plait", "--levels", "15", "--max-slot",
+                              "1TiB", "--backend", backend, "--json"}),
+                  "no_space");
+}
+
+TEST_CASE("Size_BeyondTheLongestFile_GoesOnWhereAskedAndEndsInAnError") {
+  const Workplace here;
+  const ResourceLimit limit(RLIMIT_FSIZE, kMebibyte);
+  Names arguments{"subdivide", "m.ply", "s.plait", "--levels", "5", "--json"};
+  check_refusal(here, here.plait(arguments), "no_space");
+  arguments.push_back("--ignore-size");
+  const Outcome outcome = here.plait(arguments);
+  CHECK(outcome.status == 1);
+  CHECK(outcome.errors.find("File too large") != std::string::npos);
+  CHECK(here.names() == Names{"m.ply"});
+}
+
+TEST_CASE("Resume_BudgetTooSmallForTheLastLevel_IsRefusedBeforeTheFirst") {
+  const Workplace here;
+  Names arguments{"subdivide", "m.ply",  "s.plait",  "--levels", "6",
+                  "--resume",  "--json", "--memory", "1M"};
+  check_refusal(here, here.plait(arguments), "budget");
+  for (const std::string executor : {"sweep", "transparent"}) {
+    Names with = arguments;
+    with.insert(with.end(), {"--executor", executor, "--normals"});
+    check_refusal(here, here.plait(with), "budget");
+  }
+  // So it is where there are coarser levels already.
+  REQUIRE(here.plait({"subdivide", "m.ply", "s.plait", "--levels", "2"}).status == 0);
+  check_refusal(here, here.plait(arguments), "budget", {"m.ply", "s.plait"});
+  CHECK(here.plait({"info", "s.plait", "--json"}).json()["finest_level"] == 2);
+  arguments.push_back("--ignore-size");
+  arguments[2] = "begun.plait";
+  const Outcome outcome = here.plait(arguments);
+  CHECK(outcome.json()["error"]["code"] == "budget");
+  CHECK(here.plait({"verify", "begun.plait"}).status == 0);
+  CHECK(here.plait({"info", "begun.plait", "--json"}).json()["finest_level"] < 6);
+}
+
+TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
+  if (!kAddressSpaceCanBeLimited) {
+    WARN("skipped: sanitizers need the address space");
+    return;
+  }
+  const Workplace here;
+  const Names small{"subdivide", "m.ply", "small.plait", "--levels", "2", "--json"};
+  const nlohmann::json chosen = here.plait(small).json();
+  CHECK(chosen["backend"] == "pread");
+  CHECK(chosen["backend_reason"].get<std::string>().find("small beside the memory") !=
+        std::string::npos);
+  const Names large{"subdivide", "m.ply", "large.plait", "--levels", "6",       "--json",
+                    "--memory",  "16M",   "--threads",   "1",        "--digest"};
+  Names overruled = large;
+  overruled[2] = "overruled.plait";
+  overruled.insert(overruled.end(), {"--backend", "pread"});
+  nlohmann::json limited, asked;
+  {
+    // A sixteenth of what this leaves is less than the 94 MiB of the levels.
+    const ResourceLimit limit(RLIMIT_AS, 600 * kMebibyte);
+    const Outcome outcome = here.plait(large);
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    limited = outcome.json();
+    asked = here.plait(overruled).json();
+    const nlohmann::json copy = here.plait({"convert", "large.plait", "copy.plait", "--backend",
+                                            "auto", "--memory", "16M", "--json"})
+                                    .json();
+    CHECK(copy["backend"] == limited["backend"]);
+    CHECK(copy["backend_reason"].get<std::string>().find("large beside the memory") !=
+          std::string::npos);
+  }
+  CHECK(limited["backend_reason"].get<std::string>().find("large beside the memory") !=
+        std::string::npos);
+  CHECK((limited["backend"] == "uring" || limited["backend"] == "pread"));
+  CHECK(asked["backend"] == "pread");
+  CHECK(asked["backend_reason"] == "asked for");
+  CHECK(asked["digest"] == limited["digest"]);
+}
+
+}  // namespace plait::test

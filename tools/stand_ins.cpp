@@ -1,0 +1,48 @@
+#include "stand_ins.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+/// Asks for `wanted` when the first store is opened with it, and from then on is that or `other`.
+BackendRegistry::Entry with_stand_in(BackendRegistry::Entry wanted, BackendRegistry::Entry other,
+                                     std::function<void(const std::string&)> warn) {
+  const auto refused = std::make_shared<std::optional<bool>>();
+  BackendRegistry::Entry entry = wanted;
+  entry.validate = [=](const BackendOptions& options) {
+    if (refused->has_value()) return;
+    try {
+      if (wanted.validate) wanted.validate(options);
+      *refused = false;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNotSupported) throw;
+      *refused = true;
+      warn(fmt::format("{}; {} stands in for it, whose files are the same", error.what(),
+                       other.name));
+    }
+  };
+  entry.open = [=](auto&&... what) {
+    return refused->value_or(false) ? other.open(what...) : wanted.open(what...);
+  };
+  return entry;
+}
+
+}  // namespace
+
+BackendRegistry with_stand_ins(const BackendRegistry& backends,
+                               std::function<void(const std::string&)> warn) {
+  BackendRegistry result;
+  for (const std::string& name : backends.names())
+    result.add(name == "uring" ? with_stand_in(backends.find(name), backends.find("pread"), warn)
+                               : backends.find(name));
+  return result;
+}
+
+}  // namespace plait
