@@ -29,12 +29,10 @@ struct Cleaned {
 
 std::string text_of(const Cleaned& cleaned, bool dry_run) {
   const LeftOver& left_over = cleaned.left_over;
-  const std::string figures =
-      fmt::format("{} ({})", left_over.name, format_bytes(left_over.bytes));
+  const std::string figures = fmt::format("{} ({})", left_over.name, format_bytes(left_over.bytes));
   if (left_over.in_use) return fmt::format("in use: {}\n", figures);
   if (cleaned.removed) return fmt::format("{}: {}\n", dry_run ? "left over" : "removed", figures);
-  return fmt::format("stays: {}, since it holds {}\n", figures,
-                     fmt::join(left_over.foreign, ", "));
+  return fmt::format("stays: {}, since it holds {}\n", figures, fmt::join(left_over.foreign, ", "));
 }
 
 int run(const Arguments& arguments, const CommandContext& context) {
@@ -44,8 +42,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   for (LeftOver& left_over : find_left_overs(directory)) {
     Cleaned& cleaned = all.emplace_back();
     if (!left_over.in_use)
-      cleaned.removed = arguments.dry_run ? left_over.foreign.empty()
-                                          : remove_left_over(directory, left_over);
+      cleaned.removed =
+          arguments.dry_run ? left_over.foreign.empty() : remove_left_over(directory, left_over);
     if (cleaned.removed) {
       removed_bytes += left_over.bytes;
       ++removed_count;

@@ -96,8 +96,7 @@ void make_plan(const Arguments& arguments, const BackendRegistry& backends, Plan
     throw Error(ErrorCode::kInvalidArgument,
                 "subdivide: STORE is missing; only a backend that keeps nothing goes without");
   if (arguments.resume) return;
-  plan.output.emplace(arguments.store,
-                      arguments.force ? Existing::kReplace : Existing::kRefuse);
+  plan.output.emplace(arguments.store, arguments.force ? Existing::kReplace : Existing::kRefuse);
 }
 
 /// Reads, refines in memory where slots would be too large, and orders the mesh; as `existing` was,
@@ -221,8 +220,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     LaidOutMesh laid_out =
         prepare_mesh(arguments, plan, earlier ? &*earlier : nullptr, context.json, report);
     if (earlier) require_same_mesh(*earlier, laid_out.mesh);
-    const std::filesystem::path path =
-        arguments.resume ? arguments.store : std::filesystem::path();
+    const std::filesystem::path path = arguments.resume ? arguments.store : std::filesystem::path();
     Store store =
         earlier ? std::move(*earlier) : create_store(path, std::move(laid_out.mesh), plan, context);
     refine(store, plan, arguments.resume, report);

@@ -50,7 +50,8 @@ template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;
   for (const std::string& name : directory.names()) {
-    if (is_store_file_name(name) || std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles)) {
+    if (is_store_file_name(name) ||
+        std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles)) {
       visit(directory, name);
     } else if (name == kRepairStore && S_ISDIR(status_of(directory, name).st_mode)) {
       const Directory levels(directory, name);
@@ -107,9 +108,8 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   }
   const Directory inner(directory, left_over.name);
   if (!inner.lock(true)) return false;
-  for_each_file(inner, [](const Directory& in, const std::string& file) {
-    in.remove_if_possible(file);
-  });
+  for_each_file(inner,
+                [](const Directory& in, const std::string& file) { in.remove_if_possible(file); });
   inner.remove_directory(kRepairStore);
   return directory.remove_directory(left_over.name);
 }

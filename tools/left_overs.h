@@ -1,6 +1,6 @@
 // tools/left_overs.h: what killed runs left under temporary names, NAME.partial-PID of outputs that
-// were under way and STORE.repair-PID of repairs. Who makes one holds a lock on it (flock) that ends
-// with the process, so what is not locked is nobody's.
+// were under way and STORE.repair-PID of repairs. Who makes one holds a lock on it (flock) that
+// ends with the process, so what is not locked is nobody's.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace plait {
 struct LeftOver {
   std::string name;  ///< in the directory that was looked at
   bool is_directory = false;
-  bool in_use = false;      ///< somebody holds its lock: it is not left over, and stays
-  std::uint64_t bytes = 0;  ///< of the files in it that plait made
+  bool in_use = false;               ///< somebody holds its lock: it is not left over, and stays
+  std::uint64_t bytes = 0;           ///< of the files in it that plait made
   std::vector<std::string> foreign;  ///< of a directory: what is in it and not plait's, which stays
 };
 

@@ -54,7 +54,8 @@ PartialOutput::~PartialOutput() {
   if (partial_name_.empty()) return;
   try {
     remove_store_files(made_);
-    if (parent_.contains(partial_name_, made_.descriptor())) parent_.remove_directory(partial_name_);
+    if (parent_.contains(partial_name_, made_.descriptor()))
+      parent_.remove_directory(partial_name_);
   } catch (const std::exception&) {  // the next run of this name removes it
   }
 }
@@ -104,15 +105,15 @@ void PartialOutput::replace_store() {
   remove_store_files(replaced);
   keep_foreign(replaced);
   if (!parent_.remove_directory(partial_name_))
-    report_warning(fmt::format("{}: what is left of the store that was replaced stays there",
-                               path_.native()));
+    report_warning(
+        fmt::format("{}: what is left of the store that was replaced stays there", path_.native()));
 }
 
 void PartialOutput::keep_foreign(const Directory& replaced) const {
   for (const std::string& name : replaced.names())
     if (replaced.rename(name, made_, name, Renaming::kRefuse))
-      report_warning(fmt::format("{}: '{}' is no file of a store, and was kept",
-                                 final_path_.native(), name));
+      report_warning(
+          fmt::format("{}: '{}' is no file of a store, and was kept", final_path_.native(), name));
 }
 
 /// Under another name than those of killed runs: it may be the work of hours.

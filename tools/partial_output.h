@@ -14,8 +14,8 @@ namespace plait {
 class PartialOutput {
  public:
   /// Also removes what killed runs left of this name. Errors: kNotFound if the directory to put it
-  /// into is not there; kInvalidArgument if the name is taken, with kReplace by anything but a store;
-  /// kBusy if somebody has that open.
+  /// into is not there; kInvalidArgument if the name is taken, with kReplace by anything but a
+  /// store; kBusy if somebody has that open.
   PartialOutput(const std::filesystem::path& final_path, Existing existing);
   ~PartialOutput();
   PartialOutput(const PartialOutput&) = delete;
@@ -28,8 +28,8 @@ class PartialOutput {
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& final_path() const { return final_path_; }
 
-  /// Renames; `durable` also syncs the directory. Of a store that is replaced the files are removed,
-  /// and what else was beside them goes into the new one's directory. REQUIRES: make().
+  /// Renames; `durable` also syncs the directory. Of a store that is replaced the files are
+  /// removed, and what else was beside them goes into the new one's directory. REQUIRES: make().
   /// Errors: kInvalidArgument if the name was taken meanwhile, by anything but a store; kBusy if
   /// somebody has opened the store to be replaced, and then what was made stays under a name that
   /// the message tells; kBadState if path() is not what was made any more; kIo, kNoSpace.

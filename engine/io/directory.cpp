@@ -60,8 +60,7 @@ Directory::Directory(const Directory& parent, const std::string& name)
   if (descriptor_ >= 0) return;
   if (errno == ENOTDIR || errno == ELOOP)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("open {}: expected a directory, found something else",
-                            path_.native()));
+                fmt::format("open {}: expected a directory, found something else", path_.native()));
   throw system_error("open", path_.native(), errno);
 }
 

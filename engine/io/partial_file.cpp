@@ -77,8 +77,7 @@ PartialFile::~PartialFile() {
 
 void PartialFile::publish() {
   file_.sync();
-  const Renaming renaming =
-      existing_ == Existing::kRefuse ? Renaming::kRefuse : Renaming::kReplace;
+  const Renaming renaming = existing_ == Existing::kRefuse ? Renaming::kRefuse : Renaming::kReplace;
   if (!directory_.rename(partial_name_, directory_, name_, renaming)) throw taken(path_);
   partial_name_.clear();
   file_.close();

@@ -80,8 +80,8 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                        component_bytes(schema.type)};
   file->backend = backend.open(spec);
   if (journal)
-    file->backend = std::make_unique<GuardedBackend>(std::move(file->backend), spec,
-                                                     level.number, level.level, *journal);
+    file->backend = std::make_unique<GuardedBackend>(std::move(file->backend), spec, level.number,
+                                                     level.level, *journal);
   pager->attach(*file);
   return file;
 }

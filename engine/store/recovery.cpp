@@ -156,7 +156,7 @@ Directory claim_store_directory(const fs::path& path, Durability durability) {
   } catch (...) {
     try {
       directory->remove_itself();  // unless somebody else was faster, and it is not empty
-    } catch (const Error&) {  // the first error is the one to tell
+    } catch (const Error&) {       // the first error is the one to tell
     }
     throw;
   }

@@ -20,9 +20,9 @@ Directory open_store_directory(const std::filesystem::path& path);
 /// Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
 StoreLock lock_recovered(const Directory& store, bool writable, Durability durability);
 
-/// A new directory, or an empty one that is there, with the manifest of a store that was begun. What
-/// a writer left that was killed before its first commit goes, unless there is a file of another
-/// name or somebody has it. Errors: kInvalidArgument if `path` is taken; kIo, kNoSpace.
+/// A new directory, or an empty one that is there, with the manifest of a store that was begun.
+/// What a writer left that was killed before its first commit goes, unless there is a file of
+/// another name or somebody has it. Errors: kInvalidArgument if `path` is taken; kIo, kNoSpace.
 Directory claim_store_directory(const std::filesystem::path& path, Durability durability);
 
 /// Whether a directory is what a writer leaves that is killed before its first commit: empty, or

@@ -136,17 +136,16 @@ class JournaledLevels {
       throw refuse(record, fmt::format("expected a block below {}", geometry.block_count()));
     if (record.offset != geometry.block_offset(record.block) ||
         record.bytes != geometry.block_bytes(record.block))
-      throw refuse(record, fmt::format("expected {} bytes at byte {}, found {} at {}",
-                                       geometry.block_bytes(record.block),
-                                       geometry.block_offset(record.block), record.bytes,
-                                       record.offset));
+      throw refuse(record,
+                   fmt::format("expected {} bytes at byte {}, found {} at {}",
+                               geometry.block_bytes(record.block),
+                               geometry.block_offset(record.block), record.bytes, record.offset));
     // Without entries where the tables are damaged: levels may be what they are made again from.
     if (table.size() > 0 && table[record.block].encoding != BlockEncoding::kRaw)
       throw refuse(record, "the version has nothing written there");
     File& file = found->second.file;
     if (!file.is_open()) {
-      const std::string name =
-          level_file_name(record.attribute, static_cast<int>(record.level));
+      const std::string name = level_file_name(record.attribute, static_cast<int>(record.level));
       if (!store_.contains(name)) throw refuse(record, "its file is not there");
       file = File(store_, name, OpenMode::kReadWrite);
     }

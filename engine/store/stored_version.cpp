@@ -49,12 +49,12 @@ BaseMesh StoredVersion::read_base_mesh() const {
       mesh.face_count() == manifest_.face_count &&
       mesh.border_edge_count() == manifest_.border_edge_count)
     return mesh;
-  throw Error(ErrorCode::kCorruption,
-              fmt::format("open {}: expected the manifest's {} vertices, {} edges and {} faces, "
-                          "found {}, {} and {}",
-                          file.path().native(), manifest_.vertex_count, manifest_.edge_count,
-                          manifest_.face_count, mesh.vertex_count(), mesh.edge_count(),
-                          mesh.face_count()));
+  throw Error(
+      ErrorCode::kCorruption,
+      fmt::format("open {}: expected the manifest's {} vertices, {} edges and {} faces, "
+                  "found {}, {} and {}",
+                  file.path().native(), manifest_.vertex_count, manifest_.edge_count,
+                  manifest_.face_count, mesh.vertex_count(), mesh.edge_count(), mesh.face_count()));
 }
 
 std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
@@ -71,10 +71,9 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
             LevelGeometry(base.edge_count(), base.border_edges(), level - manifest_.base_level,
                           attribute.schema.record_bytes(), manifest_.block_bytes);
       } catch (const Error& error) {
-        throw Error(ErrorCode::kCorruption,
-                    fmt::format("open {}: attribute '{}': {}",
-                                store_.path_of(kManifestName).native(), attribute.schema.name,
-                                error.what()));
+        throw Error(ErrorCode::kCorruption, fmt::format("open {}: attribute '{}': {}",
+                                                        store_.path_of(kManifestName).native(),
+                                                        attribute.schema.name, error.what()));
       }
     }
   }
@@ -121,8 +120,8 @@ std::vector<std::byte> StoredVersion::read_whole(const std::string& name, std::u
   std::vector<std::byte> content(bytes);
   file.read_at(0, content);
   if (const std::uint64_t found = checksum_of(content); found != checksum)
-    throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
-                                                    path, found, checksum));
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: checksum {:016x}, expected {:016x}", path, found, checksum));
   return content;
 }
 

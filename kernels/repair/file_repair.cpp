@@ -15,8 +15,8 @@ namespace {
 constexpr char kImageName[] = "image";
 constexpr std::uint64_t kPageBytes = 4096;
 
-/// More than any writer needs: blocks of three versions, none of them compressed, and as much between
-/// them. A table that was forged may put a block anywhere.
+/// More than any writer needs: blocks of three versions, none of them compressed, and as much
+/// between them. A table that was forged may put a block anywhere.
 std::uint64_t most_file_bytes(const LevelGeometry& geometry) {
   return 4 * (geometry.total_bytes() + geometry.block_count() * kPageBytes);
 }

@@ -33,8 +33,8 @@ class FileRepair {
   void repair_tables(const DamagedFile& file);
   bool rebuild_base_records(const DamagedFile& file);
   void repair_level(const DamagedFile& file);
-  /// Writes the level's file into the scratch directory, of blocks computed anew, where `made` is given, and of those that are still whole. The number of blocks
-  /// for which there is neither.
+  /// Writes the level's file into the scratch directory, of blocks computed anew, where `made` is
+  /// given, and of those that are still whole. The number of blocks for which there is neither.
   std::uint64_t make_image(const DamagedFile& file, Store* made);
   /// The content, or the image that was made.
   void put_in_place(const DamagedFile& file, std::span<const std::byte> bytes);

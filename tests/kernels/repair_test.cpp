@@ -355,8 +355,8 @@ TEST_CASE("Repair_LevelThatCannotBeReadAfterwards_IsLost") {
     File tables_file(victim.path() / tables, OpenMode::kReadWrite);
     std::vector<std::byte> bytes(tables_file.size());
     tables_file.read_at(0, bytes);
-    const std::size_t first = 16 + 24 * (store.level_file(0, 1).table.size() +
-                                         store.level_file(0, 2).table.size());
+    const std::size_t first =
+        16 + 24 * (store.level_file(0, 1).table.size() + store.level_file(0, 2).table.size());
     save(std::span(bytes), first + 24, load<std::uint64_t>(bytes, first));
     tables_file.write_at(0, bytes);
     manifest.tables_checksum = checksum_of(bytes);

@@ -135,8 +135,6 @@ Image span_diagram(const BaseMesh& mesh) {
   return image;
 }
 
-void draw_span_diagram(const BaseMesh& mesh, File& file) {
-  write_png(span_diagram(mesh), file);
-}
+void draw_span_diagram(const BaseMesh& mesh, File& file) { write_png(span_diagram(mesh), file); }
 
 }  // namespace plait

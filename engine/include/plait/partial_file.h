@@ -1,5 +1,5 @@
-// plait/partial_file.h: nothing half-made is left. A file is written under a temporary name beside its
-// final one, and takes that name when it is whole.
+// plait/partial_file.h: nothing half-made is left. A file is written under a temporary name beside
+// its final one, and takes that name when it is whole.
 #pragma once
 
 #include <cstdint>

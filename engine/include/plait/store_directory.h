@@ -11,14 +11,14 @@
 
 namespace plait {
 
-/// Whether the directory's manifest says that it is a store: one of its slots is whole, of a version
-/// of the format that is known or not. A store that was begun and never committed is one.
+/// Whether the directory's manifest says that it is a store: one of its slots is whole, of a
+/// version of the format that is known or not. A store that was begun and never committed is one.
 /// Errors: kIo; kCorruption if the manifest is no regular file.
 bool is_store(const Directory& directory);
 
-/// Keeps everybody else out of the store while the file is open, without a change to it; a file that
-/// is not open where the store has no lock any more. Errors: kBusy, of a writer with its process
-/// number; kCorruption, kIo.
+/// Keeps everybody else out of the store while the file is open, without a change to it; a file
+/// that is not open where the store has no lock any more. Errors: kBusy, of a writer with its
+/// process number; kCorruption, kIo.
 File hold_store(const Directory& store);
 
 /// Whether a store has files of such names.

@@ -27,8 +27,8 @@ using Bytes = std::vector<std::byte>;
 /// A store with two levels of attribute 0, the second one never written.
 struct Store0 {
   explicit Store0(const std::string& backend = "pread") {
-    Store store = Store::create(path, BaseMesh::build(random_sheet(5, 40)),
-                                sample_options(backend), default_backends());
+    Store store = Store::create(path, BaseMesh::build(random_sheet(5, 40)), sample_options(backend),
+                                default_backends());
     add_sample(store, sample_schemas()[0], 1);
     store.add_level(0);
     store.commit();
@@ -166,9 +166,9 @@ TEST_CASE("StoreOpen_ForWritingWhatIsNoStore_LeavesItsLockFileAlone") {
 
 TEST_CASE("StoreOpen_ForWriting_RemovesNothingWhoseNameIsNotAVersions") {
   const Store0 store;
-  const std::vector<std::string> theirs = {"attributes.txt", "attribute0.level1",
-                                           "attribute.base.1", "attribute0.base.", "tables.x",
-                                           "tables.",          "attribute0.level01.bak"};
+  const std::vector<std::string> theirs = {
+      "attributes.txt", "attribute0.level1", "attribute.base.1",      "attribute0.base.",
+      "tables.x",       "tables.",           "attribute0.level01.bak"};
   const std::vector<std::string> left = {"attribute3.level02", "attribute0.base.9", "tables.12"};
   for (const auto& list : {theirs, left})
     for (const std::string& name : list) write_file(store.path / name, Bytes(3));
@@ -237,8 +237,7 @@ TEST_CASE("Store_MovedWhileItIsWritten_GoesOnInItsOwnDirectory") {
       // Levels are made, blocks overwritten in place, files of older versions removed.
       add_sample(writer, sample_schemas()[1], 2);
       {
-        const PinnedBlock block =
-            writer.pager().pin(writer.level_file(0, 1), 0, Access::kUpdate);
+        const PinnedBlock block = writer.pager().pin(writer.level_file(0, 1), 0, Access::kUpdate);
         for (std::byte& byte : block.bytes()) byte ^= std::byte{1};
       }
       writer.commit();
