@@ -84,11 +84,11 @@ int run(const Arguments& arguments, const CommandContext& context) {
   open.budget_bytes = arguments.memory_bytes / 2;
   Store source = Store::open(arguments.from, open, context.open_backends);
   const auto [options, backend_reason] = target_of(arguments, source, context.backends);
-  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
   std::error_code ignored;
-  if (std::filesystem::equivalent(arguments.from, output.final_path(), ignored))
+  if (std::filesystem::equivalent(arguments.from, arguments.to, ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert {}: source and copy are the same", arguments.from.native()));
+  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
 
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;

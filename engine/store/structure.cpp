@@ -73,13 +73,15 @@ class StructureCheck {
                 else
                   version_.read_tables();
               });
-    for (const ManifestAttribute& attribute : manifest_.attributes) {
+    for (std::size_t at = 0; at < manifest_.attributes.size(); ++at) {
+      const ManifestAttribute& attribute = manifest_.attributes[at];
       const std::uint64_t bytes = manifest_.vertex_count * attribute.schema.record_bytes();
       check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
                   attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
             [&] { version_.read_base_records(attribute); });
+      for (StoredLevel& level : levels)
+        if (level.attribute == at) check_level(level, base_known && tables_known);
     }
-    for (StoredLevel& level : levels) check_level(level, base_known && tables_known);
   }
 
  private:
