@@ -36,7 +36,8 @@ void write_positions(Store& store, AttributeId id) {
   std::ranges::copy(store.base().positions(), store.base_records<Vector3<double>>(id).begin());
   for (int level = 1; level <= kLevels; ++level) store.add_level(id);
   StorePatches<Vector3<double>> patches(store, id, 1 << 16);
-  patches.activate(kLevels, 1, kLevels);
+  const int finest = store.base_level() + kLevels;
+  patches.activate(finest, 1, finest);
   constexpr std::int64_t kSize = 1 << kLevels;
   for (FaceId face = 0; face < store.base().face_count(); ++face) {
     const auto patch = patches.patch(face);
@@ -45,7 +46,7 @@ void write_positions(Store& store, AttributeId id) {
     for (std::int64_t j = 0; j <= kSize; ++j)
       for (std::int64_t i = 0; i + j <= kSize; ++i) {
         const auto weight = [](std::int64_t k) { return static_cast<double>(k) / kSize; };
-        patch.at(kLevels, i, j) =
+        patch.at(finest, i, j) =
             interpolated(at(0), at(1), at(2), weight(kSize - i - j), weight(i), weight(j));
       }
   }
