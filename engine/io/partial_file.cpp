@@ -61,7 +61,15 @@ PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
   for (int attempt = 0;; ++attempt) {
     partial_name_ = temporary_name(name_, "partial", attempt);
     if (directory_.contains(partial_name_)) continue;
-    file_ = File(directory_, partial_name_, OpenMode::kCreate);
+    try {
+      file_ = File(directory_, partial_name_, OpenMode::kCreate);
+    } catch (const Error& error) {  // of a name that the user never gave
+      std::string message = error.what();
+      const std::string partial = directory_.path_of(partial_name_).native();
+      if (const std::size_t at = message.find(partial); at != std::string::npos)
+        message.replace(at, partial.size(), path_.native());
+      throw Error(error.code(), message);
+    }
     if (file_.lock(true) && directory_.contains(partial_name_, file_.descriptor())) return;
   }
 }
