@@ -99,10 +99,12 @@ BackendRegistry with_lost_writes() {
   BackendRegistry result;
   for (const std::string& name : default_backends().names()) {
     BackendRegistry::Entry entry = default_backends().find(name);
-    entry.open = [open = entry.open](const LevelSpec& spec) -> std::unique_ptr<Backend> {
-      if (spec.mode != OpenMode::kReadWrite) return open(spec);
-      return std::make_unique<LostWrites>(open(spec), spec);
-    };
+    entry.open = wrapped_volume(
+        entry.open, [](Volume& inner, const LevelSpec& spec) -> std::unique_ptr<Backend> {
+          std::unique_ptr<Backend> level = inner.open_level(spec);
+          if (spec.mode != OpenMode::kReadWrite) return level;
+          return std::make_unique<LostWrites>(std::move(level), spec);
+        });
     result.add(std::move(entry));
   }
   return result;
