@@ -87,12 +87,19 @@ StoreLock lock_for_reading(const Directory& store) {
 }  // namespace
 
 Directory open_store_directory(const fs::path& path) {
+  Directory store;
   try {
-    return Directory(path);
+    store = Directory(path);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
     throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
   }
+  // With one of the two it may be a damaged store.
+  if (!store.contains(kManifestName) && !store.contains(kLockName))
+    throw Error(ErrorCode::kNotFound,
+                fmt::format("open {}: expected a store, found a directory with neither {} nor {}",
+                            path.native(), kManifestName, kLockName));
+  return store;
 }
 
 StoreLock lock_recovered(const Directory& store, bool writable, Durability durability) {

@@ -282,6 +282,17 @@ TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   }
 }
 
+TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
+  const Workplace here;
+  for (const char* command : {"info", "verify", "digest", "repair"}) {
+    const Outcome outcome = here.plait({command, "."});
+    CAPTURE(command, outcome.errors);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.errors ==
+          "plait: open .: expected a store, found a directory with neither manifest nor lock\n");
+  }
+}
+
 TEST_CASE("Codec_WithoutABackendThatCompresses_NamesTheOptionToAdd") {
   const Workplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
