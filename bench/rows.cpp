@@ -113,10 +113,10 @@ std::vector<Subject> subjects(std::int64_t points, const std::string& suffix) {
                                                     rows->normals(), 1, points});
   });
   made.back().vertex_bytes = 3 * sizeof(float);
-  for (const auto& [name, reach] : {std::pair{"Loop ring of 6", 1}, {"Butterfly rings of 6", 2}}) {
+  for (const int reach : {1, 2}) {
     const FanShape shape{6, false, reach};
     const auto fan = std::make_shared<Rows<Real>>(static_cast<std::int64_t>(shape.points()));
-    add(name, [=] {
+    add(reach == 1 ? "Loop ring of 6" : "Butterfly rings of 6", [=] {
       return work(reach == 1 ? loop_rows<Real>().fan : butterfly_rows<Real>().fan,
                   fused_rows::FanStep<Real>{fan->at(0, 0), fan->at(3, 0), shape.valence, false});
     });

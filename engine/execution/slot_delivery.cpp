@@ -43,7 +43,7 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
 
 void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
   // Sides seen before, by edge: neighbouring edges have neighbouring numbers.
-  constexpr std::size_t kPlaces = std::bit_ceil(4 * 3 * kPatchLanes);
+  constexpr std::size_t kPlaces = std::bit_ceil(std::size_t{4} * 3 * kPatchLanes);
   std::array<std::uint8_t, kPlaces> seen{};  // its number in `sides` and one, or none
   static_assert(3 * kPatchLanes < 255);
   const auto seen_at = [&](std::size_t at) -> Side& {

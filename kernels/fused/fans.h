@@ -75,7 +75,7 @@ class Fans {
     int spoke;
   };
   Corner corner(FaceId face, std::size_t corner) const {
-    return corners_[3 * face + corner - first_corner_];
+    return corners_[std::size_t{3} * face + corner - first_corner_];
   }
 
   std::span<const VertexId> vertices() const { return vertices_; }

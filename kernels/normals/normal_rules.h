@@ -100,9 +100,9 @@ class BaseMasks {
   std::span<const Weights> of(int valence, bool border) {
     // Vertices of more neighbours are few, and their masks large.
     std::vector<Weights>& mask =
-        valence <= kMostKept ? kept_[static_cast<std::size_t>(2 * valence + (border ? 1 : 0))]
+        static_cast<std::size_t>(valence) <= kMostKept ? kept_[2 * static_cast<std::size_t>(valence) + (border ? 1 : 0)]
                              : last_large_;
-    if (mask.empty() || valence > kMostKept) {
+    if (mask.empty() || &mask == &last_large_) {
       mask.clear();
       fill(valence, border, mask);
     }
@@ -110,7 +110,7 @@ class BaseMasks {
   }
 
  private:
-  static constexpr int kMostKept = 64;
+  static constexpr std::size_t kMostKept = 64;
 
   static void fill(int valence, bool border, std::vector<Weights>& mask) {
     const BorderMask at_border = border && valence > 2 ? border_mask(valence) : BorderMask{0, 1};
