@@ -83,7 +83,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   // The two stores share what --memory gives.
   open.budget_bytes = arguments.memory_bytes / 2;
   Store source = Store::open(arguments.from, open, context.open_backends);
-  const auto [options, backend_reason] = target_of(arguments, source, context.backends);
+  const Target target = target_of(arguments, source, context.backends);
+  const StoreOptions& options = target.options;
   std::error_code ignored;
   if (std::filesystem::equivalent(arguments.from, arguments.to, ignored))
     throw Error(ErrorCode::kInvalidArgument,
@@ -114,14 +115,14 @@ int run(const Arguments& arguments, const CommandContext& context) {
   if (!context.json) {
     print(fmt::format("{}: {} by backend {} ({}), was {} by {} ({:.2f} to 1), {:.2f} s\n",
                       output.final_path().native(), format_bytes(to_bytes), options.backend,
-                      backend_reason, format_bytes(from_bytes), source.options().backend, ratio,
-                      clock.seconds()));
+                      target.backend_reason, format_bytes(from_bytes), source.options().backend,
+                      ratio, clock.seconds()));
     if (!word.empty()) print(fmt::format("read back: digest {}, that of the source\n", word));
     return kExitDone;
   }
   nlohmann::ordered_json report = {
       {"from", arguments.from.string()},    {"store", output.final_path().string()},
-      {"backend", options.backend},         {"backend_reason", backend_reason},
+      {"backend", options.backend},         {"backend_reason", target.backend_reason},
       {"block_bytes", options.block_bytes}, {"from_stored_bytes", from_bytes},
       {"stored_bytes", to_bytes},           {"ratio", ratio},
       {"seconds", clock.seconds()}};

@@ -96,7 +96,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
     return progress.update(done, total, phase);
   };
-  remove_left_overs_of(arguments.store);
+  // A store may be given as ".", whose name only the path from the root tells.
+  remove_left_overs_of(std::filesystem::absolute(arguments.store));
   const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"

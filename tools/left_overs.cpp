@@ -59,7 +59,7 @@ std::vector<std::string> for_each_file(const Directory& directory, Visit visit) 
         if (is_store_file_name(inner))
           visit(levels, inner);
         else
-          foreign.push_back(name + "/" + inner);
+          foreign.push_back(fmt::format("{}/{}", name, inner));
     } else {
       foreign.push_back(name);
     }

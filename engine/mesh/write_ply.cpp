@@ -67,10 +67,10 @@ void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
   output.publish();
 }
 
-void write_ply(File& to, const IndexedMesh& mesh) {
-  check_writable(to.path(), mesh);
-  BufferedFile file(to);
-  file.write(
+void write_ply(File& file, const IndexedMesh& mesh) {
+  check_writable(file.path(), mesh);
+  BufferedFile buffered(file);
+  buffered.write(
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
                   "property float y\nproperty float z\nelement face {}\n"
                   "property list uchar int vertex_indices\nend_header\n",
@@ -78,14 +78,14 @@ void write_ply(File& to, const IndexedMesh& mesh) {
   for (const Vector3<double>& p : mesh.positions) {
     const std::array<float, 3> position = {static_cast<float>(p.x), static_cast<float>(p.y),
                                            static_cast<float>(p.z)};
-    file.write({reinterpret_cast<const char*>(position.data()), sizeof(position)});
+    buffered.write({reinterpret_cast<const char*>(position.data()), sizeof(position)});
   }
   for (const std::array<VertexId, 3>& face : mesh.faces) {
     std::array<char, 13> record = {3};
     std::memcpy(record.data() + 1, face.data(), sizeof(face));
-    file.write({record.data(), record.size()});
+    buffered.write({record.data(), record.size()});
   }
-  file.flush();
+  buffered.flush();
 }
 
 }  // namespace plait

@@ -70,7 +70,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              OpenMode mode) const {
   const std::string name = level_file_name(level.number, level.level);
   auto file = std::make_unique<LevelFile>();
-  file->geometry = std::move(level.geometry);
+  file->geometry = level.geometry;
   file->table = std::move(level.table);
   file->path = directory.path_of(name);
   file->traits = backend.traits;

@@ -94,11 +94,13 @@ Directory open_store_directory(const fs::path& path) {
     if (error.code() != ErrorCode::kNotFound) throw;
     throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
   }
-  // With one of the two it may be a damaged store.
-  if (!store.contains(kManifestName) && !store.contains(kLockName))
-    throw Error(ErrorCode::kNotFound,
-                fmt::format("open {}: expected a store, found a directory with neither {} nor {}",
-                            path.native(), kManifestName, kLockName));
+  // A directory with a lock may be a damaged store.
+  if (!store.contains(kLockName) && !has_whole_slot(store))
+    throw Error(
+        ErrorCode::kNotFound,
+        fmt::format("open {}: expected a store, found a directory with neither a {} nor the "
+                    "{} of a store",
+                    path.native(), kLockName, kManifestName));
   return store;
 }
 

@@ -107,7 +107,7 @@ class StructureCheck {
     }
     found.expected_level = std::make_unique<LevelFile>();
     LevelFile& expected = *found.expected_level;
-    expected.geometry = std::move(level.geometry);
+    expected.geometry = level.geometry;
     expected.table = std::move(level.table);
     expected.path = store_.path_of(name);
     expected.writable = false;

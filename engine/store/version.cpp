@@ -106,9 +106,11 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
     infos.push_back({stored.schema, stored.finest_level});
     attributes.push_back(std::move(attribute));
   }
-  for (StoredLevel& level : levels)
-    attributes[level.attribute].levels.push_back(
-        open_level(std::move(level), infos[level.attribute].schema, mode));
+  for (StoredLevel& level : levels) {
+    const std::size_t attribute = level.attribute;
+    attributes[attribute].levels.push_back(
+        open_level(std::move(level), infos[attribute].schema, mode));
+  }
 }
 
 }  // namespace plait

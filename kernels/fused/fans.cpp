@@ -158,8 +158,8 @@ void Fans<Real>::place() {
   placed_.clear();
   batches_.clear();
   starts_.resize(fans_.size());
-  const auto levels =
-      static_cast<std::size_t>(source_.levels) - static_cast<std::size_t>(source_.first_level()) + 1;
+  const auto levels = static_cast<std::size_t>(source_.levels) -
+                      static_cast<std::size_t>(source_.first_level()) + 1;
   std::size_t end = 0;
   for (std::uint32_t number = 0; number < fans_.size(); ++number) {
     const FanShape& shape = fans_[number].shape;

@@ -100,8 +100,9 @@ class BaseMasks {
   std::span<const Weights> of(int valence, bool border) {
     // Vertices of more neighbours are few, and their masks large.
     std::vector<Weights>& mask =
-        static_cast<std::size_t>(valence) <= kMostKept ? kept_[2 * static_cast<std::size_t>(valence) + (border ? 1 : 0)]
-                             : last_large_;
+        static_cast<std::size_t>(valence) <= kMostKept
+            ? kept_[2 * static_cast<std::size_t>(valence) + (border ? 1 : 0)]
+            : last_large_;
     if (mask.empty() || &mask == &last_large_) {
       mask.clear();
       fill(valence, border, mask);

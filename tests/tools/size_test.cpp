@@ -5,6 +5,7 @@
 
 #include "program.h"
 #include "support/resource_limit.h"
+#include "support/skip.h"
 
 namespace plait::test {
 namespace {
@@ -49,7 +50,7 @@ TEST_CASE("Size_BeyondTheMemory_IsRefusedBeforeAnythingIsMade") {
 
 TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
   if (!kAddressSpaceCanBeLimited) {
-    WARN("skipped: sanitizers need the address space");
+    skip("sanitizers need the address space");
     return;
   }
   const Workplace here;
@@ -106,7 +107,7 @@ TEST_CASE("Resume_BudgetTooSmallForTheLastLevel_IsRefusedBeforeTheFirst") {
 
 TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
   if (!kAddressSpaceCanBeLimited) {
-    WARN("skipped: sanitizers need the address space");
+    skip("sanitizers need the address space");
     return;
   }
   const Workplace here;

@@ -289,7 +289,8 @@ TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
     CAPTURE(command, outcome.errors);
     CHECK(outcome.status == 2);
     CHECK(outcome.errors ==
-          "plait: open .: expected a store, found a directory with neither manifest nor lock\n");
+          "plait: open .: expected a store, found a directory with neither a lock nor the manifest "
+          "of a store\n");
   }
 }
 

@@ -51,7 +51,7 @@ struct StoreStructure {
 /// level file size and extents as its backend sees them. Holds the reader's lock meanwhile. Errors:
 /// as Store::open for what concerns the whole store (no such directory, no whole manifest, an
 /// unknown backend, somebody writing); kIo.
-StoreStructure check_structure(const std::filesystem::path& store, const BackendRegistry& backends);
+StoreStructure check_structure(const std::filesystem::path& path, const BackendRegistry& backends);
 
 /// Whether `bytes` are what the manifest expects of `file`. REQUIRES: no level.
 bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes);
@@ -67,7 +67,7 @@ std::optional<std::vector<std::byte>> tables_from_levels(
 /// Puts the file `from` of another directory, on the same filesystem, in place of the store's file
 /// `name`, durably and in one step. Holds the writer's lock meanwhile. `from` was made for version
 /// `sequence`. Errors: kBusy, also if there is another version by now; kIo, kNoSpace.
-void replace_file(const std::filesystem::path& store, std::uint64_t sequence,
+void replace_file(const std::filesystem::path& path, std::uint64_t sequence,
                   const std::string& name, const Directory& from_directory,
                   const std::string& from);
 

@@ -15,6 +15,7 @@
 
 #include "plait/error.h"
 #include "plait/file.h"
+#include "support/skip.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -65,7 +66,7 @@ std::unique_ptr<UringRing> make_ring() {
     return std::make_unique<UringRing>(submit_or_fail);
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kNotSupported);
-    WARN("skipped: " << error.what());
+    skip(error.what());
     return nullptr;
   }
 }
@@ -109,7 +110,7 @@ TEST_CASE("UringRingSubmit_QueueFullUntilACompletionIsTaken_LetsItBeTaken") {
     ring = std::make_unique<UringRing>(
         [](io_uring* of) { return piped ? submit_after_the_pipe(of) : ::io_uring_submit(of); });
   } catch (const Error& error) {
-    WARN("skipped: " << error.what());
+    skip(error.what());
     return;
   }
   REQUIRE(::pipe(pipe_ends) == 0);

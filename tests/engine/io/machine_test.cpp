@@ -9,6 +9,7 @@
 #include <string>
 
 #include "support/resource_limit.h"
+#include "support/skip.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -37,7 +38,7 @@ TEST_CASE("AvailableMemory_OfThisMachine_IsPartOfItsMemory") {
 
 TEST_CASE("AvailableMemory_AddressSpaceLimited_IsWhatTheLimitLeaves") {
   if (!kAddressSpaceCanBeLimited) {
-    WARN("skipped: sanitizers need the address space");
+    skip("sanitizers need the address space");
     return;
   }
   constexpr std::uint64_t kLeft = 32 << 20;
