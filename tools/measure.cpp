@@ -9,7 +9,7 @@ namespace plait {
 namespace {
 
 /// Made before main() begins; what the loader did before that is milliseconds.
-const Stopwatch since_start;
+const Stopwatch kSinceStart;
 
 double to_seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
@@ -17,7 +17,7 @@ double to_seconds(const timeval& time) {
 
 }  // namespace
 
-double seconds_since_start() { return since_start.seconds(); }
+double seconds_since_start() { return kSinceStart.seconds(); }
 
 double cpu_seconds() {
   rusage usage{};

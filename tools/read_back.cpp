@@ -38,7 +38,7 @@ std::string compare_copy(Store& source, const std::filesystem::path& copy, const
                          int threads, const BackendRegistry& backends) {
   drop_from_page_cache(copy);
   Store opened = Store::open(copy, open, backends);
-  const std::string found = digest_with_progress(opened, "read the copy back", threads);
+  std::string found = digest_with_progress(opened, "read the copy back", threads);
   const std::string expected = digest_with_progress(source, "digest of the source", threads);
   if (found != expected)
     throw Error(ErrorCode::kCorruption,

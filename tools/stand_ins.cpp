@@ -12,8 +12,9 @@ namespace plait {
 namespace {
 
 /// Asks for `wanted` when the first store is opened with it, and from then on is that or `other`.
-BackendRegistry::Entry with_stand_in(BackendRegistry::Entry wanted, BackendRegistry::Entry other,
-                                     std::function<void(const std::string&)> warn) {
+BackendRegistry::Entry with_stand_in(const BackendRegistry::Entry& wanted,
+                                     const BackendRegistry::Entry& other,
+                                     const std::function<void(const std::string&)>& warn) {
   const auto refused = std::make_shared<std::optional<bool>>();
   BackendRegistry::Entry entry = wanted;
   entry.validate = [=](const BackendOptions& options) {
@@ -37,7 +38,7 @@ BackendRegistry::Entry with_stand_in(BackendRegistry::Entry wanted, BackendRegis
 }  // namespace
 
 BackendRegistry with_stand_ins(const BackendRegistry& backends,
-                               std::function<void(const std::string&)> warn) {
+                               const std::function<void(const std::string&)>& warn) {
   BackendRegistry result;
   for (const std::string& name : backends.names())
     result.add(name == "uring" ? with_stand_in(backends.find(name), backends.find("pread"), warn)

@@ -13,6 +13,6 @@ namespace plait {
 /// why, once a store is opened that way. New stores are made with `backends` itself, which refuses.
 /// Pinned by tests/tools/store_commands_test.cpp.
 BackendRegistry with_stand_ins(const BackendRegistry& backends,
-                               std::function<void(const std::string&)> warn);
+                               const std::function<void(const std::string&)>& warn);
 
 }  // namespace plait

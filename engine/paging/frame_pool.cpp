@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <new>
-#include <ranges>
 #include <utility>
 
 namespace plait {
@@ -18,10 +17,10 @@ std::byte* FramePool::pop(Idle*& list) noexcept {
 
 bool FramePool::make_room(std::uint64_t bytes) noexcept {
   if (used_bytes_ + bytes > budget_bytes()) return false;
-  for (auto& [idle_frame_bytes, list] : std::views::reverse(idle_))
-    while (list && used_bytes_ + idle_bytes_ + bytes > budget_bytes()) {
-      ::operator delete(pop(list), std::align_val_t(kAlignment));
-      idle_bytes_ -= idle_frame_bytes;
+  for (auto largest = idle_.rbegin(); largest != idle_.rend(); ++largest)
+    while (largest->second && used_bytes_ + idle_bytes_ + bytes > budget_bytes()) {
+      ::operator delete(pop(largest->second), std::align_val_t(kAlignment));
+      idle_bytes_ -= largest->first;
     }
   return true;
 }

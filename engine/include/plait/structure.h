@@ -61,7 +61,7 @@ bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes);
 /// names, which they have if every block was written and is whole. REQUIRES: such a store, its base
 /// mesh whole. Errors: kIo; kCancelled where `proceed` returns false.
 std::optional<std::vector<std::byte>> tables_from_levels(
-    const std::filesystem::path& store, const StoreStructure& structure,
+    const std::filesystem::path& path, const StoreStructure& structure,
     const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
 /// Puts the file `from` of another directory, on the same filesystem, in place of the store's file
