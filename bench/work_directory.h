@@ -24,14 +24,18 @@ namespace plait::bench {
 /// Errors: kIo, kNotFound.
 template <class Work>
 int in_work_directory(std::string& directory, Work work) {
-  std::string name = (std::filesystem::path(directory) / "plait-bench-XXXXXX").native();
-  if (::mkdtemp(name.data()) == nullptr) throw system_error("create", name, errno);
-  directory = name;
-
   sigset_t awaited, before;
   sigemptyset(&awaited);
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&awaited, number);
+  // Before there is anything that would have to be removed.
   ::sigprocmask(SIG_BLOCK, &awaited, &before);
+  std::string name = (std::filesystem::path(directory) / "plait-bench-XXXXXX").native();
+  if (::mkdtemp(name.data()) == nullptr) {
+    const int failure = errno;
+    ::sigprocmask(SIG_SETMASK, &before, nullptr);
+    throw system_error("create", name, failure);
+  }
+  directory = name;
   std::fflush(nullptr);
   const pid_t child = ::fork();
   if (child == 0) {
@@ -45,6 +49,7 @@ int in_work_directory(std::string& directory, Work work) {
   int status = 1;
   const int failure = child < 0 ? errno : 0;
   if (child > 0) {
+    ::setpgid(child, child);  // whichever of the two comes first
     int received = 0, ended = 0;
     ::sigwait(&awaited, &received);
     if (received != SIGCHLD) ::kill(-child, SIGKILL);
@@ -53,9 +58,9 @@ int in_work_directory(std::string& directory, Work work) {
              : WIFEXITED(ended)  ? WEXITSTATUS(ended)
                                  : 128 + WTERMSIG(ended);
   }
-  ::sigprocmask(SIG_SETMASK, &before, nullptr);
   std::error_code ignored;
   std::filesystem::remove_all(name, ignored);
+  ::sigprocmask(SIG_SETMASK, &before, nullptr);
   if (failure != 0) throw system_error("make", "process", failure);
   return status;
 }
