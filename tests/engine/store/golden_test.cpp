@@ -1,0 +1,60 @@
+// The stores of tests/golden, which an earlier build has written: the library and the reader that
+// was written from docs/format.md find in them what subdividing the mesh gives today.
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "engine/store/format_reader.h"
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "support/temporary_directory.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+constexpr int kLevels = 3;
+constexpr char kDigest[] = "fa42a859db257a51cda584997262fc4b";
+
+Digest digest_of_today(const std::filesystem::path& golden) {
+  StoreOptions options;
+  options.backend = "memory";
+  Store store = Store::create({}, read_base_mesh(golden / "open_octahedron.off"), options,
+                              default_backends());
+  add_base_positions(store);
+  subdivide(store, {.executor = ExecutorKind::kSweep, .levels = kLevels, .normals = true});
+  return digest(store);
+}
+
+}  // namespace
+
+TEST_CASE("GoldenStore_OfFormat2_HoldsWhatSubdividingItsMeshGives") {
+  const std::filesystem::path golden = PLAIT_GOLDEN_DIRECTORY;
+  REQUIRE(digest_of_today(golden).to_string() == kDigest);
+  for (const char* name : {"raw.plait", "encoded.plait"}) {
+    INFO(name);
+    const TemporaryDirectory directory(Medium::kMemory);
+    const std::filesystem::path path = directory.path() / name;
+    std::filesystem::copy(golden / name, path);
+    Store store = Store::open(path, {}, default_backends());
+    CHECK(digest(store).to_string() == kDigest);
+    CHECK(store.provenance().scheme == "loop");
+    CHECK(store.provenance().layout == "hilbert");
+
+    const format::Store read = format::read_store(path);
+    REQUIRE(read.attributes.size() == store.attributes().size());
+    for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+      CHECK(read.attributes[id].name == store.attributes()[id].schema.name);
+      REQUIRE(read.attributes[id].levels.size() == kLevels);
+      for (const auto& [level, bytes] : read.attributes[id].levels) {
+        const std::vector<std::byte> expected = read_level(store, id, static_cast<int>(level));
+        REQUIRE(bytes.size() == expected.size());
+        CHECK(std::memcmp(bytes.data(), expected.data(), bytes.size()) == 0);
+      }
+    }
+  }
+}
