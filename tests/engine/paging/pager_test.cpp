@@ -63,7 +63,8 @@ constexpr BackendTraits kFramed{.durable = true}, kInMemory{.in_memory = true},
 
 /// A level of one-byte records: 4096 edges a block at level 1, 1024 at level 2, ...
 struct TestLevel {
-  TestLevel(Pager& pager, int level, std::uint64_t edges, const BackendTraits& traits = kFramed) {
+  TestLevel(Pager& its_pager, int level, std::uint64_t edges, const BackendTraits& traits = kFramed)
+      : pager(its_pager) {
     file.path = "fake";
     file.traits = traits;
     file.writable = !traits.maps_for_reading;
@@ -75,12 +76,16 @@ struct TestLevel {
     file.backend = std::move(made);
     pager.attach(file);
   }
+  ~TestLevel() { pager.detach(file); }
+  TestLevel(const TestLevel&) = delete;
+  TestLevel& operator=(const TestLevel&) = delete;
   void put_on_disk(std::uint64_t block, unsigned char value) const {
     backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, static_cast<std::byte>(value)));
   }
   Directory directory;
   LevelFile file;
   FakeBackend* backend = nullptr;
+  Pager& pager;
 };
 
 void fill(const PinnedBlock& pinned, unsigned char value) {

@@ -110,6 +110,9 @@ struct HeldLevel {
       backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, value(block)));
     pager.attach(file);
   }
+  ~HeldLevel() { pager.detach(file); }
+  HeldLevel(const HeldLevel&) = delete;
+  HeldLevel& operator=(const HeldLevel&) = delete;
   static std::byte value(std::uint64_t block) { return static_cast<std::byte>(block + 1); }
   PinnedBlock pin(std::uint64_t block, Access access) { return pager.pin(file, block, access); }
   void put(std::uint64_t block, int byte) {
