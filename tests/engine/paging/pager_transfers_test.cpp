@@ -135,7 +135,8 @@ ErrorCode error_of(Call&& call) {
   return ErrorCode::kCancelled;
 }
 
-bool is_waiting(const std::future<void>& future) {
+template <class Result>
+bool is_waiting(const std::future<Result>& future) {
   return future.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
 }
 
@@ -196,14 +197,14 @@ TEST_CASE("PagerPin_SameBlockFromTwoThreads_IsReadOnce") {  // 3
   Pager pager(4 * kBlockBytes, 1);
   HeldLevel level(pager, 8);
   level.backend->hold();
-  const auto read = [&] { CHECK(level.pin(2, Access::kRead).bytes()[9] == HeldLevel::value(2)); };
+  const auto read = [&] { return level.pin(2, Access::kRead).bytes()[9]; };
   auto first = std::async(std::launch::async, read);
   level.backend->wait_until_started(1, 0);
   auto second = std::async(std::launch::async, read);
   CHECK(is_waiting(second));
   level.backend->let_all_go();
-  first.get();
-  second.get();
+  CHECK(first.get() == HeldLevel::value(2));
+  CHECK(second.get() == HeldLevel::value(2));
   CHECK(level.backend->started_reads == 1);
   pager.detach(level.file);
 }
