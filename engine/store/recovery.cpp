@@ -53,8 +53,9 @@ void undo(const Directory& store) {
   roll_back(store, manifest.uuid, manifest.sequence, levels_of(version, base));
 }
 
-/// A slot whose sync failed may be what is read and yet not what is on the disk. Written once more
-/// it becomes both; torn it is what it was.
+/// If syncing a manifest slot failed, the page cache may hold a slot that the disk does not. The
+/// writer writes the slot again and syncs it. If that write is torn, the other slot still holds the
+/// commit before.
 void write_newest_slot_again(const Directory& store) {
   File file(store, kManifestName, OpenMode::kReadWrite);
   write_manifest(file, read_manifest(file));

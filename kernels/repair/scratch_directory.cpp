@@ -23,8 +23,14 @@ ScratchDirectory::ScratchDirectory(const fs::path& store) {
 }
 
 ScratchDirectory::~ScratchDirectory() {
-  std::error_code ignored;
-  if (directory_.is_open()) fs::remove_all(path_, ignored);
+  if (!directory_.is_open()) return;
+  try {
+    // Whatever has the name by now stays, unless it is the directory that was made.
+    if (!directory_.parent().contains(directory_.name(), directory_.descriptor())) return;
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  } catch (const Error&) {  // the next repair removes it
+  }
 }
 
 const Directory& ScratchDirectory::directory() {
