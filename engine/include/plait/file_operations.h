@@ -1,7 +1,6 @@
 // plait/file_operations.h: the seam under every file operation of a store. Tests stand in it to
 // make an operation fail or fall short, and to note what a power cut would leave; nobody else does.
-//
-// What a program stores into a mapping passes no seam: a hook sees that it was mapped and synced.
+// Files are mapped for reading only, so that every change of a file passes the seam.
 #pragma once
 
 #include <cstddef>
