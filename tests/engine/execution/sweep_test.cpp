@@ -7,7 +7,7 @@
 
 #include "engine/execution/naive_reach.h"
 #include "engine/store/sample_store.h"
-#include "execution/stencil.h"
+#include "execution/sweep/stencil.h"
 #include "plait/backends/registry.h"
 #include "support/counting_backend.h"
 #include "support/temporary_directory.h"

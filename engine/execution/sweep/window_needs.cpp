@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "execution/stencil.h"
-#include "execution/sweep_chunks.h"
+#include "execution/sweep/stencil.h"
+#include "execution/sweep/sweep_chunks.h"
 #include "paging/frame_pool.h"
 #include "plait/level_geometry.h"
 

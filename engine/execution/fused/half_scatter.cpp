@@ -1,10 +1,10 @@
 // The transposition from lanes to records, for each instruction set.
-#include "execution/half_scatter.h"
+#include "execution/fused/half_scatter.h"
 
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "execution/half_scatter.cpp"
+#define HWY_TARGET_INCLUDE "execution/fused/half_scatter.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

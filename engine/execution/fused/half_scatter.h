@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "execution/half_layout.h"
+#include "execution/fused/half_layout.h"
 #include "plait/fused.h"
 
 namespace plait {

@@ -1,9 +1,9 @@
-#include "execution/slot_delivery.h"
+#include "execution/fused/slot_delivery.h"
 
 #include <bit>
 #include <utility>
 
-#include "execution/fused_levels.h"
+#include "execution/fused/fused_levels.h"
 
 namespace plait {
 

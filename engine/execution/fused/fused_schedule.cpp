@@ -1,4 +1,4 @@
-#include "execution/fused_schedule.h"
+#include "execution/fused/fused_schedule.h"
 
 #include <algorithm>
 

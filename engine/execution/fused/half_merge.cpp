@@ -1,5 +1,5 @@
 // The choice between two halves, for each instruction set.
-#include "execution/half_merge.h"
+#include "execution/fused/half_merge.h"
 
 #include <hwy/cache_control.h>
 
@@ -7,7 +7,7 @@
 #include <cstring>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "execution/half_merge.cpp"
+#define HWY_TARGET_INCLUDE "execution/fused/half_merge.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

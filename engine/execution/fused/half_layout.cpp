@@ -1,4 +1,4 @@
-#include "execution/half_layout.h"
+#include "execution/fused/half_layout.h"
 
 #include <algorithm>
 #include <bit>

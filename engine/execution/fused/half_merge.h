@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "execution/half_layout.h"
+#include "execution/fused/half_layout.h"
 
 namespace plait {
 

@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
-#include "execution/fused_levels.h"
-#include "execution/fused_schedule.h"
-#include "execution/slot_delivery.h"
+#include "execution/fused/fused_levels.h"
+#include "execution/fused/fused_schedule.h"
+#include "execution/fused/slot_delivery.h"
 #include "plait/error.h"
 
 namespace plait {

@@ -1,4 +1,4 @@
-#include "execution/open_blocks.h"
+#include "execution/fused/open_blocks.h"
 
 #include <span>
 

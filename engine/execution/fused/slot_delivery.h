@@ -12,11 +12,11 @@
 #include <span>
 #include <vector>
 
-#include "execution/half_layout.h"
-#include "execution/half_merge.h"
-#include "execution/half_pool.h"
-#include "execution/half_scatter.h"
-#include "execution/open_blocks.h"
+#include "execution/fused/half_layout.h"
+#include "execution/fused/half_merge.h"
+#include "execution/fused/half_pool.h"
+#include "execution/fused/half_scatter.h"
+#include "execution/fused/open_blocks.h"
 #include "plait/fused.h"
 #include "plait/topology.h"
 

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "execution/sweep_window.h"
+#include "execution/sweep/sweep_window.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "plait/layout.h"

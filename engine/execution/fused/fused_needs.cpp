@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "execution/fused_levels.h"
-#include "execution/fused_schedule.h"
-#include "execution/half_layout.h"
-#include "execution/half_pool.h"
+#include "execution/fused/fused_levels.h"
+#include "execution/fused/fused_schedule.h"
+#include "execution/fused/half_layout.h"
+#include "execution/fused/half_pool.h"
 #include "paging/frame_pool.h"
 #include "plait/fused.h"
 

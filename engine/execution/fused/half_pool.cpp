@@ -1,4 +1,4 @@
-#include "execution/half_pool.h"
+#include "execution/fused/half_pool.h"
 
 #include <sys/mman.h>
 

@@ -1,10 +1,10 @@
-#include "execution/sweep_window.h"
+#include "execution/sweep/sweep_window.h"
 
 #include <algorithm>
 #include <span>
 
-#include "execution/stencil.h"
-#include "execution/sweep_chunks.h"
+#include "execution/sweep/stencil.h"
+#include "execution/sweep/sweep_chunks.h"
 #include "paging/frame_pool.h"
 
 namespace plait {
