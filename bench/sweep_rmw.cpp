@@ -177,7 +177,7 @@ std::string spread(const std::vector<double>& values, double bytes) {
 
 int run(const Settings& settings) {
   const BaseMesh base = octahedron(settings.refinements);
-  const LevelGeometry geometry(base.edge_count(), {}, BaseRelativeLevel(settings.level),
+  const LevelGeometry geometry(base.slot_shapes(), BaseRelativeLevel(settings.level),
                                settings.components * sizeof(float), StoreOptions().block_bytes);
   const std::uint64_t bytes = geometry.total_bytes(), block_bytes = geometry.max_block_bytes();
   const MemoryLimit limit(settings.limit_mebibytes << 20);

@@ -22,9 +22,8 @@ class BlockCursor {
       block_ = block;
       if (access_ == Access::kRead) read_ahead();
     }
-    return pinned_.bytes().subspan(
-        file_.geometry.slot_offset(edge) - file_.geometry.block_offset(block),
-        file_.geometry.slot_bytes(edge));
+    const Slot slot = file_.geometry.slot(edge);
+    return pinned_.bytes().subspan(slot.offset - file_.geometry.block_offset(block), slot.bytes);
   }
 
  private:

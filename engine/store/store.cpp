@@ -122,9 +122,8 @@ void Store::add_level(AttributeId attribute) {
   StoredLevel made;
   made.number = data.number;
   made.level = level;
-  made.geometry = LevelGeometry(state.base.edge_count(), state.base.border_edges(),
-                                relative_to_base(level, base_level()), info.schema.record_bytes(),
-                                state.options.block_bytes);
+  made.geometry = LevelGeometry(state.base.slot_shapes(), relative_to_base(level, base_level()),
+                                info.schema.record_bytes(), state.options.block_bytes);
   made.table = BlockTable(state.uuid, data.number, level, made.geometry.block_count());
   data.levels.push_back(state.open_level(std::move(made), info.schema, OpenMode::kCreate));
   info.finest_level = level;

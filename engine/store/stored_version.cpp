@@ -66,9 +66,9 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
       stored.number = attribute.number;
       stored.level = level;
       try {
-        stored.geometry = LevelGeometry(base.edge_count(), base.border_edges(),
-                                        relative_to_base(level, manifest_.base_level),
-                                        attribute.schema.record_bytes(), manifest_.block_bytes);
+        stored.geometry =
+            LevelGeometry(base.slot_shapes(), relative_to_base(level, manifest_.base_level),
+                          attribute.schema.record_bytes(), manifest_.block_bytes);
       } catch (const Error& error) {
         throw Error(ErrorCode::kCorruption, fmt::format("open {}: attribute '{}': {}",
                                                         store_.path_of(kManifestName).native(),

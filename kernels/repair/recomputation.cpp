@@ -82,8 +82,8 @@ std::uint64_t Recomputation::level_bytes() const {
       (subdivide_.limit && subdivide_.executor == ExecutorKind::kSweep ? position : 0);
   std::uint64_t bytes = 0;
   for (int level = 1; level <= subdivide_.levels - structure_.options.base_level; ++level)
-    bytes += LevelGeometry(structure_.base.edge_count(), structure_.base.border_edges(),
-                           BaseRelativeLevel(level), records, structure_.options.block_bytes)
+    bytes += LevelGeometry(structure_.base.slot_shapes(), BaseRelativeLevel(level), records,
+                           structure_.options.block_bytes)
                  .total_bytes();
   return bytes;
 }

@@ -20,8 +20,8 @@ StoreUuid test_uuid() {
 LevelUnderTest::LevelUnderTest(const BackendUnderTest& subject, LevelShape shape)
     : subject_(subject),
       shape_(std::move(shape)),
-      geometry_(shape_.edge_count, shape_.border_edges, BaseRelativeLevel(shape_.level),
-                shape_.record_bytes, shape_.block_bytes),
+      geometry_(SlotShapes(shape_.edge_count, EdgeSet(shape_.border_edges)),
+                BaseRelativeLevel(shape_.level), shape_.record_bytes, shape_.block_bytes),
       table_(test_uuid(), 2, shape_.level, geometry_.block_count()),
       name_("attribute2.level" + std::string(shape_.level < 10 ? "0" : "") +
             std::to_string(shape_.level)) {}

@@ -64,7 +64,8 @@ class Stress {
   Stress(const BackendRegistry::Entry& entry, EvictionPolicy policy, int io_threads)
       : entry_(entry), pager_(30 * kBlockBytes, io_threads) {
     pager_.set_policy(policy, policy == EvictionPolicy::kWindow ? 16 * kBlockBytes : 0);
-    file_.geometry = LevelGeometry(kBlocks * kBlockBytes, {}, BaseRelativeLevel(1), 1, kBlockBytes);
+    file_.geometry =
+        LevelGeometry(SlotShapes(kBlocks * kBlockBytes), BaseRelativeLevel(1), 1, kBlockBytes);
     file_.table = BlockTable({}, 2, 1, kBlocks);
     if (entry.traits.durable) directory_ = Directory(place_.path());
     open(OpenMode::kCreate);

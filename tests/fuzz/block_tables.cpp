@@ -20,22 +20,15 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 16;
 
-struct Level {
-  std::vector<EdgeId> border_edges;
-  LevelGeometry geometry;
-};
-
-Level take_level(InputBytes& input) {
+LevelGeometry take_level(InputBytes& input) {
   const std::uint64_t edges = input.take<std::uint16_t>();
-  Level level;
-  level.border_edges.resize(std::min<std::uint64_t>(input.take<std::uint8_t>(), edges));
-  std::iota(level.border_edges.begin(), level.border_edges.end(), EdgeId{0});
+  std::vector<EdgeId> border_edges(std::min<std::uint64_t>(input.take<std::uint8_t>(), edges));
+  std::iota(border_edges.begin(), border_edges.end(), EdgeId{0});
   const int number = 1 + static_cast<int>(input.take_below(20));
   const std::size_t record_bytes = 1 + input.take_below(255) * 8;
   const std::uint64_t block_bytes = std::uint64_t{4096} << input.take_below(19);
-  level.geometry = LevelGeometry(edges, level.border_edges, BaseRelativeLevel(number), record_bytes,
-                                 block_bytes);
-  return level;
+  return LevelGeometry(SlotShapes(edges, EdgeSet(border_edges)), BaseRelativeLevel(number),
+                       record_bytes, block_bytes);
 }
 
 bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
@@ -56,10 +49,10 @@ bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InputBytes input(data, size);
-  std::vector<Level> levels(input.take_below(4));
+  std::vector<LevelGeometry> levels(input.take_below(4));
   // A level too large for any file is refused before its table is read.
   if (!accepts({ErrorCode::kInvalidArgument}, [&] {
-        for (Level& level : levels) level = take_level(input);
+        for (LevelGeometry& level : levels) level = take_level(input);
       }))
     return 0;
 
@@ -68,11 +61,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   accepts({ErrorCode::kCorruption}, [&] {
     BlockTablesReader reader(file, "tables");
     std::vector<BlockEntry> all;
-    for (const Level& level : levels) {
-      const std::vector<BlockEntry> entries = reader.next_level(level.geometry);
-      require(entries.size() == level.geometry.block_count());
+    for (const LevelGeometry& level : levels) {
+      const std::vector<BlockEntry> entries = reader.next_level(level);
+      require(entries.size() == level.block_count());
       for (std::size_t block = 0; block < entries.size(); ++block)
-        require(is_usable(entries[block], level.geometry.block_bytes(block)));
+        require(is_usable(entries[block], level.block_bytes(block)));
       all.insert(all.end(), entries.begin(), entries.end());
     }
     reader.finish();

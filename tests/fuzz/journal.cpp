@@ -32,7 +32,8 @@ struct Place {
   std::vector<StoredLevel> levels() const {
     std::vector<StoredLevel> result(1);
     result[0].level = 1;
-    result[0].geometry = LevelGeometry(kLevelBytes, {}, BaseRelativeLevel(1), 1, kLevelBytes);
+    result[0].geometry =
+        LevelGeometry(SlotShapes(kLevelBytes), BaseRelativeLevel(1), 1, kLevelBytes);
     result[0].table = BlockTable({}, 0, 1, 1);
     result[0].table.mark_written(0, 0, kLevelBytes);
     return result;

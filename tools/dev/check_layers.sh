@@ -14,8 +14,9 @@ declare -A layer_of_header=(
   [attribute.h]=base [error.h]=base [provenance.h]=base [topology.h]=base [vector3.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [partial_file.h]=io
-  [base_relative_level.h]=address [edge_index.h]=address [level_geometry.h]=address
-  [patch_table.h]=address [vertex_numbering.h]=address
+  [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address
+  [level_geometry.h]=address [patch_table.h]=address [slot_shapes.h]=address
+  [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
   [backend.h]=paging [block_table.h]=paging [pager.h]=paging

@@ -21,8 +21,8 @@ class SlotReader {
       pinned_ = pager_.pin(file_, block, Access::kRead);
       block_ = block;
     }
-    return pinned_.bytes().subspan(geometry.slot_offset(edge) - geometry.block_offset(block),
-                                   geometry.slot_bytes(edge));
+    const Slot slot = geometry.slot(edge);
+    return pinned_.bytes().subspan(slot.offset - geometry.block_offset(block), slot.bytes);
   }
   std::size_t record_bytes() const { return file_.geometry.record_bytes(); }
 

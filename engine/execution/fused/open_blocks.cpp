@@ -36,13 +36,12 @@ void OpenBlocks::open(EdgeId edge) {
   }
 }
 
-void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
-                            std::byte** slots) const {
+void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::byte** slots) const {
   for (const Level& level : std::span(levels_).subspan(output * level_count_, level_count_)) {
     const LevelGeometry& geometry = level.file->geometry;
     const std::uint64_t block = geometry.block_of(edge);
-    *slots++ = level.pins[block].bytes().data() +
-               (geometry.slot_offset(edge, border_rank) - level.offsets[block]);
+    *slots++ =
+        level.pins[block].bytes().data() + (geometry.slot(edge).offset - level.offsets[block]);
   }
 }
 

@@ -23,8 +23,7 @@ class OpenBlocks {
   void open(EdgeId edge);
   /// Where an output's slots of this edge are: slots[level - 1].
   /// REQUIRES: open(edge). May be called while others open and close.
-  void find_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
-                  std::byte** slots) const;
+  void find_slots(std::size_t output, EdgeId edge, std::byte** slots) const;
   /// All slots of this edge are filled.
   void close(EdgeId edge);
   /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.

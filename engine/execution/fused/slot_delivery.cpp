@@ -147,7 +147,7 @@ auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edge
   scratch.halves_.clear();
   std::byte** slots = scratch.slots_.data();
   for (const auto& [edge, own, other] : edges) {
-    blocks_.find_slots(output, edge, mesh_.border_rank(edge), slots);
+    blocks_.find_slots(output, edge, slots);
     scratch.halves_.push_back({own, other, slots});
     slots += level_count_;
   }

@@ -18,16 +18,9 @@ namespace plait {
 std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge) const noexcept {
   const Attribute& attribute = accesses_[access];
   const Level& at = attribute.levels[static_cast<std::size_t>(level - attribute.first_level)];
-  std::uint64_t rank = 0;
-  bool border = false;
-  if (!border_edges_.empty()) {
-    const auto found = std::ranges::lower_bound(border_edges_, edge);
-    rank = static_cast<std::uint64_t>(found - border_edges_.begin());
-    border = found != border_edges_.end() && *found == edge;
-  }
-  return {reinterpret_cast<std::byte*>(at.starts[at.geometry->block_of(edge)] +
-                                       at.geometry->slot_offset(edge, rank)),
-          slot_records(at.geometry->level().refinements, border) * at.geometry->record_bytes()};
+  const Slot slot = at.geometry->slot(edge);
+  return {reinterpret_cast<std::byte*>(at.starts[at.geometry->block_of(edge)] + slot.offset),
+          slot.bytes};
 }
 
 namespace {

@@ -10,7 +10,6 @@
 namespace plait {
 
 SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
-  view_.border_edges_ = store.base().border_edges();
   for (const LevelAccess& access : pass.accesses) {
     std::vector<Level>& levels = levels_.emplace_back();
     SweepView::Attribute& seen = view_.accesses_.emplace_back();

@@ -18,10 +18,10 @@ class NeededBlocks {
     const BaseMesh& base = store.base();
     for (int level = std::max(access.first_level, store.base_level() + 1);
          level <= access.last_level; ++level)
-      levels_.push_back({LevelGeometry(base.edge_count(), base.border_edges(),
-                                       relative_to_base(level, store.base_level()),
-                                       access.record_bytes, store.options().block_bytes),
-                         {}});
+      levels_.push_back(
+          {LevelGeometry(base.slot_shapes(), relative_to_base(level, store.base_level()),
+                         access.record_bytes, store.options().block_bytes),
+           {}});
     for (Level& level : levels_) level.needed_at.assign(level.geometry.block_count(), 0);
   }
 

@@ -120,7 +120,7 @@ std::byte* PatchWindow::pinned_slot(BaseRelativeLevel level, EdgeId edge) const 
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("face {} of '{}': the point is beyond the reach of the patch",
                             table_.face(), store_->attributes()[attribute_].schema.name));
-  return slot(level, edge, topology_.border_rank(edge));
+  return slot(level, edge).address;
 }
 
 void PatchWindow::enter(FaceId face) {
@@ -137,13 +137,9 @@ void PatchWindow::enter(FaceId face) {
       for (const EdgeId edge : topology_.face_edges[further.face()]) need(edge);
     }
   }
-  EdgeId ranked = kNoId;
-  std::uint64_t rank = 0;
-  table_.enter(topology_, face, record_bytes_, true, reach_ != Reach::kOwn,
-               store_->base_bytes(attribute_).data(), [&](EdgeId edge, BaseRelativeLevel level) {
-                 if (edge != ranked) rank = topology_.border_rank(ranked = edge);
-                 return slot(level, edge, rank);
-               });
+  table_.enter(topology_, face, record_bytes_, reach_ != Reach::kOwn,
+               store_->base_bytes(attribute_).data(),
+               [&](EdgeId edge, BaseRelativeLevel level) { return slot(level, edge); });
 }
 
 }  // namespace plait

@@ -14,7 +14,7 @@
 // the edge itself; from the face beyond the edge both coordinates are n - 1 - x.
 //
 // Source: I. Guskov, "Non-replicating indexing for out-of-core processing of semi-regular
-// triangular surface meshes", section 2. Pinned by tests/engine/index/edge_index_test.cpp.
+// triangular surface meshes", section 2. Pinned by tests/engine/address/edge_index_test.cpp.
 // All functions are constexpr, branch-light, thread-safe and never fail; levels run to kMaxLevel.
 #pragma once
 

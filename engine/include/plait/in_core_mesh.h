@@ -35,10 +35,11 @@ class InCoreMesh {
   void activate(int, int, int) {}
   /// Makes `face` the current patch; the one before it must not be used any more.
   Patch patch(FaceId face) {
-    table_.enter(topology_, face, sizeof(Record), false, true,
+    table_.enter(topology_, face, sizeof(Record), true,
                  reinterpret_cast<std::byte*>(base_records_.data()),
                  [&](EdgeId edge, BaseRelativeLevel level) {
-                   return reinterpret_cast<std::byte*>(slot(edge, level.refinements));
+                   return LocatedSlot{reinterpret_cast<std::byte*>(slot(edge, level.refinements)),
+                                      SlotShape::kWhole};
                  });
     return Patch(*this);
   }

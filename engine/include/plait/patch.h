@@ -70,11 +70,12 @@ class PatchWindow {
   /// Address of a slot. Errors: kInvalidArgument if its block is not pinned.
   std::byte* pinned_slot(BaseRelativeLevel level, EdgeId edge) const;
   /// REQUIRES: its block is pinned.
-  std::byte* slot(BaseRelativeLevel level, EdgeId edge, std::uint64_t rank) const {
+  LocatedSlot slot(BaseRelativeLevel level, EdgeId edge) const {
     const Level& at = levels_[static_cast<std::size_t>(level.refinements)];
     const LevelGeometry& geometry = at.file->geometry;
-    return reinterpret_cast<std::byte*>(at.starts[geometry.block_of(edge)] +
-                                        geometry.slot_offset(edge, rank));
+    const Slot slot = geometry.slot(edge);
+    return {reinterpret_cast<std::byte*>(at.starts[geometry.block_of(edge)] + slot.offset),
+            slot.shape};
   }
   void need(EdgeId edge);
 

@@ -55,7 +55,6 @@ class SweepView {
     int first_level = 1;
     std::vector<Level> levels;
   };
-  std::span<const EdgeId> border_edges_;
   std::vector<Attribute> accesses_;
 };
 

@@ -5,7 +5,6 @@
 // opposite corner x and runs from corner x+1 to corner x+2 (modulo 3): side 0 is bc, 1 ca, 2 ab.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -63,12 +62,6 @@ struct Topology {
   constexpr FaceSide next_corner(FaceSide corner) const {
     const FaceSide beyond = across(FaceSide(corner.face(), (corner.side() + 1) % 3));
     return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
-  }
-  /// Border edges before this edge: see level_geometry.h.
-  constexpr std::uint64_t border_rank(EdgeId edge) const {
-    if (border_edges.empty()) return 0;
-    return static_cast<std::uint64_t>(std::ranges::lower_bound(border_edges, edge) -
-                                      border_edges.begin());
   }
 };
 

@@ -68,7 +68,7 @@ struct TestLevel {
     file.path = "fake";
     file.traits = traits;
     file.writable = !traits.maps_for_reading;
-    file.geometry = LevelGeometry(edges, {}, BaseRelativeLevel(level), 1, kBlockBytes);
+    file.geometry = LevelGeometry(SlotShapes(edges), BaseRelativeLevel(level), 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
         LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});

@@ -100,7 +100,7 @@ class HeldBackend final : public Backend {
 /// One level of blocks of 4096 one-byte records, block b filled with b + 1 on the "disk".
 struct HeldLevel {
   HeldLevel(Pager& its_pager, std::uint64_t blocks) : pager(its_pager) {
-    file.geometry = LevelGeometry(blocks * 4096, {}, BaseRelativeLevel(1), 1, kBlockBytes);
+    file.geometry = LevelGeometry(SlotShapes(blocks * 4096), BaseRelativeLevel(1), 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
         LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, 1});
