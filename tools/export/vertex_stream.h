@@ -16,7 +16,7 @@ using VertexSink =
     std::function<void(std::span<const std::span<const std::byte>> records, std::size_t count)>;
 
 /// Passes the vertices of levels up to `level` (counted from the mesh the user gave) to `sink`,
-/// at most one slot at a time. Errors: those of Pager::pin, and what the sink throws.
+/// at most one slot at a time. Errors: those of Session::pin, and what the sink throws.
 void stream_vertices(Store& store, std::span<const AttributeId> attributes, int level,
                      const VertexSink& sink);
 

@@ -19,7 +19,7 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 /// level, else from the triangles around each vertex. Memory beside the store's budget: two rows
 /// of one patch, and one normal a base vertex in the second case.
 /// Errors: kInvalidArgument for a level that is not there and for positions that are no points;
-/// kCancelled; those of Pager::pin.
+/// kCancelled; those of Session::pin.
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
                   const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed);
 
