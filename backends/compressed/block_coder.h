@@ -1,16 +1,13 @@
-// backends/compressed/block_coder.h: one block through its filter chain and codec, with the memory
-// that this takes.
+// backends/compressed/block_coder.h: one block through its pipeline, with the memory that this
+// takes.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "compressed/codecs/codec.h"
-#include "compressed/filters/filter.h"
+#include "plait/backends/pipeline.h"
 #include "plait/block_table.h"
 
 namespace plait {
@@ -29,15 +26,11 @@ struct EncodedBlock {
 /// One thread at a time.
 class BlockCoder {
  public:
-  /// Errors: as make_codec and make_filter_chain.
-  BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
-             std::uint64_t max_raw_bytes);
+  BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes);
 
   std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
-  /// The most memory that it takes, once it has coded.
+  /// The most memory that the coder takes, once it has coded.
   std::uint64_t memory_bytes() const;
-  /// What a shuffle filter groups by from now on.
-  void set_component_bytes(std::size_t component_bytes);
 
   EncodedBlock encode(std::span<const std::byte> raw);
   /// Room for the stored bytes of a block, to be filled before decode().
@@ -51,13 +44,10 @@ class BlockCoder {
   /// With the first block: most levels of a store that is opened are not read.
   void make_room();
 
-  std::unique_ptr<Codec> codec_;
-  std::string filter_;
-  std::size_t component_bytes_;
-  FilterChain filters_;
+  Pipeline pipeline_;
   std::uint64_t max_raw_bytes_;
   Buffer stored_;
-  Buffer filtered_[2];  ///< where the stages of the chain take turns; empty if not needed
+  Buffer filtered_[2];  ///< where the filters take turns; empty where no filter needs it
 };
 
 }  // namespace plait

@@ -10,7 +10,8 @@ namespace plait {
 
 constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
-/// Its levels share the ring. Errors: as validate_uring. Of a level: as open_fixed_file;
+/// Its levels share one ring, and the buffers for blocks whose memory O_DIRECT does not take.
+/// Errors: as validate_uring. Of a level: as open_fixed_file;
 /// kNotSupported naming the file where its file system has no O_DIRECT. A new file is preallocated.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 

@@ -1,11 +1,10 @@
-// backends/uring/uring_ring.h: the process's io_uring.
+// backends/uring/uring_ring.h: the io_uring of one volume.
 #pragma once
 
 #include <liburing.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <span>
 #include <thread>
@@ -23,7 +22,7 @@ class RingRequest {
   ~RingRequest() = default;
 };
 
-/// One submission queue that all levels of all stores share, and one thread that waits for
+/// One submission queue that all levels of a store share, and one thread that waits for
 /// completions. Safe from any thread.
 ///
 /// No buffers are registered: frames come and go with the budget. What registering would save was
@@ -33,10 +32,10 @@ class UringRing {
   /// io_uring_submit, or what a test puts in its place.
   using Submit = int (*)(io_uring*);
 
-  /// The ring, made if there is none; it lives as long as somebody holds it.
-  /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory for want of a thread.
-  static std::shared_ptr<UringRing> shared();
+  /// Errors: kNotSupported if the kernel refuses io_uring.
+  static void check_available();
 
+  /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory for want of a thread.
   explicit UringRing(Submit with = ::io_uring_submit);
   ~UringRing();  ///< REQUIRES: nothing is on its way
   UringRing(const UringRing&) = delete;
