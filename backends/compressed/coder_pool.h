@@ -13,21 +13,22 @@
 
 namespace plait {
 
-/// Coders that are kept for the next caller, because their memory is faulted in and their contexts
-/// are set up. There are as many as there are threads, or as the memory allows: whoever finds none
-/// waits for one. Safe from any thread.
+/// Keeps coders for the next caller: their memory is faulted in and their contexts are set up. The
+/// pool has one coder per thread, or fewer if the memory is short. A caller waits if all coders are
+/// in use. Safe from any thread.
 class CoderPool {
  public:
   /// Errors: as make_codec and make_filter_chain.
   explicit CoderPool(const VolumeSpec& volume);
 
-  /// Blocks of so many bytes will be coded. Coders for smaller ones go as they are given back.
+  /// Prepares for blocks of up to `raw_bytes`. Coders for smaller blocks are deleted when their
+  /// users return them.
   void make_room_for(std::uint64_t raw_bytes);
-  /// The most memory that all coders together take. One there is in any case: what it takes beyond
-  /// `most_scratch_bytes` is not counted here.
+  /// The most memory that all coders together take, but not more than `most_scratch_bytes`. The
+  /// pool always has one coder; if that coder alone takes more, the rest is not counted here.
   std::uint64_t memory_bytes() const noexcept;
   std::size_t most_coders() const noexcept;
-  /// Gives back the memory of coders that nobody uses.
+  /// Frees the memory of the coders that are not in use.
   void shrink() noexcept;
 
   class Lease {

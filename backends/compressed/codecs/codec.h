@@ -1,7 +1,7 @@
 // backends/compressed/codecs/codec.h: reversible compressors of one block.
 //
-// A codec gets bytes from the disk: decompress() must fill exactly the span it is given or throw,
-// whatever it is fed, without touching a byte outside its spans.
+// A codec gets bytes from the disk, and they may be damaged. Whatever they are, decompress() must
+// fill exactly the output span or throw, and must not access a byte outside its spans.
 #pragma once
 
 #include <cstddef>
@@ -12,19 +12,20 @@
 
 namespace plait {
 
-/// May keep working memory of its own: one thread at a time.
+/// A codec may keep working memory, so only one thread may use it at a time.
 class Codec {
  public:
   virtual ~Codec() = default;
 
-  /// The most that compress() can need for `raw_bytes`.
+  /// The largest size of the result of compress() for `raw_bytes`.
   virtual std::size_t bound(std::size_t raw_bytes) const = 0;
 
-  /// The most memory that it keeps once it has coded blocks of up to `raw_bytes`.
+  /// The most memory that the codec keeps after coding blocks of up to `raw_bytes`.
   virtual std::size_t memory_bytes(std::size_t raw_bytes) const = 0;
 
-  /// The bytes used of `into`; nothing if the result does not fit, which is how a block that saves
-  /// too little is found early. Errors: kOutOfMemory.
+  /// Returns the number of bytes written to `into`, or nothing if the result does not fit. The
+  /// caller makes `into` so small that a block which saves too little does not fit.
+  /// Errors: kOutOfMemory.
   virtual std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                               std::span<std::byte> into) = 0;
 
@@ -33,7 +34,8 @@ class Codec {
 };
 
 /// "none", "lz4", "zstd" (its default level) or "zstd:LEVEL" from ZSTD_minCLevel to maxCLevel.
-/// Errors: kNotSupported naming the codecs there are; kInvalidArgument for a level out of range.
+/// Errors: kNotSupported (the message lists the known codecs); kInvalidArgument for a level out of
+/// range.
 std::unique_ptr<Codec> make_codec(std::string_view specification);
 
 std::unique_ptr<Codec> make_lz4_codec();

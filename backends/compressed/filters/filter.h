@@ -1,5 +1,5 @@
-// backends/compressed/filters/filter.h: reversible transforms of one block that keep its size and
-// make it easier to compress.
+// backends/compressed/filters/filter.h: reversible transforms of one block. They keep its size and
+// make it compress better.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace plait {
 
-/// Stateless: safe from any number of threads. The two spans have one size and do not overlap.
-/// decode() inverts encode() and accepts any bytes.
+/// A filter has no state, so any number of threads may use it. The two spans have the same size and
+/// do not overlap. decode() is the inverse of encode() and accepts any bytes.
 class Filter {
  public:
   virtual ~Filter() = default;
@@ -19,15 +19,16 @@ class Filter {
   virtual void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const = 0;
 };
 
-/// Encoded front to back, decoded back to front; "none" is the empty chain.
+/// Encoding applies the filters from first to last, decoding from last to first. "none" is the
+/// empty chain.
 using FilterChain = std::vector<std::unique_ptr<Filter>>;
 
-/// "none" or "shuffle". Errors: kNotSupported naming the filters there are; kInvalidArgument if
-/// `component_bytes` is not 1, 2, 4 or 8.
+/// "none" or "shuffle". Errors: kNotSupported (the message lists the known filters);
+/// kInvalidArgument if `component_bytes` is not 1, 2, 4 or 8.
 FilterChain make_filter_chain(std::string_view specification, std::size_t component_bytes);
 
-/// Gathers first bytes of all components, then second bytes, and so on; the bytes after the last
-/// whole component stay where they are. `component_bytes` is 2, 4 or 8.
+/// Writes the first bytes of all components, then all second bytes, and so on. Bytes after the last
+/// whole component keep their place. `component_bytes` is 2, 4 or 8.
 std::unique_ptr<Filter> make_shuffle_filter(std::size_t component_bytes);
 
 }  // namespace plait
