@@ -13,28 +13,16 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
-#include <new>
 #include <vector>
 
 #include "level_file.h"
 #include "plait/error.h"
 #include "plait/file_operations.h"
+#include "uring/page_buffers.h"
 #include "uring/uring_ring.h"
 
 namespace plait {
 namespace {
-
-/// Frees memory that was allocated with the alignment of O_DIRECT.
-struct PageDeleter {
-  void operator()(std::byte* memory) const {
-    ::operator delete(memory, std::align_val_t(kPageBytes));
-  }
-};
-using PageBuffer = std::unique_ptr<std::byte, PageDeleter>;
-
-PageBuffer make_page_buffer(std::size_t bytes) {
-  return PageBuffer(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kPageBytes))));
-}
 
 bool is_aligned(const std::byte* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kPageBytes == 0;
@@ -64,11 +52,12 @@ class Countdown final : public TransferListener {
 
 class UringBackend final : public Backend {
  public:
-  UringBackend(const LevelSpec& level, UringRing& ring)
+  UringBackend(const LevelSpec& level, UringRing& ring, PageBuffers& buffers)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         ring_(ring),
+        buffers_(buffers),
         file_(open_fixed_file(level)),
         direct_(open_direct(level)) {}
 
@@ -128,6 +117,7 @@ class UringBackend final : public Backend {
   BlockTable& table_;
   OpenMode mode_;
   UringRing& ring_;
+  PageBuffers& buffers_;
   File file_;    ///< goes through the page cache
   File direct_;  ///< goes past the page cache
 };
@@ -146,8 +136,9 @@ class UringBackend::BlockInFlight final : public RingRequest {
     const std::uint64_t page_bytes =
         end > first_page ? (end - first_page) / kPageBytes * kPageBytes : 0;
     pages_ = transfer.memory.subspan(head_bytes_, page_bytes);
-    if (!pages_.empty() && !is_aligned(pages_.data())) bounce_ = make_page_buffer(page_bytes);
-    rest_ = bounce_ ? std::span(bounce_.get(), page_bytes) : pages_;
+    if (!pages_.empty() && !is_aligned(pages_.data()))
+      aligned_ = PageBuffers::Lease(backend.buffers_);
+    rest_ = aligned_ ? std::span(aligned_.get(), page_bytes) : pages_;
   }
 
   void begin() {
@@ -158,7 +149,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
       if (!head.empty()) backend_.file_.read_at(offset_, head);
       if (!tail.empty()) backend_.file_.read_at(tail_offset, tail);
     } else {
-      if (bounce_) std::memcpy(bounce_.get(), pages_.data(), pages_.size());
+      if (aligned_) std::memcpy(aligned_.get(), pages_.data(), pages_.size());
       if (!head.empty()) backend_.file_.write_at(offset_, head);
       if (!tail.empty()) backend_.file_.write_at(tail_offset, tail);
       seal_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory);
@@ -190,7 +181,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
 
   void end(std::exception_ptr error) noexcept {
     if (!error && is_read()) {
-      if (bounce_) std::memcpy(pages_.data(), bounce_.get(), pages_.size());
+      if (aligned_) std::memcpy(pages_.data(), aligned_.get(), pages_.size());
       try {
         check_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory,
                   backend_.file_.path());
@@ -232,8 +223,8 @@ class UringBackend::BlockInFlight final : public RingRequest {
   BlockEntry former_;
   std::uint64_t offset_, head_bytes_ = 0;
   std::span<std::byte> pages_;  ///< the transfer's memory for whole pages
-  PageBuffer bounce_;           ///< an aligned copy of pages_; empty if pages_ is aligned
-  std::span<std::byte> rest_;   ///< the bytes still to be moved, in bounce_ or in pages_
+  PageBuffers::Lease aligned_;  ///< an aligned copy of pages_; empty if pages_ is aligned
+  std::span<std::byte> rest_;   ///< the part of aligned_ or pages_ that is still to be moved
 };
 
 void UringBackend::start(Transfer& transfer) noexcept {
@@ -255,22 +246,37 @@ void UringBackend::start(Transfer& transfer) noexcept {
   made.release()->submit_rest();
 }
 
+/// Whether every block of the level begins on a page.
+bool blocks_are_aligned(const LevelGeometry& geometry) {
+  for (std::uint64_t block = 1; block < geometry.block_count(); ++block)
+    if (geometry.block_offset(block) % kPageBytes != 0) return false;
+  return true;
+}
+
 class UringVolume final : public Volume {
  public:
+  explicit UringVolume(const VolumeSpec& volume) : buffers_(volume.most_scratch_bytes) {}
+
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    return std::make_unique<UringBackend>(level, *ring_);
+    auto backend = std::make_unique<UringBackend>(level, ring_, buffers_);
+    const std::uint64_t pages =
+        (level.geometry.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+    buffers_.make_room_for(pages, !blocks_are_aligned(level.geometry));
+    return backend;
   }
+  std::uint64_t scratch_bytes() const noexcept override { return buffers_.memory_bytes(); }
 
  private:
-  std::shared_ptr<UringRing> ring_ = UringRing::shared();
+  PageBuffers buffers_;
+  UringRing ring_;
 };
 
 }  // namespace
 
-std::unique_ptr<Volume> open_uring_volume(const VolumeSpec&) {
-  return std::make_unique<UringVolume>();
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
+  return std::make_unique<UringVolume>(volume);
 }
 
-void validate_uring(const BackendOptions&) { UringRing::shared(); }
+void validate_uring(const BackendOptions&) { UringRing::check_available(); }
 
 }  // namespace plait

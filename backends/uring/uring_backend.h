@@ -10,9 +10,10 @@ namespace plait {
 
 constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
-/// All levels share the ring. A new file is preallocated. Errors: as validate_uring. open_level()
-/// throws as open_fixed_file does, and kNotSupported naming the file if its file system has no
-/// O_DIRECT.
+/// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
+/// O_DIRECT. A new file is preallocated.
+/// Errors: as validate_uring. open_level() throws as open_fixed_file does, and kNotSupported naming
+/// the file if its file system has no O_DIRECT.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
 /// Throws kNotSupported if plait was built without liburing, or if the kernel refuses io_uring.

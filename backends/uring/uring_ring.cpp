@@ -20,25 +20,23 @@ constexpr std::size_t kMaxTransferBytes = 0x7ffff000;
 /// The pause before a submission is tried again, when the kernel has no room.
 constexpr std::chrono::microseconds kPause{50};
 
-}  // namespace
-
-std::shared_ptr<UringRing> UringRing::shared() {
-  static std::mutex mutex;
-  static std::weak_ptr<UringRing> known;
-  const std::scoped_lock lock(mutex);
-  std::shared_ptr<UringRing> ring = known.lock();
-  if (!ring) {
-    ring = std::make_shared<UringRing>();
-    known = ring;
-  }
-  return ring;
-}
-
-UringRing::UringRing(Submit with) : submit_(with) {
-  if (const int result = ::io_uring_queue_init(kEntries, &ring_, 0); result < 0)
+void set_up(io_uring& ring) {
+  if (const int result = ::io_uring_queue_init(kEntries, &ring, 0); result < 0)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("open backend \"uring\": the kernel refuses io_uring: {}",
                             std::generic_category().message(-result)));
+}
+
+}  // namespace
+
+void UringRing::check_available() {
+  io_uring ring{};
+  set_up(ring);
+  ::io_uring_queue_exit(&ring);
+}
+
+UringRing::UringRing(Submit with) : submit_(with) {
+  set_up(ring_);
   try {
     reaper_ = std::thread([this] { reap(); });
   } catch (const std::system_error& failure) {

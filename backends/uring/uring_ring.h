@@ -1,11 +1,10 @@
-// backends/uring/uring_ring.h: the io_uring of the process.
+// backends/uring/uring_ring.h: the io_uring of one volume.
 #pragma once
 
 #include <liburing.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <span>
 #include <thread>
@@ -23,8 +22,8 @@ class RingRequest {
   ~RingRequest() = default;
 };
 
-/// One submission queue for all levels of all stores, and one thread that waits for completions.
-/// Safe from any thread.
+/// One submission queue for all levels of a store, and one thread that waits for completions. Safe
+/// from any thread.
 ///
 /// No buffers are registered with the kernel, because the set of frames changes with the budget.
 /// How much time registering would save was not measured.
@@ -33,11 +32,11 @@ class UringRing {
   /// io_uring_submit, or a replacement in a test.
   using Submit = int (*)(io_uring*);
 
-  /// The ring of the process. The first call makes it, and it lives as long as a pointer to it.
+  /// Throws kNotSupported if the kernel refuses io_uring.
+  static void check_available();
+
   /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory if no thread can be
   /// started.
-  static std::shared_ptr<UringRing> shared();
-
   explicit UringRing(Submit with = ::io_uring_submit);
   ~UringRing();  ///< REQUIRES: no transfer is in flight
   UringRing(const UringRing&) = delete;
