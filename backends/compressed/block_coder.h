@@ -1,16 +1,13 @@
-// backends/compressed/block_coder.h: encodes and decodes one block with a filter chain and a codec,
-// and owns the buffers for it.
+// backends/compressed/block_coder.h: encodes and decodes one block with a pipeline, and owns the
+// buffers for it.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "compressed/codecs/codec.h"
-#include "compressed/filters/filter.h"
+#include "plait/backends/pipeline.h"
 #include "plait/block_table.h"
 
 namespace plait {
@@ -23,22 +20,18 @@ constexpr std::uint64_t max_encoded_bytes(std::uint64_t raw_bytes) {
 
 struct EncodedBlock {
   BlockEncoding encoding;  ///< kRaw or kEncoded
-  std::span<const std::byte>
-      bytes;  ///< the caller's bytes (kRaw), or the coder's, valid until its next call
+  /// kRaw: the caller's bytes. kEncoded: the coder's, valid until its next call.
+  std::span<const std::byte> bytes;
 };
 
 /// One thread at a time.
 class BlockCoder {
  public:
-  /// Errors: as make_codec and make_filter_chain.
-  BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
-             std::uint64_t max_raw_bytes);
+  BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes);
 
   std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
   /// The most memory that the coder takes, after its first block.
   std::uint64_t memory_bytes() const;
-  /// The component size that a shuffle filter uses from the next block on.
-  void set_component_bytes(std::size_t component_bytes);
 
   EncodedBlock encode(std::span<const std::byte> raw);
   /// The buffer for the stored bytes of a block. The caller fills it before decode().
@@ -52,13 +45,10 @@ class BlockCoder {
   /// Allocates the buffers, with the first block: most levels of an open store are never read.
   void make_room();
 
-  std::unique_ptr<Codec> codec_;
-  std::string filter_;
-  std::size_t component_bytes_;
-  FilterChain filters_;
+  Pipeline pipeline_;
   std::uint64_t max_raw_bytes_;
   Buffer stored_;
-  Buffer filtered_[2];  ///< the filters of a chain write to them in turn; empty if not needed
+  Buffer filtered_[2];  ///< the filters write to them in turn; empty if not needed
 };
 
 }  // namespace plait

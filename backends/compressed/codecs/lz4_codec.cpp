@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <lz4.h>
 
-#include "compressed/codecs/codec.h"
+#include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -41,6 +41,9 @@ class Lz4Codec final : public Codec {
 
 }  // namespace
 
-std::unique_ptr<Codec> make_lz4_codec() { return std::make_unique<Lz4Codec>(); }
+std::unique_ptr<Codec> make_lz4_codec(std::string_view options) {
+  refuse_options("lz4", options);
+  return std::make_unique<Lz4Codec>();
+}
 
 }  // namespace plait

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "compressed/codecs/codec.h"
+#include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -82,18 +82,18 @@ class ZstdCodec final : public Codec {
 
 }  // namespace
 
-std::unique_ptr<Codec> make_zstd_codec(std::optional<std::string_view> level) {
-  int value = ZSTD_defaultCLevel();
-  if (level) {
-    const char* const end = level->data() + level->size();
-    const auto [stop, failure] = std::from_chars(level->data(), end, value);
-    if (failure != std::errc() || stop != end || value < ZSTD_minCLevel() ||
-        value > ZSTD_maxCLevel())
+std::unique_ptr<Codec> make_zstd_codec(std::string_view options) {
+  int level = ZSTD_defaultCLevel();
+  if (!options.empty()) {
+    const char* const end = options.data() + options.size();
+    const auto [stop, failure] = std::from_chars(options.data(), end, level);
+    if (failure != std::errc() || stop != end || level < ZSTD_minCLevel() ||
+        level > ZSTD_maxCLevel())
       throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}", *level,
+                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}", options,
                               ZSTD_minCLevel(), ZSTD_maxCLevel()));
   }
-  return std::make_unique<ZstdCodec>(value);
+  return std::make_unique<ZstdCodec>(level);
 }
 
 }  // namespace plait
