@@ -40,7 +40,8 @@ struct Settings {
   int first = 3, last = 6, runs = 5, threads = 2;
 };
 
-/// Runs work(offset, bytes) on every thread, each with its share of [0, bytes). Returns the seconds.
+/// Runs work(offset, bytes) on every thread, each with its share of [0, bytes). Returns the
+/// seconds.
 template <class Work>
 double on_threads(int threads, std::uint64_t bytes, Work work) {
   return seconds([&] {

@@ -15,9 +15,10 @@ namespace plait::test {
 
 /// The kind of file system for a test's files.
 enum class Medium : std::uint8_t {
-  kDisk,    ///< the machine's directory for temporary files
-  kMemory,  ///< in memory if that can be: for tests of many small stores, whose disk is not the
-            ///< point
+  kDisk,  ///< the machine's directory for temporary files
+  /// A file system in memory if there is one: for tests that make many small stores and do not
+  /// test the disk.
+  kMemory,
 };
 
 /// The directory for temporary files on this medium. If TMPDIR is set in the environment, it is

@@ -64,7 +64,7 @@ struct NamedMesh {
 };
 /// The closed meshes above, each with a few parameters and seeds.
 std::vector<NamedMesh> closed_meshes();
-/// The ones with border.
+/// The meshes with border.
 std::vector<NamedMesh> border_meshes();
 /// All of them.
 std::vector<NamedMesh> all_meshes();

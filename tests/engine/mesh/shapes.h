@@ -1,4 +1,5 @@
-// shapes.h: small base meshes by name, and the relations that every base mesh has to satisfy.
+// shapes.h: small named base meshes, and a check of the relations that every base mesh must
+// satisfy.
 #pragma once
 
 #include <algorithm>
