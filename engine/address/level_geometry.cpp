@@ -31,7 +31,10 @@ std::uint64_t checked_product(std::uint64_t a, std::uint64_t b, std::int64_t sid
 
 LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
                              std::size_t record_bytes, std::uint64_t block_bytes)
-    : shapes_(shapes), level_(level), record_bytes_(record_bytes) {
+    : all_whole_(shapes.half().empty() && shapes.absent().empty()),
+      level_(level),
+      record_bytes_(record_bytes),
+      shapes_(shapes) {
   if (level.refinements < 1 || level.refinements > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("lay out a level: expected 1 to {} refinements of the base mesh, found "
