@@ -2,7 +2,7 @@
 //
 //   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
 //
-// One source, plait/kernels/loop_patches.h, refines the same mesh over: plain arrays of each face
+// One source, plait/kernels/rule_patches.h, refines the same mesh over: plain arrays of each face
 // (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a store on disk whose
 // blocks are all in their frames. All is allocated and touched before; every counted run begins
 // with the base positions and goes through all levels. Runs alternate, so that a machine whose
@@ -23,7 +23,7 @@
 #include "plait/backends/registry.h"
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -47,8 +47,9 @@ struct Settings {
 template <PatchMesh Mesh>
 void refine_from_base(Mesh& mesh, const BaseMesh& base, int levels) {
   for (std::size_t vertex = 0; vertex < base.vertex_count(); ++vertex)
-    mesh.base_records()[vertex] = loop::narrow<float>(base.positions()[vertex]);
-  for (int level = 1; level <= levels; ++level) loop_refine_patches(mesh, level);
+    mesh.base_records()[vertex] = narrow<float>(base.positions()[vertex]);
+  for (int level = 1; level <= levels; ++level)
+    refine_patches(mesh, level, loop_scheme().rule<float>());
 }
 
 template <PatchMesh First, PatchMesh Second>

@@ -11,7 +11,7 @@
 
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/patch.h"
 #include "plait/store.h"
@@ -79,11 +79,17 @@ bool on_border(const Patch& patch, std::int64_t size, std::int64_t i, std::int64
          (j == 0 && patch.is_border(2));
 }
 
+template <class Mesh>
+const auto& loop_of() {
+  return plait::loop_scheme().rule<decltype(Mesh::Record::x)>();
+}
+
 /// This program's own loops, with the library's rules.
 struct OwnLoops {
   /// A point born at `level`: the middle of an edge that runs along i, along j or across.
-  template <class Patch>
-  static void make_odd(const Patch& patch, int level, std::int64_t i, std::int64_t j) {
+  template <class Patch, class Rule>
+  static void make_odd(const Rule& rule, const Patch& patch, int level, std::int64_t i,
+                       std::int64_t j) {
     const std::int64_t size = std::int64_t{1} << level;
     if (!computes(patch, size, i, j)) return;
     const std::int64_t along_i = j % 2 == 0 ? 1 : i % 2 == 0 ? 0 : 1;
@@ -95,17 +101,18 @@ struct OwnLoops {
     const auto& b = coarse(along_i, along_j);
     auto& made = patch.at(level, i, j);
     if (on_border(patch, size, i, j))
-      made = plait::loop::odd_border_vertex(a, b);
+      made = rule.odd_border(a, b);
     else if (along_j == 0)
-      made = plait::loop::odd_vertex(a, b, coarse(-1, 2), coarse(1, -2));
+      made = rule.odd(a, b, coarse(-1, 2), coarse(1, -2));
     else if (along_i == 0)
-      made = plait::loop::odd_vertex(a, b, coarse(2, -1), coarse(-2, 1));
+      made = rule.odd(a, b, coarse(2, -1), coarse(-2, 1));
     else
-      made = plait::loop::odd_vertex(a, b, coarse(-1, -1), coarse(1, 1));
+      made = rule.odd(a, b, coarse(-1, -1), coarse(1, 1));
   }
 
-  template <class Patch>
-  static void move_even(const Patch& patch, int level, std::int64_t i, std::int64_t j) {
+  template <class Patch, class Rule>
+  static void move_even(const Rule& rule, const Patch& patch, int level, std::int64_t i,
+                        std::int64_t j) {
     const std::int64_t size = std::int64_t{1} << level;
     if (plait::is_corner(level, i, j) || !computes(patch, size, i, j)) return;
     const auto near = [&](std::int64_t p, std::int64_t q) -> auto& {
@@ -113,18 +120,19 @@ struct OwnLoops {
     };
     auto& v = near(0, 0);
     if (!on_border(patch, size, i, j))
-      v = plait::loop::even_vertex(v, near(-1, 1), near(-1, 0), near(0, -1), near(1, -1),
-                                   near(1, 0), near(0, 1));
+      v = rule.even(v, plait::ring_sum(near(-1, 1), near(-1, 0), near(0, -1), near(1, -1),
+                                       near(1, 0), near(0, 1)));
     else if (j == 0)
-      v = plait::loop::even_border_vertex(v, near(-1, 0), near(1, 0));
+      v = rule.even_border(v, near(-1, 0), near(1, 0));
     else if (i == 0)
-      v = plait::loop::even_border_vertex(v, near(0, -1), near(0, 1));
+      v = rule.even_border(v, near(0, -1), near(0, 1));
     else
-      v = plait::loop::even_border_vertex(v, near(1, -1), near(-1, 1));
+      v = rule.even_border(v, near(1, -1), near(-1, 1));
   }
 
   template <plait::PatchMesh Mesh>
   static void refine(Mesh& mesh, int level) {
+    const auto& rule = loop_of<Mesh>();
     const plait::Topology topology = mesh.topology();
     const std::int64_t size = std::int64_t{1} << level;
     plait::RingTable<typename Mesh::Record> rings(topology.edges.size());
@@ -133,16 +141,16 @@ struct OwnLoops {
       const auto patch = mesh.patch(face);
       for (std::int64_t j = 0; j <= size; ++j)
         for (std::int64_t i = 0; i + j <= size; ++i)
-          if (i % 2 + j % 2 > 0) make_odd(patch, level, i, j);
+          if (i % 2 + j % 2 > 0) make_odd(rule, patch, level, i, j);
       plait::collect_rings(patch, topology, level, rings);
     }
     mesh.activate(level, 1, level - 1);
     for (FaceId face = 0; face < topology.faces.size(); ++face) {
       const auto patch = mesh.patch(face);
       for (std::int64_t j = 0; j <= size; j += 2)
-        for (std::int64_t i = 0; i + j <= size; i += 2) move_even(patch, level, i, j);
+        for (std::int64_t i = 0; i + j <= size; i += 2) move_even(rule, patch, level, i, j);
     }
-    plait::loop::even_base(topology, rings, mesh.base_records());
+    plait::move_base_vertices(topology, rings, rule, mesh.base_records());
   }
 };
 
@@ -150,7 +158,7 @@ struct OwnLoops {
 struct LibraryLoops {
   template <plait::PatchMesh Mesh>
   static void refine(Mesh& mesh, int level) {
-    plait::loop_refine_patches(mesh, level);
+    plait::refine_patches(mesh, level, loop_of<Mesh>());
   }
 };
 
