@@ -1,11 +1,11 @@
-// A block lies in the file as
+// The bytes of a block in the file:
 //
 //   | head | whole pages ...                            | tail |
 //
-// Head and tail are parts of pages that it shares with its neighbours; where the pages of a level's
-// blocks are its own, both are empty. Whole pages go past the page cache, and the shared ones
-// always through it: there the kernel puts the parts together, whoever writes them at the same
-// time, and no byte is ever reached both ways.
+// Head and tail are parts of pages that the block shares with its neighbours. Both are empty if all
+// blocks of the level begin and end at page boundaries. Whole pages go past the page cache. Shared
+// pages always go through the page cache: there the kernel combines the parts, even if several
+// threads write them at the same time. No byte is ever accessed both ways.
 #include "uring/uring_backend.h"
 
 #include <algorithm>
@@ -13,34 +13,22 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
-#include <new>
 #include <vector>
 
 #include "level_file.h"
 #include "plait/error.h"
 #include "plait/file_operations.h"
+#include "uring/page_buffers.h"
 #include "uring/uring_ring.h"
 
 namespace plait {
 namespace {
 
-/// Memory that O_DIRECT takes.
-struct PageDeleter {
-  void operator()(std::byte* memory) const {
-    ::operator delete(memory, std::align_val_t(kPageBytes));
-  }
-};
-using PageBuffer = std::unique_ptr<std::byte, PageDeleter>;
-
-PageBuffer make_page_buffer(std::size_t bytes) {
-  return PageBuffer(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kPageBytes))));
-}
-
 bool is_aligned(const std::byte* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kPageBytes == 0;
 }
 
-/// Counts transfers down, for callers that wait for all of them.
+/// Waits until a number of transfers have ended.
 class Countdown final : public TransferListener {
  public:
   explicit Countdown(std::size_t count) : pending_(count) {}
@@ -64,11 +52,12 @@ class Countdown final : public TransferListener {
 
 class UringBackend final : public Backend {
  public:
-  UringBackend(const LevelSpec& level, UringRing& ring)
+  UringBackend(const LevelSpec& level, UringRing& ring, PageBuffers& buffers)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         ring_(ring),
+        buffers_(buffers),
         file_(open_fixed_file(level)),
         direct_(open_direct(level)) {}
 
@@ -80,7 +69,7 @@ class UringBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    // A write leaves the memory as it is.
+    // The cast is safe: a write does not change the memory.
     transfer_all(Transfer::Direction::kWrite, blocks,
                  {const_cast<std::byte*>(from.data()), from.size()});
   }
@@ -128,11 +117,12 @@ class UringBackend final : public Backend {
   BlockTable& table_;
   OpenMode mode_;
   UringRing& ring_;
-  File file_;    ///< through the page cache
-  File direct_;  ///< past it
+  PageBuffers& buffers_;
+  File file_;    ///< goes through the page cache
+  File direct_;  ///< goes past the page cache
 };
 
-/// One transfer; deletes itself when it has ended.
+/// One transfer. The object deletes itself when the transfer has ended.
 class UringBackend::BlockInFlight final : public RingRequest {
  public:
   BlockInFlight(UringBackend& backend, Transfer& transfer)
@@ -146,8 +136,9 @@ class UringBackend::BlockInFlight final : public RingRequest {
     const std::uint64_t page_bytes =
         end > first_page ? (end - first_page) / kPageBytes * kPageBytes : 0;
     pages_ = transfer.memory.subspan(head_bytes_, page_bytes);
-    if (!pages_.empty() && !is_aligned(pages_.data())) bounce_ = make_page_buffer(page_bytes);
-    rest_ = bounce_ ? std::span(bounce_.get(), page_bytes) : pages_;
+    if (!pages_.empty() && !is_aligned(pages_.data()))
+      aligned_ = PageBuffers::Lease(backend.buffers_);
+    rest_ = aligned_ ? std::span(aligned_.get(), page_bytes) : pages_;
   }
 
   void begin() {
@@ -158,19 +149,19 @@ class UringBackend::BlockInFlight final : public RingRequest {
       if (!head.empty()) backend_.file_.read_at(offset_, head);
       if (!tail.empty()) backend_.file_.read_at(tail_offset, tail);
     } else {
-      if (bounce_) std::memcpy(bounce_.get(), pages_.data(), pages_.size());
+      if (aligned_) std::memcpy(aligned_.get(), pages_.data(), pages_.size());
       if (!head.empty()) backend_.file_.write_at(offset_, head);
       if (!tail.empty()) backend_.file_.write_at(tail_offset, tail);
       seal_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory);
     }
   }
 
-  /// What follows may delete this object.
+  /// The object may be deleted when this returns.
   void submit_rest() noexcept {
     if (rest_.empty()) return end(nullptr);
     const FileOperationHook::Verdict verdict = before_operation(operation(rest_.size()));
     if (verdict.error != 0) return completed(-verdict.error);
-    // Whole pages, or none.
+    // A request moves whole pages, at least one.
     const std::uint64_t most_bytes = std::max(verdict.most_bytes, kPageBytes);
     backend_.ring_.submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
                           backend_.direct_.descriptor(), rest_offset(),
@@ -178,9 +169,9 @@ class UringBackend::BlockInFlight final : public RingRequest {
   }
 
   void completed(int result) noexcept override {
-    // Cancelled: the thread that submitted it has ended since.
+    // -ECANCELED: the thread that submitted the request has ended. Submit it again.
     if (result == -EINTR || result == -EAGAIN || result == -ECANCELED) return submit_rest();
-    // Short by less than a page: O_DIRECT cannot go on from there.
+    // O_DIRECT continues only at a page boundary. So only the whole pages count as moved.
     const auto moved = static_cast<std::size_t>(std::max(result, 0)) / kPageBytes * kPageBytes;
     if (moved == 0) return end(error_of(result));
     after_operation(operation(moved));
@@ -190,7 +181,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
 
   void end(std::exception_ptr error) noexcept {
     if (!error && is_read()) {
-      if (bounce_) std::memcpy(pages_.data(), bounce_.get(), pages_.size());
+      if (aligned_) std::memcpy(pages_.data(), aligned_.get(), pages_.size());
       try {
         check_raw(backend_.geometry_, backend_.table_, {transfer_.block, 1}, transfer_.memory,
                   backend_.file_.path());
@@ -232,8 +223,8 @@ class UringBackend::BlockInFlight final : public RingRequest {
   BlockEntry former_;
   std::uint64_t offset_, head_bytes_ = 0;
   std::span<std::byte> pages_;  ///< the transfer's memory for whole pages
-  PageBuffer bounce_;           ///< for them if theirs is not aligned
-  std::span<std::byte> rest_;   ///< what is still to be moved, in bounce_ or in pages_
+  PageBuffers::Lease aligned_;  ///< an aligned copy of pages_; empty if pages_ is aligned
+  std::span<std::byte> rest_;   ///< the part of aligned_ or pages_ that is still to be moved
 };
 
 void UringBackend::start(Transfer& transfer) noexcept {
@@ -255,22 +246,37 @@ void UringBackend::start(Transfer& transfer) noexcept {
   made.release()->submit_rest();
 }
 
+/// Whether every block of the level begins on a page.
+bool blocks_are_aligned(const LevelGeometry& geometry) {
+  for (std::uint64_t block = 1; block < geometry.block_count(); ++block)
+    if (geometry.block_offset(block) % kPageBytes != 0) return false;
+  return true;
+}
+
 class UringVolume final : public Volume {
  public:
+  explicit UringVolume(const VolumeSpec& volume) : buffers_(volume.most_scratch_bytes) {}
+
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    return std::make_unique<UringBackend>(level, *ring_);
+    auto backend = std::make_unique<UringBackend>(level, ring_, buffers_);
+    const std::uint64_t pages =
+        (level.geometry.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+    buffers_.make_room_for(pages, !blocks_are_aligned(level.geometry));
+    return backend;
   }
+  std::uint64_t scratch_bytes() const noexcept override { return buffers_.memory_bytes(); }
 
  private:
-  std::shared_ptr<UringRing> ring_ = UringRing::shared();
+  PageBuffers buffers_;
+  UringRing ring_;
 };
 
 }  // namespace
 
-std::unique_ptr<Volume> open_uring_volume(const VolumeSpec&) {
-  return std::make_unique<UringVolume>();
+std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
+  return std::make_unique<UringVolume>(volume);
 }
 
-void validate_uring(const BackendOptions&) { UringRing::shared(); }
+void validate_uring(const BackendOptions&) { UringRing::check_available(); }
 
 }  // namespace plait

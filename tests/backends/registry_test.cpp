@@ -62,17 +62,21 @@ TEST_CASE("CompressedValidate_UnknownCodecOrFilter_NamesThoseThereAre") {
     CHECK(error_text([&] { validate({codec, "shuffle"}); }).empty());
   CHECK(error_text([&] {
           validate({"gzip", "none"});
-        }) == "not_supported: choose codec \"gzip\": expected one of none, lz4, zstd, zstd:LEVEL");
+        }) ==
+        "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
+        "none, zstd");
   CHECK(error_text([&] {
           validate({"lz4", "sort"});
-        }) == "not_supported: choose filter \"sort\": expected one of none, shuffle");
-  for (const char* codec :
-       {"zstd:", "zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
+        }) ==
+        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle");
+  for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
     CHECK(error_text([&] {
             validate({codec, "none"});
           }).find("expected a level from -131072 to") != std::string::npos);
-  for (const char* codec : {"", "LZ4", "lz4 ", "zstdx", "none:1"})
+  for (const char* codec : {"", "LZ4", "lz4 ", "zstdx"})
     CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("not_supported: "));
+  for (const char* codec : {"none:1", "zstd:"})
+    CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("invalid_argument: "));
 }
 
 TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {

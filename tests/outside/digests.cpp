@@ -1,5 +1,6 @@
 // A program of somebody else's: refines two meshes by loops of its own, by the library's loops
-// compiled here, and by the library's executors, and prints a digest of each. CTest builds it
+// compiled here, and by the library's executors, with the library's rules and with one of its own,
+// and prints a digest of each. CTest builds it
 // twice, as plait builds itself and as a project outside does that lets the compiler contract; both
 // must print the same lines (compare.cmake), and each fails by itself where its digests differ.
 #include <array>
@@ -11,6 +12,7 @@
 
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
+#include "plait/kernels/own_rule.h"
 #include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/patch.h"
@@ -154,6 +156,39 @@ struct OwnLoops {
   }
 };
 
+/// A rule of this program's own, full of products that a compiler would like to contract with the
+/// sums around them.
+struct OwnRule {
+  double w = 0.13;
+
+  template <class V>
+  V odd(V a, V b, V c, V d) const {
+    return 0.37 * (a + b) + w * (c + d);
+  }
+  template <class V>
+  V odd_border(V a, V b) const {
+    return 0.51 * (a + b);
+  }
+  template <class V>
+  V even(V v, V ring) const {
+    return 0.4 * v + 0.1 * ring;
+  }
+  template <class V>
+  V even_border(V v, V p, V q) const {
+    return 0.6 * v + 0.2 * (p + q);
+  }
+  double even_weight(int valence) const { return 0.6 / valence; }
+  template <class V>
+  V limit(V v, V ring) const {
+    return 0.3 * v + ring / 9;
+  }
+  template <class V>
+  V limit_border(V v, V p, V q) const {
+    return (3 * v + (p + q)) / 5;
+  }
+  double limit_weight(int valence) const { return 1.0 / (valence + 3); }
+};
+
 /// The library's loops, compiled with this program's flags.
 struct LibraryLoops {
   template <plait::PatchMesh Mesh>
@@ -226,6 +261,12 @@ bool run(const plait::BaseMesh& base, const std::string& name) {
   butterfly.scheme = plait::Scheme::kButterfly;
   butterfly.normals = true;
   check("Butterfly", butterfly, false);
+  const plait::OneRingScheme own = plait::own_scheme("own", OwnRule{});
+  plait::SubdivideOptions by_own_rule;
+  by_own_rule.own_scheme = &own;
+  check("own rule", by_own_rule, false);
+  by_own_rule.limit = by_own_rule.normals = true;
+  check("own rule, limit", by_own_rule, false);
   return same;
 }
 

@@ -3,6 +3,7 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <thread>
@@ -31,7 +32,7 @@ std::int64_t bytes_in_use() {
 }
 
 /// Every thread codes blocks of several sizes; false if one did not come back as it was.
-bool code_in_threads(CoderPool& pool) {
+bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
   std::atomic<bool> same = true;
   std::vector<std::thread> threads;
   for (int number = 0; number < kThreads; ++number)
@@ -39,7 +40,7 @@ bool code_in_threads(CoderPool& pool) {
       for (const std::uint64_t bytes : {kBlockBytes, kBlockBytes / 2, std::uint64_t{20'000}}) {
         const auto raw = make_content(bytes, Content::kSmooth, static_cast<std::uint32_t>(number));
         std::vector<std::byte> back(bytes);
-        CoderPool::Lease coder(pool, number % 2 == 0 ? 4 : 8);
+        CoderPool::Lease coder(pool, {pipeline, number % 2 == 0 ? 4u : 8u});
         const EncodedBlock encoded = coder->encode(raw);
         if (encoded.encoding == BlockEncoding::kRaw) continue;
         const std::vector<std::byte> stored(encoded.bytes.begin(), encoded.bytes.end());
@@ -56,9 +57,10 @@ bool code_in_threads(CoderPool& pool) {
 TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
   for (const char* codec : {"none", "lz4", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
     CAPTURE(codec);
-    VolumeSpec volume{{codec, "shuffle"}, ~std::uint64_t{0}, 1};
-    CoderPool one(volume);
-    one.make_room_for(kBlockBytes);
+    const std::string pipeline = std::string("shuffle,") + codec;
+    VolumeSpec volume{{}, ~std::uint64_t{0}, 1};
+    CoderPool one(default_pipelines(), volume);
+    one.make_room_for({pipeline, 4}, kBlockBytes);
     CHECK(one.most_coders() == 1);
     const std::uint64_t coder_bytes = one.memory_bytes();
 
@@ -66,11 +68,12 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     volume.most_scratch_bytes = 3 * coder_bytes + coder_bytes / 2;
     std::thread([] {}).join();
     const std::int64_t before = bytes_in_use();
-    CoderPool pool(volume);
-    pool.make_room_for(kBlockBytes);
+    CoderPool pool(default_pipelines(), volume);
+    pool.make_room_for({pipeline, 4}, kBlockBytes);
+    pool.make_room_for({pipeline, 8}, kBlockBytes);
     CHECK(pool.most_coders() == 3);
     CHECK(pool.memory_bytes() == 3 * coder_bytes);
-    CHECK(code_in_threads(pool));
+    CHECK(code_in_threads(pool, pipeline));
     constexpr std::int64_t kSmallThings = 64 << 10;
     const std::int64_t taken = bytes_in_use() - before;
     if (kMemoryIsCounted) {
@@ -79,27 +82,50 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     }
     pool.shrink();
     if (kMemoryIsCounted) CHECK(bytes_in_use() - before <= kSmallThings);
-    CHECK(code_in_threads(pool));
+    CHECK(code_in_threads(pool, pipeline));
   }
 }
 
 TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
-  CoderPool pool({{"none", "shuffle"}, ~std::uint64_t{0}, 2});
-  pool.make_room_for(1000);
+  CoderPool pool(default_pipelines(), {{}, ~std::uint64_t{0}, 2});
+  const Coding coding{"shuffle,none", 4};
+  pool.make_room_for(coding, 1000);
   {
-    const CoderPool::Lease small(pool, 4);
-    pool.make_room_for(kBlockBytes);
+    const CoderPool::Lease small(pool, coding);
+    pool.make_room_for(coding, kBlockBytes);
   }
-  CoderPool::Lease coder(pool, 4);
+  CoderPool::Lease coder(pool, coding);
   CHECK(coder->max_raw_bytes() == kBlockBytes);
 }
 
+TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheMemoryOfTheLargest") {
+  const Coding small{"lz4", 4}, large{"shuffle,zstd:19", 4};
+  CoderPool alone(default_pipelines(), {{}, ~std::uint64_t{0}, 1});
+  alone.make_room_for(large, kBlockBytes);
+  CoderPool pool(default_pipelines(), {{}, 2 * alone.memory_bytes(), kThreads});
+  pool.make_room_for(large, kBlockBytes);
+  pool.make_room_for(small, kBlockBytes);
+  CHECK(pool.memory_bytes() == 2 * alone.memory_bytes());
+  const auto raw = make_content(kBlockBytes, Content::kZeros, 1);
+  for (int round = 0; round < 3; ++round)
+    for (const Coding& coding : {small, large}) {
+      CAPTURE(coding.pipeline, round);
+      CoderPool::Lease coder(pool, coding), other(pool, large);
+      const EncodedBlock encoded = coder->encode(raw);
+      REQUIRE(encoded.encoding == BlockEncoding::kEncoded);
+      Pipeline expected = default_pipelines().make(coding.pipeline, coding.component_bytes);
+      BlockCoder fresh(std::move(expected), kBlockBytes);
+      CHECK(std::ranges::equal(fresh.encode(raw).bytes, encoded.bytes));
+    }
+}
+
 TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
-  CoderPool pool({{"zstd:1", "shuffle"}, 1000, kThreads});
-  pool.make_room_for(kBlockBytes);
+  const std::string pipeline = "shuffle,zstd:1";
+  CoderPool pool(default_pipelines(), {{}, 1000, kThreads});
+  pool.make_room_for({pipeline, 4}, kBlockBytes);
   CHECK(pool.most_coders() == 1);
   CHECK(pool.memory_bytes() == 1000);
-  CHECK(code_in_threads(pool));
+  CHECK(code_in_threads(pool, pipeline));
 }
 
 TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersForFrames") {

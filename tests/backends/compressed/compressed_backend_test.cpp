@@ -24,7 +24,7 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
   CHECK(max_encoded_bytes(4096) == 3584);
 
   const std::size_t size = 4096;
-  BlockCoder coder("lz4", "none", 4, size);
+  BlockCoder coder(default_pipelines().make("lz4", 4), size);
   std::size_t encoded_count = 0;
   for (std::size_t zeros = 0; zeros <= size; zeros += 16) {
     auto raw = make_content(size, Content::kRandom, 1);

@@ -5,6 +5,8 @@
 
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "plait/kernels/edge_grid.h"
 #include "plait/kernels/one_ring_rule.h"
