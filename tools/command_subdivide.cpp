@@ -52,7 +52,8 @@ void add_surface_options(CLI::App& command, SubdivisionRequest& request) {
   add_whole_option(command, "--levels", request.levels, 1, kMaxLevel,
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
-  command.add_option("--scheme", request.scheme, "loop, butterfly or midpoint; default loop");
+  command.add_option("--scheme", request.scheme,
+                     fmt::format("{}; default {}", scheme_names(), to_string(Scheme::kLoop)));
   command
       .add_option("--precision", request.precision,
                   "Of positions: float32 or float64; default float32")

@@ -41,7 +41,7 @@ SubdivisionPlan make_plan(const SubdivisionRequest& request, const BackendRegist
 
   plan.layout = layout_from_name(request.layout.value_or("auto"));
   plan.double_precision = request.precision == "float64";
-  plan.subdivide.scheme = scheme_from_name(request.scheme.value_or("loop"));
+  plan.subdivide.scheme = request.scheme ? scheme_from_name(*request.scheme) : Scheme::kLoop;
   plan.subdivide.levels = request.levels;
   plan.subdivide.normals = request.normals;
   plan.subdivide.limit = request.limit;

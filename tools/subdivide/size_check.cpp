@@ -57,9 +57,9 @@ RunSize size_of_run(const BaseMesh& input, int base_level, const SubdivisionPlan
   size.disk_bytes = product(born(done + 1, levels), position_bytes);
   if (!earlier || !earlier->has_attribute("normal") || done < levels)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), normals));
-  // Levels by level Loop overwrites what is committed, and limit positions are made beside those
-  // that they replace: both stay until the next commit.
-  if (plan.commits_levels && done < levels && plan.subdivide.scheme == Scheme::kLoop)
+  // Level by level, a scheme that moves even vertices overwrites what is committed, and limit
+  // positions are made beside those that they replace: both stay until the next commit.
+  if (plan.commits_levels && done < levels && traits_of(plan.subdivide.scheme).moves_even)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels - 1), position_bytes));
   if (plan.subdivide.limit && plan.subdivide.executor != ExecutorKind::kFused)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), position_bytes));
