@@ -98,7 +98,7 @@ void move_positions(Store& store, std::uint64_t first_block, std::uint64_t block
   LevelFile& file = store.level_file(store.attribute("position"), 3);
   for (std::uint64_t block = first_block; block < std::min(block_after, file.table.size());
        ++block) {
-    const PinnedBlock pinned = store.pager().pin(file, block, Access::kUpdate);
+    const PinnedBlock pinned = store.open_session().pin(file, block, Access::kUpdate);
     const std::span<float> numbers(reinterpret_cast<float*>(pinned.bytes().data()),
                                    pinned.bytes().size() / sizeof(float));
     for (float& number : numbers) number *= 1.25f;
@@ -164,7 +164,8 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     const AttributeId mass = store.add_attribute({"mass", ComponentType::kFloat64, 1});
     store.add_level(mass);
     {
-      const PinnedBlock pinned = store.pager().pin(store.level_file(mass, 1), 0, Access::kWrite);
+      const PinnedBlock pinned =
+          store.open_session().pin(store.level_file(mass, 1), 0, Access::kWrite);
       std::ranges::fill(pinned.bytes(), std::byte{0x3f});
     }
     store.commit();

@@ -18,7 +18,8 @@ declare -A layer_of_header=(
   [patch_table.h]=address [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [block_table.h]=paging [pager.h]=paging
+  [backend.h]=paging [block_table.h]=paging [level_file.h]=paging [pager.h]=paging
+  [session.h]=paging
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
   [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
