@@ -195,7 +195,7 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& name,
 
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
   return command.add_flag("--json", context.json,
-                          "One JSON object on standard output, and nothing else there");
+                          "Print one JSON object, and nothing else, to standard output");
 }
 
 std::string backend_help(const BackendRegistry& backends) {

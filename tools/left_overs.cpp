@@ -121,10 +121,10 @@ void remove_left_overs_of(const std::filesystem::path& path) {
     if (left_over.in_use) continue;
     const std::string where = output.directory.path_of(left_over.name).lexically_normal().native();
     if (remove_left_over(output.directory, left_over))
-      report_warning(fmt::format("removed {}, which a killed run left ({})", where,
-                                 format_bytes(left_over.bytes)));
+      report_warning(
+          fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes)));
     else if (!left_over.foreign.empty())
-      report_warning(fmt::format("{}, which a killed run left, stays, since it holds {}", where,
+      report_warning(fmt::format("{} from a killed run stays, because it contains {}", where,
                                  fmt::join(left_over.foreign, ", ")));
   }
 }

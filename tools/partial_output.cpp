@@ -95,12 +95,12 @@ void PartialOutput::replace_store() {
     held = hold_store(replaced);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBusy) throw;
-    stay_beside("it is in use");
+    stay_beside("another process uses it");
   }
   parent_.rename(partial_name_, parent_, name_, Renaming::kExchange);
   if (!parent_.contains(partial_name_, replaced.descriptor())) {
     parent_.rename(partial_name_, parent_, name_, Renaming::kExchange);
-    stay_beside("another one has its name");
+    stay_beside("another store has its name");
   }
   parent_.sync();
   remove_store_files(replaced);

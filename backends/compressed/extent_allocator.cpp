@@ -39,10 +39,12 @@ ExtentAllocator::ExtentAllocator(std::span<const BlockEntry> table, std::uint64_
   for (const std::uint64_t block : blocks) {
     const BlockEntry& entry = table[block];
     if (entry.offset < end_bytes_)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("open {}: block {}: expected an extent of its own, found one at byte "
-                              "{} in another that ends at {}",
-                              file.native(), block, entry.offset, end_bytes_));
+      throw Error(
+          ErrorCode::kCorruption,
+          fmt::format(
+              "open {}: block {}: expected an extent apart from all others, found one at byte "
+              "{} inside one that ends at {}",
+              file.native(), block, entry.offset, end_bytes_));
     if (entry.offset > end_bytes_) insert_free(end_bytes_, entry.offset - end_bytes_);
     end_bytes_ = entry.offset + aligned(entry.stored_bytes);
   }

@@ -67,7 +67,7 @@ const auto& find_in(const Entries& entries, const char* kind, const Stage& stage
 PipelineRegistry built_in() {
   PipelineRegistry registry;
   registry.add(PipelineRegistry::CodecEntry{"none", "copies", make_none_codec});
-  registry.add(PipelineRegistry::CodecEntry{"lz4", "fast, both ways", make_lz4_codec});
+  registry.add(PipelineRegistry::CodecEntry{"lz4", "fast to encode and to decode", make_lz4_codec});
   registry.add(PipelineRegistry::CodecEntry{
       "zstd", "smaller, slower to encode; zstd:LEVEL chooses a level", make_zstd_codec});
   registry.add(PipelineRegistry::FilterEntry{

@@ -239,7 +239,7 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
         throw Error(
             ErrorCode::kInvalidArgument,
             fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
-                        "in that of face {}",
+                        "in the fan of face {}",
                         source, vertex, fans[vertex].corner_count, reached, first.face()));
     }
   });
