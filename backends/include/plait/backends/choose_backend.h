@@ -4,17 +4,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 #include "plait/backend.h"
+#include "plait/backend_choice.h"
 #include "plait/machine.h"
 
 namespace plait {
-
-struct BackendChoice {
-  std::string name;
-  std::string reason;  ///< one clause, with the figures or the refusal that decided
-};
 
 /// A store is large where its raw bytes are more than this share of the memory available. Beyond
 /// about a tenth the system holds up those who write faster than the disk takes (vm.dirty_ratio,

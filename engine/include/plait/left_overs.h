@@ -1,10 +1,11 @@
-// tools/left_overs.h: what killed runs left under temporary names, NAME.partial-PID of outputs that
+// plait/left_overs.h: what killed runs left under temporary names, NAME.partial-PID of outputs that
 // were under way and STORE.repair-PID of repairs. Who makes one holds a lock on it (flock) that
 // ends with the process, so what is not locked is nobody's.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,8 +29,13 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 /// makes, and then the directory if nothing else was in it. Errors: kIo.
 bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 
-/// Removes what is left of earlier runs that made `path`, and says so as a warning.
+/// Removes from a directory what plait makes under a temporary name: the files of a store, and
+/// those of a repair. Errors: kIo.
+void remove_made_files(const Directory& directory);
+
+/// Removes what is left of earlier runs that made `path`, and tells `warn` of each.
 /// Errors: kIo; those of OutputName.
-void remove_left_overs_of(const std::filesystem::path& path);
+void remove_left_overs_of(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn);
 
 }  // namespace plait
