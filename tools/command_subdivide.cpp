@@ -24,13 +24,13 @@
 namespace plait {
 namespace {
 
-/// What the command line leaves open stays empty.
+/// Options that the command line does not give stay empty.
 struct Arguments {
   std::filesystem::path mesh;
   std::optional<std::string> backend, layout, scheme, precision;
   std::string executor = "auto";
   bool force = false, resume = false;
-  SubdivisionRequest request;  ///< without what stands above
+  SubdivisionRequest request;  ///< request_of() adds the members above
 };
 
 SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry& backends) {
@@ -51,7 +51,7 @@ SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry&
   return request;
 }
 
-/// What helps on this command line against an error of the job.
+/// The option of the command line that helps against an error of the job.
 std::string advice(const Error& error, const SubdivisionPlan& plan) {
   if (error.code() == ErrorCode::kCancelled && plan.commits_levels)
     return "; --resume goes on from what is committed";
@@ -79,7 +79,7 @@ std::string advice(const Error& error, const SubdivisionPlan& plan) {
   return {};
 }
 
-/// Draws a bar for every step that takes long, and lets a signal cancel the job.
+/// Draws a progress bar for each step, and lets a signal cancel the job.
 class Watcher {
  public:
   explicit Watcher(bool json) : nothing_is_made_yet_(json) {}

@@ -13,7 +13,7 @@ namespace plait {
 struct SubdivisionReport {
   std::filesystem::path mesh;
   SubdivisionResult result;
-  // Of the process: `seconds` is all that the user waited.
+  // Of the process. `seconds` is the time from its start.
   double seconds = 0, cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0;
 };

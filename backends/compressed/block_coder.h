@@ -12,15 +12,16 @@
 
 namespace plait {
 
-/// The largest stored size of an encoded block of `raw_bytes`: one that saves less than 1/8 is
-/// stored raw.
+/// The largest stored size of an encoded block of `raw_bytes`. If encoding saves less than 1/8, the
+/// block is stored raw.
 constexpr std::uint64_t max_encoded_bytes(std::uint64_t raw_bytes) {
   return raw_bytes - (raw_bytes + 7) / 8;
 }
 
 struct EncodedBlock {
-  BlockEncoding encoding;            ///< kRaw or kEncoded
-  std::span<const std::byte> bytes;  ///< the caller's raw bytes, or the coder's until its next use
+  BlockEncoding encoding;  ///< kRaw or kEncoded
+  std::span<const std::byte>
+      bytes;  ///< the caller's bytes (kRaw), or the coder's, valid until its next call
 };
 
 /// One thread at a time.
@@ -33,7 +34,7 @@ class BlockCoder {
   std::uint64_t memory_bytes() const;
 
   EncodedBlock encode(std::span<const std::byte> raw);
-  /// Room for the stored bytes of a block, to be filled before decode().
+  /// The buffer for the stored bytes of a block. The caller fills it before decode().
   std::span<std::byte> stored_buffer(std::uint64_t stored_bytes);
   /// Errors: kCorruption.
   void decode(std::span<const std::byte> stored, std::span<std::byte> raw);
@@ -41,7 +42,7 @@ class BlockCoder {
  private:
   using Buffer = std::vector<std::byte>;
 
-  /// With the first block: most levels of a store that is opened are not read.
+  /// Allocates the buffers, with the first block: most levels of an open store are never read.
   void make_room();
 
   Pipeline pipeline_;

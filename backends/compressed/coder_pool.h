@@ -42,7 +42,7 @@ class CoderPool {
   /// takes beyond `most_scratch_bytes` is not counted here.
   std::uint64_t memory_bytes() const noexcept;
   std::size_t most_coders() const noexcept;
-  /// Gives back the memory of coders that nobody uses.
+  /// Frees the memory of the coders that are not in use.
   void shrink() noexcept;
 
   class Lease {

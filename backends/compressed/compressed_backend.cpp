@@ -15,7 +15,8 @@
 namespace plait {
 namespace {
 
-/// Refuses entries that no write() of this backend makes, before any of them costs memory.
+/// Refuses table entries that write() of this backend never makes, before the backend allocates
+/// memory for a block.
 void check_entries(const LevelSpec& level) {
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {
     const BlockEntry& entry = level.table[block];
@@ -91,12 +92,12 @@ class CompressedBackend final : public Backend {
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
-    if (advice == Advice::kSequential || advice == Advice::kRandom)  // of a file, not of a range
+    if (advice == Advice::kSequential || advice == Advice::kRandom)  // applies to the whole file
       return advise_file(file_, {0, stored_bytes()}, advice);
     const std::uint64_t first = std::min(blocks.first, table_.size());
     const std::uint64_t end = first + std::min(blocks.count, table_.size() - first);
     for (std::uint64_t block = first; block < end; ++block) {
-      // Of a block that somebody else may be writing.
+      // The lock is needed: another thread may be writing this block.
       const BlockEntry entry = [&] {
         const std::lock_guard lock(mutex_);
         return table_[block];
@@ -118,7 +119,8 @@ class CompressedBackend final : public Backend {
   }
 
  private:
-  /// A new extent first, then the bytes, then the table: an error leaves the block as it was.
+  /// Allocates a new extent, writes the bytes, then changes the table. So after an error the block
+  /// still has its former content.
   void write_encoded(std::uint64_t block, const EncodedBlock& encoded) {
     const std::uint64_t offset = [&] {
       const std::lock_guard lock(mutex_);
@@ -152,7 +154,7 @@ class CompressedBackend final : public Backend {
   BlockTable& table_;
   OpenMode mode_;
   File file_;
-  mutable std::mutex mutex_;  ///< guards extents_, and entries against advise()
+  mutable std::mutex mutex_;  ///< guards extents_, and changes of entries against advise()
   ExtentAllocator extents_;
   Coding coding_;
   CoderPool& coders_;

@@ -17,7 +17,7 @@ void refuse_what_is_there(const Directory& directory, const std::string& name,
                           const std::filesystem::path& path, Existing existing) {
   if (!directory.contains(name)) return;
   if (existing == Existing::kRefuse) throw taken(path);
-  // Never in place of a directory or, say, /dev/null.
+  // A directory, or a device such as /dev/null, must not be replaced by a file.
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
     throw Error(ErrorCode::kInvalidArgument,
@@ -31,7 +31,7 @@ OutputName::OutputName(const std::filesystem::path& given) : path(given.lexicall
   name = path.filename();
   if (name.empty() || name == "." || name == "..")
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("create \"{}\": expected the name of something new", given.native()));
+                fmt::format("create \"{}\": expected a path that ends in a name", given.native()));
   const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
   try {
     directory = Directory(parent);
@@ -63,7 +63,7 @@ void TemporaryName::require(int descriptor, const std::string& to) {
   const std::filesystem::path expected = path();
   name_.clear();
   throw Error(ErrorCode::kBadState,
-              fmt::format("rename to {}: what was made is not at {} any more",
+              fmt::format("rename to {}: the new output is not at {} any more",
                           parent().path_of(to).lexically_normal().native(), expected.native()));
 }
 
@@ -85,7 +85,8 @@ bool TemporaryName::exchange(int descriptor, int other) {
 PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
     : existing_(existing), name_(path, "partial") {
   refuse_what_is_there(name_.parent(), name_.final_name(), final_path(), existing_);
-  // Whoever removes what is left over may have been faster than the lock.
+  // A program that removes left-overs may remove this file before it is locked; then the next
+  // attempt makes another one.
   do {
     const std::string& name = name_.next();
     try {
@@ -104,7 +105,7 @@ void PartialFile::check(const std::filesystem::path& path, Existing existing) {
 PartialFile::~PartialFile() {
   try {
     if (name_.is_of(file_.descriptor())) name_.parent().remove(name_.name());
-  } catch (const std::exception&) {  // the next run that makes this name removes it
+  } catch (const std::exception&) {  // the next run with this output removes it
   }
 }
 
@@ -125,7 +126,7 @@ PartialDirectory::~PartialDirectory() {
     if (!made_.is_open() || !name_->is_of(made_.descriptor())) return;
     remove_content_(made_);
     name_->parent().remove_directory(name_->name());
-  } catch (const std::exception&) {  // the next run that makes this name removes it
+  } catch (const std::exception&) {  // the next run with this output removes it
   }
 }
 
@@ -133,7 +134,7 @@ const Directory& PartialDirectory::directory() {
   if (made_.is_open()) return made_;
   name_.emplace(final_path_, kind_);
   Directory made;
-  // Whoever removes what is left over may have been faster than the lock. Store::create shares it.
+  // As above. The lock is a shared one because Store::create takes it too.
   do {
     name_->next();
     try {
@@ -163,7 +164,7 @@ std::filesystem::path PartialDirectory::keep_as(std::string kind) {
 
 Error with_final_name(const Error& error, const std::filesystem::path& temporary,
                       const std::filesystem::path& final_path) {
-  if (temporary.empty()) return error;  // nothing was made yet
+  if (temporary.empty()) return error;  // the program has not made the output yet
   std::string message = error.what();
   for (std::size_t at = 0; (at = message.find(temporary.native(), at)) != std::string::npos;) {
     message.replace(at, temporary.native().size(), final_path.native());

@@ -18,7 +18,7 @@ Error taken(const std::filesystem::path& path, Existing existing) {
           fmt::format("replace {}: expected a store, found something else", path.native())};
 }
 
-/// What may be replaced: a directory whose manifest says that it is a store, whole or damaged.
+/// Opens a directory that may be replaced: one that is_store(), even if the store is damaged.
 Directory open_replaceable(const OutputName& output) {
   try {
     Directory store(output.directory, output.name);
@@ -60,7 +60,8 @@ void PartialStore::publish(bool durable, const std::function<void(const std::str
   if (durable) output_.directory.sync();
 }
 
-/// The store that was there goes when the new one has its name, and not while anybody has it open.
+/// Removes the old store after the new one has its name. An old store that another process has open
+/// stays.
 void PartialStore::replace_store(const std::function<void(const std::string&)>& warn) {
   const Directory replaced = open_replaceable(output_);
   File held;
@@ -83,15 +84,15 @@ void PartialStore::replace_store(const std::function<void(const std::string&)>& 
       tell(
           fmt::format("{}: '{}' is no file of a store, and was kept", final_path().native(), name));
   if (!output_.directory.remove_directory(temporary.name()))
-    tell(
-        fmt::format("{}: what is left of the store that was replaced stays there", path_.native()));
+    tell(fmt::format("{}: parts of the replaced store stay there", path_.native()));
 }
 
-/// Under another name than those of killed runs: it may be the work of hours.
+/// Keeps the new store, which may be the work of hours, under a name that no run removes as left
+/// over.
 void PartialStore::stay_beside(const std::string& why) {
   path_ = made_.keep_as("complete");
   throw Error(ErrorCode::kBusy,
-              fmt::format("replace {}: {}; what should replace it is complete and stays at {}",
+              fmt::format("replace {}: {}; the new store is complete and stays at {}",
                           final_path().native(), why, path_.native()));
 }
 

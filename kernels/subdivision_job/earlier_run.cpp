@@ -13,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// Compares a request with a store, and adds what differs to the refusals of the plan.
+/// Compares a request with a store, and adds a refusal to the plan for each difference.
 class Comparison {
  public:
   Comparison(const Store& store, const SubdivisionRequest& request, SubdivisionPlan& plan)
@@ -93,7 +93,7 @@ class Comparison {
 std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
                                       const BackendRegistry& backends, SubdivisionPlan& plan) {
   if (!plan.commits_levels || !std::filesystem::exists(request.store)) return {};
-  // A writer that was killed before its first commit left nothing to go on from.
+  // A writer that was killed before its first commit left nothing to continue from.
   if (!Store::has_commit(request.store)) return {};
   OpenOptions open;
   open.writable = true;

@@ -1,4 +1,4 @@
-// The store of an earlier run: whether a request can go on from it, and where.
+// The store of an earlier run, and whether a job can continue from it.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,16 @@
 
 namespace plait {
 
-/// The store of an earlier run, opened for writing; none where nothing was committed under the
-/// name. What the request left open is taken into the plan from the store. The plan refuses a store
-/// that is not the beginning of this subdivision, or was made in another way than the request says:
-/// other scheme, precision, backend, codec, filter, block size, layout or base level; limit
-/// positions; levels beyond those asked for; normals at a coarser level that were not asked for,
-/// and would not fit the surface any more. Errors: as Store::open.
+/// Opens the store of an earlier run for writing, and copies to the plan what the request does not
+/// give. Returns nothing if the name has no committed store. Refuses a store that differs from the
+/// request in scheme, precision, backend, codec, filter, block size, layout or base level; one with
+/// limit positions; one with finer levels than the request; and one with normals at a coarser level
+/// if the request does not ask for normals, because they would not fit the finer surface.
+/// Errors: as Store::open.
 std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
                                       const BackendRegistry& backends, SubdivisionPlan& plan);
 
-/// Refuses the store if its base mesh is not `mesh`, laid out as the store is.
+/// Refuses the store if its base mesh is not `mesh`, which has the layout of the store.
 void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& plan);
 
 }  // namespace plait

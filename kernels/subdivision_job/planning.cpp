@@ -12,7 +12,8 @@
 namespace plait {
 namespace {
 
-/// Of the fused executor what is under way at once decides, not how far stencils reach.
+/// The memory of the fused executor depends on how many patches are unfinished at once, and not on
+/// the span of the layout.
 LayoutKind layout_of(const SubdivisionRequest& request, ExecutorKind executor) {
   const LayoutKind layout = request.layout.value_or(LayoutKind::kAutomatic);
   return layout == LayoutKind::kAutomatic && executor == ExecutorKind::kFused ? LayoutKind::kHilbert

@@ -1,4 +1,4 @@
-// From what was asked to what is done, as far as it follows from the request alone.
+// The part of a plan that follows from the request alone.
 #pragma once
 
 #include <string>
@@ -9,18 +9,17 @@
 namespace plait {
 
 void refuse(SubdivisionPlan& plan, std::string_view field, ErrorCode code, std::string reason);
-/// The first refusal as an Error, if there is one.
+/// Throws the first refusal as an Error, if the plan has one.
 void throw_refusal(const SubdivisionPlan& plan);
 
-/// A plan without an earlier run and without a mesh. Errors: those of backends.find and of the
-/// backend's own check of its options.
+/// Returns a plan without an earlier run and without a mesh. Errors: those of backends.find and of
+/// the backend's own check of its options.
 SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends);
 
-/// For a new store: whoever names a codec or a filter must name a backend that takes it; the store
-/// of an earlier run has its own.
+/// Refuses a codec or a filter for a new store if the request names no backend that compresses.
 void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
                        SubdivisionPlan& plan);
-/// Whether a new store can have its name.
+/// Refuses the name of a new store if PartialStore would refuse it.
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan);
 
 }  // namespace plait

@@ -86,8 +86,8 @@ void PlannedRun::make_levels() {
   if (!plan_.earlier || !plan_.earlier->finished) {
     if (!request_.ignore_size) check_budget(plan_, store);
     throw_refusal(plan_);
-    // Normals fit the level that they were made for: they are replaced in the commit that ends the
-    // surface they belong to.
+    // Normals fit only the level that they were computed for. So a store with normals gets the new
+    // levels and the new normals in one commit.
     const bool by_levels = plan_.commits_levels && !store.has_attribute("normal");
     if (!plan_.earlier && by_levels) commit();
     SubdivideOptions options = plan_.subdivide;

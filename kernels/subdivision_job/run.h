@@ -1,4 +1,4 @@
-// Carries out a plan, step by step, and fills the result.
+// Runs a plan step by step, and fills the result.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,15 @@ namespace plait {
 
 class PlannedRun {
  public:
-  /// `earlier` is the store that the run goes on from, or empty. The arguments outlive this object.
+  /// `store` is that of the earlier run, or empty; the run puts its own store there. The arguments
+  /// must outlive this object.
   PlannedRun(const SubdivisionRequest& request, const BackendRegistry& backends,
-             SubdivisionPlan& plan, std::optional<Store>& earlier, const SubdivisionWatch& watch)
-      : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(earlier) {}
+             SubdivisionPlan& plan, std::optional<Store>& store, const SubdivisionWatch& watch)
+      : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(store) {}
 
   // The steps, in their order.
 
-  /// The mesh that the store will have, in memory and in its order on the disk.
+  /// Returns the base mesh of the store: refined in memory, and in layout order.
   BaseMesh make_base(BaseMesh mesh);
   void open_store(BaseMesh base);
   void make_levels();
@@ -30,7 +31,7 @@ class PlannedRun {
   SubdivisionResult& result() { return result_; }
 
  private:
-  /// Tells where the run is. Errors: kCancelled if that is the answer.
+  /// Calls the progress callback. Errors: kCancelled if the callback returns false.
   void tell(SubdivisionStep step, std::string_view phase, std::uint64_t done, std::uint64_t total);
   void enter(SubdivisionStep step) { tell(step, to_string(step), 0, 1); }
 
@@ -41,7 +42,7 @@ class PlannedRun {
   const BackendRegistry& backends_;
   SubdivisionPlan& plan_;
   const SubdivisionWatch& watch_;
-  std::optional<PartialStore> output_;  ///< where a new store is made, unless levels are committed
+  std::optional<PartialStore> output_;  ///< of a new store, unless the job commits levels
   std::optional<Store>& store_;
   SubdivisionResult result_;
 };

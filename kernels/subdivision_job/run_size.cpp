@@ -16,14 +16,14 @@
 namespace plait {
 namespace {
 
-/// Memory for each face of the base mesh while it is refined, connected and laid out: 160 to 180
-/// bytes were measured (peak_rss_bytes of `plait subdivide --backend memory --max-slot 12`), 93
-/// of them stay.
+/// Memory for each face of the base mesh while the job refines it, connects it and lays it out:
+/// measured 160 to 180 bytes (peak_rss_bytes of `plait subdivide --backend memory --max-slot 12`),
+/// of which 93 stay.
 constexpr std::uint64_t kBaseMeshBytesPerFace = 180;
 constexpr std::uint64_t kNormalBytes = 12;
 constexpr std::uint64_t kExpectedCompression = 4;
 
-/// 2^64 - 1 where it does not fit.
+/// 2^64 - 1 if the result does not fit, as in sum().
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
   return b != 0 && a > kMost / b ? kMost : a * b;
@@ -70,8 +70,8 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan) 
   size.disk_bytes = product(born(done + 1, levels), position_bytes);
   if (!has_normals || done < levels)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), normals));
-  // Levels by level Loop overwrites what is committed, and limit positions are made beside those
-  // that they replace: both stay until the next commit.
+  // Level by level, Loop overwrites committed levels, and their old bytes stay until the next
+  // commit. Limit positions are a second attribute until the commit.
   if (plan.commits_levels && done < levels && plan.subdivide.scheme == Scheme::kLoop)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels - 1), position_bytes));
   if (plan.subdivide.limit && plan.subdivide.executor != ExecutorKind::kFused)

@@ -1,5 +1,5 @@
-// Whether the machine has what a run needs, asked before the run begins. Every refusal names what
-// is needed and what is there.
+// Checks before a run whether the machine has enough memory and disk. Every refusal gives what the
+// run needs and what the machine has.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +9,21 @@
 
 namespace plait {
 
-/// Of `input` refined plan.store.base_level times in memory. A run that goes on from plan.earlier
-/// is measured by what is left to do.
+/// Estimates the run for the mesh `input`, which the job refines plan.store.base_level times in
+/// memory. The disk_bytes of a resumed run are those of the remaining work.
 SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan);
 
-/// Memory for the base mesh, for levels kept in memory, and for what of the budget the run can
-/// fill: fills size.memory_bytes and refuses with kOutOfMemory.
+/// Sets size.memory_bytes: the base mesh, levels that the backend has in memory, and the part of
+/// the budget that the run can use. Refuses with kOutOfMemory.
 void check_memory(SubdivisionPlan& plan, const BackendTraits& backend);
-/// Free space and the longest file there may be; left-overs of killed runs, which go before the run
-/// begins, count as free. What a backend compresses is counted at a quarter, a guess that lets
-/// through what has a chance. Refuses with kNoSpace. Errors: kIo.
+/// Checks the free space and the longest file that is allowed. Left-overs of killed runs count as
+/// free, because run() removes them first. For a backend that compresses it takes a quarter of the
+/// bytes, which is a guess: data that compresses less may fill the disk later. Refuses with
+/// kNoSpace. Errors: kIo.
 void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
                 const std::filesystem::path& store);
-/// Frames of the widest pass, for executors that would find out at the finest level only. Refuses
-/// with kBudget.
+/// Checks the frames of the widest pass. Without it the sweep and the transparent executor would
+/// fail only at the finest level. Refuses with kBudget.
 void check_budget(SubdivisionPlan& plan, const Store& store);
 
 }  // namespace plait

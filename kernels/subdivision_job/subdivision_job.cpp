@@ -52,7 +52,7 @@ struct SubdivisionJob::Implementation {
   SubdivisionRequest request;
   const BackendRegistry& backends;
   SubdivisionPlan plan;
-  std::optional<Store> store;  ///< of the earlier run, and then the one that is made
+  std::optional<Store> store;  ///< that of the earlier run; during run() the one of the run
   BaseMesh mesh;               ///< until run()
   bool was_run = false;
 };
@@ -75,9 +75,8 @@ void SubdivisionJob::Implementation::plan_mesh() {
     plan.store.base_level = rebase_levels(request.levels, 3 * component_bytes(plan.precision),
                                           request.max_slot_bytes.value_or(kMaxSlotBytes));
   plan.size = size_of_run(mesh, plan);
-  // Where nobody asked for a backend the size of the store decides.
   if (plan.store.backend.empty()) {
-    BackendChoice choice{"pread", "what a store has where nobody chooses"};
+    BackendChoice choice{"pread", "the default"};
     if (request.choose_backend)
       choice = request.choose_backend(request.store, plan.size.level_bytes);
     plan.store.backend = std::move(choice.name);

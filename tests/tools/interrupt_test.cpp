@@ -88,7 +88,7 @@ TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
       const Outcome outcome = program.wait();
       CHECK(outcome.status == 128 + signal_number);
       // Not the words of a run that heard of the signal when the step was done.
-      CHECK(outcome.errors == "plait: cancelled by a signal; nothing is left half made\n");
+      CHECK(outcome.errors == "plait: cancelled by a signal; no half-made file is left\n");
       CHECK(outcome.json()["error"]["code"] == "cancelled");
       CHECK(names_in(here.path()) == before);
     }

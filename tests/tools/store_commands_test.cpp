@@ -358,7 +358,7 @@ TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
     CHECK(Store::open(here.path("s.plait"), {}, standing_in).options().backend == "uring");
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0] ==
-        "the kernel refuses io_uring; pread stands in for it, whose files are the same");
+        "the kernel refuses io_uring; using pread instead, whose files are the same");
   Store::open(here.path("s.plait"), {}, with_stand_ins(registry(true), warn));
   CHECK(warnings.size() == 1);
 }

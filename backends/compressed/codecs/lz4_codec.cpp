@@ -7,14 +7,15 @@
 namespace plait {
 namespace {
 
-/// The LZ4 block format. Callers keep blocks within LZ4_MAX_INPUT_SIZE, so sizes fit an int.
+/// The LZ4 block format. Callers pass blocks of at most LZ4_MAX_INPUT_SIZE bytes, so sizes fit an
+/// int.
 class Lz4Codec final : public Codec {
  public:
   std::size_t bound(std::size_t raw_bytes) const override {
     return static_cast<std::size_t>(LZ4_compressBound(static_cast<int>(raw_bytes)));
   }
 
-  std::size_t memory_bytes(std::size_t) const override { return 0; }  // on the stack
+  std::size_t memory_bytes(std::size_t) const override { return 0; }  // LZ4 uses the stack
 
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                       std::span<std::byte> into) override {

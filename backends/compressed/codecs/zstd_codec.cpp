@@ -1,5 +1,5 @@
 #include <fmt/format.h>
-#define ZSTD_STATIC_LINKING_ONLY  // for the estimates of memory
+#define ZSTD_STATIC_LINKING_ONLY  // declares the estimates of memory
 #include <zstd.h>
 #include <zstd_errors.h>
 
@@ -19,7 +19,8 @@ struct FreeContext {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-/// One zstd frame with its content size and without zstd's own checksum: the block has one.
+/// One zstd frame with its content size. The frame has no checksum, because plait stores one for
+/// each block.
 class ZstdCodec final : public Codec {
  public:
   explicit ZstdCodec(int level) : level_(level) {}
@@ -27,7 +28,8 @@ class ZstdCodec final : public Codec {
   std::size_t bound(std::size_t raw_bytes) const override { return ZSTD_compressBound(raw_bytes); }
 
   std::size_t memory_bytes(std::size_t raw_bytes) const override {
-    // zstd chooses its tables by size, in four classes, and larger ones for some smaller blocks.
+    // zstd chooses the size of its tables by one of four classes of input size, and the tables of a
+    // smaller class may be larger. So the maximum over the classes counts.
     std::size_t most = 0;
     for (const std::size_t class_bytes : {raw_bytes, 256 * kKibi, 128 * kKibi, 16 * kKibi})
       most = std::max(most, ZSTD_estimateCCtxSize_usingCParams(

@@ -1,4 +1,4 @@
-// plait/backend_choice.h: a backend that was chosen for a new store, and the reason in words.
+// plait/backend_choice.h: the backend that a program chose for a new store, and why.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace plait {
 
 struct BackendChoice {
   std::string name;
-  std::string reason;  ///< one clause, with the figures or the refusal that decided
+  std::string reason;  ///< one clause with the reason: sizes, or why another one cannot be used
 };
 
-/// Chooses for a store at `path` whose levels have `raw_bytes` before compression.
+/// Chooses a backend for a new store at `path` whose levels have `raw_bytes` before compression.
 using BackendChooser =
     std::function<BackendChoice(const std::filesystem::path& path, std::uint64_t raw_bytes)>;
 

@@ -1,6 +1,7 @@
-// plait/partial_output.h: nothing half-made is left. A file or a directory is made under a
-// temporary name beside its final one, and takes the final name when it is whole. The one place
-// that makes temporary names. For stores that replace stores: plait/partial_store.h.
+// plait/partial_output.h: an output file or directory that never exists half-made under its final
+// name. A program makes it under a temporary name in the same directory; it gets its final name
+// when it is complete. No other code makes temporary names. plait/partial_store.h does the same for
+// stores, which may replace stores.
 #pragma once
 
 #include <cstdint>
@@ -15,47 +16,50 @@
 namespace plait {
 
 enum class Existing : std::uint8_t {
-  kRefuse,   ///< what is there stays
-  kReplace,  ///< what is there goes when the new one is whole, and not before
+  kRefuse,   ///< an existing output stays, and is an error
+  kReplace,  ///< the new output replaces an existing one, when the new output is complete
 };
 
-/// The directory that `path` is in, and what it is called there; "a/b/" is b in a.
-/// Errors: kNotFound naming `path` if there is no such directory; kInvalidArgument without a name.
+/// Splits `path` into its directory, which it opens, and its name there; "a/b/" is the name b in
+/// the directory a.
+/// Errors: kNotFound naming `path` if the directory does not exist; kInvalidArgument if `path` ends
+/// in no name.
 struct OutputName {
   explicit OutputName(const std::filesystem::path& path);
 
   Directory directory;
   std::string name;
-  std::filesystem::path path;  ///< normal, without a '/' at its end
+  std::filesystem::path path;  ///< `path` in its shortest form, without a '/' at its end
 };
 
-/// A name NAME.KIND-PID beside the final name NAME, and the entry that has it. Whoever makes the
-/// entry holds a lock on it (flock), which ends with the process: an entry that is not locked was
-/// left by a process that was killed, and plait/left_overs.h finds it by its name.
+/// The temporary name NAME.KIND-PID of a file or directory with the final name NAME. The process
+/// that makes the file or directory locks it (flock), and the lock ends with the process. So a
+/// process that was killed left each one that is not locked; plait/left_overs.h finds it by its
+/// name.
 class TemporaryName {
  public:
-  /// `kind` is "partial" or the like. Errors: as OutputName.
+  /// `kind` is "partial" or another word of letters. Errors: as OutputName.
   TemporaryName(const std::filesystem::path& final_path, std::string kind);
 
   const Directory& parent() const { return output_.directory; }
   const std::string& final_name() const { return output_.name; }
   const std::filesystem::path& final_path() const { return output_.path; }
-  /// Empty while no entry has it.
+  /// Empty before next(), and after the file or directory got another name.
   const std::string& name() const { return name_; }
   std::filesystem::path path() const { return parent().path_of(name_).lexically_normal(); }
 
-  /// Takes the next name that is free: names may be in use by another thread, or left by a killed
-  /// process of the same number. Errors: kIo.
+  /// Changes name() to the next one that is not taken, and returns it. Another thread may use a
+  /// name, or a killed process with the same number may have left it. Errors: kIo.
   const std::string& next();
-  /// Whether the entry of this name is what `descriptor` is open on. Errors: kIo.
+  /// Returns whether name() is the name of the file or directory that `descriptor` has open.
+  /// Errors: kIo.
   bool is_of(int descriptor) const;
-  /// Gives the entry the name `to`, after which the temporary name is nobody's. False if `to` is
-  /// taken (Renaming::kRefuse). Errors: kBadState if the entry is not what `descriptor` is open on
-  /// any more; those of Directory::rename.
+  /// Renames the file or directory to `to`. Returns false if `to` is taken (Renaming::kRefuse).
+  /// Errors: kBadState if is_of(descriptor) is false; those of Directory::rename.
   bool give(int descriptor, const std::string& to, Renaming renaming);
-  /// Exchanges the names of the entry, which `descriptor` is open on, and of what has the final
-  /// name, which `other` is open on and which has the temporary name from then on. False, and
-  /// nothing is changed, if another one has the final name by now. Errors: as give().
+  /// Exchanges the temporary name and the final name: the directory that `descriptor` has open gets
+  /// the final name, the one that `other` has open gets the temporary name. Changes nothing and
+  /// returns false if the final name does not belong to `other` any more. Errors: as give().
   bool exchange(int descriptor, int other);
 
  private:
@@ -66,25 +70,26 @@ class TemporaryName {
   int attempt_ = 0;
 };
 
-/// A new file. The destructor removes what was not published.
+/// A new file NAME.partial-PID. The destructor removes a file that was not published.
 class PartialFile {
  public:
-  /// Errors: kNotFound if the directory is not there; kInvalidArgument if the name is taken by what
-  /// `existing` does not let go, and by anything but a regular file; kIo, kNoSpace.
+  /// Errors: kNotFound if the directory does not exist; kInvalidArgument if the name is taken and
+  /// `existing` is kRefuse, or if the name belongs to anything but a regular file; kIo, kNoSpace.
   PartialFile(const std::filesystem::path& path, Existing existing);
   ~PartialFile();
-  /// The constructor's refusals, before anything is made.
+  /// Throws the same kNotFound and kInvalidArgument as the constructor, and creates nothing.
   static void check(const std::filesystem::path& path, Existing existing);
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
   File& file() noexcept { return file_; }
-  /// Where it is written.
+  /// The temporary path.
   const std::filesystem::path& path() const noexcept { return file_.path(); }
   const std::filesystem::path& final_path() const noexcept { return name_.final_path(); }
 
-  /// Makes the content durable, then the name. Errors: kInvalidArgument if the name was taken
-  /// meanwhile; kBadState if path() is not what was made any more; kIo, kNoSpace.
+  /// Syncs the content, renames the file to its final name, and syncs the directory.
+  /// Errors: kInvalidArgument if another process took the name meanwhile; kBadState if the file
+  /// does not have its temporary name any more; kIo, kNoSpace.
   void publish();
 
  private:
@@ -93,12 +98,12 @@ class PartialFile {
   File file_;
 };
 
-/// A new directory, for what is published (a store) or gone afterwards (what a repair makes on the
-/// way). The destructor removes it while it still has its temporary name.
+/// A new directory NAME.KIND-PID: for a store, which gets its final name, or for the temporary
+/// files of a repair. The destructor removes the directory if it still has its temporary name.
 class PartialDirectory {
  public:
-  /// Removes from the directory what its user makes in it, and nothing else: a directory in which
-  /// something stays is not removed.
+  /// Removes the files that the user of the class makes in the directory, and no others. If other
+  /// files are in the directory, it stays.
   using RemoveContent = void (*)(const Directory&);
 
   PartialDirectory(std::filesystem::path final_path, std::string kind,
@@ -107,18 +112,19 @@ class PartialDirectory {
   PartialDirectory(const PartialDirectory&) = delete;
   PartialDirectory& operator=(const PartialDirectory&) = delete;
 
-  /// Makes the directory, empty and locked, when it is first asked for.
+  /// The first call makes the directory, empty and locked.
   /// Errors: as OutputName; kIo, kNoSpace.
   const Directory& directory();
   /// Its temporary name. REQUIRES: directory().
   TemporaryName& name() { return *name_; }
 
-  /// Gives the directory its final name; `durable` syncs the directory before and its name after.
-  /// False if the name is taken, and then nothing is changed. REQUIRES: directory().
-  /// Errors: kBadState if the directory has its temporary name no more; kIo, kNoSpace.
+  /// Renames the directory to its final name; `durable` syncs the directory before that, and the
+  /// name afterwards. Returns false and renames nothing if the name is taken. REQUIRES:
+  /// directory(). Errors: kBadState if the directory does not have its temporary name any more;
+  /// kIo, kNoSpace.
   bool publish(bool durable);
-  /// Keeps the directory under a name NAME.KIND-PID that is not its final one, and makes that name
-  /// durable. Returns where it is. REQUIRES: directory(). Errors: as publish().
+  /// Renames the directory to NAME.KIND-PID with another `kind`, so that it stays, and syncs the
+  /// name. Returns the new path. REQUIRES: directory(). Errors: as publish().
   std::filesystem::path keep_as(std::string kind);
 
  private:
@@ -129,12 +135,13 @@ class PartialDirectory {
   Directory made_;
 };
 
-/// `error` with the path `temporary` replaced by `final_path`, which is the one that the user gave.
+/// Returns `error` with the path `temporary` replaced by `final_path`: the user never gave the
+/// temporary one.
 Error with_final_name(const Error& error, const std::filesystem::path& temporary,
                       const std::filesystem::path& final_path);
 
-/// Returns what `work` returns; its errors have passed with_final_name().
-/// Output: PartialFile, PartialStore.
+/// Calls `work` and returns its result. Errors of `work` get the final name by with_final_name().
+/// Output is PartialFile or PartialStore.
 template <class Output, class Work>
 auto build_output(const Output& output, Work work) {
   try {

@@ -1,5 +1,6 @@
-// plait/partial_store.h: a store is made under a temporary name beside its final one, and takes the
-// final name when it is whole, also in place of another store.
+// plait/partial_store.h: an output store that never exists half-made under its final name. A
+// program makes the store under a temporary name in the same directory, and renames it when it is
+// complete. plait/partial_output.h does the same for files.
 #pragma once
 
 #include <filesystem>
@@ -11,30 +12,32 @@
 
 namespace plait {
 
-/// The destructor removes what was not published.
+/// The destructor removes a store that was not published.
 class PartialStore {
  public:
-  /// Errors: kNotFound if the directory to put it into is not there; kInvalidArgument if the name
-  /// is taken, with kReplace by anything but a store; kBusy if somebody has that open.
+  /// Errors: kNotFound if the directory of `final_path` does not exist; kInvalidArgument if the
+  /// name is taken (with kReplace, if it is taken by anything but a store); kBusy if another
+  /// process has the existing store open.
   PartialStore(const std::filesystem::path& final_path, Existing existing);
   PartialStore(const PartialStore&) = delete;
   PartialStore& operator=(const PartialStore&) = delete;
-  /// The constructor's refusals.
+  /// Throws the same errors as the constructor, and creates nothing.
   static void check(const std::filesystem::path& final_path, Existing existing);
 
-  /// Makes an empty directory NAME.partial-PID and locks it (flock). Returns where it is.
+  /// Makes an empty directory NAME.partial-PID, locks it (flock) and returns its path.
   /// Errors: kIo, kNoSpace.
   const std::filesystem::path& make();
-  /// What make() returned; after kBusy of publish() where the store is that was made.
+  /// The path that make() returned; after publish() threw kBusy, the path where the new store is.
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& final_path() const { return output_.path; }
 
-  /// Gives the store its final name; `durable` also makes the name durable. Of a store that is
-  /// replaced the files are removed; what else was in its directory goes into the new one's, and
-  /// `warn`, if given, is told of each. REQUIRES: make().
-  /// Errors: kInvalidArgument if the name was taken meanwhile, by anything but a store; kBusy if
-  /// somebody has opened the store to be replaced, and then what was made stays under a name that
-  /// the message tells; kBadState if path() is not what was made any more; kIo, kNoSpace.
+  /// Gives the store its final name; `durable` also syncs the directory. With kReplace, removes the
+  /// files of the replaced store, moves other files of its directory to the new one, and calls
+  /// `warn` for each of those. REQUIRES: make().
+  /// Errors: kInvalidArgument if the name was taken meanwhile by anything but a store; kBusy if
+  /// another process has opened the store to be replaced (then the new store stays, under a name
+  /// that the message gives); kBadState if the directory at path() is not the one from make() any
+  /// more; kIo, kNoSpace.
   void publish(bool durable, const std::function<void(const std::string&)>& warn = {});
 
  private:

@@ -152,7 +152,7 @@ TEST_CASE("BaseMeshBuild_BadElement_IsRefusedByName") {
   }
   SECTION("face twice") {
     CHECK_THAT(refusal_of(with_any_positions(3, {{0, 1, 2}, {1, 2, 0}})),
-               Contains("face 1: expected a new face, found face 0 once more"));
+               Contains("face 1: expected a new face, found a copy of face 0"));
   }
 }
 

@@ -162,7 +162,7 @@ TEST_CASE("ReadPly_Polygons_AreFannedWithAWarning") {
   CHECK(mesh.faces == shapes::Faces{{4, 3, 2}, {4, 2, 1}, {4, 1, 0}, {0, 1, 4}});
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
-             Contains("mesh.ply: 1 faces of more than three corners fanned into triangles"));
+             Contains("mesh.ply: 1 faces of more than three corners divided into triangles"));
 }
 
 TEST_CASE("ReadPly_BytesAfterTheLastElement_AreIgnoredWithAWarning") {
@@ -224,7 +224,7 @@ TEST_CASE("ReadPly_BadHeader_IsRefusedWithItsLine") {
 TEST_CASE("ReadPly_HeaderPromisesTooMuch_IsRefusedAtOnce") {
   CHECK_THAT(refused(kHead + kVertices +
                      "element face 1000000000000\nproperty list uchar int vertex_indices\n" + kEnd),
-             Contains("expected at most 1073741824 faces, found a promise of 1000000000000"));
+             Contains("expected at most 1073741824 faces, found 1000000000000"));
   CHECK_THAT(refused(kHead +
                      "element vertex 4294967295\nproperty float x\nproperty float y\n"
                      "property float z\n" +

@@ -6,8 +6,8 @@
 
 namespace plait {
 
-/// memory, pread, uring, mmap and compressed. uring is in the list even where it cannot be had.
-/// Built once; safe from any thread; add your own to a copy.
+/// memory, pread, uring, mmap and compressed. uring is in the list even if this machine cannot use
+/// it. The registry is built once and is safe from any thread. To add your own backend, copy it.
 const BackendRegistry& default_backends();
 
 /// The same backends, where `compressed` knows these codecs and filters. Copies `pipelines`.
