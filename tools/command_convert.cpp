@@ -11,12 +11,12 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
 #include "plait/backends/choose_backend.h"
 #include "plait/convert.h"
+#include "plait/left_overs.h"
+#include "plait/partial_store.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "read_back.h"
@@ -89,7 +89,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   if (std::filesystem::equivalent(arguments.from, arguments.to, ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert {}: source and copy are the same", arguments.from.native()));
-  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  PartialStore output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  remove_left_overs_of(arguments.to, report_warning);
 
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;
@@ -109,7 +110,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
       word = compare_copy(source, output.path(), open, arguments.threads, context.backends);
   });
   throw_if_interrupted();
-  output.publish(true);
+  output.publish(true, report_warning);
 
   const double ratio = static_cast<double>(from_bytes) / static_cast<double>(to_bytes);
   if (!context.json) {

@@ -21,7 +21,7 @@ struct BlockProof::Model {
 };
 
 BlockProof::BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
-                       ScratchDirectory& scratch)
+                       PartialDirectory& scratch)
     : backend_(backend), options_(options), scratch_(scratch) {}
 
 BlockProof::~BlockProof() = default;

@@ -10,7 +10,7 @@
 
 #include "plait/backend.h"
 #include "plait/pager.h"
-#include "repair/scratch_directory.h"
+#include "plait/partial_output.h"
 
 namespace plait {
 
@@ -18,7 +18,7 @@ class BlockProof {
  public:
   /// The arguments outlive this object.
   BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
-             ScratchDirectory& scratch);
+             PartialDirectory& scratch);
   ~BlockProof();
 
   const BackendRegistry::Entry& backend() const { return backend_; }
@@ -38,7 +38,7 @@ class BlockProof {
 
   const BackendRegistry::Entry& backend_;
   const BackendOptions& options_;
-  ScratchDirectory& scratch_;
+  PartialDirectory& scratch_;
   std::unique_ptr<Model> model_;
   std::vector<std::byte> stored_;
 };

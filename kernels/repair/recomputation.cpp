@@ -32,7 +32,7 @@ std::optional<std::string> memory_backend(const BackendRegistry& backends) {
 }  // namespace
 
 Recomputation::Recomputation(const StoreStructure& structure, const RepairOptions& options,
-                             const BackendRegistry& backends, ScratchDirectory& scratch)
+                             const BackendRegistry& backends, PartialDirectory& scratch)
     : structure_(structure), options_(options), backends_(backends), scratch_(scratch) {
   const AttributeInfo* const position = find(structure, "position");
   if (is_base_damaged(structure)) {
@@ -97,8 +97,9 @@ Store& Recomputation::made() {
   const bool in_memory = memory && level_bytes() <= store.budget_bytes;
   // On disk by the store's own backend: the one that is known to work here.
   if (in_memory) store.backend = *memory;
-  Store made = Store::create(in_memory ? std::filesystem::path() : scratch_.path() / "levels",
-                             structure_.base, store, backends_);
+  Store made =
+      Store::create(in_memory ? std::filesystem::path() : scratch_.directory().path() / "levels",
+                    structure_.base, store, backends_);
   add_base_positions(made, double_precision_);
   subdivide(made, subdivide_);
   made_.emplace(std::move(made));

@@ -1,4 +1,4 @@
-#include "left_overs.h"
+#include "plait/left_overs.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -8,11 +8,10 @@
 #include <algorithm>
 #include <optional>
 
-#include "arguments.h"
-#include "console.h"
+#include "plait/byte_text.h"
 #include "plait/error.h"
 #include "plait/file.h"
-#include "plait/partial_file.h"
+#include "plait/partial_output.h"
 #include "plait/store_directory.h"
 
 namespace plait {
@@ -109,23 +108,27 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   }
   const Directory inner(directory, left_over.name);
   if (!inner.lock(true)) return false;
-  for_each_file(inner,
-                [](const Directory& in, const std::string& file) { in.remove_if_possible(file); });
-  inner.remove_directory(kRepairStore);
+  remove_made_files(inner);
   return directory.remove_directory(left_over.name);
 }
 
-void remove_left_overs_of(const std::filesystem::path& path) {
+void remove_made_files(const Directory& directory) {
+  for_each_file(directory,
+                [](const Directory& in, const std::string& file) { in.remove_if_possible(file); });
+  directory.remove_directory(kRepairStore);
+}
+
+void remove_left_overs_of(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn) {
   const OutputName output(path);
   for (const LeftOver& left_over : find_left_overs(output.directory, output.name)) {
     if (left_over.in_use) continue;
     const std::string where = output.directory.path_of(left_over.name).lexically_normal().native();
     if (remove_left_over(output.directory, left_over))
-      report_warning(
-          fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes)));
+      warn(fmt::format("removed {} of a killed run ({})", where, format_bytes(left_over.bytes)));
     else if (!left_over.foreign.empty())
-      report_warning(fmt::format("{} from a killed run stays, because it contains {}", where,
-                                 fmt::join(left_over.foreign, ", ")));
+      warn(fmt::format("{} from a killed run stays, because it contains {}", where,
+                       fmt::join(left_over.foreign, ", ")));
   }
 }
 

@@ -1,4 +1,4 @@
-// tools/left_overs.h: finds and removes files that killed runs left under temporary names:
+// plait/left_overs.h: finds and removes files that killed runs left under temporary names:
 // NAME.partial-PID of unfinished outputs and STORE.repair-PID of repairs. A process locks the file
 // or directory that it makes (flock), and the lock ends with the process. So an unlocked one is
 // left over.
@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,8 +31,13 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 /// left-over is removed. Errors: kIo.
 bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 
-/// Removes the left-overs of killed runs whose output was `path`, with a warning for each. Errors:
-/// kIo; those of OutputName.
-void remove_left_overs_of(const std::filesystem::path& path);
+/// Removes from a directory all files that plait makes in a directory with a temporary name: those
+/// of a store and those of a repair. Errors: kIo.
+void remove_made_files(const Directory& directory);
+
+/// Removes the left-overs of killed runs whose output was `path`, and calls `warn` for each.
+/// Errors: kIo; those of OutputName.
+void remove_left_overs_of(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn);
 
 }  // namespace plait
