@@ -40,8 +40,9 @@ void fill(Store& store, std::byte value) {
   for (std::byte& byte : store.base_bytes(0)) byte = value;
   for (int level = 1; level <= kLevels; ++level) {
     LevelFile& file = store.level_file(0, level);
+    Session session = store.open_session();
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.open_session().pin(file, block, Access::kWrite);
+      const PinnedBlock pinned = session.pin(file, block, Access::kWrite);
       std::ranges::fill(pinned.bytes(), value);
     }
   }

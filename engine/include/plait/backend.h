@@ -51,6 +51,17 @@ struct BackendTraits {
 
 struct Transfer;
 
+/// At most so many blocks are needed to code one block.
+inline constexpr std::size_t kMostContextBlocks = 4;
+
+/// A block whose bytes are needed to encode or decode another one: the coarser block of the same
+/// edges, say, or another attribute's block. Attribute and level are numbered as in BlockTable.
+struct ContextBlock {
+  std::uint32_t attribute = 0;
+  int level = 0;
+  std::uint64_t block = 0;
+};
+
 /// Is told when a transfer has ended, from whatever thread that happens in.
 class TransferListener {
  public:
@@ -68,6 +79,9 @@ struct Transfer {
   Direction direction = Direction::kRead;
   std::uint64_t block = 0;
   std::span<std::byte> memory;  ///< the block's raw bytes; a write does not change them
+  /// The bytes of the blocks that Backend::context() named, in that order. They are pinned, and
+  /// nobody stores into them.
+  std::span<const std::span<const std::byte>> context;
   TransferListener* listener = nullptr;
   std::uint32_t tag = 0;  ///< the listener's
 };
@@ -98,6 +112,17 @@ class Backend {
   virtual std::byte* address(std::uint64_t block) {
     static_cast<void>(block);
     return nullptr;
+  }
+
+  /// Which blocks must be in memory to encode or decode this block; returns how many there are.
+  /// Each comes earlier in the order of (level, attribute), so that no two blocks need each other.
+  /// The answer is the same for as long as the level is open. A backend that names some is given
+  /// them with every transfer, and does without read() and write(), which throw kNotSupported.
+  /// Levels in memory are never asked.
+  virtual std::size_t context(std::uint64_t block,
+                              std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept {
+    static_cast<void>(block), static_cast<void>(blocks);
+    return 0;
   }
 
   /// Never changes a result, never fails.
