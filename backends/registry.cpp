@@ -1,5 +1,7 @@
 #include "plait/backends/registry.h"
 
+#include <utility>
+
 #include "compressed/compressed_backend.h"
 #include "memory/memory_backend.h"
 #include "mmap/mmap_backend.h"
@@ -19,8 +21,11 @@ BackendRegistry built_in() {
                 kUringTraits, open_uring_volume, validate_uring});
   registry.add({"mmap", "raw files, mapped where they are only read", kMmapTraits,
                 open_each_level(open_mmap_backend)});
-  registry.add({"compressed", "filter and codec per block (--filter, --codec)", kCompressedTraits,
-                open_compressed_volume, validate_compressed_options});
+  BackendRegistry::Entry compressed{"compressed", "filter and codec per block (--filter, --codec)",
+                                    kCompressedTraits, open_compressed_volume};
+  compressed.default_pipeline = "shuffle,zstd:1";
+  compressed.validate_pipeline = validate_pipeline;
+  registry.add(std::move(compressed));
   return registry;
 }
 

@@ -1,16 +1,19 @@
 #include "compressed/block_coder.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
+
+#include "plait/backends/pipeline.h"
 
 namespace plait {
 
-BlockCoder::BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
+BlockCoder::BlockCoder(const std::string& pipeline, std::size_t component_bytes,
                        std::uint64_t max_raw_bytes)
-    : codec_(make_codec(codec)),
-      filter_(std::move(filter)),
+    : pipeline_(pipeline),
       component_bytes_(component_bytes),
-      filters_(make_filter_chain(filter_, component_bytes)),
+      codec_(make_codec(parse_pipeline(pipeline).codec)),
+      filters_(make_filter_chain(parse_pipeline(pipeline).filter, component_bytes)),
       max_raw_bytes_(max_raw_bytes) {}
 
 std::uint64_t BlockCoder::memory_bytes() const {
@@ -19,10 +22,18 @@ std::uint64_t BlockCoder::memory_bytes() const {
          codec_->memory_bytes(max_raw_bytes_);
 }
 
-void BlockCoder::set_component_bytes(std::size_t component_bytes) {
-  if (component_bytes == component_bytes_) return;
-  filters_ = make_filter_chain(filter_, component_bytes);
+void BlockCoder::set_pipeline(const std::string& pipeline, std::size_t component_bytes) {
+  if (pipeline == pipeline_ && component_bytes == component_bytes_) return;
+  const PipelineParts parts = parse_pipeline(pipeline);
+  FilterChain filters = make_filter_chain(parts.filter, component_bytes);
+  if (pipeline != pipeline_) {
+    codec_ = make_codec(parts.codec);
+    pipeline_ = pipeline;
+  }
+  filters_ = std::move(filters);
   component_bytes_ = component_bytes;
+  // A shorter chain needs no more memory than memory_bytes() says of it.
+  for (std::size_t i = filters_.size(); i < std::size(filtered_); ++i) filtered_[i] = Buffer();
 }
 
 void BlockCoder::make_room() {

@@ -29,15 +29,15 @@ struct EncodedBlock {
 /// One thread at a time.
 class BlockCoder {
  public:
-  /// Errors: as make_codec and make_filter_chain.
-  BlockCoder(const std::string& codec, std::string filter, std::size_t component_bytes,
-             std::uint64_t max_raw_bytes);
+  /// Errors: as parse_pipeline, make_codec and make_filter_chain.
+  BlockCoder(const std::string& pipeline, std::size_t component_bytes, std::uint64_t max_raw_bytes);
 
   std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
   /// The most memory that it takes, once it has coded.
   std::uint64_t memory_bytes() const;
-  /// What a shuffle filter groups by from now on.
-  void set_component_bytes(std::size_t component_bytes);
+  const std::string& pipeline() const { return pipeline_; }
+  /// What blocks go through from now on. Errors: as the constructor's, and then nothing changes.
+  void set_pipeline(const std::string& pipeline, std::size_t component_bytes);
 
   EncodedBlock encode(std::span<const std::byte> raw);
   /// Room for the stored bytes of a block, to be filled before decode().
@@ -51,9 +51,9 @@ class BlockCoder {
   /// With the first block: most levels of a store that is opened are not read.
   void make_room();
 
-  std::unique_ptr<Codec> codec_;
-  std::string filter_;
+  std::string pipeline_;
   std::size_t component_bytes_;
+  std::unique_ptr<Codec> codec_;
   FilterChain filters_;
   std::uint64_t max_raw_bytes_;
   Buffer stored_;

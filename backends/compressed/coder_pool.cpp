@@ -5,17 +5,27 @@
 
 namespace plait {
 
-CoderPool::CoderPool(const VolumeSpec& volume) : volume_(volume) { make_room_for(1); }
+CoderPool::CoderPool(const VolumeSpec& volume) : volume_(volume) {
+  idle_.reserve(static_cast<std::size_t>(std::max(1, volume.threads)));
+}
 
-void CoderPool::make_room_for(std::uint64_t raw_bytes) {
+std::uint64_t CoderPool::largest_coder_bytes(std::uint64_t raw_bytes) const {
+  std::uint64_t bytes = 1;
+  for (const std::string& pipeline : pipelines_)
+    bytes = std::max(bytes, BlockCoder(pipeline, 4, raw_bytes).memory_bytes());
+  return bytes;
+}
+
+void CoderPool::make_room_for(const std::string& pipeline, std::uint64_t raw_bytes) {
+  const BlockCoder refuses_what_is_no_pipeline(pipeline, 4, raw_bytes);
   const std::scoped_lock lock(mutex_);
-  if (raw_bytes <= max_raw_bytes_) return;
-  const BlockCoder sample(volume_.options.codec, volume_.options.filter, 4, raw_bytes);
-  const auto threads = static_cast<std::size_t>(std::max(1, volume_.threads));
-  idle_.clear();
-  idle_.reserve(threads);
+  const bool is_known = !pipelines_.insert(pipeline).second;
+  if (is_known && raw_bytes <= max_raw_bytes_) return;
+  raw_bytes = std::max(raw_bytes, max_raw_bytes_);
+  if (raw_bytes > max_raw_bytes_) idle_.clear();
   max_raw_bytes_ = raw_bytes;
-  coder_bytes_ = std::max<std::uint64_t>(1, sample.memory_bytes());
+  coder_bytes_ = largest_coder_bytes(raw_bytes);
+  const auto threads = static_cast<std::size_t>(std::max(1, volume_.threads));
   most_coders_ = static_cast<std::size_t>(
       std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1, threads));
 }
@@ -35,7 +45,8 @@ void CoderPool::shrink() noexcept {
   idle_.clear();
 }
 
-std::unique_ptr<BlockCoder> CoderPool::take(std::size_t component_bytes) {
+std::unique_ptr<BlockCoder> CoderPool::take(const std::string& pipeline,
+                                            std::size_t component_bytes) {
   std::unique_ptr<BlockCoder> coder;
   std::uint64_t max_raw_bytes = 0;
   {
@@ -44,15 +55,19 @@ std::unique_ptr<BlockCoder> CoderPool::take(std::size_t component_bytes) {
     ++taken_;
     max_raw_bytes = max_raw_bytes_;
     if (!idle_.empty()) {
-      coder = std::move(idle_.back());
-      idle_.pop_back();
+      // A coder of the same pipeline has its codec's memory set up.
+      const auto same = std::ranges::find_if(
+          idle_, [&](const auto& idle) { return idle->pipeline() == pipeline; });
+      if (same != idle_.end()) std::swap(idle_.back(), *same);
+      if (same != idle_.end() || taken_ + idle_.size() > most_coders_) {
+        coder = std::move(idle_.back());
+        idle_.pop_back();
+      }
     }
   }
   try {
-    if (!coder)
-      coder = std::make_unique<BlockCoder>(volume_.options.codec, volume_.options.filter,
-                                           component_bytes, max_raw_bytes);
-    coder->set_component_bytes(component_bytes);
+    if (!coder) coder = std::make_unique<BlockCoder>(pipeline, component_bytes, max_raw_bytes);
+    coder->set_pipeline(pipeline, component_bytes);
     return coder;
   } catch (...) {
     give_back(nullptr);

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "compressed/block_coder.h"
@@ -18,11 +20,11 @@ namespace plait {
 /// waits for one. Safe from any thread.
 class CoderPool {
  public:
-  /// Errors: as make_codec and make_filter_chain.
   explicit CoderPool(const VolumeSpec& volume);
 
-  /// Blocks of so many bytes will be coded. Coders for smaller ones go as they are given back.
-  void make_room_for(std::uint64_t raw_bytes);
+  /// Blocks of so many bytes will go through this pipeline. Coders for smaller ones go as they are
+  /// given back. Errors: as BlockCoder.
+  void make_room_for(const std::string& pipeline, std::uint64_t raw_bytes);
   /// The most memory that all coders together take. One there is in any case: what it takes beyond
   /// `most_scratch_bytes` is not counted here.
   std::uint64_t memory_bytes() const noexcept;
@@ -32,8 +34,9 @@ class CoderPool {
 
   class Lease {
    public:
-    Lease(CoderPool& pool, std::size_t component_bytes)
-        : pool_(pool), coder_(pool.take(component_bytes)) {}
+    /// REQUIRES: make_room_for() has had the pipeline.
+    Lease(CoderPool& pool, const std::string& pipeline, std::size_t component_bytes)
+        : pool_(pool), coder_(pool.take(pipeline, component_bytes)) {}
     ~Lease() { pool_.give_back(std::move(coder_)); }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
@@ -46,12 +49,14 @@ class CoderPool {
   };
 
  private:
-  std::unique_ptr<BlockCoder> take(std::size_t component_bytes);
+  std::unique_ptr<BlockCoder> take(const std::string& pipeline, std::size_t component_bytes);
+  std::uint64_t largest_coder_bytes(std::uint64_t raw_bytes) const;
   void give_back(std::unique_ptr<BlockCoder> coder) noexcept;
 
   VolumeSpec volume_;
   mutable std::mutex mutex_;
-  std::uint64_t max_raw_bytes_ = 0, coder_bytes_ = 0;
+  std::set<std::string> pipelines_;
+  std::uint64_t max_raw_bytes_ = 1, coder_bytes_ = 1;  ///< of the pipeline that takes most
   std::size_t most_coders_ = 1;
   std::condition_variable given_back_;
   std::size_t taken_ = 0;

@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <mutex>
+#include <string>
 #include <utility>
 
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "level_file.h"
+#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -47,12 +49,13 @@ class CompressedBackend final : public Backend {
         mode_(level.mode),
         file_(open_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
+        pipeline_(level.pipeline),
         component_bytes_(level.component_bytes),
         coders_(coders) {}
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    CoderPool::Lease coder(coders_, component_bytes_);
+    CoderPool::Lease coder(coders_, pipeline_, component_bytes_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<std::byte> raw = into.first(geometry_.block_bytes(block));
       into = into.subspan(raw.size());
@@ -78,7 +81,7 @@ class CompressedBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    CoderPool::Lease coder(coders_, component_bytes_);
+    CoderPool::Lease coder(coders_, pipeline_, component_bytes_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<const std::byte> raw = from.first(geometry_.block_bytes(block));
       from = from.subspan(raw.size());
@@ -150,6 +153,7 @@ class CompressedBackend final : public Backend {
   File file_;
   mutable std::mutex mutex_;  ///< guards extents_, and entries against advise()
   ExtentAllocator extents_;
+  std::string pipeline_;
   std::size_t component_bytes_;
   CoderPool& coders_;
 };
@@ -160,11 +164,11 @@ class CompressedVolume final : public Volume {
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     auto opened = std::make_unique<CompressedBackend>(level, coders_);
-    coders_.make_room_for(level.geometry.max_block_bytes());
+    coders_.make_room_for(level.pipeline, level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
-  void begin_version(std::uint64_t) override { coders_.shrink(); }
+  void begin_version(std::uint64_t, std::span<const std::uint64_t>) override { coders_.shrink(); }
 
  private:
   CoderPool coders_;
@@ -176,9 +180,10 @@ std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume) {
   return std::make_unique<CompressedVolume>(volume);
 }
 
-void validate_compressed_options(const BackendOptions& options) {
-  make_codec(options.codec);
-  make_filter_chain(options.filter, 1);
+void validate_pipeline(std::string_view pipeline) {
+  const PipelineParts parts = parse_pipeline(pipeline);
+  make_codec(parts.codec);
+  make_filter_chain(parts.filter, 1);
 }
 
 }  // namespace plait

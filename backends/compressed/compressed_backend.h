@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "plait/backend.h"
 
@@ -11,11 +12,11 @@ namespace plait {
 
 constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 
-/// Errors: as ExtentAllocator, make_codec and make_filter_chain; kCorruption for an entry that
+/// Errors of opening a level: as ExtentAllocator and BlockCoder; kCorruption for an entry that
 /// cannot be of its block; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
 std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume);
 
-/// Whether there are such a codec and such a filter.
-void validate_compressed_options(const BackendOptions& options);
+/// Refuses a pipeline with a stage that is not there. Errors: as BlockCoder.
+void validate_pipeline(std::string_view pipeline);
 
 }  // namespace plait

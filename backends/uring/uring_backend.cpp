@@ -277,6 +277,11 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
   return std::make_unique<UringVolume>(volume);
 }
 
-void validate_uring(const BackendOptions&) { UringRing::check_available(); }
+void validate_uring(std::string_view options) {
+  if (!options.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                "open backend \"uring\": expected no options, found some");
+  UringRing::check_available();
+}
 
 }  // namespace plait

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "plait/backend.h"
 
@@ -15,8 +16,8 @@ constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = tru
 /// kNotSupported naming the file where its file system has no O_DIRECT. A new file is preallocated.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
-/// Errors: kNotSupported where liburing was absent when this was built, or the kernel refuses
-/// io_uring.
-void validate_uring(const BackendOptions& options);
+/// Errors: kInvalidArgument for any option; kNotSupported where liburing was absent when this was
+/// built, or the kernel refuses io_uring.
+void validate_uring(std::string_view options);
 
 }  // namespace plait

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "plait/backends/pipeline.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -101,7 +102,7 @@ Refiner::Refiner(const BaseMesh& mesh, int levels) : levels_(levels) {
 StoreOptions Refiner::store_options(const Variant& variant, std::uint64_t budget_bytes) const {
   StoreOptions options;
   options.backend = variant.backend;
-  options.backend_options.codec = variant.codec;
+  if (variant.backend == "compressed") options.pipeline = make_pipeline({"shuffle", variant.codec});
   options.layout = std::string(plait::to_string(variant.layout));
   options.durability = Durability::kNone;
   options.block_bytes = variant.block_bytes;

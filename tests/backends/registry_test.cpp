@@ -44,41 +44,58 @@ TEST_CASE("BackendRegistryAdd_NameTaken_IsRefusedAndKeepsTheFirst") {
   CHECK(registry.find("mine").summary == "another");
 }
 
-TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_AcceptsAllOptions") {
+TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_RefusesOptionsAndPipelines") {
   BackendRegistry registry;
   BackendRegistry::Entry entry = default_backends().find("memory");
   entry.validate = nullptr;
+  entry.validate_pipeline = nullptr;
   registry.add(entry);
-  CHECK(error_text([&] { registry.find("memory").validate({"anything", "at all"}); }).empty());
+  const BackendRegistry::Entry& added = registry.find("memory");
+  CHECK(error_text([&] { added.validate(""); }).empty());
+  CHECK(error_text([&] { added.validate("speed=high"); }) ==
+        "invalid_argument: open backend \"memory\": expected no options, found \"speed=high\"");
+  CHECK(error_text([&] { added.validate_pipeline("none"); }).empty());
+  CHECK(error_text([&] { added.validate_pipeline("lz4"); }) ==
+        "invalid_argument: open backend \"memory\": expected pipeline \"none\", found \"lz4\"");
   entry.name = "cannot be opened";
   entry.open = nullptr;
   CHECK(error_text([&] { registry.add(entry); }) ==
         "invalid_argument: add backend \"cannot be opened\": expected a function that opens it");
 }
 
-TEST_CASE("CompressedValidate_UnknownCodecOrFilter_NamesThoseThereAre") {
-  const auto& validate = default_backends().find("compressed").validate;
-  for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
-    CHECK(error_text([&] { validate({codec, "shuffle"}); }).empty());
-  CHECK(error_text([&] {
-          validate({"gzip", "none"});
-        }) == "not_supported: choose codec \"gzip\": expected one of none, lz4, zstd, zstd:LEVEL");
-  CHECK(error_text([&] {
-          validate({"lz4", "sort"});
-        }) == "not_supported: choose filter \"sort\": expected one of none, shuffle");
-  for (const char* codec :
-       {"zstd:", "zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
+TEST_CASE("BackendRegistryFind_SpecificationWithOptions_IsFoundByItsName") {
+  CHECK(default_backends().find("pread:depth=8").name == "pread");
+  CHECK(BackendRegistry::options_in("pread:depth=8,direct=yes") == "depth=8,direct=yes");
+  CHECK(BackendRegistry::options_in("pread").empty());
+  for (const std::string& name : default_backends().names())
     CHECK(error_text([&] {
-            validate({codec, "none"});
-          }).find("expected a level from -131072 to") != std::string::npos);
-  for (const char* codec : {"", "LZ4", "lz4 ", "zstdx", "none:1"})
-    CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("not_supported: "));
+            default_backends().find(name).validate("depth=8");
+          }).starts_with("invalid_argument: "));
+}
+
+TEST_CASE("CompressedValidatePipeline_UnknownStageOrLevel_NamesThoseThereAre") {
+  const auto& validate = default_backends().find("compressed").validate_pipeline;
+  for (const char* pipeline : {"none", "shuffle", "shuffle,lz4", "lz4", "zstd", "zstd:-131072",
+                               "shuffle,zstd:0", "zstd:22"})
+    CHECK(error_text([&] { validate(pipeline); }).empty());
+  CHECK(error_text([&] { validate("shuffle,gzip"); }) ==
+        "not_supported: choose pipeline \"shuffle,gzip\": expected stages of shuffle, lz4, zstd "
+        "and zstd:LEVEL, or none alone, found \"gzip\"");
+  for (const char* pipeline :
+       {"zstd:", "zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "shuffle,zstd:99999999999"})
+    CHECK(error_text([&] { validate(pipeline); }).find("expected a level from -131072 to") !=
+          std::string::npos);
+  for (const char* pipeline : {"", "LZ4", "lz4 ", "zstdx", "none:1", "lz4:1", "shuffle:2", "lz4,",
+                               ",lz4", "none,lz4", "shuffle,none"})
+    CHECK(error_text([&] { validate(pipeline); }).starts_with("not_supported: "));
+  for (const char* pipeline : {"lz4,shuffle", "shuffle,shuffle", "lz4,zstd"})
+    CHECK(error_text([&] { validate(pipeline); }).starts_with("invalid_argument: "));
 }
 
 TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {
   BackendCounts counts;
   const BackendRegistry registry = counting_registry(default_backends(), counts);
-  const BackendUnderTest subject{"counted", registry.find("pread"), {}};
+  const BackendUnderTest subject{"counted", registry.find("pread")};
   LevelUnderTest level(subject);
   Backend& backend = level.open();
   const std::vector<std::byte> bytes =

@@ -8,6 +8,7 @@
 #include "coding.h"
 #include "compressed/block_coder.h"
 #include "oracle.h"
+#include "plait/backends/pipeline.h"
 
 using namespace plait;
 using namespace plait::fuzz;
@@ -28,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     filters[0]->decode(filtered.span(), raw.span());
 
   // The chain as a block goes through it, with a coder that is used for a second time.
-  BlockCoder coder(coding.codec, coding.filter, coding.component_bytes, raw_bytes);
+  BlockCoder coder(make_pipeline({coding.filter, coding.codec}), coding.component_bytes, raw_bytes);
   if (stored.span().size() > max_encoded_bytes(raw_bytes)) return 0;
   for (int round = 0; round < 2; ++round) {
     const std::span<std::byte> buffer = coder.stored_buffer(stored.span().size());

@@ -7,6 +7,7 @@
 #include "coding.h"
 #include "compressed/block_coder.h"
 #include "oracle.h"
+#include "plait/backends/pipeline.h"
 
 using namespace plait;
 using namespace plait::fuzz;
@@ -63,7 +64,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check_codec(*codec, raw, room);
   require(check_codec(*codec, raw, codec->bound(raw.size())));
   // The coder is made for blocks that may be larger, and meets more than one.
-  BlockCoder coder(coding.codec, coding.filter, coding.component_bytes, raw.size() + room);
+  BlockCoder coder(make_pipeline({coding.filter, coding.codec}), coding.component_bytes,
+                   raw.size() + room);
   check_coder(coder, raw);
   check_coder(coder, raw.first(raw.size() / 2));
   check_coder(coder, raw);

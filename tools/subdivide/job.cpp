@@ -6,6 +6,7 @@
 #include "final_name.h"
 #include "measure.h"
 #include "plait/backends/choose_backend.h"
+#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 #include "plait/machine.h"
 #include "plait/mesh_io.h"
@@ -142,9 +143,9 @@ void SubdivisionJob::describe() {
   report_.block_bytes = store.options().block_bytes;
   report_.backend = store.options().backend;
   report_.backend_reason = plan_.backend_reason;
-  const bool compressed = store.backend_traits().compressed;
-  report_.codec = compressed ? store.options().backend_options.codec : "none";
-  report_.filter = compressed ? store.options().backend_options.filter : "none";
+  const PipelineParts pipeline = parse_pipeline(store.options().pipeline);
+  report_.codec = pipeline.codec;
+  report_.filter = pipeline.filter;
   report_.durability = request_.durable ? "commit" : "none";
   report_.executor = to_string(plan_.subdivide.executor);
   report_.threads = plan_.subdivide.threads;

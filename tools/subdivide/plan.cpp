@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -28,10 +29,13 @@ SubdivisionPlan make_plan(const SubdivisionRequest& request, const BackendRegist
   const BackendRegistry::Entry* backend =
       plan.store.backend == kAutomaticBackend ? nullptr : &backends.find(plan.store.backend);
   plan.keeps_store = backend == nullptr || backend->traits.durable;
-  if (request.codec) plan.store.backend_options.codec = *request.codec;
-  if (request.filter) plan.store.backend_options.filter = *request.filter;
   if (backend != nullptr) {
-    if (backend->validate) backend->validate(plan.store.backend_options);
+    PipelineParts parts = parse_pipeline(backend->default_pipeline);
+    if (request.codec) parts.codec = *request.codec;
+    if (request.filter) parts.filter = *request.filter;
+    plan.store.pipeline = make_pipeline(parts);
+    backend->validate(BackendRegistry::options_in(plan.store.backend));
+    backend->validate_pipeline(plan.store.pipeline);
     plan.backend_reason = "asked for";
   }
   plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);

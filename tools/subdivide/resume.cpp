@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "arguments.h"
+#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -29,10 +30,10 @@ void require_same(const Store& store, std::string_view option,
 
 void require_same_representation(const Store& store, const SubdivisionRequest& request) {
   const StoreOptions& has = store.options();
-  const bool compressed = store.backend_traits().compressed;
+  const PipelineParts pipeline = parse_pipeline(has.pipeline);
   require_same(store, "--backend", request.backend, has.backend);
-  require_same(store, "--codec", request.codec, compressed ? has.backend_options.codec : "none");
-  require_same(store, "--filter", request.filter, compressed ? has.backend_options.filter : "none");
+  require_same(store, "--codec", request.codec, pipeline.codec);
+  require_same(store, "--filter", request.filter, pipeline.filter);
   require_same(store, "--layout", request.layout, has.layout);
   if (request.block_bytes && *request.block_bytes != has.block_bytes)
     refuse(store, fmt::format("--block {} was asked for, and the store has blocks of {}: leave the "

@@ -31,6 +31,11 @@ class NoneCodec final : public Codec {
 
 }  // namespace
 
+bool is_codec(std::string_view stage) {
+  const std::string_view name = stage.substr(0, stage.find(':'));
+  return name == "lz4" || name == "zstd";
+}
+
 std::unique_ptr<Codec> make_codec(std::string_view specification) {
   constexpr std::string_view kZstdLevel = "zstd:";
   if (specification == "none") return std::make_unique<NoneCodec>();

@@ -32,6 +32,9 @@ class Codec {
   virtual void decompress(std::span<const std::byte> stored, std::span<std::byte> raw) = 0;
 };
 
+/// Whether a stage of a pipeline, such as "zstd:3", has the name of a codec.
+bool is_codec(std::string_view stage);
+
 /// "none", "lz4", "zstd" (its default level) or "zstd:LEVEL" from ZSTD_minCLevel to maxCLevel.
 /// Errors: kNotSupported naming the codecs there are; kInvalidArgument for a level out of range.
 std::unique_ptr<Codec> make_codec(std::string_view specification);

@@ -6,6 +6,8 @@
 
 namespace plait {
 
+bool is_filter(std::string_view stage) { return stage == "shuffle"; }
+
 FilterChain make_filter_chain(std::string_view specification, std::size_t component_bytes) {
   FilterChain chain;
   if (specification == "none") return chain;

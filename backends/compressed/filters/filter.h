@@ -22,6 +22,9 @@ class Filter {
 /// Encoded front to back, decoded back to front; "none" is the empty chain.
 using FilterChain = std::vector<std::unique_ptr<Filter>>;
 
+/// Whether a stage of a pipeline is the name of a filter.
+bool is_filter(std::string_view stage);
+
 /// "none" or "shuffle". Errors: kNotSupported naming the filters there are; kInvalidArgument if
 /// `component_bytes` is not 1, 2, 4 or 8.
 FilterChain make_filter_chain(std::string_view specification, std::size_t component_bytes);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "backends/conformance.h"
+#include "plait/backends/pipeline.h"
 #include "plait/backends/registry.h"
 #include "plait/store.h"
 #include "support/test_meshes.h"
@@ -31,7 +32,7 @@ std::int64_t bytes_in_use() {
 }
 
 /// Every thread codes blocks of several sizes; false if one did not come back as it was.
-bool code_in_threads(CoderPool& pool) {
+bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
   std::atomic<bool> same = true;
   std::vector<std::thread> threads;
   for (int number = 0; number < kThreads; ++number)
@@ -39,7 +40,7 @@ bool code_in_threads(CoderPool& pool) {
       for (const std::uint64_t bytes : {kBlockBytes, kBlockBytes / 2, std::uint64_t{20'000}}) {
         const auto raw = make_content(bytes, Content::kSmooth, static_cast<std::uint32_t>(number));
         std::vector<std::byte> back(bytes);
-        CoderPool::Lease coder(pool, number % 2 == 0 ? 4 : 8);
+        CoderPool::Lease coder(pool, pipeline, number % 2 == 0 ? 4 : 8);
         const EncodedBlock encoded = coder->encode(raw);
         if (encoded.encoding == BlockEncoding::kRaw) continue;
         const std::vector<std::byte> stored(encoded.bytes.begin(), encoded.bytes.end());
@@ -56,9 +57,10 @@ bool code_in_threads(CoderPool& pool) {
 TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
   for (const char* codec : {"none", "lz4", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
     CAPTURE(codec);
-    VolumeSpec volume{{codec, "shuffle"}, ~std::uint64_t{0}, 1};
+    const std::string pipeline = make_pipeline({"shuffle", codec});
+    VolumeSpec volume;
     CoderPool one(volume);
-    one.make_room_for(kBlockBytes);
+    one.make_room_for(pipeline, kBlockBytes);
     CHECK(one.most_coders() == 1);
     const std::uint64_t coder_bytes = one.memory_bytes();
 
@@ -67,10 +69,10 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     std::thread([] {}).join();
     const std::int64_t before = bytes_in_use();
     CoderPool pool(volume);
-    pool.make_room_for(kBlockBytes);
+    pool.make_room_for(pipeline, kBlockBytes);
     CHECK(pool.most_coders() == 3);
     CHECK(pool.memory_bytes() == 3 * coder_bytes);
-    CHECK(code_in_threads(pool));
+    CHECK(code_in_threads(pool, pipeline));
     constexpr std::int64_t kSmallThings = 64 << 10;
     const std::int64_t taken = bytes_in_use() - before;
     if (kMemoryIsCounted) {
@@ -79,34 +81,53 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     }
     pool.shrink();
     if (kMemoryIsCounted) CHECK(bytes_in_use() - before <= kSmallThings);
-    CHECK(code_in_threads(pool));
+    CHECK(code_in_threads(pool, pipeline));
   }
 }
 
 TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
-  CoderPool pool({{"none", "shuffle"}, ~std::uint64_t{0}, 2});
-  pool.make_room_for(1000);
+  VolumeSpec volume;
+  volume.threads = 2;
+  CoderPool pool(volume);
+  pool.make_room_for("shuffle", 1000);
   {
-    const CoderPool::Lease small(pool, 4);
-    pool.make_room_for(kBlockBytes);
+    const CoderPool::Lease small(pool, "shuffle", 4);
+    pool.make_room_for("shuffle", kBlockBytes);
   }
-  CoderPool::Lease coder(pool, 4);
+  CoderPool::Lease coder(pool, "shuffle", 4);
   CHECK(coder->max_raw_bytes() == kBlockBytes);
 }
 
 TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
-  CoderPool pool({{"zstd:1", "shuffle"}, 1000, kThreads});
-  pool.make_room_for(kBlockBytes);
+  CoderPool pool({"", 1000, kThreads});
+  pool.make_room_for("shuffle,zstd:1", kBlockBytes);
   CHECK(pool.most_coders() == 1);
   CHECK(pool.memory_bytes() == 1000);
-  CHECK(code_in_threads(pool));
+  CHECK(code_in_threads(pool, "shuffle,zstd:1"));
+}
+
+TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheCodersWithinItsMemory") {
+  const std::vector<std::string> pipelines = {"lz4", "shuffle,zstd:1", "zstd:19", "none"};
+  VolumeSpec volume;
+  volume.threads = kThreads;
+  CoderPool largest(volume);
+  largest.make_room_for("zstd:19", kBlockBytes);
+  volume.most_scratch_bytes = 2 * largest.memory_bytes() / kThreads;
+  CoderPool pool(volume);
+  pool.make_room_for("lz4", 1000);
+  for (const std::string& pipeline : pipelines) pool.make_room_for(pipeline, kBlockBytes);
+  CHECK(pool.most_coders() == 2);
+  const std::int64_t before = bytes_in_use();
+  for (const std::string& pipeline : pipelines) CHECK(code_in_threads(pool, pipeline));
+  if (kMemoryIsCounted)
+    CHECK(bytes_in_use() - before <= static_cast<std::int64_t>(pool.memory_bytes()) + (64 << 10));
 }
 
 TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersForFrames") {
   const TemporaryDirectory place;
   StoreOptions options;
   options.backend = "compressed";
-  options.backend_options = {"zstd:1", "shuffle"};
+  options.pipeline = "shuffle,zstd:1";
   options.block_bytes = kBlockBytes;
   for (const std::uint64_t budget : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
     options.budget_bytes = budget;
