@@ -20,7 +20,7 @@ constexpr const char* kPread = "pread";
 
 std::string mebibytes(std::uint64_t bytes) { return fmt::format("{} MiB", bytes >> 20); }
 
-/// Why the backend cannot be had, or nothing.
+/// The reason why the kernel refuses uring; empty if it does not.
 std::string kernel_refusal(const BackendRegistry& backends) {
   try {
     const BackendRegistry::Entry& uring = backends.find(kUring);
@@ -31,8 +31,8 @@ std::string kernel_refusal(const BackendRegistry& backends) {
   return {};
 }
 
-/// Why files of `directory` cannot go past the page cache, or nothing. Asks with a file that never
-/// has a name.
+/// The reason why files in `directory` cannot be opened with O_DIRECT; empty if they can. To find
+/// out, the function opens a temporary file that has no name.
 std::string file_system_refusal(const std::filesystem::path& directory) {
   struct statfs status {};
   if (::statfs(directory.c_str(), &status) == 0 &&

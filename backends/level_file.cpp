@@ -129,7 +129,7 @@ void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes) {
 }
 
 void start_writing(const File& file, ByteRange bytes) {
-  if (bytes.count == 0) return;  // to sync_file_range no length means all of the file
+  if (bytes.count == 0) return;  // sync_file_range takes 0 as the whole file
   if (::sync_file_range(file.descriptor(), static_cast<off_t>(bytes.first),
                         static_cast<off_t>(bytes.count), SYNC_FILE_RANGE_WRITE) != 0 &&
       errno != ENOSYS && errno != EINVAL && errno != ESPIPE)
@@ -137,7 +137,7 @@ void start_writing(const File& file, ByteRange bytes) {
 }
 
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {
-  if (bytes.count == 0) return;  // to posix_fadvise no length means all of the file
+  if (bytes.count == 0) return;  // posix_fadvise takes 0 as the whole file
   int value = POSIX_FADV_NORMAL;
   switch (advice) {
     case Advice::kWillNeed:

@@ -1,13 +1,15 @@
-// What does at(level, i, j) of a store cost beside plain arrays, when everything is in memory?
+// What does at(level, i, j) of a store cost, compared with plain arrays, when everything is in
+// memory?
 //
 //   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
 //
-// One source, plait/kernels/loop_patches.h, refines the same mesh over: plain arrays of each face
-// (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a store on disk whose
-// blocks are all in their frames. All is allocated and touched before; every counted run begins
-// with the base positions and goes through all levels. Runs alternate, so that a machine whose
-// speed drifts spoils no ratio; ratios are taken within a turn. Fails unless all vertices agree.
-// Without a mesh: an octahedron, refined in memory to 2048 faces.
+// The same source, plait/kernels/loop_patches.h, refines the same mesh in four kinds of storage:
+// plain arrays per face (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a
+// store on disk whose blocks are all in frames. All memory is allocated and touched before the
+// measurement. Every counted run begins with the base positions and computes all levels. A turn
+// runs the four once each, and ratios are computed within a turn, so that a change of the machine's
+// speed does not affect them. The program fails unless all vertices agree. Without --mesh it takes
+// an octahedron, refined in memory to 2048 faces.
 #include <fmt/format.h>
 
 #include <array>
@@ -43,7 +45,7 @@ struct Settings {
   int levels = 5, runs = 5;
 };
 
-/// The program that is measured.
+/// The code that is measured.
 template <PatchMesh Mesh>
 void refine_from_base(Mesh& mesh, const BaseMesh& base, int levels) {
   for (std::size_t vertex = 0; vertex < base.vertex_count(); ++vertex)
@@ -67,7 +69,7 @@ std::uint64_t count_differences(First& first, Second& second, int level) {
   return differences;
 }
 
-/// A store with all levels made, and a budget that holds them.
+/// A store that has all levels, and a budget large enough for all of them.
 Store resident_store(const BaseMesh& base, const Settings& settings, const std::string& backend,
                      const fs::path& path) {
   StoreOptions options;
@@ -119,7 +121,7 @@ int run(const Settings& settings) {
               LayoutKind::kAutomatic)
           .mesh;
   const fs::path path = fs::path(settings.directory) / "plait-bench-at.plait";
-  fs::remove_all(path);  // what is made there is never committed, so it goes with its Store
+  fs::remove_all(path);  // nothing is committed, so the Store's destructor removes the files
   FaceArrays<Position> face_arrays(base, settings.levels);
   InCoreMesh<Position> in_core(base, settings.levels);
   Store in_memory = resident_store(base, settings, "memory", {});
@@ -139,7 +141,7 @@ int run(const Settings& settings) {
     for (Subject& subject : subjects) {
       say_progress(fmt::format("turn {} of {}: {}", turn, settings.runs, subject.name));
       const double time = seconds(subject.work);
-      if (turn == 0) continue;  // touches the memory
+      if (turn == 0) continue;  // the first turn only touches the memory
       subject.seconds.push_back(time);
       subject.ratios.push_back(time / subjects.front().seconds.back());
     }
@@ -151,7 +153,8 @@ int run(const Settings& settings) {
   if (differences > 0)
     throw Error(ErrorCode::kCorruption, fmt::format("{} vertices differ", differences));
   if (read > 0)
-    throw Error(ErrorCode::kBadState, fmt::format("{} blocks read: not all resident", read));
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{} blocks were read: not all blocks are resident", read));
   print(subjects, settings, counts_at_level(base, settings.levels).vertices);
   return 0;
 }
@@ -161,7 +164,8 @@ int run(const Settings& settings) {
 int main(int count, char** words) {
   Settings settings;
   return run_program(
-      "plait_bench_at_overhead", "at(level, i, j) over a store, beside plain arrays", count, words,
+      "plait_bench_at_overhead",
+      "The cost of at(level, i, j) of a store, compared with plain arrays", count, words,
       [&](CLI::App& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 2,048 faces");
         add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");

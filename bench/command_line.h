@@ -1,6 +1,6 @@
-// What a measurement is from outside: options by CLI11, each with its help; errors in one line;
-// exit status 0 done, 1 failed, 2 bad usage; what goes on to a terminal; figures to a file; files
-// of its own in a directory that is gone afterwards.
+// The command line of a measurement: options by CLI11, each with its help; errors in one line; exit
+// status 0 done, 1 failed, 2 bad usage; progress on a terminal; figures in a file; a temporary
+// directory for its files.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 
 namespace plait::bench {
 
-/// To `path` unless that is empty. Errors: kIo.
+/// Writes `figures` to `path`; does nothing if `path` is empty. Errors: kIo.
 inline void write_json(const std::string& path, const nlohmann::ordered_json& figures) {
   if (path.empty()) return;
   std::ofstream file(path);
@@ -27,14 +27,14 @@ inline void write_json(const std::string& path, const nlohmann::ordered_json& fi
     throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", path));
 }
 
-/// One line on standard error, if that is a terminal: what is measured now.
+/// Prints a line to standard error if it is a terminal.
 inline void say_progress(const std::string& text) {
   if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
 }
 
-// Options that several measurements have, worded the same everywhere.
+// Options of several measurements, with the same words in each.
 inline void add_mesh_option(CLI::App& app, std::string& mesh, const char* otherwise) {
-  app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; without: {}", otherwise));
+  app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; default: {}", otherwise));
 }
 inline CLI::Option* add_number_option(CLI::App& app, const char* name, int& value, int first,
                                       int last, const std::string& description) {
@@ -43,7 +43,7 @@ inline CLI::Option* add_number_option(CLI::App& app, const char* name, int& valu
       ->capture_default_str();
 }
 inline void add_runs_option(CLI::App& app, int& runs) {
-  add_number_option(app, "--runs", runs, 1, 1000, "Turns, of which the median is given");
+  add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
 }
 inline void add_layout_option(CLI::App& app, std::string& layout) {
   app.add_option("--layout", layout, "Order of the faces: given, spatial, hilbert, rcm or auto")
@@ -53,16 +53,15 @@ inline void add_executor_option(CLI::App& app, std::string& executor) {
   app.add_option("--executor", executor, "fused, sweep or transparent")->capture_default_str();
 }
 inline void add_directory_option(CLI::App& app, std::string& directory) {
-  app.add_option("--directory", directory,
-                 "Where files are made meanwhile, on the disk that is to be measured")
+  app.add_option("--directory", directory, "Where to make temporary files: on the disk to measure")
       ->capture_default_str();
 }
 inline void add_json_option(CLI::App& app, std::string& json) {
-  app.add_option("--json", json, "Figures go to this file as well");
+  app.add_option("--json", json, "Also write the figures to this file");
 }
 
-/// declare(app) adds the options, run() measures and returns the exit status. `directory`: where
-/// the measurement makes files, as in_work_directory() has it; nullptr: it makes none.
+/// declare(app) adds the options. run() measures and returns the exit status. `directory` is where
+/// the measurement makes files, as for in_work_directory(); nullptr if it makes none.
 template <class Declare, class Run>
 int run_program(const char* name, const char* description, int count, char** words, Declare declare,
                 Run run, std::string* directory = nullptr) {

@@ -1,4 +1,4 @@
-// bench/confined.h: work in a process of its own, under a memory limit, on a cold page cache.
+// bench/confined.h: runs work in a child process, under a memory limit, with a cold page cache.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace plait::bench {
 
-/// A cgroup (version 1) with a memory limit, gone when destroyed. Where none can be made, limited()
-/// says so and run() goes without.
+/// A cgroup (version 1) with a memory limit. The destructor removes it. If the cgroup cannot be
+/// made, limited() returns false and run() runs without a limit.
 class MemoryLimit {
  public:
   explicit MemoryLimit(std::uint64_t bytes);
@@ -19,18 +19,19 @@ class MemoryLimit {
   MemoryLimit& operator=(const MemoryLimit&) = delete;
   bool limited() const { return !group_.empty(); }
 
-  /// What `work` returns in a child process inside the group. Errors: kIo if the child failed.
+  /// Runs `work` in a child process inside the group and returns its result. Errors: kIo if the
+  /// child failed.
   double run(const std::function<double()>& work) const;
 
  private:
   std::filesystem::path group_;
 };
 
-/// Writes dirty pages out and drops the page cache. False: not permitted, and only the pages of
-/// `files` were given up (posix_fadvise).
+/// Writes dirty pages to the disk and drops the page cache. Returns false if that is not permitted;
+/// then it drops only the pages of `files` (posix_fadvise).
 bool make_cold(const std::vector<std::filesystem::path>& files);
 
-/// What a program prints, or nothing if it fails or is missing.
+/// The output of a command; empty if the command fails or is missing.
 std::string output_of(const std::string& command);
 
 }  // namespace plait::bench

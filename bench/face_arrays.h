@@ -1,5 +1,5 @@
-// A semi-regular mesh as a program has it that never heard of plait: one triangular array per base
-// face, vertices on edges in both faces' arrays. The floor of plait_bench_at_overhead.
+// A semi-regular mesh as a program without plait would keep it: one triangular array per base face,
+// with the vertices on edges in the arrays of both faces. plait_bench_at_overhead compares with it.
 #pragma once
 
 #include <array>
@@ -13,8 +13,9 @@
 
 namespace plait::bench {
 
-/// Satisfies PatchMesh for programs that write what they `own` by expressions that do not depend on
-/// the face: every face owns all of its vertices here, so both faces of an edge compute its own.
+/// Satisfies PatchMesh for programs whose results do not depend on the face that computes them.
+/// Here every face owns all of its vertices, so both faces of an edge compute the edge's vertices,
+/// each in its own array.
 template <class RecordType>
 class FaceArrays {
  public:
@@ -86,7 +87,7 @@ class FaceArrays {
 
   const Topology& topology() const { return topology_; }
   std::span<Record> base_records() { return base_records_; }
-  /// Takes base vertices into the arrays of their faces.
+  /// Copies the base vertices into the arrays of their faces.
   void activate(int, int, int) {
     const std::int64_t size = std::int64_t{1} << levels_;
     for (FaceId face = 0; face < topology_.faces.size(); ++face)
@@ -104,7 +105,7 @@ class FaceArrays {
   Topology topology_;
   int levels_;
   std::vector<Record> base_records_;
-  std::vector<std::int64_t> rows_;  ///< [j] where the row begins
+  std::vector<std::int64_t> rows_;  ///< [j] the index of the row's first record
   std::int64_t grid_records_ = 0;
   std::vector<Record> records_;
 };

@@ -1,11 +1,12 @@
-// How long does a mesh take from its file to the order in which a store keeps it, step by step?
+// How long does each step take from a mesh file to the order in which a store keeps the mesh?
 //
 //   plait_bench_import [--mesh FILE] [--runs 5] [--json FILE]
 //
-// Reading with connectivity (read_base_mesh), of which the connectivity alone (BaseMesh::build),
-// each order of faces, putting the mesh into one, and the automatic choice (lay_out). Warm page
-// cache, as many threads as the machine has. Steps alternate; one turn before the counted ones.
-// Without a mesh: an octahedron, refined in memory to 131072 faces, and no reading.
+// The steps: reading with connectivity (read_base_mesh), the connectivity alone (BaseMesh::build),
+// each order of faces, reordering the mesh, and the automatic choice (lay_out). The page cache is
+// warm, and the number of threads is that of the machine. A turn runs each step once; the first
+// turn does not count. Without --mesh the program takes an octahedron, refined in memory to 131072
+// faces, and skips reading.
 #include <fmt/format.h>
 
 #include <functional>

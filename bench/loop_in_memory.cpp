@@ -1,12 +1,13 @@
-// How fast is a Loop surface computed into memory, beside the floors of moving the same bytes?
+// How fast is a Loop surface computed into memory, compared with copying and filling as many bytes?
 //
 //   plait_bench_loop_in_memory [--mesh FILE] [--first 3] [--last 6] [--runs 5] [--threads 2]
 //                              [--executor fused] [--layout hilbert] [--json FILE]
 //
-// Without a mesh: an octahedron, refined in memory to 8192 faces. For every level, positions alone
-// and with normals, on one thread and on --threads: the time from a laid out base mesh to finished
-// levels in memory that was touched before, and right after it the floors: memcpy and a
-// non-temporal fill of the same bytes on as many threads. One run before the counted ones.
+// Without --mesh it takes an octahedron, refined in memory to 8192 faces. It measures every level,
+// positions alone and with normals, on one thread and on --threads: the time from a base mesh in
+// its layout to finished levels in memory that was touched before. Right after each run it measures
+// the floors: memcpy and a non-temporal fill of as many bytes on as many threads. The first run
+// does not count.
 #include <fmt/format.h>
 
 #if defined(__SSE2__)
@@ -39,7 +40,8 @@ struct Settings {
   int first = 3, last = 6, runs = 5, threads = 2;
 };
 
-/// The same work on each thread's share of [0, bytes).
+/// Runs work(offset, bytes) on every thread, each with its share of [0, bytes). Returns the
+/// seconds.
 template <class Work>
 double on_threads(int threads, std::uint64_t bytes, Work work) {
   return seconds([&] {
@@ -152,15 +154,15 @@ int run(const Settings& settings) {
 int main(int count, char** words) {
   Settings settings;
   return run_program(
-      "plait_bench_loop_in_memory",
-      "Loop surfaces in memory, beside the floors of moving the same bytes", count, words,
+      "plait_bench_loop_in_memory", "Loop surfaces in memory, compared with copying as many bytes",
+      count, words,
       [&](CLI::App& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
         add_number_option(app, "--first", settings.first, 1, 12, "The first level measured");
         add_number_option(app, "--last", settings.last, 1, 12, "The last level measured");
         add_runs_option(app, settings.runs);
         add_number_option(app, "--threads", settings.threads, 1, 64,
-                          "One thread, and so on to these");
+                          "The largest number of threads; measures from one thread up");
         add_executor_option(app, settings.executor);
         add_layout_option(app, settings.layout);
         add_json_option(app, settings.json);

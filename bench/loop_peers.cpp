@@ -1,13 +1,13 @@
-// How fast are the positions of a Loop surface computed in memory, beside other libraries?
+// How fast are the positions of a Loop surface computed in memory, compared with other libraries?
 //
 //   plait_bench_loop_peers [--mesh FILE] [--level 4] [--runs 5] [--layout hilbert] [--json FILE]
 //
-// Without a mesh: an octahedron, refined in memory to 8192 faces. Everybody gets the same faces in
-// the same order, one thread, and memory that was touched before: plait a backend that keeps its
-// pages, the others a heap that gives none back. Times are those of the thread, so that whoever
-// else uses the machine counts little. Every turn does one after another; ratios are taken within a
-// turn. One turn before the counted ones, in which the surfaces must agree. Memory is measured
-// before that, in a process for each.
+// Without --mesh it takes an octahedron, refined in memory to 8192 faces. All libraries get the
+// same faces in the same order, one thread, and memory that was touched before: plait uses a
+// backend that keeps its pages, the others use a heap that returns no pages to the system. Times
+// are processor times of the thread, so that other programs on the machine affect them little. A
+// turn runs each library once, and ratios are computed within a turn. The first turn does not
+// count; in it the surfaces must agree. Memory is measured before, with a process for each library.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <tbb/task_arena.h>
@@ -46,10 +46,11 @@ void read_positions(Store& store, Points& points) {
   const AttributeId position = store.attribute("position");
   const auto base = store.base_records<Vector3<float>>(position);
   points.assign(base.begin(), base.end());
+  Session session = store.open_session();
   for (int level = 1; level <= store.finest_level(); ++level) {
-    LevelFile& file = store.level_file(position, level);
+    const LevelFile& file = store.level_file(position, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.pager().pin(file, block, Access::kRead);
+      const PinnedBlock pinned = session.pin(file, block);
       const std::size_t count = pinned.bytes().size() / sizeof(Vector3<float>);
       const std::size_t before = points.size();
       points.resize(before + count);
@@ -58,8 +59,8 @@ void read_positions(Store& store, Points& points) {
   }
 }
 
-/// plait itself. The order of the faces, which a program makes once for a mesh, counts only if
-/// `preparation_too`; so does the connectivity.
+/// plait itself. The connectivity and the order of the faces, which a program computes once per
+/// mesh, are in the time only if `preparation_too`.
 Peer plait_peer(const Settings& settings, PageCache& pages, bool preparation_too) {
   return {
       "plait", preparation_too ? "fused executor, connectivity and order" : "fused executor",
@@ -107,7 +108,8 @@ std::vector<Peer> all_peers(const Settings& settings, PageCache& pages) {
   return peers;
 }
 
-/// Three sorted lists of coordinates: equal for equal surfaces, whatever the order of the vertices.
+/// Three sorted lists of coordinates. Equal surfaces give equal lists, whatever the order of their
+/// vertices.
 struct SortedCoordinates {
   std::vector<float> axes[3];
 
@@ -123,7 +125,7 @@ struct SortedCoordinates {
       square += std::pow(double(axis.back()) - double(axis.front()), 2);
     return std::sqrt(square);
   }
-  /// The largest difference of numbers at the same place of the same list.
+  /// The largest difference between corresponding numbers of the two objects.
   double largest_difference(const SortedCoordinates& other) const {
     double largest = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -136,9 +138,9 @@ struct SortedCoordinates {
   }
 };
 
-constexpr double kTolerance = 1e-4;  // of the diagonal
+constexpr double kTolerance = 1e-4;  // in diagonals of the bounding box
 
-/// Errors: kCorruption naming who makes another surface than the first.
+/// Throws kCorruption naming a library whose surface differs from that of the first.
 void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int level) {
   const auto surface = [&](const Peer& peer) {
     Points points;
@@ -188,7 +190,8 @@ int run(const Settings& settings) {
     for (std::size_t i = 0; i < peers.size(); ++i) {
       say_progress(fmt::format("turn {} of {}: {}, {}", turn + 1, settings.runs, peers[i].name,
                                peers[i].measured));
-      // Nobody pays for what the one before left in the caches and in the heap.
+      // An extra run, not measured: it removes what the library before left in the caches and in
+      // the heap.
       peers[i].refine(base.mesh, settings.level, nullptr);
       times[i].push_back(peers[i].refine(base.mesh, settings.level, nullptr));
       ratios[i].push_back(times[i].back() / times[0].back());
@@ -231,8 +234,8 @@ int run(const Settings& settings) {
 int main(int count, char** words) {
   Settings settings;
   return run_program(
-      "plait_bench_loop_peers",
-      "Positions of Loop surfaces in memory, plait beside other libraries", count, words,
+      "plait_bench_loop_peers", "Positions of Loop surfaces in memory, plait and other libraries",
+      count, words,
       [&](CLI::App& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
         add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");

@@ -1,16 +1,16 @@
-// How long does a Loop surface with normals take to the disk, on every backend and under every
-// budget, beside the floor of writing as many bytes without computing them?
+// How long does it take to write a Loop surface with normals to the disk, for every backend and
+// budget, compared with writing as many bytes without computing them?
 //
 //   plait_bench_loop_to_disk [--mesh FILE] [--levels 5] [--budgets 32,128,1024] [--runs 5]
 //                            [--backends pread,mmap ...] [--executor fused] [--threads 2]
 //                            [--layout hilbert] [--directory .] [--json FILE]
 //
-// Without a mesh: an octahedron, refined in memory to 32768 faces. Budgets are in MiB. Backends:
-// all that keep their data, compressed ones with lz4. A run goes from a laid out base mesh in
-// memory to a committed store, fdatasync included, and has a process of its own, whose peak of
-// memory it is. Floors are written in the backend's own way, by as many threads, before and after
-// every run; a run is compared with the mean of its two. One run before the counted ones. Fails if
-// any two runs differ in their digests.
+// Without --mesh it takes an octahedron, refined in memory to 32768 faces. Budgets are in MiB. The
+// backends are all durable ones, the compressed one with lz4. A run goes from a base mesh in
+// memory, in its layout, to a committed store, with fdatasync. Each run has its own process, so
+// that the peak of memory is that of the run. The floor writes as many bytes in the backend's own
+// way, with as many threads, before and after every run; a run is compared with the mean of the
+// two. The first run does not count. The program fails if two runs have different digests.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -84,7 +84,7 @@ nlohmann::json make_store(const Settings& settings, const Case& at) {
     subdivide(*store, how);
     store->commit();
   });
-  // What belongs to the base mesh grows with it alone, like the mesh itself.
+  // This memory grows with the base mesh only, so it is not counted, like the base mesh itself.
   std::uint64_t of_base = subdivide_resident_bytes(*store, how);
   for (AttributeId id = 0; id < store->attributes().size(); ++id)
     of_base += store->base_bytes(id).size();
@@ -98,7 +98,7 @@ nlohmann::json make_store(const Settings& settings, const Case& at) {
           {"digest", digest(*store).to_string()}};
 }
 
-/// One run between the floor before it, which is known, and the floor after it.
+/// One run. The floor before it is known already; this measures the floor after it.
 void run_once(const Settings& settings, Case& at, WriteFloor& floor, bool counts) {
   const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
   fs::remove_all(path);
@@ -211,16 +211,14 @@ int main(int count, char** words) {
   Settings settings;
   return run_program(
       "plait_bench_loop_to_disk",
-      "Loop surfaces with normals to the disk, beside the floors of writing their bytes", count,
-      words,
+      "Loop surfaces with normals to the disk, compared with writing as many bytes", count, words,
       [&](CLI::App& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 32,768 faces");
         add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
         app.add_option("--budgets", settings.budgets, "Budgets for blocks in memory, MiB")
             ->delimiter(',')
             ->check(CLI::Range(1, 1 << 20));
-        app.add_option("--backends", settings.backends,
-                       "Backends that keep their data; without: all of them")
+        app.add_option("--backends", settings.backends, "Durable backends; default: all of them")
             ->delimiter(',');
         add_runs_option(app, settings.runs);
         add_number_option(app, "--threads", settings.threads, 1, 64, "Threads that compute");

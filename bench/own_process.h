@@ -1,4 +1,4 @@
-// One piece of work in a process of its own, so that its peak of memory is nobody else's.
+// Runs work in a child process, so that the peak of memory is that of this work alone.
 #pragma once
 
 #include <malloc.h>
@@ -14,9 +14,9 @@
 
 namespace plait::bench {
 
-/// What `work` returns, made by a forked child. Errors come back as kIo with the child's message,
-/// but kBudget and kNotSupported as what they are. REQUIRES: this process has started no thread
-/// that still lives, of TBB neither, since a child has only the one that forked.
+/// Runs `work` in a forked child and returns its result. An error of the child is thrown here as
+/// kIo with the child's message; kBudget and kNotSupported keep their codes. REQUIRES: this process
+/// has no other thread, and none of TBB, because a child has only the thread that forked.
 template <class Work>
 nlohmann::json in_own_process(Work work) {
   int ends[2];
@@ -49,14 +49,14 @@ nlohmann::json in_own_process(Work work) {
   ::close(ends[0]);
   int status = 0;
   ::waitpid(child, &status, 0);
-  if (text.empty()) throw Error(ErrorCode::kIo, "a measuring process ended without a result");
+  if (text.empty()) throw Error(ErrorCode::kIo, "the process of a run ended without a result");
   const nlohmann::json answer = nlohmann::json::parse(text);
   if (answer.contains("error"))
     throw Error(static_cast<ErrorCode>(answer["code"].get<int>()), answer["error"]);
   return answer["result"];
 }
 
-/// VmHWM or VmRSS of /proc/self/status in bytes; 0 where there is none.
+/// VmHWM or VmRSS of /proc/self/status in bytes; 0 if the file has no such line.
 inline std::uint64_t memory_status(const std::string& name) {
   std::ifstream status("/proc/self/status");
   std::string word;
@@ -69,10 +69,10 @@ inline std::uint64_t memory_status(const std::string& name) {
   return kibibytes * 1024;
 }
 
-/// The growth of the resident set from construction to its peak.
+/// Measures by how much the resident set grows from construction to its peak.
 class PeakMemory {
  public:
-  /// Gives free heap pages back first, so that what follows has to ask for its own.
+  /// First returns free heap pages to the system, so that pages which the work takes are counted.
   PeakMemory() {
     ::malloc_trim(0);
     std::ofstream("/proc/self/clear_refs") << "5";  // the peak counts from now on

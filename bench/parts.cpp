@@ -1,9 +1,11 @@
-// What do the parts cost by themselves: an index transform, a block's seal? Beside each its floor:
-// a table that has the answers (what a mesh would keep that stores its indices), copying the bytes.
+// What do single parts cost: an index transform, sealing a block? Each part has a floor: for a
+// transform a table with the results, as a mesh that stores its indices would have it; for sealing,
+// copying the bytes.
 //
 //   plait_bench_parts [--benchmark_filter=REGEX] [--benchmark_format=console|json|csv]
 //
-// Google Benchmark's own options. Every line is the median, mean and deviation of five repetitions.
+// The options are those of Google Benchmark. It prints median, mean and deviation of five
+// repetitions.
 #include <benchmark/benchmark.h>
 
 #include <cstddef>
@@ -23,7 +25,8 @@ namespace {
 using namespace plait;
 
 constexpr int kLevel = 6;
-constexpr std::int64_t kPoints = 4096;  // fit in the caches: arithmetic is what is measured
+// Few enough for the caches, so that only arithmetic is measured.
+constexpr std::int64_t kPoints = 4096;
 constexpr std::int64_t kBlockBytes = std::int64_t{1} << 20;
 
 const BaseMesh& mesh() {
@@ -31,7 +34,7 @@ const BaseMesh& mesh() {
   return base;
 }
 
-/// Points of all faces in no order, none of them a corner.
+/// Points of random faces, none of them a corner.
 const std::vector<FaceIndex>& face_points() {
   static const std::vector<FaceIndex> points = [] {
     std::mt19937 random(1);

@@ -1,6 +1,6 @@
-// A backend in memory whose pages outlive it: the second store of a size finds them touched. For
-// measuring what is computed and moved without the cost of fresh pages, which is the operating
-// system's. Also an example of a backend from outside the library.
+// A backend in memory that keeps its pages for the next store. A second store of the same size gets
+// pages that were touched before, so a measurement does not include the time in which the operating
+// system makes new pages. It is also an example of a backend outside the library.
 #pragma once
 
 #include <sys/mman.h>

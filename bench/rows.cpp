@@ -1,12 +1,14 @@
-// What does a row of points cost on each instruction set of this processor? The rows of the fused
-// executor by themselves, in the innermost cache, so that a set whose code is not made of vectors
-// shows. None should take longer than a narrower one.
+// What does a row of points cost on each instruction set of this processor? The program measures
+// the row functions of the fused executor alone, with data in the first-level cache. So it shows a
+// set for which the compiler made code without vectors. No set should take longer than a narrower
+// one.
 //
 //   plait_bench_rows [--only TEXT] [--points 32] [--runs 15] [--json FILE]
 //
-// A line for every row and instruction set, the narrowest first: nanoseconds a vertex (a point of
-// one lane), the ratio to the next narrower set, and to copying the vertices that were made within
-// the cache, measured in the same turns. The medians of all turns, ratios taken within a turn.
+// It prints a line for every row and instruction set, the narrowest set first: nanoseconds per
+// vertex (a vertex is a point of one lane), the ratio to the next narrower set, and the ratio to
+// copying the result within the cache. Figures are medians of all turns; ratios are computed within
+// a turn.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -39,13 +41,13 @@ struct Settings {
   int points = 32, runs = 15;
 };
 
-/// Rows of a patch that lie side by side, as they do while a patch is refined.
+/// Adjacent rows of a patch, stored as during refinement.
 template <class Real>
 class Rows {
  public:
   explicit Rows(std::int64_t points)
       : width_(2 * points + 2), numbers_(kRows * width_), normals_(2 * width_) {
-    // A bent surface: every normal is one, and no two points are equal.
+    // A curved surface: every normal has length one, and no two points are equal.
     for (std::int64_t row = 0; row < kRows; ++row)
       for (std::int64_t point = 0; point < width_; ++point)
         for (std::size_t lane = 0; lane < kPatchLanes; ++lane) {
@@ -72,7 +74,8 @@ class Rows {
   LatticeBuffer<float> normals_;
 };
 
-/// make() returns what does the work on the instruction set of the moment.
+/// make() returns a function that does the work on the instruction set that is active at that
+/// moment.
 struct Subject {
   std::string name;
   std::int64_t vertices;
@@ -137,7 +140,7 @@ std::function<void()> copy_as_many(const Subject& subject) {
   const auto bytes = static_cast<std::size_t>(subject.vertices) * subject.vertex_bytes;
   return [from = std::vector<std::byte>(bytes), to = std::vector<std::byte>(bytes)]() mutable {
     std::memcpy(to.data(), from.data(), to.size());
-    asm volatile("" ::"r"(to.data()) : "memory");  // the copy is not for nothing
+    asm volatile("" ::"r"(to.data()) : "memory");  // keeps the compiler from removing the copy
   };
 }
 
@@ -197,14 +200,14 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_rows", "Rows of the fused executor on every instruction set", count, words,
       [&](CLI::App& app) {
-        app.add_option("--only", settings.only, "Rows whose name has this text in it");
+        app.add_option("--only", settings.only, "Only rows whose name contains this text");
         app.add_option("--points", settings.points, "Points of a row")
             ->check(CLI::Range(1, 1024))
             ->capture_default_str();
-        app.add_option("--runs", settings.runs, "Turns, of which the median is given")
+        app.add_option("--runs", settings.runs, "Turns; the figures are medians of all turns")
             ->check(CLI::Range(1, 1000))
             ->capture_default_str();
-        app.add_option("--json", settings.json, "Figures go to this file as well");
+        app.add_option("--json", settings.json, "Also write the figures to this file");
       },
       [&] { return run(settings); });
 }

@@ -1,4 +1,4 @@
-// bench/support.h: what the measurements share.
+// bench/support.h: functions that several measurements use.
 #pragma once
 
 #include <time.h>
@@ -18,7 +18,7 @@ double seconds(Work work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Processor time of this thread alone: for work of one thread, on a machine that others use.
+/// The processor time of this thread. For work of one thread on a machine that other programs use.
 template <class Work>
 double thread_seconds(Work work) {
   const auto now = [] {
@@ -31,7 +31,7 @@ double thread_seconds(Work work) {
   return now() - start;
 }
 
-/// REQUIRES: not empty, as for spread().
+/// REQUIRES: `values` is not empty; the same for spread().
 inline double median(std::vector<double> values) {
   std::ranges::sort(values);
   return values[values.size() / 2];

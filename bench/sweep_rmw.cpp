@@ -1,18 +1,20 @@
 // How fast is one read-modify-write sweep over data several times larger than memory on each
-// backend, beside what the disk gives to a program that only moves the same bytes the same way?
+// backend, compared with a program that only reads and writes the same bytes in the same way?
 //
 //   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB]
 //                         [--memory MIB] [--threads 2] [--runs 5] [--drop-caches 1]
 //                         [--io-threads N] [--only BACKEND] [--journal] [--directory .]
 //                         [--json FILE]
 //
-// The sweep adds 1 to every float of the finest level. Each run is a process of its own under the
-// memory limit (cgroup version 1; it says so where it may not set one), cold, with fdatasync inside
-// the time, and as scratch, unless --journal asks for what an atomic commit costs; after each comes
-// its floor, so that a disk that drifts spoils neither: fio reading and writing the same bytes in
-// blocks of the same size (uring: io_uring with O_DIRECT, eight blocks each way; pread and
-// compressed: psync), for mmap a plain loop over a mapping; without fio plain loops for all. Prints
-// a Markdown table of medians with the smallest and largest.
+// The sweep adds 1 to every float of the finest level. Each run is a process under the memory limit
+// (cgroup version 1; the program says so if it may not set one), with a cold page cache and with
+// fdatasync inside the time. The store is a scratch store; with --journal it is a durable one,
+// which shows what an atomic commit costs. After each run comes its floor, so that a change of the
+// disk's speed affects both. The floor is fio, which reads and writes the same bytes in blocks of
+// the same size (uring: io_uring with O_DIRECT, eight blocks in each direction; pread and
+// compressed: psync). For mmap the floor is a plain loop over a mapping; without fio it is a plain
+// loop for all backends. The program prints a Markdown table of medians with the smallest and
+// largest values.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -41,7 +43,7 @@ struct Settings {
   int level = 7, refinements = 5, runs = 5, threads = 2;
   std::uint32_t components = 6;
   std::uint64_t limit_mebibytes = 256, memory_mebibytes = 64;
-  int drop_caches = 1, io_threads = -1;  ///< -1: as the store has it by itself
+  int drop_caches = 1, io_threads = -1;  ///< -1: the store's default
   bool journal = false;
   std::string directory = ".", only, json;
 };
@@ -143,7 +145,7 @@ double fio_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t bloc
   const nlohmann::json job = nlohmann::json::parse(text.substr(text.find('{')))["jobs"][0];
   const double moved =
       job["read"]["io_bytes"].get<double>() + job["write"]["io_bytes"].get<double>();
-  // fio's time ends before it would sync.
+  // fio's time does not include a sync.
   const double sync = seconds([&] { File(path, OpenMode::kReadWrite).sync(); });
   return job["job_runtime"].get<double>() / 1000 * (2 * double(bytes) / moved) + sync;
 }
@@ -191,7 +193,7 @@ int run(const Settings& settings) {
   for (const Subject& subject : kSubjects) {
     if (!settings.only.empty() && settings.only != subject.backend) continue;
     const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
-    say_progress(fmt::format("{}: a store", subject.name));
+    say_progress(fmt::format("{}: making a store", subject.name));
     make_store(path, base, settings, subject);
     Times of;
     for (int turn = 0; turn < settings.runs; ++turn) {
@@ -216,9 +218,10 @@ int run(const Settings& settings) {
       bytes, block_bytes,
       limit.limited() ? fmt::format("memory limit {} MiB", settings.limit_mebibytes)
                       : "no memory limit (not permitted)",
-      cold                        ? "cold"
-      : settings.drop_caches != 0 ? "page cache given up, not dropped (not permitted)"
-                                  : "warm",
+      cold ? "cold"
+      : settings.drop_caches != 0
+          ? "page cache not dropped (not permitted), only the pages of the files"
+          : "warm",
       settings.threads, settings.memory_mebibytes, have_fio ? "fio" : "plain loops", settings.runs);
   fmt::print(
       "| backend | sweep, GB/s read + written (min to max) | floor | sweep / floor |\n"
@@ -247,8 +250,8 @@ int main(int count, char** words) {
       [&](CLI::App& app) {
         add_number_option(app, "--level", settings.level, 1, 12, "The level that is swept");
         add_number_option(app, "--refinements", settings.refinements, 0, 10,
-                          "Of the octahedron that is the base mesh");
-        app.add_option("--components", settings.components, "Numbers of a record")
+                          "Refinements of the octahedron that give the base mesh");
+        app.add_option("--components", settings.components, "Numbers per record")
             ->check(CLI::Range(1, 255));
         app.add_option("--limit", settings.limit_mebibytes, "Memory of the process, MiB (cgroup)")
             ->check(CLI::Range(1, 1 << 20));
@@ -259,9 +262,11 @@ int main(int count, char** words) {
         add_number_option(app, "--drop-caches", settings.drop_caches, 0, 1,
                           "1: the page cache is cold before each run");
         add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
-                          "Threads that read ahead and write behind; -1: as the store has them");
+                          "Threads that read ahead and write behind; -1: the store's default");
         app.add_option("--only", settings.only, "Only this backend");
-        app.add_flag("--journal", settings.journal, "Keep what was there before, to come back to");
+        app.add_flag(
+            "--journal", settings.journal,
+            "Make a durable store, which keeps overwritten blocks in the rollback journal");
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },

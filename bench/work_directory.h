@@ -1,4 +1,5 @@
-// bench/work_directory.h: a directory for the files of a measurement, gone whatever ends it.
+// bench/work_directory.h: a directory for the files of a measurement, which is removed however the
+// measurement ends.
 #pragma once
 
 #include <signal.h>
@@ -17,17 +18,18 @@
 
 namespace plait::bench {
 
-/// Makes a directory of its own in `directory`, puts its name into `directory`, and runs `work` in
-/// a child process, whose exit status it returns. Removes the directory when the child has ended,
-/// also where a signal ends this process: SIGINT, SIGTERM and SIGHUP kill the child and those that
-/// it started; the status is then 128 and the signal. REQUIRES: this process has one thread.
+/// Makes a new directory in `directory` and stores its path in `directory`. Then runs `work` in a
+/// child process and returns the child's exit status. Removes the new directory when the child has
+/// ended. On SIGINT, SIGTERM or SIGHUP, the function kills the child and the processes that the
+/// child started, and returns 128 plus the number of the signal. REQUIRES: this process has one
+/// thread.
 /// Errors: kIo, kNotFound.
 template <class Work>
 int in_work_directory(std::string& directory, Work work) {
   sigset_t awaited, before;
   sigemptyset(&awaited);
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&awaited, number);
-  // Before there is anything that would have to be removed.
+  // Signals are blocked before the directory exists, so that no signal can leave it behind.
   ::sigprocmask(SIG_BLOCK, &awaited, &before);
   std::string name = (std::filesystem::path(directory) / "plait-bench-XXXXXX").native();
   if (::mkdtemp(name.data()) == nullptr) {
@@ -49,7 +51,7 @@ int in_work_directory(std::string& directory, Work work) {
   int status = 1;
   const int failure = child < 0 ? errno : 0;
   if (child > 0) {
-    ::setpgid(child, child);  // whichever of the two comes first
+    ::setpgid(child, child);  // parent and child both call this, because either may run first
     int received = 0, ended = 0;
     ::sigwait(&awaited, &received);
     if (received != SIGCHLD) ::kill(-child, SIGKILL);

@@ -1,4 +1,5 @@
-// What the machine takes to write bytes that nobody computes, in the way that a backend writes.
+// Measures how long the machine takes to write bytes in the way of a backend, without computing
+// them.
 #pragma once
 
 #include <fcntl.h>
@@ -22,8 +23,8 @@ namespace plait::bench {
 
 enum class WriteWay {
   kBuffered,  ///< pwrite into the page cache
-  kBegun,     ///< the same, and every part begins its way to the disk at once
-  kMapped,    ///< memcpy into a mapping whose bytes were allocated on the disk, then msync
+  kBegun,     ///< the same, then sync_file_range after every part
+  kMapped,    ///< memcpy into a mapping of a preallocated file, then msync
   kDirect,    ///< pwrite past the page cache into preallocated files
 };
 
@@ -34,7 +35,7 @@ constexpr const char* to_string(WriteWay way) {
                                     : "O_DIRECT pwrite + fdatasync";
 }
 
-/// Writes files of a directory, one for each thread, and times it.
+/// Writes files in a directory, one per thread, and measures the time.
 class WriteFloor {
  public:
   static constexpr std::uint64_t kTransfer = 1 << 20;
@@ -45,7 +46,7 @@ class WriteFloor {
       data_[i] = static_cast<std::byte>(i * 2654435761u >> 13);
   }
 
-  /// From creating the files to having their bytes on the disk. Errors: kIo, kNoSpace.
+  /// The seconds from creating the files until their bytes are on the disk. Errors: kIo, kNoSpace.
   double seconds_for(WriteWay way, std::uint64_t bytes) {
     const std::uint64_t count = static_cast<std::uint64_t>(threads_);
     // Direct transfers are whole disk sectors.

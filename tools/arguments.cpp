@@ -30,7 +30,7 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-/// The power of two a unit stands for, or -1.
+/// The power of two that a unit stands for, or -1.
 int unit_shift(std::string_view unit) {
   const std::string lower = lower_case(unit);
   if (lower.empty() || lower == "b") return 0;
@@ -73,7 +73,8 @@ std::uint64_t parse_size(std::string_view text) {
     std::uint64_t numerator = 0, denominator = 1;
     parse_whole(fraction, numerator);
     for (std::size_t digit = 0; digit < fraction.size(); ++digit) denominator *= 10;
-    // Nine digits and forty bits need more than 64; the fraction in lowest terms does not.
+    // A product of nine digits and forty bits can exceed 64 bits, so the fraction is first reduced
+    // to lowest terms.
     const std::uint64_t common = std::gcd(numerator, denominator);
     if ((std::uint64_t{1} << shift) % (denominator / common) != 0) refuse("size", text, kExpected);
     bytes += (std::uint64_t{1} << shift) / (denominator / common) * (numerator / common);
@@ -106,7 +107,7 @@ ViewAngles parse_view(std::string_view text) {
   if (comma == std::string_view::npos || !parse_whole(text.substr(0, comma), view.azimuth) ||
       !parse_whole(text.substr(comma + 1), view.elevation) || !(std::abs(view.azimuth) <= 360) ||
       !(std::abs(view.elevation) <= 90))
-    refuse("view", text, "AZIMUTH,ELEVATION in degrees, to 360 and to 90 either way");
+    refuse("view", text, "AZIMUTH,ELEVATION in degrees, -360 to 360 and -90 to 90");
   return view;
 }
 

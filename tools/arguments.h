@@ -1,4 +1,4 @@
-// tools/arguments.h: values of the command line from text, and quantities into text.
+// tools/arguments.h: parses values of the command line, and formats quantities as text.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,13 +14,13 @@
 namespace plait {
 
 /// Bytes from "65536", "64K", "64KiB", "1.5 GiB": K, M, G and T are powers of 1024, with or without
-/// "iB" or "B", in either case. Errors: kInvalidArgument for anything else, for what is no whole
-/// number of bytes, and for what does not fit into 64 bits.
+/// "iB" or "B", in either case. Errors: kInvalidArgument for anything else, for a size that is not
+/// a whole number of bytes, and for a size that does not fit 64 bits.
 /// Pinned by tests/tools/arguments_test.cpp.
 std::uint64_t parse_size(std::string_view text);
 
 /// A whole number from `first` to `last`. Errors: kInvalidArgument for anything else, such as "-1"
-/// where `first` is 0, or a number of more digits than 64 bits hold.
+/// if `first` is 0, or a number that does not fit 64 bits.
 std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last);
 
 struct PictureSize {
@@ -37,44 +37,45 @@ ViewAngles parse_view(std::string_view text);
 
 /// The extension of `path` in lower case: ".ply" of "BUNNY.PLY".
 std::string lower_extension(const std::filesystem::path& path);
-/// Errors: kInvalidArgument, beginning with `verb`, unless the name of `path` ends in `extension`
-/// (in lower case here, in either case there).
+/// Throws kInvalidArgument unless `path` ends in `extension`, in upper or lower case. `extension`
+/// is in lower case. The message begins with `verb`.
 void require_extension(std::string_view verb, const std::filesystem::path& path,
                        std::string_view extension);
 
 /// "512 bytes", "1.50 KiB", "2.33 GiB".
 std::string format_bytes(std::uint64_t bytes);
-/// The shortest text that parse_size takes back: "1MiB", "65537".
+/// The shortest text from which parse_size gives `bytes`: "1MiB", "65537".
 std::string size_text(std::uint64_t bytes);
 /// "26,016".
 std::string format_count(std::uint64_t count);
 
-/// Options that several commands share, worded the same everywhere. `value` must outlive parsing.
+/// Options of several commands, with the same words in each. `value` must outlive parsing.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                              const std::string& description);
-/// The same for a value that stays empty where the option is not given.
+/// The same for a value that stays empty if the option is not given.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name,
                              std::optional<std::uint64_t>& value, const std::string& description);
-/// A whole number from `first` to `last`, as parse_whole_number takes it.
+/// A whole number from `first` to `last`, parsed by parse_whole_number.
 template <class Number>
 CLI::Option* add_whole_option(CLI::App& command, const std::string& name, Number& value,
                               std::uint64_t first, std::uint64_t last,
                               const std::string& description);
 /// --threads N, 1 to 1024.
 CLI::Option* add_threads_option(CLI::App& command, int& threads, const std::string& description);
-/// --level K, 0 to kMaxLevel, for commands that take the finest one where it is not given (-1).
+/// --level K, 0 to kMaxLevel. A command uses the finest level if the option is not given (-1).
 CLI::Option* add_level_option(CLI::App& command, int& level, const std::string& description);
-/// A positional argument that names what is made. "-" is refused: nothing is written to standard
-/// output.
+/// A positional argument that names the output. "-" is refused, because commands write no output to
+/// standard output.
 CLI::Option* add_output_option(CLI::App& command, const std::string& name,
                                std::filesystem::path& path, const std::string& description);
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context);
-/// A line for each backend of the registry, for --help.
+/// The text for --help: a line for each backend of the registry.
 std::string backend_help(const BackendRegistry& backends);
-/// hardware_concurrency, or 1 where that is not known.
+/// hardware_concurrency, or 1 if that is unknown.
 int default_thread_count();
 
-/// Errors of `parse` become those of the option `name`.
+/// An option whose text goes to `parse`. Errors of `parse` become usage errors that name the
+/// option.
 template <class Parse>
 CLI::Option* add_parsed_option(CLI::App& command, const std::string& name, Parse parse,
                                const std::string& description) {

@@ -1,5 +1,5 @@
-// tools/command.h: the commands of the program. Each lives in command_NAME.cpp and adds itself to
-// the parser; parsing only stores what to run, so that usage errors come before any work.
+// tools/command.h: the commands of the program. Each is in command_NAME.cpp and adds itself to the
+// parser. Parsing only stores a function to run, so that usage errors come before any work.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,9 +11,9 @@ namespace plait {
 
 struct CommandContext {
   const BackendRegistry& backends;       ///< for new stores
-  const BackendRegistry& open_backends;  ///< for stores that are there: with_stand_ins()
-  bool json = false;                     ///< --json: one object on standard output and nothing else
-  std::function<int()> run = nullptr;    ///< set by the command that was given; the exit status
+  const BackendRegistry& open_backends;  ///< for existing stores: with_stand_ins()
+  bool json = false;  ///< --json: standard output gets one JSON object and nothing else
+  std::function<int()> run = nullptr;  ///< set by the parsed command; returns the exit status
 };
 
 void add_generate_command(CLI::App& program, CommandContext& context);

@@ -15,8 +15,8 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "partial_output.h"
+#include "pipeline_flags.h"
 #include "plait/backends/choose_backend.h"
-#include "plait/backends/pipeline.h"
 #include "plait/convert.h"
 #include "plait/store.h"
 #include "progress.h"
@@ -69,11 +69,11 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
                             "does not: add --backend compressed",
                             backend.name));
   const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
-  PipelineParts parts =
-      parse_pipeline(stays_compressed ? options.pipeline : backend.default_pipeline);
+  PipelineFlags parts =
+      PipelineFlags::of(stays_compressed ? options.pipeline : backend.default_pipeline);
   if (!arguments.codec.empty()) parts.codec = arguments.codec;
   if (!arguments.filter.empty()) parts.filter = arguments.filter;
-  options.pipeline = make_pipeline(parts);
+  options.pipeline = parts.pipeline();
   backend.validate(BackendRegistry::options_in(options.backend));
   backend.validate_pipeline(options.pipeline);
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;

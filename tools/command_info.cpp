@@ -10,7 +10,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "plait/backends/pipeline.h"
+#include "pipeline_flags.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -68,7 +68,7 @@ Json store_report(Store& store) {
   const BaseMesh& base = store.base();
   const StoreOptions& options = store.options();
   const bool compressed = store.backend_traits().compressed;
-  const PipelineParts pipeline = parse_pipeline(options.pipeline);
+  const PipelineFlags pipeline = PipelineFlags::of(options.pipeline);
   const LevelCounts finest = counts_at_level(base, store.finest_level() - store.base_level());
   Json attributes = Json::array();
   std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels: nothing else is compressed

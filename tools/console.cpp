@@ -60,7 +60,7 @@ void report_error(std::string_view code, std::string_view message, bool json) no
     print(error_object(code, message));
     flush_output();
   } catch (...) {
-    // Standard output is closed or memory is gone; the exit status still tells.
+    // Standard output is closed, or there is no memory. The exit status still reports the error.
   }
 }
 

@@ -1,4 +1,4 @@
-// tools/console.h: what the program says, and the status it ends with.
+// tools/console.h: the program's messages and exit statuses.
 #pragma once
 
 #include <string>
@@ -14,16 +14,16 @@ constexpr int kExitFailed = 1;
 constexpr int kExitRefused = 2;
 constexpr int kExitSignalBase = 128;  ///< plus the number of the signal that cancelled the work
 
-/// Bad usage and refused input (kInvalidArgument, kNotSupported, kNotFound) is kExitRefused, a
-/// cancelled run 128 plus the signal, all else kExitFailed.
+/// kExitRefused for bad usage and refused input (kInvalidArgument, kNotSupported, kNotFound), 128
+/// plus the signal for a cancelled run, kExitFailed for all other errors.
 int exit_status(ErrorCode code) noexcept;
 
 /// Writes to standard output. Errors: kIo or kNoSpace (a closed pipe, a full disk).
 void print(std::string_view text);
-/// Everything printed so far has left the process, or an Error says why not.
+/// Writes all buffered text to standard output. Errors: as print().
 void flush_output();
 
-/// "plait: MESSAGE\n", always one line.
+/// "plait: MESSAGE" and a newline, always one line.
 std::string error_line(std::string_view message);
 /// {"error": {"code", "message"}} and a newline.
 std::string error_object(std::string_view code, std::string_view message);

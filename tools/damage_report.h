@@ -1,4 +1,4 @@
-// tools/damage_report.h: damage as text and as JSON, for verify and repair.
+// tools/damage_report.h: formats damage as text and as JSON, for verify and repair.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,12 @@ namespace plait {
 
 nlohmann::ordered_json to_json(const std::vector<DamagedBlock>& blocks);
 
-/// One line for each block, beginning with `word`, and one for those of `count` that are not named.
+/// One line for each block, beginning with `word`. If `count` is larger than the number of blocks,
+/// another line gives the difference.
 std::string to_text(std::string_view word, const std::vector<DamagedBlock>& blocks,
                     std::uint64_t count);
 
-/// Lines about what is no damage.
+/// Lines about left-over files and other findings that are not damage.
 std::string to_text(const std::vector<std::string>& left_over,
                     const std::vector<std::string>& notes);
 

@@ -1,5 +1,5 @@
-// tools/final_name.h: errors of what is built under a temporary name tell the name that the user
-// gave.
+// tools/final_name.h: while an output is built under a temporary name, error messages give the name
+// that the user gave.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@ namespace plait {
 Error with_final_name(const Error& error, const std::filesystem::path& temporary,
                       const std::filesystem::path& final_path);
 
-/// Returns what `work` does; its errors have passed with_final_name(). Output: PartialFile,
-/// PartialOutput.
+/// Calls `work` and returns its result. Errors of `work` get the final name by with_final_name().
+/// Output is PartialFile or PartialOutput.
 template <class Output, class Work>
 auto build_output(const Output& output, Work work) {
   try {

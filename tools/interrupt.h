@@ -1,22 +1,22 @@
-// tools/interrupt.h: Ctrl-C and its kin as a flag that long work asks about. Only the program
-// installs handlers; the library is told through its `proceed` callbacks.
+// tools/interrupt.h: turns Ctrl-C and similar signals into a flag that long work checks. Only the
+// program installs signal handlers. The library stops when its `proceed` callback returns false.
 #pragma once
 
 namespace plait {
 
-/// SIGINT, SIGTERM and SIGHUP set the flag, a second one ends the process at once. SIGPIPE and
-/// SIGXFSZ are ignored, so that a closed pipe and a file as long as it may get are errors of the
-/// write.
+/// SIGINT, SIGTERM and SIGHUP set the flag; a second one ends the process at once. SIGPIPE and
+/// SIGXFSZ are ignored, so that writing to a closed pipe, or beyond the largest file size, gives an
+/// error.
 void install_signal_handlers();
-/// The signal that came, or 0. Safe from any thread.
+/// The signal that the process received, or 0. Safe from any thread.
 int interrupt_signal() noexcept;
 inline bool interrupted() noexcept { return interrupt_signal() != 0; }
-/// Errors: kCancelled once a signal came.
+/// Throws kCancelled if the process has received a signal.
 void throw_if_interrupted();
 
-/// While one lives, a signal ends the process at once, with the words and the exit status of a
-/// cancelled run: for long steps that have made nothing which would have to be removed. One at a
-/// time; the constructor throws as throw_if_interrupted() does.
+/// While an object of this class lives, a signal ends the process at once, with the message and the
+/// exit status of a cancelled run. It is for long steps before the program has made any file. Only
+/// one object may live at a time. The constructor throws as throw_if_interrupted() does.
 class EndAtOnce {
  public:
   /// `json`: the error is also an object on standard output.

@@ -18,7 +18,7 @@
 namespace plait {
 namespace {
 
-/// NAME of "NAME.partial-12" and "NAME.repair-12-3".
+/// The part NAME of "NAME.partial-12" or "NAME.repair-12-3".
 std::optional<std::string_view> final_name_of(std::string_view name) {
   const std::size_t digits = name.find_last_not_of("0123456789-");
   if (digits == std::string_view::npos || digits + 2 >= name.size() || name[digits + 1] != '-')
@@ -41,11 +41,12 @@ std::uint64_t bytes_of(const Directory& directory, const std::string& name) {
   return S_ISREG(status.st_mode) ? 512 * static_cast<std::uint64_t>(status.st_blocks) : 0;
 }
 
-/// What repair makes in its directory: two files, and a store.
+/// Repair makes two files and a store in its directory.
 constexpr const char* kRepairFiles[] = {"image", "sealed"};
 constexpr char kRepairStore[] = "levels";
 
-/// visit(directory, name) for every file that plait may have made; the names of all else.
+/// Calls visit(directory, name) for every file that plait may have made. Returns the names of all
+/// other entries.
 template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;

@@ -1,6 +1,7 @@
-// tools/left_overs.h: what killed runs left under temporary names, NAME.partial-PID of outputs that
-// were under way and STORE.repair-PID of repairs. Who makes one holds a lock on it (flock) that
-// ends with the process, so what is not locked is nobody's.
+// tools/left_overs.h: finds and removes files that killed runs left under temporary names:
+// NAME.partial-PID of unfinished outputs and STORE.repair-PID of repairs. A process locks the file
+// or directory that it makes (flock), and the lock ends with the process. So an unlocked one is
+// left over.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +15,23 @@
 namespace plait {
 
 struct LeftOver {
-  std::string name;  ///< in the directory that was looked at
+  std::string name;  ///< in the directory that was searched
   bool is_directory = false;
-  bool in_use = false;               ///< somebody holds its lock: it is not left over, and stays
-  std::uint64_t bytes = 0;           ///< of the files in it that plait made
-  std::vector<std::string> foreign;  ///< of a directory: what is in it and not plait's, which stays
+  bool in_use = false;      ///< another process has its lock, so it is not left over and stays
+  std::uint64_t bytes = 0;  ///< of the files that plait made
+  std::vector<std::string> foreign;  ///< entries of a directory that plait did not make; they stay
 };
 
-/// Sorted by name; with `of` only those on the way to that name. Errors: kIo.
+/// Finds left-overs, sorted by name. With `of`, only those with that final name. Errors: kIo.
 std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of = {});
 
-/// Removes it, unless somebody has it by now; whether it is gone. Of a directory goes what plait
-/// makes, and then the directory if nothing else was in it. Errors: kIo.
+/// Removes the left-over, unless another process has locked it meanwhile. In a directory it removes
+/// only the files that plait makes, and then the directory if it is empty. Returns whether the
+/// left-over is removed. Errors: kIo.
 bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 
-/// Removes what is left of earlier runs that made `path`, and says so as a warning.
-/// Errors: kIo; those of OutputName.
+/// Removes the left-overs of killed runs whose output was `path`, with a warning for each. Errors:
+/// kIo; those of OutputName.
 void remove_left_overs_of(const std::filesystem::path& path);
 
 }  // namespace plait

@@ -8,7 +8,7 @@
 namespace plait {
 namespace {
 
-/// Made before main() begins; what the loader did before that is milliseconds.
+/// Constructed before main() begins. The time of the loader before that is a few milliseconds.
 const Stopwatch kSinceStart;
 
 double to_seconds(const timeval& time) {

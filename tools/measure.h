@@ -1,4 +1,4 @@
-// tools/measure.h: what a run took of the machine.
+// tools/measure.h: measures time and memory of a run.
 #pragma once
 
 #include <chrono>
@@ -22,14 +22,14 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Seconds since the process began to run: what the user has waited so far.
+/// Seconds since the process started: the time that the user has waited so far.
 double seconds_since_start();
 
 /// User and system time of all threads so far (getrusage).
 double cpu_seconds();
 
-/// The largest resident set so far: VmHWM of /proc/self/status, and not ru_maxrss, which a process
-/// inherits from the one that started it. 0 where it cannot be had.
+/// The largest resident set so far: VmHWM of /proc/self/status. (A process inherits ru_maxrss from
+/// its parent, so ru_maxrss can be too large.) 0 if the figure is not available.
 std::uint64_t peak_rss_bytes();
 
 }  // namespace plait

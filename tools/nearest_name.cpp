@@ -27,7 +27,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& names) {
   constexpr std::size_t kMostEdits = 2;
-  constexpr std::size_t kLongestName = 32;  // a name that is longer is no slip of the hand
+  constexpr std::size_t kLongestName = 32;  // a longer name is no typing error
   if (name.size() > kLongestName) return {};
   std::size_t fewest = std::min(kMostEdits + 1, name.size());
   std::string nearest;

@@ -1,4 +1,4 @@
-// tools/nearest_name.h: what somebody who mistyped a name may have meant.
+// tools/nearest_name.h: suggests a name for a mistyped one.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace plait {
 
-/// The one of `names` that the fewest insertions, removals, replacements and swaps of neighbours
-/// make out of `name`; empty if that takes more than two, or as many as `name` has letters.
-/// The first of equals. Pinned by tests/tools/arguments_test.cpp.
+/// The name in `names` that needs the fewest edits of `name`; the first of equals. An edit inserts,
+/// removes or replaces a letter, or swaps two neighbours. Empty if more than two edits are needed,
+/// or as many as `name` has letters. Pinned by tests/tools/arguments_test.cpp.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& names);
 
 }  // namespace plait

@@ -22,7 +22,7 @@ Error taken(const std::filesystem::path& path, Existing existing) {
           fmt::format("replace {}: expected a store, found something else", path.native())};
 }
 
-/// What may be replaced: a directory whose manifest says that it is a store, whole or damaged.
+/// Opens a directory that may be replaced: one that is_store(), even if the store is damaged.
 Directory open_replaceable(const Directory& parent, const std::string& name,
                            const std::filesystem::path& path) {
   try {
@@ -56,7 +56,7 @@ PartialOutput::~PartialOutput() {
     remove_store_files(made_);
     if (parent_.contains(partial_name_, made_.descriptor()))
       parent_.remove_directory(partial_name_);
-  } catch (const std::exception&) {  // the next run of this name removes it
+  } catch (const std::exception&) {  // the next run with this output removes it
   }
 }
 
@@ -75,7 +75,7 @@ void PartialOutput::publish(bool durable) {
   if (!parent_.contains(partial_name_, made_.descriptor())) {
     partial_name_.clear();
     throw Error(ErrorCode::kBadState,
-                fmt::format("rename to {}: what was made is not at {} any more",
+                fmt::format("rename to {}: the new store is not at {} any more",
                             final_path_.native(), path_.native()));
   }
   if (!parent_.rename(partial_name_, parent_, name_, Renaming::kRefuse)) {
@@ -86,7 +86,8 @@ void PartialOutput::publish(bool durable) {
   if (durable) parent_.sync();
 }
 
-/// The store that was there goes when the new one has its name, and not while anybody has it open.
+/// Removes the old store after the new one has its name. An old store that another process has open
+/// stays.
 void PartialOutput::replace_store() {
   const Directory replaced = open_replaceable(parent_, name_, final_path_);
   File held;
@@ -105,8 +106,7 @@ void PartialOutput::replace_store() {
   remove_store_files(replaced);
   keep_foreign(replaced);
   if (!parent_.remove_directory(partial_name_))
-    report_warning(
-        fmt::format("{}: what is left of the store that was replaced stays there", path_.native()));
+    report_warning(fmt::format("{}: parts of the replaced store stay there", path_.native()));
 }
 
 void PartialOutput::keep_foreign(const Directory& replaced) const {
@@ -116,7 +116,8 @@ void PartialOutput::keep_foreign(const Directory& replaced) const {
           fmt::format("{}: '{}' is no file of a store, and was kept", final_path_.native(), name));
 }
 
-/// Under another name than those of killed runs: it may be the work of hours.
+/// Keeps the new store, which may be the work of hours, under a name that no run removes as left
+/// over.
 void PartialOutput::stay_beside(const std::string& why) {
   std::string kept;
   for (int attempt = 0;; ++attempt) {
@@ -127,7 +128,7 @@ void PartialOutput::stay_beside(const std::string& why) {
   path_.replace_filename(kept);
   parent_.sync();
   throw Error(ErrorCode::kBusy,
-              fmt::format("replace {}: {}; what should replace it is complete and stays at {}",
+              fmt::format("replace {}: {}; the new store is complete and stays at {}",
                           final_path_.native(), why, path_.native()));
 }
 

@@ -1,5 +1,6 @@
-// tools/partial_output.h: no half-made store is left. A store is made under a temporary name beside
-// its final one and takes that name when it is whole. For files: plait/partial_file.h.
+// tools/partial_output.h: an output store that never exists half-made under its final name. A
+// command makes the store under a temporary name in the same directory, and renames it when it is
+// complete. plait/partial_file.h does the same for files.
 #pragma once
 
 #include <filesystem>
@@ -10,29 +11,32 @@
 
 namespace plait {
 
-/// The destructor removes what was not published.
+/// The destructor removes a store that was not published.
 class PartialOutput {
  public:
-  /// Also removes what killed runs left of this name. Errors: kNotFound if the directory to put it
-  /// into is not there; kInvalidArgument if the name is taken, with kReplace by anything but a
-  /// store; kBusy if somebody has that open.
+  /// Also removes left-overs of killed runs with the same output.
+  /// Errors: kNotFound if the directory of `final_path` does not exist; kInvalidArgument if the
+  /// name is taken (with kReplace, if it is taken by anything but a store); kBusy if another
+  /// process has the existing store open.
   PartialOutput(const std::filesystem::path& final_path, Existing existing);
   ~PartialOutput();
   PartialOutput(const PartialOutput&) = delete;
   PartialOutput& operator=(const PartialOutput&) = delete;
 
-  /// Makes an empty directory NAME.partial-PID and locks it (flock). Returns where it is.
-  /// Errors: kIo, kNoSpace.
+  /// Makes an empty directory NAME.partial-PID, locks it (flock) and returns its path. Errors: kIo,
+  /// kNoSpace.
   const std::filesystem::path& make();
-  /// What make() returned.
+  /// The path that make() returned.
   const std::filesystem::path& path() const { return path_; }
   const std::filesystem::path& final_path() const { return final_path_; }
 
-  /// Renames; `durable` also syncs the directory. Of a store that is replaced the files are
-  /// removed, and what else was beside them goes into the new one's directory. REQUIRES: make().
-  /// Errors: kInvalidArgument if the name was taken meanwhile, by anything but a store; kBusy if
-  /// somebody has opened the store to be replaced, and then what was made stays under a name that
-  /// the message tells; kBadState if path() is not what was made any more; kIo, kNoSpace.
+  /// Gives the store its final name; `durable` also syncs the directory. With kReplace, removes the
+  /// files of the replaced store, and moves other files of its directory to the new one.
+  /// REQUIRES: make().
+  /// Errors: kInvalidArgument if the name was taken meanwhile by anything but a store; kBusy if
+  /// another process has opened the store to be replaced (then the new store stays, under a name
+  /// that the message gives); kBadState if the directory at path() is not the one from make() any
+  /// more; kIo, kNoSpace.
   void publish(bool durable);
 
  private:

@@ -32,10 +32,10 @@ constexpr const char* kFooter =
     "\n"
     "Sizes take KiB, MiB, GiB, TiB, or K, M, G, T: all powers of 1024.\n"
     "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
-    "such as a file that is not there; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
-    "Nothing half-made is left behind: outputs take their names when they are whole.";
+    "such as a missing file; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
+    "A command never leaves a half-made output: an output gets its name when it is complete.";
 
-/// Parsing may have failed before the flag was seen.
+/// Searches the arguments itself, because parsing may fail before it reaches the flag.
 bool asks_for_json(int argument_count, char** arguments) {
   for (int at = 1; at < argument_count; ++at)
     if (std::strcmp(arguments[at], "--json") == 0) return true;
@@ -54,7 +54,7 @@ int refuse_usage(const CLI::App& program, const CLI::ParseError& error, bool jso
   return kExitRefused;
 }
 
-/// The parser knows a word that is no command only as one that is left over.
+/// For an unknown command, the parser's own message would only say that an argument is left over.
 void require_known_command(const CLI::App& program, int argument_count, char** arguments) {
   if (argument_count > 1 && arguments[1][0] == '-') return;
   std::vector<std::string> names;
@@ -130,6 +130,6 @@ int main(int argument_count, char** arguments) {
   try {
     return plait::run_program(argument_count, arguments);
   } catch (...) {
-    return plait::kExitFailed;  // only where there was no memory left to say why
+    return plait::kExitFailed;  // only if there was no memory to report the error
   }
 }

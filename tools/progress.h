@@ -1,5 +1,5 @@
-// tools/progress.h: a bar on standard error while work goes on, and the place where work learns
-// of Ctrl-C. Nothing is drawn unless standard error is a terminal.
+// tools/progress.h: draws a progress bar on standard error, and tells the work about Ctrl-C.
+// Nothing is drawn unless standard error is a terminal.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,10 @@
 
 namespace plait {
 
-/// What is counted, for the rate.
+/// The unit of the counts, for the rate.
 enum class ProgressUnit : std::uint8_t { kVertices, kBytes, kNone };
 
-/// One thread. The bar is drawn at most ten times a second and removed at the end.
+/// For one thread. The bar is drawn at most ten times per second, and removed at the end.
 class Progress {
  public:
   Progress(std::string task, ProgressUnit unit);
@@ -20,9 +20,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// False once a signal asked to stop: what a `proceed` callback returns.
+  /// Returns false after a signal, as a `proceed` callback should.
   bool update(std::uint64_t done, std::uint64_t total, std::string_view phase = {});
-  /// Removes the bar: before anything else is printed.
+  /// Removes the bar. Call this before printing anything else.
   void clear();
 
  private:

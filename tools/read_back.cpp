@@ -13,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// Of pages that are on the disk the system keeps none after this.
+/// Removes the pages of the store's files from the page cache, if they are on the disk already.
 void drop_from_page_cache(const std::filesystem::path& store) {
   for (const auto& entry : std::filesystem::directory_iterator(store)) {
     if (!entry.is_regular_file()) continue;

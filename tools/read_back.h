@@ -1,4 +1,4 @@
-// tools/read_back.h: a copy of a store, read from the disk and compared with what was copied.
+// tools/read_back.h: reads a copy of a store from the disk and compares it with the original.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace plait {
 
-/// The digest of `store`, with a progress bar that calls the work `task`. Errors: as digest().
+/// Computes the digest of `store`, with a progress bar named `task`. Errors: as digest().
 std::string digest_with_progress(Store& store, std::string task, int threads);
 
-/// Opens the copy as any reader would, past what the page cache has of it, and compares its digest
-/// with that of `source`: all vertices of all attributes, whatever keeps them. Returns the digest.
-/// REQUIRES: the copy was committed. Errors: kCorruption if the digests differ; as Store::open and
-/// digest().
+/// Opens the copy as any reader does, after removing it from the page cache, and compares its
+/// digest with that of `source`. The digest covers all vertices of all attributes. Returns the
+/// digest. REQUIRES: the copy was committed. Errors: kCorruption if the digests differ; as
+/// Store::open and digest().
 std::string compare_copy(Store& source, const std::filesystem::path& copy, const OpenOptions& open,
                          int threads, const BackendRegistry& backends);
 

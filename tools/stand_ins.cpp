@@ -12,7 +12,8 @@
 namespace plait {
 namespace {
 
-/// Asks for `wanted` when the first store is opened with it, and from then on is that or `other`.
+/// An entry that tries `wanted` when the first store is opened, and uses `wanted` or `other` from
+/// then on.
 BackendRegistry::Entry with_stand_in(const BackendRegistry::Entry& wanted,
                                      const BackendRegistry::Entry& other,
                                      const std::function<void(const std::string&)>& warn) {
@@ -26,8 +27,7 @@ BackendRegistry::Entry with_stand_in(const BackendRegistry::Entry& wanted,
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kNotSupported) throw;
       *refused = true;
-      warn(fmt::format("{}; {} stands in for it, whose files are the same", error.what(),
-                       other.name));
+      warn(fmt::format("{}; using {} instead, whose files are the same", error.what(), other.name));
     }
   };
   entry.open = [=](auto&&... what) {

@@ -1,4 +1,4 @@
-// tools/stand_ins.h: stores that were made by a backend which cannot be had here.
+// tools/stand_ins.h: opens stores whose backend this machine cannot use.
 #pragma once
 
 #include <functional>
@@ -8,9 +8,10 @@
 
 namespace plait {
 
-/// `backends` for opening stores: where "uring" is refused, by the kernel or since this was built
-/// without it, "pread" stands in for it, whose files are the same byte for byte. `warn` is told
-/// why, once a store is opened that way. New stores are made with `backends` itself, which refuses.
+/// A copy of `backends` for opening existing stores. If the kernel or this build refuses "uring",
+/// the copy uses "pread" instead, whose files are the same byte for byte. It calls `warn` with the
+/// reason when the first store is opened that way. For new stores use `backends` itself, which
+/// throws.
 /// Pinned by tests/tools/store_commands_test.cpp.
 BackendRegistry with_stand_ins(const BackendRegistry& backends,
                                const std::function<void(const std::string&)>& warn);

@@ -5,29 +5,21 @@
 
 namespace plait {
 
-CoderPool::CoderPool(const VolumeSpec& volume) : volume_(volume) {
-  idle_.reserve(static_cast<std::size_t>(std::max(1, volume.threads)));
-}
+CoderPool::CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume)
+    : pipelines_(pipelines), volume_(volume) {}
 
-std::uint64_t CoderPool::largest_coder_bytes(std::uint64_t raw_bytes) const {
-  std::uint64_t bytes = 1;
-  for (const std::string& pipeline : pipelines_)
-    bytes = std::max(bytes, BlockCoder(pipeline, 4, raw_bytes).memory_bytes());
-  return bytes;
-}
-
-void CoderPool::make_room_for(const std::string& pipeline, std::uint64_t raw_bytes) {
-  const BlockCoder refuses_what_is_no_pipeline(pipeline, 4, raw_bytes);
+void CoderPool::make_room_for(const Coding& coding, std::uint64_t raw_bytes) {
   const std::scoped_lock lock(mutex_);
-  const bool is_known = !pipelines_.insert(pipeline).second;
-  if (is_known && raw_bytes <= max_raw_bytes_) return;
-  raw_bytes = std::max(raw_bytes, max_raw_bytes_);
-  if (raw_bytes > max_raw_bytes_) idle_.clear();
-  max_raw_bytes_ = raw_bytes;
-  coder_bytes_ = largest_coder_bytes(raw_bytes);
-  const auto threads = static_cast<std::size_t>(std::max(1, volume_.threads));
+  if (raw_bytes > max_raw_bytes_) {
+    idle_.clear();
+    max_raw_bytes_ = raw_bytes;
+  }
+  const BlockCoder sample(pipelines_.make(coding.pipeline, coding.component_bytes), max_raw_bytes_);
+  coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes());
   most_coders_ = static_cast<std::size_t>(
-      std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1, threads));
+      std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1,
+                                static_cast<std::uint64_t>(std::max(1, volume_.threads))));
+  idle_.reserve(most_coders_);
 }
 
 std::uint64_t CoderPool::memory_bytes() const noexcept {
@@ -45,42 +37,40 @@ void CoderPool::shrink() noexcept {
   idle_.clear();
 }
 
-std::unique_ptr<BlockCoder> CoderPool::take(const std::string& pipeline,
-                                            std::size_t component_bytes) {
-  std::unique_ptr<BlockCoder> coder;
+KeptCoder CoderPool::take(const Coding& coding) {
+  KeptCoder kept{coding, nullptr};
   std::uint64_t max_raw_bytes = 0;
   {
     std::unique_lock lock(mutex_);
     given_back_.wait(lock, [&] { return taken_ < most_coders_; });
+    const auto found = std::ranges::find(idle_, coding, &KeptCoder::coding);
     ++taken_;
-    max_raw_bytes = max_raw_bytes_;
-    if (!idle_.empty()) {
-      // A coder of the same pipeline has its codec's memory set up.
-      const auto same = std::ranges::find_if(
-          idle_, [&](const auto& idle) { return idle->pipeline() == pipeline; });
-      if (same != idle_.end()) std::swap(idle_.back(), *same);
-      if (same != idle_.end() || taken_ + idle_.size() > most_coders_) {
-        coder = std::move(idle_.back());
-        idle_.pop_back();
-      }
+    if (found != idle_.end()) {
+      kept.coder = std::move(found->coder);
+      idle_.erase(found);
+      return kept;
     }
+    // A coder of another coding makes room: its memory counts.
+    while (!idle_.empty() && idle_.size() + taken_ > most_coders_) idle_.erase(idle_.begin());
+    max_raw_bytes = max_raw_bytes_;
   }
   try {
-    if (!coder) coder = std::make_unique<BlockCoder>(pipeline, component_bytes, max_raw_bytes);
-    coder->set_pipeline(pipeline, component_bytes);
-    return coder;
+    kept.coder = std::make_unique<BlockCoder>(
+        pipelines_.make(coding.pipeline, coding.component_bytes), max_raw_bytes);
+    return kept;
   } catch (...) {
-    give_back(nullptr);
+    give_back({});
     throw;
   }
 }
 
-void CoderPool::give_back(std::unique_ptr<BlockCoder> coder) noexcept {
+void CoderPool::give_back(KeptCoder kept) noexcept {
   {
     const std::scoped_lock lock(mutex_);
     --taken_;
-    if (coder && coder->max_raw_bytes() == max_raw_bytes_ && idle_.size() < most_coders_)
-      idle_.push_back(std::move(coder));
+    if (kept.coder && kept.coder->max_raw_bytes() == max_raw_bytes_ &&
+        idle_.size() + taken_ < most_coders_)
+      idle_.push_back(std::move(kept));
   }
   given_back_.notify_one();
 }

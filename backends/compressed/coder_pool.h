@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -15,52 +14,65 @@
 
 namespace plait {
 
-/// Coders that are kept for the next caller, because their memory is faulted in and their contexts
-/// are set up. There are as many as there are threads, or as the memory allows: whoever finds none
-/// waits for one. Safe from any thread.
+/// The properties that a coder is made for. Levels with the same Coding share coders.
+struct Coding {
+  std::string pipeline;  ///< see plait/backends/pipeline.h
+  std::size_t component_bytes = 4;
+
+  friend bool operator==(const Coding&, const Coding&) = default;
+};
+
+struct KeptCoder {
+  Coding coding;
+  std::unique_ptr<BlockCoder> coder;
+};
+
+/// Keeps coders for the next caller, because their memory is faulted in and their contexts are set
+/// up. The pool has one coder per thread, or fewer if the memory is short. A caller waits if all
+/// coders are in use. Safe from any thread.
 class CoderPool {
  public:
-  explicit CoderPool(const VolumeSpec& volume);
+  /// `pipelines` outlives the pool.
+  CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume);
 
-  /// Blocks of so many bytes will go through this pipeline. Coders for smaller ones go as they are
-  /// given back. Errors: as BlockCoder.
-  void make_room_for(const std::string& pipeline, std::uint64_t raw_bytes);
-  /// The most memory that all coders together take. One there is in any case: what it takes beyond
-  /// `most_scratch_bytes` is not counted here.
+  /// Prepares for blocks of up to `raw_bytes` with this coding. Coders for smaller blocks are freed
+  /// when their users return them. Errors: as PipelineRegistry::make.
+  void make_room_for(const Coding& coding, std::uint64_t raw_bytes);
+  /// The most memory that all coders together take, but not more than `most_scratch_bytes`. The
+  /// pool always has one coder; if that coder alone takes more, the rest is not counted here.
   std::uint64_t memory_bytes() const noexcept;
   std::size_t most_coders() const noexcept;
-  /// Gives back the memory of coders that nobody uses.
+  /// Frees the memory of the coders that are not in use.
   void shrink() noexcept;
 
   class Lease {
    public:
-    /// REQUIRES: make_room_for() has had the pipeline.
-    Lease(CoderPool& pool, const std::string& pipeline, std::size_t component_bytes)
-        : pool_(pool), coder_(pool.take(pipeline, component_bytes)) {}
-    ~Lease() { pool_.give_back(std::move(coder_)); }
+    /// REQUIRES: make_room_for() was called with this coding.
+    Lease(CoderPool& pool, const Coding& coding) : pool_(pool), kept_(pool.take(coding)) {}
+    ~Lease() { pool_.give_back(std::move(kept_)); }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
-    BlockCoder& operator*() { return *coder_; }
-    BlockCoder* operator->() { return coder_.get(); }
+    BlockCoder& operator*() { return *kept_.coder; }
+    BlockCoder* operator->() { return kept_.coder.get(); }
 
    private:
     CoderPool& pool_;
-    std::unique_ptr<BlockCoder> coder_;
+    KeptCoder kept_;
   };
 
  private:
-  std::unique_ptr<BlockCoder> take(const std::string& pipeline, std::size_t component_bytes);
-  std::uint64_t largest_coder_bytes(std::uint64_t raw_bytes) const;
-  void give_back(std::unique_ptr<BlockCoder> coder) noexcept;
+  KeptCoder take(const Coding& coding);
+  /// Allocates nothing.
+  void give_back(KeptCoder kept) noexcept;
 
+  const PipelineRegistry& pipelines_;
   VolumeSpec volume_;
   mutable std::mutex mutex_;
-  std::set<std::string> pipelines_;
-  std::uint64_t max_raw_bytes_ = 1, coder_bytes_ = 1;  ///< of the pipeline that takes most
+  std::uint64_t max_raw_bytes_ = 0, coder_bytes_ = 1;
   std::size_t most_coders_ = 1;
   std::condition_variable given_back_;
   std::size_t taken_ = 0;
-  std::vector<std::unique_ptr<BlockCoder>> idle_;  ///< has room for most_coders_
+  std::vector<KeptCoder> idle_;  ///< has room for most_coders_
 };
 
 }  // namespace plait

@@ -5,19 +5,18 @@
 
 #include <algorithm>
 #include <mutex>
-#include <string>
 #include <utility>
 
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "level_file.h"
-#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 
 namespace plait {
 namespace {
 
-/// Refuses entries that no write() of this backend makes, before any of them costs memory.
+/// Refuses table entries that write() of this backend never makes, before the backend allocates
+/// memory for a block.
 void check_entries(const LevelSpec& level) {
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {
     const BlockEntry& entry = level.table[block];
@@ -43,19 +42,18 @@ File open_file(const LevelSpec& level) {
 
 class CompressedBackend final : public Backend {
  public:
-  CompressedBackend(const LevelSpec& level, CoderPool& coders)
+  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
-        pipeline_(level.pipeline),
-        component_bytes_(level.component_bytes),
+        coding_(std::move(coding)),
         coders_(coders) {}
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    CoderPool::Lease coder(coders_, pipeline_, component_bytes_);
+    CoderPool::Lease coder(coders_, coding_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<std::byte> raw = into.first(geometry_.block_bytes(block));
       into = into.subspan(raw.size());
@@ -81,7 +79,7 @@ class CompressedBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    CoderPool::Lease coder(coders_, pipeline_, component_bytes_);
+    CoderPool::Lease coder(coders_, coding_);
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<const std::byte> raw = from.first(geometry_.block_bytes(block));
       from = from.subspan(raw.size());
@@ -90,12 +88,12 @@ class CompressedBackend final : public Backend {
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
-    if (advice == Advice::kSequential || advice == Advice::kRandom)  // of a file, not of a range
+    if (advice == Advice::kSequential || advice == Advice::kRandom)  // applies to the whole file
       return advise_file(file_, {0, stored_bytes()}, advice);
     const std::uint64_t first = std::min(blocks.first, table_.size());
     const std::uint64_t end = first + std::min(blocks.count, table_.size() - first);
     for (std::uint64_t block = first; block < end; ++block) {
-      // Of a block that somebody else may be writing.
+      // The lock is needed: another thread may be writing this block.
       const BlockEntry entry = [&] {
         const std::lock_guard lock(mutex_);
         return table_[block];
@@ -117,7 +115,8 @@ class CompressedBackend final : public Backend {
   }
 
  private:
-  /// A new extent first, then the bytes, then the table: an error leaves the block as it was.
+  /// Allocates a new extent, writes the bytes, then changes the table. So after an error the block
+  /// still has its former content.
   void write_encoded(std::uint64_t block, const EncodedBlock& encoded) {
     const std::uint64_t offset = [&] {
       const std::lock_guard lock(mutex_);
@@ -151,39 +150,45 @@ class CompressedBackend final : public Backend {
   BlockTable& table_;
   OpenMode mode_;
   File file_;
-  mutable std::mutex mutex_;  ///< guards extents_, and entries against advise()
+  mutable std::mutex mutex_;  ///< guards extents_, and changes of entries against advise()
   ExtentAllocator extents_;
-  std::string pipeline_;
-  std::size_t component_bytes_;
+  Coding coding_;
   CoderPool& coders_;
 };
 
 class CompressedVolume final : public Volume {
  public:
-  explicit CompressedVolume(const VolumeSpec& volume) : coders_(volume) {}
+  CompressedVolume(std::shared_ptr<const PipelineRegistry> pipelines, const VolumeSpec& volume)
+      : pipelines_(std::move(pipelines)), coders_(*pipelines_, volume) {}
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    auto opened = std::make_unique<CompressedBackend>(level, coders_);
-    coders_.make_room_for(level.pipeline, level.geometry.max_block_bytes());
+    const Coding coding{level.pipeline, level.component_bytes};
+    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_);
+    coders_.make_room_for(coding, level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
   void begin_version(std::uint64_t, std::span<const std::uint64_t>) override { coders_.shrink(); }
 
  private:
+  std::shared_ptr<const PipelineRegistry> pipelines_;
   CoderPool coders_;
 };
 
 }  // namespace
 
-std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume) {
-  return std::make_unique<CompressedVolume>(volume);
-}
-
-void validate_pipeline(std::string_view pipeline) {
-  const PipelineParts parts = parse_pipeline(pipeline);
-  make_codec(parts.codec);
-  make_filter_chain(parts.filter, 1);
+BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
+  const auto shared = std::make_shared<const PipelineRegistry>(pipelines);
+  BackendRegistry::Entry entry;
+  entry.name = "compressed";
+  entry.summary = "a pipeline of filters and a codec per block (--filter, --codec)";
+  entry.traits = kCompressedTraits;
+  entry.open = [shared](const VolumeSpec& volume) {
+    return std::make_unique<CompressedVolume>(shared, volume);
+  };
+  entry.default_pipeline = "shuffle,zstd:1";
+  entry.validate_pipeline = [shared](std::string_view pipeline) { shared->make(pipeline, 4); };
+  return entry;
 }
 
 }  // namespace plait

@@ -1,22 +1,18 @@
-// backends/compressed/compressed_backend.h: every block through a filter chain and a codec, in an
-// extent of its own size. The level file is nothing but these extents, in the order in which they
-// were written; the block table says where they are.
+// backends/compressed/compressed_backend.h: encodes each block with a pipeline and stores it in an
+// extent as long as the result. A level file consists of such extents, in the order in which they
+// were written. The block table has their places.
 #pragma once
 
-#include <memory>
-#include <string_view>
-
 #include "plait/backend.h"
+#include "plait/backends/pipeline.h"
 
 namespace plait {
 
 constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 
-/// Errors of opening a level: as ExtentAllocator and BlockCoder; kCorruption for an entry that
-/// cannot be of its block; kInvalidArgument if a block is larger than LZ4_MAX_INPUT_SIZE.
-std::unique_ptr<Volume> open_compressed_volume(const VolumeSpec& volume);
-
-/// Refuses a pipeline with a stage that is not there. Errors: as BlockCoder.
-void validate_pipeline(std::string_view pipeline);
+/// The entry of a registry. Errors of a level: as ExtentAllocator and PipelineRegistry::make;
+/// kCorruption for a table entry that its block cannot have; kInvalidArgument if a block is larger
+/// than LZ4_MAX_INPUT_SIZE.
+BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines);
 
 }  // namespace plait

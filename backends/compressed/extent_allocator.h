@@ -1,14 +1,15 @@
-// backends/compressed/extent_allocator.h: which bytes of a level file are free.
+// backends/compressed/extent_allocator.h: keeps track of the free bytes of a level file.
 //
 //   | extent of a block | padding to kAlignmentBytes | free | extent | ...  end
 //
 // Invariants
 //  1. Extents start at multiples of kAlignmentBytes and do not overlap.
-//  2. Copy on write: extents that the table had when the file was opened, or at a hold(), belong to
-//     a version that may be the last one published. They are given out again after the second
-//     hold() from their replacement on: by the first the next version is on its way, by the second
-//     it is there. Those given out since the last hold() are free as soon as they are released.
-//  3. Free extents never touch each other nor the end.
+//  2. Copy on write: a published version may have an extent that the table had when the file was
+//     opened, or at a hold(). When such an extent is replaced, it becomes free only at the second
+//     hold() after that: the first hold() begins the commit of a version without the extent, and
+//     the second one shows that this commit is done. An extent that was allocated after the last
+//     hold() becomes free as soon as it is released.
+//  3. Two free extents are never adjacent, and none is at the end of the file.
 #pragma once
 
 #include <cstddef>
@@ -29,23 +30,25 @@ class ExtentAllocator {
  public:
   static constexpr std::uint64_t kAlignmentBytes = 512;
 
-  /// For a file of `file_bytes` that holds the blocks of `table`. What lies between them is free.
-  /// Errors: kCorruption naming `file` and the block for an extent that is misaligned, empty,
-  /// beyond the file or in another one.
+  /// For a file of `file_bytes` that contains the blocks of `table`. The bytes between the blocks
+  /// are free.
+  /// Errors: kCorruption naming `file` and the block, for an extent that is misaligned, empty,
+  /// outside the file or overlapping another one.
   ExtentAllocator(std::span<const BlockEntry> table, std::uint64_t file_bytes,
                   const std::filesystem::path& file);
 
-  /// Offset of `bytes` free bytes: the smallest free extent that has them, or the end.
+  /// Allocates `bytes` bytes and returns their offset. Takes the smallest free extent that is large
+  /// enough, or else the end of the file.
   /// REQUIRES: bytes > 0.
   std::uint64_t allocate(std::uint64_t bytes);
 
-  /// Gives back an extent of `allocate` that no block got.
+  /// Frees an extent from allocate() that no block uses.
   void release(std::uint64_t offset, std::uint64_t bytes);
 
-  /// `block` has got another extent than `former`, which is released if invariant 2 allows it.
+  /// `block` has a new extent. Frees its former extent `former`, as soon as invariant 2 allows it.
   void replace(std::uint64_t block, const BlockEntry& former);
 
-  /// The table is that of a version that is about to be published.
+  /// Called before a commit: `table` is the table of the version that will be published.
   void hold(std::span<const BlockEntry> table);
 
   /// One past the last byte in use, a multiple of kAlignmentBytes.
@@ -57,8 +60,9 @@ class ExtentAllocator {
 
   std::map<std::uint64_t, std::uint64_t> free_;                      ///< offset to bytes
   std::set<std::pair<std::uint64_t, std::uint64_t>> free_by_bytes_;  ///< (bytes, offset)
-  std::vector<bool> held_;  ///< [block] its extent is of a version
-  /// Extents of versions, replaced since the last hold(), and between that and the one before.
+  std::vector<bool> held_;  ///< [block] whether a version has its extent
+  /// Extents that a version has and that were replaced: since the last hold(); between the last
+  /// hold() and the one before it.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> replaced_, replaced_before_;
   std::uint64_t end_bytes_ = 0;
 };

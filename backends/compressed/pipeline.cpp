@@ -1,42 +1,128 @@
 #include "plait/backends/pipeline.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "compressed/codecs/codec.h"
-#include "compressed/filters/filter.h"
+#include <algorithm>
+#include <utility>
+
+#include "compressed/codecs/built_in_codecs.h"
+#include "compressed/filters/shuffle_filter.h"
 #include "plait/error.h"
 
 namespace plait {
+namespace {
 
-PipelineParts parse_pipeline(std::string_view pipeline) {
-  if (pipeline == "none") return {};
-  const auto refuse = [&](ErrorCode code, const std::string& expected) {
-    constexpr std::size_t kMostNamed = 100;
-    return Error(code, fmt::format("choose pipeline \"{}\": expected {}",
-                                   pipeline.substr(0, kMostNamed), expected));
-  };
-  bool has_filter = false, has_codec = false;
-  PipelineParts parts;
-  for (std::string_view rest = pipeline;;) {
-    const std::size_t end = rest.find(',');
-    const std::string_view stage = rest.substr(0, end);
-    if (!is_codec(stage) && !is_filter(stage))
-      throw refuse(ErrorCode::kNotSupported,
-                   fmt::format("stages of shuffle, lz4, zstd and zstd:LEVEL, or none alone, found "
-                               "\"{}\"",
-                               stage.substr(0, 20)));
-    if (has_codec || (has_filter && is_filter(stage)))
-      throw refuse(ErrorCode::kInvalidArgument, "one filter at most, then one codec at most");
-    (is_codec(stage) ? has_codec : has_filter) = true;
-    (is_codec(stage) ? parts.codec : parts.filter) = stage;
-    if (end == std::string_view::npos) return parts;
-    rest.remove_prefix(end + 1);
-  }
+/// One stage of the pipeline string.
+struct Stage {
+  std::string_view name, options;
+};
+
+Stage split_options(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) return {text, {}};
+  if (colon + 1 == text.size())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("choose \"{}\": expected options after the colon", text));
+  return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-std::string make_pipeline(const PipelineParts& parts) {
-  if (parts.filter == "none") return parts.codec;
-  return parts.codec == "none" ? parts.filter : parts.filter + ',' + parts.codec;
+bool is_name(std::string_view name) {
+  return !name.empty() && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-';
+  });
+}
+
+template <class Entries>
+std::vector<std::string> names_of(const Entries& entries) {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : entries) names.push_back(name);
+  return names;
+}
+
+template <class Entries, class Entry>
+void add_to(Entries& entries, const char* kind, Entry entry) {
+  const std::string name = entry.name;
+  const char* const fault = !is_name(name) ? "the name has only characters of [A-Za-z0-9_-]"
+                            : !entry.make  ? "`make` is not empty"
+                            : entries.contains(name) ? "the name is new"
+                                                     : nullptr;
+  if (fault)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("register {} \"{}\": expected that {}", kind, name, fault));
+  entries.emplace(name, std::move(entry));
+}
+
+template <class Entries>
+const auto& find_in(const Entries& entries, const char* kind, const Stage& stage,
+                    std::string_view pipeline) {
+  const auto found = entries.find(stage.name);
+  if (found != entries.end()) return found->second;
+  throw Error(ErrorCode::kNotSupported,
+              fmt::format("choose {} \"{}\" of pipeline \"{}\": expected one of {}", kind,
+                          stage.name, pipeline, fmt::join(names_of(entries), ", ")));
+}
+
+PipelineRegistry built_in() {
+  PipelineRegistry registry;
+  registry.add(PipelineRegistry::CodecEntry{"none", "copies", make_none_codec});
+  registry.add(PipelineRegistry::CodecEntry{"lz4", "fast, both ways", make_lz4_codec});
+  registry.add(PipelineRegistry::CodecEntry{
+      "zstd", "smaller, slower to encode; zstd:LEVEL chooses a level", make_zstd_codec});
+  registry.add(PipelineRegistry::FilterEntry{
+      "shuffle", "groups the bytes of numbers by significance",
+      [](std::string_view options, std::size_t component_bytes) -> std::unique_ptr<Filter> {
+        refuse_options("shuffle", options);
+        return component_bytes > 1 ? make_shuffle_filter(component_bytes) : nullptr;
+      }});
+  return registry;
+}
+
+}  // namespace
+
+void PipelineRegistry::add(CodecEntry entry) { add_to(codecs_, "codec", std::move(entry)); }
+
+void PipelineRegistry::add(FilterEntry entry) {
+  if (entry.name == "none")
+    throw Error(ErrorCode::kInvalidArgument,
+                "register filter \"none\": expected another name: none stands for no filter");
+  add_to(filters_, "filter", std::move(entry));
+}
+
+std::vector<std::string> PipelineRegistry::codec_names() const { return names_of(codecs_); }
+std::vector<std::string> PipelineRegistry::filter_names() const { return names_of(filters_); }
+
+Pipeline PipelineRegistry::make(std::string_view pipeline, std::size_t component_bytes) const {
+  if (component_bytes != 1 && component_bytes != 2 && component_bytes != 4 && component_bytes != 8)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("choose pipeline \"{}\": expected components of 1, 2, 4 or 8 bytes, "
+                            "found {}",
+                            pipeline, component_bytes));
+  Pipeline made;
+  std::string_view rest = pipeline;
+  if (const std::size_t comma = pipeline.find(','); comma != std::string_view::npos) {
+    std::string_view filters = pipeline.substr(0, comma);
+    rest = pipeline.substr(comma + 1);
+    for (bool more = true; more;) {
+      const std::size_t plus = filters.find('+');
+      more = plus != std::string_view::npos;
+      const Stage stage = split_options(filters.substr(0, plus));
+      if (more) filters.remove_prefix(plus + 1);
+      if (stage.name == "none" && stage.options.empty()) continue;
+      auto filter =
+          find_in(filters_, "filter", stage, pipeline).make(stage.options, component_bytes);
+      if (filter) made.filters.push_back(std::move(filter));
+    }
+  }
+  const Stage codec = split_options(rest);
+  made.codec = find_in(codecs_, "codec", codec, pipeline).make(codec.options);
+  return made;
+}
+
+const PipelineRegistry& default_pipelines() {
+  static const PipelineRegistry registry = built_in();
+  return registry;
 }
 
 }  // namespace plait

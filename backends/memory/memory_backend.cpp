@@ -25,7 +25,8 @@ class MemoryBackend final : public Backend {
         ::mmap(nullptr, mapped_bytes_, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (mapped == MAP_FAILED) throw system_error("map", "a level in memory", errno);
     base_ = static_cast<std::byte*>(mapped);
-    // One fault for 2 MiB instead of 512; where huge pages are off the level is only slower.
+    // With huge pages, 2 MiB cost one page fault instead of 512. If huge pages are off, the level
+    // is only slower.
     ::madvise(mapped, mapped_bytes_, MADV_HUGEPAGE);
   }
   ~MemoryBackend() override { ::munmap(base_, mapped_bytes_); }

@@ -1,4 +1,5 @@
-// backends/memory/memory_backend.h: a level as one anonymous mapping; gone with the process.
+// backends/memory/memory_backend.h: keeps a level in one anonymous mapping. The level ends with the
+// process.
 #pragma once
 
 #include <memory>
@@ -9,7 +10,7 @@ namespace plait {
 
 constexpr BackendTraits kMemoryTraits{.in_memory = true};
 
-/// Errors: kOutOfMemory; kBadState unless the mode is kCreate, for there is nothing to open.
+/// Errors: kOutOfMemory; kBadState unless the mode is kCreate, because no level exists before.
 std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);
 
 }  // namespace plait

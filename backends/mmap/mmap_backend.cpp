@@ -23,8 +23,8 @@ interprocess::mapped_region map_file(const File& file, std::uint64_t bytes) {
       error != 0)
     throw system_error("map", file.path().native(), error);
   try {
-    // The very file that was opened, whatever its name means by now. The region outlives its
-    // file_mapping, which only holds a descriptor.
+    // /proc/self/fd names the open file, even if another file has its name by now. The region stays
+    // valid without the file_mapping, which only holds a descriptor.
     const std::string opened = fmt::format("/proc/self/fd/{}", file.descriptor());
     return {interprocess::file_mapping(opened.c_str(), interprocess::read_only),
             interprocess::read_only, 0, bytes};
@@ -55,7 +55,7 @@ class MappedLevel final : public Backend {
   }
 
   std::byte* address(std::uint64_t block) override {
-    // Beyond the end of its file a mapping ends the process that touches it.
+    // Access to a mapping beyond the end of its file kills the process (SIGBUS).
     if (const std::uint64_t found = file_.size(); found < fixed_file_bytes(geometry_))
       throw Error(ErrorCode::kCorruption,
                   fmt::format("access {}: expected {} bytes, found {}: it was cut short",
@@ -73,15 +73,15 @@ class MappedLevel final : public Backend {
         value = MADV_WILLNEED;
         break;
       case Advice::kSequential:
-        // MADV_SEQUENTIAL makes a sweep under a memory limit two to four times slower, as
-        // MADV_WILLNEED does (plait_bench_sweep_rmw).
+        // Like MADV_WILLNEED, MADV_SEQUENTIAL makes a sweep under a memory limit two to four times
+        // slower (plait_bench_sweep_rmw). So neither is used.
         break;
       case Advice::kRandom:
         value = MADV_RANDOM;
         break;
       case Advice::kDontNeed:
-        // The pages stay in the page cache. Only whole pages, because the neighbouring block may
-        // still be in use.
+        // The pages stay in the page cache. The range has only whole pages of this block, because
+        // the neighbouring block may still be in use.
         value = MADV_DONTNEED;
         first = (bytes.first + kPageBytes - 1) / kPageBytes * kPageBytes;
         end = end / kPageBytes * kPageBytes;

@@ -1,10 +1,10 @@
-// backends/mmap/mmap_backend.h: a level as a mapped file of raw bytes. The file is that of pread,
-// byte for byte.
+// backends/mmap/mmap_backend.h: a level as a mapped file of raw bytes. The file is the same as with
+// pread, byte for byte.
 //
-// Only a level that was opened for reading is mapped. One that is written goes through frames as
-// with pread: storing through a mapping from several threads spends half of the time in telling
-// every processor that a page may no longer be written, a full disk is a SIGBUS there, and a stray
-// pointer changes the store.
+// Only a level that was opened for reading is mapped. For a level that is written, the pager uses
+// frames as with pread. Writing through a mapping has three faults. With several threads, half of
+// the time goes into TLB shootdowns: the kernel tells every processor that a page may no longer be
+// written. A full disk kills the process (SIGBUS). And a stray pointer can change the store.
 #pragma once
 
 #include <memory>

@@ -17,7 +17,8 @@ class PreadBackend final : public Backend {
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    // One call for all blocks; those never written among them are holes, which cost no disk.
+    // One call reads all blocks. Never-written blocks are holes in the file, which cost no disk
+    // access.
     if (any_written(blocks)) file_.read_at(geometry_.block_offset(blocks.first), into);
     check_raw(geometry_, table_, blocks, into, file_.path());
   }
@@ -27,9 +28,9 @@ class PreadBackend final : public Backend {
     check_request(geometry_, blocks, from.size());
     const bool fresh = !any_written(blocks);
     file_.write_at(geometry_.block_offset(blocks.first), from);
-    // What is new will not change again soon: the disk works while the caller computes, and not
-    // only when the caller syncs. Blocks that a sweep overwrites behind its reads are faster left
-    // to the system (plait_bench_loop_to_disk, plait_bench_sweep_rmw).
+    // A new block does not change again soon, so the disk can write it while the caller computes,
+    // and not only when the caller syncs. For blocks that a sweep reads and overwrites, it is
+    // faster to let the system choose the time (plait_bench_loop_to_disk, plait_bench_sweep_rmw).
     if (fresh) start_writing(file_, fixed_bytes(geometry_, blocks));
     seal_raw(geometry_, table_, blocks, from);
   }

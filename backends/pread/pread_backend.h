@@ -1,5 +1,5 @@
-// backends/pread/pread_backend.h: a level as a file of raw bytes, moved by explicit reads and
-// writes: the paper's circular buffer when the pager's frames go round.
+// backends/pread/pread_backend.h: a level as a file of raw bytes, with explicit reads and writes.
+// When the pager recycles frames first-in first-out, this is the circular buffer of Guskov's paper.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@ namespace plait {
 
 constexpr BackendTraits kPreadTraits{.durable = true, .overwrites_in_place = true};
 
-/// Errors: as open_fixed_file. A new file has its space from the start.
+/// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 
 }  // namespace plait

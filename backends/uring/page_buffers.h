@@ -1,5 +1,5 @@
-// backends/uring/page_buffers.h: memory that O_DIRECT takes, for blocks whose own memory it does
-// not take.
+// backends/uring/page_buffers.h: memory with the alignment of O_DIRECT, for blocks whose own memory
+// is not aligned.
 #pragma once
 
 #include <condition_variable>
@@ -19,7 +19,7 @@ namespace plait {
 /// that finds no buffer waits until another transfer has ended. Safe from any thread.
 class PageBuffers {
  public:
-  /// More transfers under way do not make a disk faster.
+  /// More transfers in flight do not make a disk faster.
   static constexpr std::uint64_t kMostBuffers = 8;
 
   /// All buffers together take at most `most_bytes`, but there is always one.
@@ -27,7 +27,7 @@ class PageBuffers {
 
   /// From now on a buffer holds at least `bytes`, a multiple of kPageBytes. `often`: transfers need
   /// a buffer whatever memory the caller has, so there should be several buffers. A smaller buffer
-  /// that is in use is freed when it is given back.
+  /// that is in use is freed when its user returns it.
   void make_room_for(std::uint64_t bytes, bool often);
 
   /// The most memory that the buffers together take; at most the constructor's `most_bytes`.

@@ -1,11 +1,11 @@
-// A block lies in the file as
+// The bytes of a block in the file:
 //
 //   | head | whole pages ...                            | tail |
 //
-// Head and tail are parts of pages that it shares with its neighbours; where the pages of a level's
-// blocks are its own, both are empty. Whole pages go past the page cache, and the shared ones
-// always through it: there the kernel puts the parts together, whoever writes them at the same
-// time, and no byte is ever reached both ways.
+// Head and tail are parts of pages that the block shares with its neighbours. Both are empty if all
+// blocks of the level begin and end at page boundaries. Whole pages go past the page cache. Shared
+// pages always go through the page cache: there the kernel combines the parts, even if several
+// threads write them at the same time. No byte is ever accessed both ways.
 #include "uring/uring_backend.h"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ bool is_aligned(const std::byte* memory) {
   return reinterpret_cast<std::uintptr_t>(memory) % kPageBytes == 0;
 }
 
-/// Counts transfers down, for callers that wait for all of them.
+/// Waits until a number of transfers have ended.
 class Countdown final : public TransferListener {
  public:
   explicit Countdown(std::size_t count) : pending_(count) {}
@@ -69,7 +69,7 @@ class UringBackend final : public Backend {
   void write(BlockRange blocks, std::span<const std::byte> from) override {
     check_writable(file_, mode_);
     check_request(geometry_, blocks, from.size());
-    // A write leaves the memory as it is.
+    // The cast is safe: a write does not change the memory.
     transfer_all(Transfer::Direction::kWrite, blocks,
                  {const_cast<std::byte*>(from.data()), from.size()});
   }
@@ -118,11 +118,11 @@ class UringBackend final : public Backend {
   OpenMode mode_;
   UringRing& ring_;
   PageBuffers& buffers_;
-  File file_;    ///< through the page cache
-  File direct_;  ///< past it
+  File file_;    ///< goes through the page cache
+  File direct_;  ///< goes past the page cache
 };
 
-/// One transfer; deletes itself when it has ended.
+/// One transfer. The object deletes itself when the transfer has ended.
 class UringBackend::BlockInFlight final : public RingRequest {
  public:
   BlockInFlight(UringBackend& backend, Transfer& transfer)
@@ -156,12 +156,12 @@ class UringBackend::BlockInFlight final : public RingRequest {
     }
   }
 
-  /// What follows may delete this object.
+  /// The object may be deleted when this returns.
   void submit_rest() noexcept {
     if (rest_.empty()) return end(nullptr);
     const FileOperationHook::Verdict verdict = before_operation(operation(rest_.size()));
     if (verdict.error != 0) return completed(-verdict.error);
-    // Whole pages, or none.
+    // A request moves whole pages, at least one.
     const std::uint64_t most_bytes = std::max(verdict.most_bytes, kPageBytes);
     backend_.ring_.submit(is_read() ? UringRing::Operation::kRead : UringRing::Operation::kWrite,
                           backend_.direct_.descriptor(), rest_offset(),
@@ -169,9 +169,9 @@ class UringBackend::BlockInFlight final : public RingRequest {
   }
 
   void completed(int result) noexcept override {
-    // Cancelled: the thread that submitted it has ended since.
+    // -ECANCELED: the thread that submitted the request has ended. Submit it again.
     if (result == -EINTR || result == -EAGAIN || result == -ECANCELED) return submit_rest();
-    // Short by less than a page: O_DIRECT cannot go on from there.
+    // O_DIRECT continues only at a page boundary. So only the whole pages count as moved.
     const auto moved = static_cast<std::size_t>(std::max(result, 0)) / kPageBytes * kPageBytes;
     if (moved == 0) return end(error_of(result));
     after_operation(operation(moved));
@@ -223,7 +223,7 @@ class UringBackend::BlockInFlight final : public RingRequest {
   BlockEntry former_;
   std::uint64_t offset_, head_bytes_ = 0;
   std::span<std::byte> pages_;  ///< the transfer's memory for whole pages
-  PageBuffers::Lease aligned_;  ///< stands in for pages_ where these are not aligned
+  PageBuffers::Lease aligned_;  ///< an aligned copy of pages_; empty if pages_ is aligned
   std::span<std::byte> rest_;   ///< the part of aligned_ or pages_ that is still to be moved
 };
 

@@ -1,5 +1,5 @@
-// backends/uring/uring_backend.h: a level as a file of raw bytes, moved by io_uring past the page
-// cache (O_DIRECT). The file is that of pread and mmap, byte for byte.
+// backends/uring/uring_backend.h: a level as a file of raw bytes, which io_uring reads and writes
+// past the page cache (O_DIRECT). The file is the same as with pread and mmap, byte for byte.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,14 @@ namespace plait {
 
 constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
-/// Its levels share one ring, and the buffers for blocks whose memory O_DIRECT does not take.
-/// Errors: as validate_uring. Of a level: as open_fixed_file;
-/// kNotSupported naming the file where its file system has no O_DIRECT. A new file is preallocated.
+/// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
+/// O_DIRECT. A new file is preallocated.
+/// Errors: as validate_uring. open_level() throws as open_fixed_file does, and kNotSupported naming
+/// the file if its file system has no O_DIRECT.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
-/// Errors: kInvalidArgument for any option; kNotSupported where liburing was absent when this was
-/// built, or the kernel refuses io_uring.
+/// Throws kInvalidArgument for any option, and kNotSupported if plait was built without liburing,
+/// or if the kernel refuses io_uring.
 void validate_uring(std::string_view options);
 
 }  // namespace plait

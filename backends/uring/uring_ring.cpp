@@ -12,11 +12,12 @@
 namespace plait {
 namespace {
 
-/// Far more than any store keeps in flight; the kernel holds back what would overflow.
+/// The length of the queue. A store keeps far fewer transfers in flight. If the queue of
+/// completions is full, the kernel keeps further ones back.
 constexpr unsigned kEntries = 256;
-/// Linux moves at most this much in one call, and O_DIRECT wants whole pages.
+/// The most bytes that Linux moves in one call, rounded down to whole pages for O_DIRECT.
 constexpr std::size_t kMaxTransferBytes = 0x7ffff000;
-/// Between two attempts to hand over what the kernel has no room for.
+/// The pause before a submission is tried again, when the kernel has no room.
 constexpr std::chrono::microseconds kPause{50};
 
 void set_up(io_uring& ring) {
@@ -46,8 +47,8 @@ UringRing::UringRing(Submit with) : submit_(with) {
 }
 
 UringRing::~UringRing() {
-  // Nothing else can end the thread's wait. Nothing is in flight, so the queue has room as soon as
-  // the kernel takes what is in it.
+  // Only a completion can end the thread's wait, so this submits a request that does nothing. No
+  // transfer is in flight, so the queue has room as soon as the kernel takes its entries.
   std::unique_lock lock(mutex_);
   while (true) {
     if (io_uring_sqe* const entry = ::io_uring_get_sqe(&ring_)) {
@@ -67,7 +68,7 @@ void UringRing::submit(Operation operation, int descriptor, std::uint64_t offset
                        std::span<std::byte> memory, RingRequest& request) noexcept {
   std::unique_lock lock(mutex_);
   io_uring_sqe* entry = ::io_uring_get_sqe(&ring_);
-  if (!entry) {  // full of what the kernel refused
+  if (!entry) {  // the queue is full of entries that the kernel refused before
     submit_(&ring_);
     entry = ::io_uring_get_sqe(&ring_);
   }
@@ -90,18 +91,17 @@ int UringRing::hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry
   const auto is_queued = [&] { return ring_.sq.sqe_tail - end < ::io_uring_sq_ready(&ring_); };
   while (true) {
     const int result = submit_(&ring_);
-    // Whoever submits hands over all that is queued: another thread may have taken this entry
-    // along.
+    // A submission submits all queued entries, so another thread may have submitted this one.
     if (!is_queued()) return 0;
     if (result == -EINTR) continue;
     if (result < 0 && result != -EAGAIN && result != -EBUSY) {
-      // An entry cannot be taken out of the queue. As one that does nothing it may stay.
+      // An entry cannot be removed from the queue. So it becomes one that does nothing.
       ::io_uring_prep_nop(&entry);
       ::io_uring_sqe_set_data(&entry, nullptr);
       return -result;
     }
-    // The kernel has no room until completions are taken, and the thread that takes them wants the
-    // lock.
+    // The kernel has no room until the thread takes completions, and the thread needs the lock for
+    // that.
     lock.unlock();
     std::this_thread::sleep_for(kPause);
     lock.lock();
@@ -117,9 +117,9 @@ void UringRing::reap() noexcept {
     const int result = completion->res;
     ::io_uring_cqe_seen(&ring_, completion);
     if (data == end_mark()) return;
-    if (!data) continue;  // of an entry that the kernel refused at first
-    // What the submitter did happened before: through the kernel in fact, and for all who reason
-    // about locks through this one.
+    if (!data) continue;  // the kernel refused this entry before; submit() has reported it
+    // All that the submitting thread did before submit() must be visible here. The kernel ensures
+    // that, but a thread sanitizer sees only locks. So this takes the submitter's lock.
     { const std::scoped_lock lock(mutex_); }
     static_cast<RingRequest*>(data)->completed(result);
   }

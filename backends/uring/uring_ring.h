@@ -11,52 +11,54 @@
 
 namespace plait {
 
-/// What is told when a request has ended.
+/// The ring calls completed() when the request has ended.
 class RingRequest {
  public:
-  /// Bytes moved, or a negative errno. In the ring's thread, or in submit() if the kernel took no
-  /// request.
+  /// `result`: the number of bytes moved, or a negative errno. The ring's thread calls this; if the
+  /// kernel refuses the request, submit() calls it.
   virtual void completed(int result) noexcept = 0;
 
  protected:
   ~RingRequest() = default;
 };
 
-/// One submission queue that all levels of a store share, and one thread that waits for
-/// completions. Safe from any thread.
+/// One submission queue for all levels of a store, and one thread that waits for completions. Safe
+/// from any thread.
 ///
-/// No buffers are registered: frames come and go with the budget. What registering would save was
-/// not measured.
+/// No buffers are registered with the kernel, because the set of frames changes with the budget.
+/// How much time registering would save was not measured.
 class UringRing {
  public:
-  /// io_uring_submit, or what a test puts in its place.
+  /// io_uring_submit, or a replacement in a test.
   using Submit = int (*)(io_uring*);
 
-  /// Errors: kNotSupported if the kernel refuses io_uring.
+  /// Throws kNotSupported if the kernel refuses io_uring.
   static void check_available();
 
-  /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory for want of a thread.
+  /// Errors: kNotSupported if the kernel refuses io_uring; kOutOfMemory if no thread can be
+  /// started.
   explicit UringRing(Submit with = ::io_uring_submit);
-  ~UringRing();  ///< REQUIRES: nothing is on its way
+  ~UringRing();  ///< REQUIRES: no transfer is in flight
   UringRing(const UringRing&) = delete;
   UringRing& operator=(const UringRing&) = delete;
 
   enum class Operation : std::uint8_t { kRead, kWrite };
-  /// Begins one transfer, which may end short. Request and memory stay until it completed. What the
-  /// kernel refuses for the moment only is offered again; what it refuses for good completes with
-  /// the error, and the kernel never touches its memory.
+  /// Begins one transfer, which may move fewer bytes than `memory` has. `request` and `memory` must
+  /// live until completed() is called. If the kernel has no room at the moment, submit() tries
+  /// again. If the kernel refuses the request for another reason, submit() calls completed() with
+  /// the error, and the kernel never accesses the memory.
   void submit(Operation operation, int descriptor, std::uint64_t offset,
               std::span<std::byte> memory, RingRequest& request) noexcept;
 
  private:
   void reap() noexcept;
-  /// What the kernel gives back with a request that ends the thread.
+  /// The user data of the request that ends the thread.
   void* end_mark() noexcept { return this; }
-  /// Hands the entry that was prepared last to the kernel, lets go of the lock between attempts.
-  /// 0, or an errno: the entry does nothing then, whenever the kernel comes to take it.
+  /// Submits the entry that was prepared last. Releases the lock between attempts. Returns 0, or an
+  /// errno; after an errno the entry does nothing when the kernel takes it.
   int hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept;
 
-  io_uring ring_{};  ///< for the thread sanitizer: tools/dev/tsan/liburing.h
+  io_uring ring_{};  ///< with the thread sanitizer see tools/dev/tsan/liburing.h
   Submit submit_;
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;

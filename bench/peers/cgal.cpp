@@ -1,4 +1,4 @@
-// CGAL: Loop_subdivision on a Surface_mesh, whose connectivity it refines level by level.
+// CGAL: Loop_subdivision on a Surface_mesh. It refines the connectivity level by level.
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/subdivision_method_3.h>

@@ -1,4 +1,4 @@
-// OpenMesh: uniform Loop subdivision on a half-edge mesh, whose faces it splits level by level.
+// OpenMesh: uniform Loop subdivision on a half-edge mesh. It splits the faces level by level.
 #include <OpenMesh/Core/System/config.h>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>

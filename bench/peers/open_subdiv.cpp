@@ -1,6 +1,6 @@
-// OpenSubdiv: uniform refinement of primvars and stencil tables. Both need the topology of every
-// level first; where it does not change between surfaces its cost is paid once, so both times are
-// given.
+// OpenSubdiv: uniform refinement of primvars, and stencil tables. Both need the topology of every
+// level first. A program whose topology does not change computes it once, so there are two times:
+// with the topology and without.
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTable.h>
 #include <opensubdiv/far/stencilTableFactory.h>
@@ -39,7 +39,7 @@ std::vector<Point> base_points(const BaseMesh& base) {
   return points;
 }
 
-/// The faces as OpenSubdiv takes them.
+/// The faces in the form that OpenSubdiv reads.
 struct Faces {
   std::vector<int> counts, corners;
   explicit Faces(const BaseMesh& base) : counts(base.face_count(), 3) {

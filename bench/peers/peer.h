@@ -1,4 +1,4 @@
-// What plait_bench_loop_peers measures: one way of making a Loop surface in memory.
+// One way of computing a Loop surface in memory, which plait_bench_loop_peers measures.
 #pragma once
 
 #include <functional>
@@ -14,13 +14,14 @@ using Points = std::vector<Vector3<float>>;
 
 struct Peer {
   std::string name;      ///< library and version
-  std::string measured;  ///< what of it is inside the time
-  /// Refines `base` to `level` on one thread and returns the thread's seconds of what is measured.
-  /// `points`, if given, gets the positions of that level, in any order, outside the time.
+  std::string measured;  ///< the part that is measured
+  /// Refines `base` to `level` on one thread. Returns the processor time in seconds of the measured
+  /// part. If `points` is not null, it gets the positions of that level, in any order; copying them
+  /// is not measured.
   std::function<double(const BaseMesh& base, int level, Points* points)> refine;
 };
 
-/// Each is built only where its library is found.
+/// Each function exists only if CMake found its library.
 std::vector<Peer> open_subdiv_peers();
 std::vector<Peer> cgal_peers();
 std::vector<Peer> open_mesh_peers();

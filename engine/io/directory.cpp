@@ -21,7 +21,7 @@ namespace {
 
 using Kind = FileOperation::Kind;
 
-/// Filesystems without RENAME_NOREPLACE or RENAME_EXCHANGE say one of these.
+/// File systems without RENAME_NOREPLACE or RENAME_EXCHANGE fail with one of these.
 bool is_unsupported(int errno_value) {
   return errno_value == EINVAL || errno_value == ENOSYS || errno_value == ENOTSUP;
 }
@@ -77,7 +77,7 @@ Directory Directory::make(const std::filesystem::path& path) {
 
 namespace {
 
-/// The path without "." and what else is not needed, and without a '/' at its end.
+/// The path in normal form, without a '/' at its end.
 std::filesystem::path normal(const std::filesystem::path& path) {
   const std::filesystem::path whole = path.lexically_normal();
   return whole.has_filename() ? whole : whole.parent_path();
@@ -127,7 +127,8 @@ bool Directory::contains(const std::string& name, int descriptor) const {
 }
 
 std::vector<std::string> Directory::names() const {
-  // A descriptor of its own: how far one has been read is a property of the open directory.
+  // A new descriptor: the read position belongs to the open directory, so reading through
+  // `descriptor_` would move it for all threads.
   const int descriptor = ::openat(descriptor_, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) throw system_error("open", path_.native(), errno);
   struct Close {
@@ -163,7 +164,7 @@ void Directory::remove(const std::string& name) const {
 void Directory::remove_if_possible(const std::string& name) const noexcept {
   try {
     remove(name);
-  } catch (const std::exception&) {  // it stays
+  } catch (const std::exception&) {  // the file stays
   }
 }
 

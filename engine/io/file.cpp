@@ -40,7 +40,7 @@ std::string_view kind_of(mode_t mode) {
   return "something else";
 }
 
-/// Does nothing for a regular file.
+/// Throws unless the file is a regular file.
 void refuse_other_kinds(const struct stat& status, const std::filesystem::path& path,
                         ErrorCode code) {
   if (S_ISREG(status.st_mode)) return;
@@ -60,7 +60,7 @@ File::File(const Directory& directory, const std::string& name, OpenMode mode, C
 }
 
 void File::open(const Place& place, OpenMode mode, Caching caching) {
-  // Without O_NONBLOCK a FIFO is waited for until somebody opens its other end.
+  // Without O_NONBLOCK, opening a FIFO blocks until another process opens its other end.
   const int flags = flags_of(mode) | place.flags | O_CLOEXEC | O_NONBLOCK |
                     (caching == Caching::kNone ? O_DIRECT : 0);
   const FileOperation operation{mode == OpenMode::kCreate ? Kind::kCreate : Kind::kOpen, path_};
@@ -80,7 +80,7 @@ void File::open(const Place& place, OpenMode mode, Caching caching) {
   }
   if (::fstat(opened.descriptor_, &status) != 0) throw system_error("stat", path_.native(), errno);
   refuse_other_kinds(status, path_, place.other_kinds);
-  // A request of io_uring would end with EAGAIN instead of waiting for the disk.
+  // With O_NONBLOCK, an io_uring request would fail with EAGAIN instead of waiting for the disk.
   if (const int found = ::fcntl(opened.descriptor_, F_GETFL);
       found < 0 || ::fcntl(opened.descriptor_, F_SETFL, found & ~O_NONBLOCK) < 0)
     throw system_error("open", path_.native(), errno);
@@ -122,7 +122,7 @@ void File::write_at(std::uint64_t offset, std::span<const std::byte> from) {
     });
     if (put < 0) throw system_error("write", path_.native(), errno);
     if (put == 0)
-      throw Error(ErrorCode::kIo, fmt::format("write {}: at byte {} none of {} bytes was taken",
+      throw Error(ErrorCode::kIo, fmt::format("write {}: at byte {} none of {} bytes was written",
                                               path_.native(), offset, from.size()));
     from = from.subspan(static_cast<std::size_t>(put));
     offset += static_cast<std::uint64_t>(put);
@@ -167,7 +167,7 @@ void File::close() {
   if (descriptor_ < 0) return;
   const int verdict = before_operation({Kind::kClose, path_}).error;
   const int result = ::close(std::exchange(descriptor_, -1));
-  // On Linux the descriptor is gone even after EINTR.
+  // On Linux the descriptor is closed even after EINTR.
   const int error = verdict != 0 ? verdict : result != 0 ? errno : 0;
   if (error != 0 && error != EINTR) throw system_error("close", path_.native(), error);
 }

@@ -21,14 +21,14 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
 
-/// The number that a file consists of; kAny if it does not ("max"), or is not there.
+/// The number in a file; kAny if the file contains no number ("max") or does not exist.
 std::uint64_t number_in(const fs::path& path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
   return file >> number ? number : kAny;
 }
 
-/// The number after the word `key`; `otherwise` where there is none.
+/// The number after the word `key`; `otherwise` if the file has no such number.
 std::uint64_t number_after(const fs::path& path, std::string_view key, std::uint64_t otherwise) {
   std::ifstream file(path);
   for (std::string word; file >> word;)
@@ -40,8 +40,8 @@ std::uint64_t difference(std::uint64_t limit, std::uint64_t used) {
   return limit == kAny ? kAny : limit - std::min(limit, used);
 }
 
-/// What is left in `group` and in those that it is part of, down from `root`. Pages of files go
-/// when their room is needed: they count as free.
+/// The free bytes of `group` and of all groups that contain it, up to `root`: the minimum of them.
+/// Page cache counts as free, because the kernel drops it when a process needs memory.
 std::uint64_t left_in_groups(const fs::path& root, const fs::path& group, const char* limit,
                              const char* usage, std::string_view file_prefix) {
   std::uint64_t left = kAny;

@@ -19,7 +19,7 @@ void refuse_what_is_there(const Directory& directory, const std::string& name,
                           const std::filesystem::path& path, Existing existing) {
   if (!directory.contains(name)) return;
   if (existing == Existing::kRefuse) throw taken(path);
-  // Never in place of a directory or, say, /dev/null.
+  // A directory, or a device such as /dev/null, must not be replaced by a file.
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
     throw Error(ErrorCode::kInvalidArgument,
@@ -39,7 +39,7 @@ OutputName::OutputName(const std::filesystem::path& path) {
   name = whole.filename();
   if (name.empty() || name == "." || name == "..")
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("create \"{}\": expected the name of something new", path.native()));
+                fmt::format("create \"{}\": expected a path that ends in a name", path.native()));
   const std::filesystem::path parent = whole.has_parent_path() ? whole.parent_path() : ".";
   try {
     directory = Directory(parent);
@@ -56,14 +56,15 @@ PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
   directory_ = std::move(output.directory);
   name_ = std::move(output.name);
   refuse_what_is_there(directory_, name_, path_, existing_);
-  // The name may be in use by another thread, or left by a killed process of the same number; and
-  // who removes what is left over may have been faster than the lock.
+  // Another thread may use the name, or a killed process with the same number may have left it. And
+  // a program that removes left-over files may remove this one before it is locked; then a new
+  // attempt makes another.
   for (int attempt = 0;; ++attempt) {
     partial_name_ = temporary_name(name_, "partial", attempt);
     if (directory_.contains(partial_name_)) continue;
     try {
       file_ = File(directory_, partial_name_, OpenMode::kCreate);
-    } catch (const Error& error) {  // of a name that the user never gave
+    } catch (const Error& error) {  // the user never gave this name: the message gets the final one
       std::string message = error.what();
       const std::string partial = directory_.path_of(partial_name_).native();
       if (const std::size_t at = message.find(partial); at != std::string::npos)

@@ -1,5 +1,5 @@
-// A system call on a file: it passes the seam of plait/file_operations.h, and is made again when a
-// signal interrupted it.
+// Makes a system call on a file: calls the hook of plait/file_operations.h around it, and repeats
+// the call if a signal interrupted it.
 #pragma once
 
 #include <sys/types.h>
@@ -12,7 +12,8 @@
 
 namespace plait {
 
-/// `call(most_bytes)` returns what such calls do: -1 and errno, or a value. Returns likewise.
+/// `call(most_bytes)` makes the system call and returns its result: -1 with errno, or a value.
+/// attempt() returns the same.
 template <class Call>
 ssize_t attempt(FileOperation operation, Call call) noexcept {
   constexpr std::uint64_t kMaxTransferBytes = 0x7ffff000;  // Linux moves at most this much at once

@@ -16,7 +16,8 @@
 namespace plait {
 namespace {
 
-/// The bounding box of the vertices. Halved, so that no finite position overflows a difference.
+/// The bounding box of the vertices, with all coordinates halved: so differences of finite
+/// positions do not overflow.
 struct HalvedBox {
   Vector3<double> lowest{}, extent{};
 
@@ -40,7 +41,7 @@ double centroid(const BaseMesh& mesh, FaceId face, int axis) {
   return p[a][axis] / 3 + p[b][axis] / 3 + p[c][axis] / 3;
 }
 
-/// The faces by ascending key, equal ones in their old order.
+/// The faces in ascending order of their keys. Faces with equal keys keep their order.
 template <class KeyOf>
 std::vector<FaceId> sorted_by(std::size_t face_count, KeyOf key_of) {
   using Key = decltype(key_of(FaceId{}));
@@ -67,14 +68,16 @@ std::vector<FaceId> spatial_order(const BaseMesh& mesh) {
 
 std::vector<FaceId> hilbert_order(const BaseMesh& mesh) {
   const HalvedBox box(mesh.positions());
-  // One scale for all axes: cells are cubes, and the curve is as local in space as it can be.
+  // All axes have the same scale, so cells are cubes. This keeps neighbours on the curve close in
+  // space.
   const double size = std::max({box.extent.x, box.extent.y, box.extent.z});
   constexpr double kLastCell = (1 << layout::kHilbertBits) - 1;
   return sorted_by(mesh.face_count(), [&](FaceId face) {
     std::array<std::uint32_t, 3> cell{};
     for (int axis = 0; axis < 3; ++axis) {
       const double offset = 0.5 * centroid(mesh, face, axis) - box.lowest[axis];
-      // Rounding may put a centroid a little outside; in a box of no size every cell is 0.
+      // Rounding may put a centroid a little outside the box. If the box has no size, every cell is
+      // 0.
       if (offset > 0)
         cell[static_cast<std::size_t>(axis)] =
             static_cast<std::uint32_t>(std::min(offset / size, 1.0) * kLastCell);

@@ -23,8 +23,8 @@ Candidate try_layout(const BaseMesh& mesh, LayoutKind kind) {
   return candidate;
 }
 
-/// The candidates do not depend on each other; among equals the first one wins, so the choice does
-/// not depend on who is ready first.
+/// The candidates do not depend on each other. Among equal spans the first candidate wins, so the
+/// choice does not depend on which thread finishes first.
 Candidate best_layout(const BaseMesh& mesh) {
   std::array<Candidate, 3> candidates;
   constexpr std::array kKinds{LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};

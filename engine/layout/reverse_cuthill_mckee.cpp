@@ -13,8 +13,8 @@
 namespace plait::layout {
 namespace {
 
-/// [face] the faces across its sides, in the order of the sides; the last ones are kNoId where a
-/// border leaves fewer than three.
+/// [face] the faces across its sides, in the order of the sides. If a border leaves fewer than
+/// three, the last entries are kNoId.
 using Neighbours = std::vector<std::array<FaceId, 3>>;
 
 Neighbours find_neighbours(const Topology& topology) {
@@ -40,7 +40,7 @@ int degree(const Neighbours& neighbours, FaceId face) {
   return result;
 }
 
-/// Breadth-first searches that cost no more than the component they are in.
+/// Breadth-first searches. A search costs time in proportion to its component, not to the mesh.
 class StartFinder {
  public:
   explicit StartFinder(const Neighbours& neighbours)
@@ -50,8 +50,8 @@ class StartFinder {
 
   bool was_visited(FaceId face) const { return visited_[face] != 0; }
 
-  /// A face whose distance to the farthest one is, as far as a few searches can tell, the largest
-  /// in its component. REQUIRES: the component was not visited.
+  /// Finds a face at an end of its component: a face whose farthest face is as far away as
+  /// possible. A few searches find it approximately. REQUIRES: no search has visited the component.
   FaceId find(FaceId seed) {
     constexpr std::uint8_t kMaxSearches = 8;
     FaceId start = seed;
@@ -89,8 +89,8 @@ class StartFinder {
   }
 
   const Neighbours& neighbours_;
-  /// [face] the last search of its component that came by; 0 for none. Components share no face,
-  /// so each counts its own.
+  /// [face] the last search that visited it, 0 for none. Components share no face, so the searches
+  /// of each component count from 1.
   std::vector<std::uint8_t> visited_;
   std::vector<FaceId> queue_;
 };
@@ -101,7 +101,7 @@ std::vector<FaceId> reverse_cuthill_mckee(const Topology& topology) {
   const auto face_count = static_cast<FaceId>(topology.faces.size());
   const Neighbours neighbours = find_neighbours(topology);
   StartFinder finder(neighbours);
-  std::vector<FaceId> order;  // and the queue of the search
+  std::vector<FaceId> order;  // also the queue of the search
   order.reserve(face_count);
   std::vector<std::uint8_t> placed(face_count, 0);
   std::size_t done = 0;
@@ -117,7 +117,8 @@ std::vector<FaceId> reverse_cuthill_mckee(const Topology& topology) {
       for (const FaceId next : neighbours[order[done]]) {
         if (next == kNoId || placed[next] != 0) continue;
         place(next);
-        // By degree, equal ones as they come: at most three, so by insertion.
+        // Sorts the new faces by degree and keeps the order of equal ones. There are at most three,
+        // so this is an insertion sort.
         for (std::size_t i = order.size() - 1;
              i > first_new && degree(neighbours, order[i]) < degree(neighbours, order[i - 1]); --i)
           std::swap(order[i], order[i - 1]);

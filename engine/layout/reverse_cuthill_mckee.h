@@ -8,8 +8,8 @@
 namespace plait::layout {
 
 /// The faces in reverse Cuthill-McKee order of their adjacency across edges, order[new] = old.
-/// Every component starts from a face at one of its far ends. O(F) time but for a few more
-/// searches of each component; deterministic.
+/// Every component starts from a face at one of its ends. O(F): a few searches per component.
+/// Deterministic.
 /// Sources: E. Cuthill, J. McKee, "Reducing the bandwidth of sparse symmetric matrices" (1969);
 /// A. George, J. Liu, "An implementation of a pseudoperipheral node finder" (1979).
 std::vector<FaceId> reverse_cuthill_mckee(const Topology& topology);

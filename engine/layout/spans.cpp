@@ -14,8 +14,8 @@
 namespace plait {
 namespace {
 
-/// Counts stencils by their width. Widths are below the number of edges, so the median needs no
-/// sorting.
+/// Counts stencils by their width. Widths are below the number of edges, so an array of counts
+/// gives the median without sorting.
 class WidthCounter {
  public:
   explicit WidthCounter(std::uint64_t edge_count) : count_of_width_(edge_count, 0) {}
@@ -75,7 +75,7 @@ LayoutSpans measure_spans(const BaseMesh& mesh, std::span<const EdgeId> number) 
     interval_of_face[face] = {lowest, highest};
     face_widths.add(lowest, highest);
   }
-  // An edge belongs to both its faces, so their intervals together are the stencil's.
+  // The stencil of an edge is the edges of its two faces. Its interval is the union of theirs.
   WidthCounter loop_widths(mesh.edge_count());
   for (const Edge& edge : mesh.edges()) {
     Interval stencil = interval_of_face[edge.own.face()];
@@ -126,7 +126,7 @@ std::uint64_t window_bytes(std::uint64_t span, int level, std::uint64_t record_b
     throw Error(
         ErrorCode::kInvalidArgument,
         fmt::format("window size: expected a level of 0 to {}, found {}", kMaxLevel, level));
-  // Levels 1 to `level` hold 1 + 4 + ... + 4^(level-1) records an edge.
+  // Levels 1 to `level` have 1 + 4 + ... + 4^(level-1) records per edge.
   const std::uint64_t records_per_edge = ((std::uint64_t{1} << (2 * level)) - 1) / 3;
   std::uint64_t bytes = 0;
   if (__builtin_mul_overflow(2 * records_per_edge, span, &bytes) ||

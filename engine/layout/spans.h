@@ -1,4 +1,5 @@
-// layout/spans.h: spans of an order of faces before the mesh is put into it.
+// layout/spans.h: the spans that a mesh would have in an order of faces, without reordering the
+// mesh.
 #pragma once
 
 #include <span>
@@ -8,14 +9,14 @@
 
 namespace plait::layout {
 
-/// number[edge] = its number by first use when the faces come in `order` (order[new] = old): the
-/// numbers that BaseMesh::with_face_order gives.
+/// number[edge] = the number that BaseMesh::with_face_order(order) gives to the edge: by first use,
+/// with the faces in `order` (order[new] = old).
 std::vector<EdgeId> number_edges(const BaseMesh& mesh, std::span<const FaceId> order);
 
-/// measure_spans with every edge called by its number.
+/// measure_spans, with number[edge] in place of every edge.
 LayoutSpans measure_spans(const BaseMesh& mesh, std::span<const EdgeId> number);
 
-/// LayoutSpans::loop.span alone: all that a choice needs, for a fraction of the time.
+/// LayoutSpans::loop.span alone. It takes a fraction of the time and is enough to choose a layout.
 std::uint64_t measure_loop_span(const BaseMesh& mesh, std::span<const EdgeId> number);
 
 }  // namespace plait::layout

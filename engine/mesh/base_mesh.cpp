@@ -50,7 +50,8 @@ void check_elements(const IndexedMesh& mesh, std::string_view source) {
   });
 }
 
-/// Takes out vertices without a corner and renumbers the rest. Returns how many went.
+/// Removes the vertices without a corner and renumbers the others. Returns the number of removed
+/// vertices.
 std::uint64_t drop_unused_vertices(IndexedMesh& mesh, std::vector<FaceSide>& vertex_corners) {
   std::vector<VertexId> renumbered(vertex_corners.size());
   VertexId kept = 0;
@@ -101,7 +102,8 @@ BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
   BaseMesh result;
   result.vertex_corners_ =
       find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), source);
-  // Only now, so that all messages above name vertices as the input does.
+  // Unused vertices are dropped only here, so that all messages above name vertices as the input
+  // does.
   if (std::find(result.vertex_corners_.begin(), result.vertex_corners_.end(), FaceSide()) !=
       result.vertex_corners_.end()) {
     const std::size_t before = mesh.positions.size();
@@ -147,7 +149,7 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
       result.face_edges_[face] = face_edges_[order[face]];
     }
   });
-  // By one thread: what is first depends on all before, and finding it out otherwise costs more.
+  // One thread does this: which use of an edge is the first depends on all faces before it.
   std::vector<EdgeId> edge_renumbered(edges_.size(), kNoId), old_edges;
   old_edges.reserve(edges_.size());
   for (const std::array<EdgeId, 3>& sides : result.face_edges_)

@@ -12,11 +12,12 @@
 namespace plait {
 namespace {
 
-/// Sides in the order in which they number edges: ab, bc, ca.
+/// The order in which the sides of a face number edges: ab, bc, ca.
 constexpr std::array<int, 3> kSideOrder = {2, 0, 1};
 
 /// Numbers edges by first use, face by face. is_first(face, side) tells whether no earlier face has
-/// that edge; number(face, side, edge) takes the numbers of those, in any order. Returns how many.
+/// the edge. For each such side the function calls number(face, side, edge), in any order of faces.
+/// Returns the number of edges.
 template <class IsFirst, class Number>
 EdgeId number_by_first_use(std::size_t face_count, IsFirst is_first, Number number) {
   std::vector<std::uint8_t> sides(face_count);  // [face] one bit per side that is first
@@ -72,8 +73,8 @@ VertexId opposite_vertex(std::span<const FaceVertices> faces, FaceSide half_edge
                   face_at(2), same_edge.size() > 3 ? ", ..." : ""));
 }
 
-/// Makes the half-edges of one edge each other's twins, or finds a border. Returns whether they run
-/// it in opposite directions.
+/// Makes the two half-edges of an edge twins of each other, or counts a border edge. Returns
+/// whether the two half-edges run in opposite directions.
 bool match(std::span<const FaceVertices> faces, std::span<const std::uint64_t> same_edge,
            VertexId low, std::string_view source, std::span<SideCodes> twins,
            std::uint64_t& border_count) {
@@ -90,7 +91,7 @@ bool match(std::span<const FaceVertices> faces, std::span<const std::uint64_t> s
   if (start_vertex(faces, one) != start_vertex(faces, two)) return true;
   if (opposite_vertex(faces, one) == opposite_vertex(faces, two))
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: face {}: expected a new face, found face {} once more", source,
+                fmt::format("{}: face {}: expected a new face, found a copy of face {}", source,
                             two.face(), one.face()));
   return false;
 }
@@ -106,7 +107,7 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
   std::uint32_t sum = 0;
   for (std::uint32_t& count : bucket) count = std::exchange(sum, sum + count);
 
-  // (higher vertex, half-edge code) in one word, so that a bucket sorts without a look at faces.
+  // One word holds (higher vertex, half-edge code), so that sorting a bucket does not read faces.
   const auto entries = std::make_unique_for_overwrite<std::uint64_t[]>(sum);
   for (FaceId face = 0; face < faces.size(); ++face)
     for (int side = 0; side < 3; ++side) {
@@ -126,7 +127,7 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
   std::vector<Part> parts(part_count(vertex_count));
   for_parts(vertex_count, [&](std::size_t first_low, std::size_t last_low, std::size_t part) {
     for (std::size_t low = first_low; low < last_low; ++low) {
-      // A bucket's place in the count has moved to its end.
+      // Filling the buckets has moved bucket[low] from the begin of the bucket to its end.
       std::uint32_t first = low == 0 ? 0 : bucket[low - 1];
       const std::uint32_t last = bucket[low];
       std::sort(&entries[first], &entries[last]);
@@ -202,7 +203,8 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
                                           std::uint64_t vertex_count, std::string_view source) {
   constexpr std::uint32_t kAfterBorder = 0;
   struct Fan {
-    /// Smaller is a better place to start: kAfterBorder, else 1 + the next corner's vertex.
+    /// The corner of smallest rank is the fan's first. kAfterBorder after a border edge, else 1 +
+    /// the vertex of the next corner.
     std::uint32_t rank = kNoId;
     std::uint32_t corner_count = 0;
   };
@@ -247,7 +249,7 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
 std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<SideCodes> twins,
                                std::uint64_t border_count) {
   std::vector<Edge> edges((3 * faces.size() + border_count) / 2);
-  std::vector<SideCodes> numbers(faces.size());  // [face][side] of the edges that it numbers
+  std::vector<SideCodes> numbers(faces.size());  // [face][side] of the edges that the face numbers
   const auto is_first = [&](FaceId face, int side) {
     const FaceSide beyond = from_code(entry(twins, FaceSide(face, side)));
     return !beyond.exists() || beyond.face() > face;

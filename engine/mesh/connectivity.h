@@ -1,5 +1,5 @@
 // connectivity.h: the steps that turn a list of triangles into an oriented 2-manifold. Pure
-// functions over the caller's arrays; BaseMesh::build calls them in the order given here.
+// functions over the caller's arrays. BaseMesh::build calls them in the order of this file.
 //
 // A half-edge is one side of one face, coded as FaceSide. Its twin is the half-edge of the face
 // across the same edge, kNoId on a border.
@@ -19,7 +19,7 @@ using FaceVertices = std::array<VertexId, 3>;
 using SideCodes = std::array<std::uint32_t, 3>;
 
 constexpr std::uint64_t kMaxFaces = std::uint64_t{1} << 30;
-/// Vertex indices stop below kNoId.
+/// All vertex indices are below kNoId.
 constexpr std::uint64_t kMaxVertices = kNoId - 1;
 
 /// The vertex at which a half-edge starts, in the orientation of its own face.
@@ -30,18 +30,18 @@ inline VertexId start_vertex(std::span<const FaceVertices> faces, FaceSide half_
 struct MatchedSides {
   std::vector<SideCodes> twins;  ///< [face][side]
   std::uint64_t border_count = 0;
-  bool oriented = true;  ///< every pair runs its edge in opposite directions
+  bool oriented = true;  ///< the two half-edges of every pair run in opposite directions
 };
 
-/// Finds all twins: half-edges are counted into buckets by their lower vertex, then each bucket is
-/// sorted by the higher one. O(V + F + sum of d log d), 24 F + 4 V bytes beside the result.
+/// Finds all twins: puts half-edges into buckets by their lower vertex, then sorts each bucket by
+/// the higher vertex. O(V + F + sum of d log d); 24 F + 4 V bytes of memory beside the result.
 /// REQUIRES: indices below `vertex_count`, three different ones per face.
 /// Errors: kInvalidArgument for an edge of more than two faces, and for a face given twice.
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
                          std::string_view source);
 
-/// Flips faces (corner 0 stays) until each agrees with the first face of its component. Returns
-/// how many were flipped.
+/// Flips faces (corner 0 stays) until each agrees with the first face of its component. Returns the
+/// number of flipped faces.
 /// Errors: kInvalidArgument for a component with only one side.
 std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::span<SideCodes> twins,
                                           std::string_view source);

@@ -24,7 +24,8 @@ bool starts_with_gzip(std::string_view bytes) {
   return bytes.size() >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
 }
 
-/// The compressed bytes as Boost.Iostreams pulls them. Copied by it, so it only points.
+/// The source from which Boost.Iostreams reads compressed bytes. Boost copies the source, so it
+/// contains only pointers.
 class CompressedSource {
  public:
   using char_type = char;
@@ -134,8 +135,8 @@ bool Input::skip(std::uint64_t count) {
 }
 
 std::uint64_t Input::plausible_count(std::uint64_t promised, std::uint64_t element_bytes) const {
-  // Meshes compress to between a half and a tenth; a wrong guess costs a reallocation or some
-  // untouched address space.
+  // Mesh files compress to between a half and a tenth of their size. A guess that is too low costs
+  // a reallocation; one that is too high costs unused address space.
   const std::uint64_t bytes = decompressor_ ? 4 * file_bytes_ : file_bytes_ - offset();
   return std::min(promised, bytes / std::max<std::uint64_t>(element_bytes, 1));
 }

@@ -1,8 +1,10 @@
-// input.h: the bytes of a mesh file, decompressed if need be, through one buffer.
+// input.h: reads the bytes of a mesh file through one buffer, and decompresses them if the file is
+// compressed.
 //
-// Invariants: 1. Memory is the buffer and the decompressor's own state, whatever the file says.
-// 2. offset() counts decompressed bytes. 3. The end of the input is the end of the file, and of
-// a compressed file the end of its last frame: one that is cut short is an error.
+// Invariants: 1. The object uses the memory of the buffer and of the decompressor's state, whatever
+// the file contains. 2. offset() counts decompressed bytes. 3. The input ends where the file ends.
+// A compressed file must end at the end of a frame; otherwise it was cut short, and that is an
+// error.
 #pragma once
 
 #include <cstddef>
@@ -21,8 +23,8 @@ class Input {
  public:
   static constexpr std::size_t kBufferBytes = std::size_t{256} << 10;
 
-  /// Opens the file and sees by its first bytes whether it is compressed (gzip or zstd).
-  /// Errors: kNotFound, kIo; kInvalidArgument for what is not a regular file.
+  /// Opens the file and checks its first bytes for gzip and zstd compression.
+  /// Errors: kNotFound, kIo; kInvalidArgument for anything but a regular file.
   explicit Input(const std::filesystem::path& path);
   ~Input();
   Input(const Input&) = delete;
@@ -31,26 +33,26 @@ class Input {
   const std::filesystem::path& path() const { return file_.path(); }
   std::uint64_t offset() const { return buffer_offset_ + begin_; }
 
-  /// Bytes read ahead and not yet consumed; valid until the next fill().
+  /// The bytes that are in the buffer and not yet consumed; valid until the next fill().
   std::string_view unread() const { return {buffer_.data() + begin_, end_ - begin_}; }
   /// REQUIRES: count <= unread().size().
   void consume(std::size_t count) { begin_ += count; }
-  /// Appends to unread(); false at the end of the input.
+  /// Reads more bytes, which unread() then includes. Returns false at the end of the input.
   /// REQUIRES: unread() is shorter than the buffer.
   bool fill();
-  /// Fills until `count` bytes are unread; false if the input ends before.
+  /// Reads until unread() has `count` bytes. Returns false if the input ends before.
   /// REQUIRES: count <= kBufferBytes.
   bool ensure(std::size_t count);
-  /// Consumes `count` bytes; false if the input ends before.
+  /// Consumes `count` bytes. Returns false if the input ends before.
   bool skip(std::uint64_t count);
 
-  /// At most this many elements of at least `element_bytes` bytes each can be still to come, as
-  /// far as the file's size tells: what may be reserved for a promise of `promised`. For
-  /// compressed files it is a guess that growing arrays may exceed.
+  /// How many elements to reserve memory for, when a header promises `promised` elements of at
+  /// least `element_bytes` bytes each: no more than the rest of the file can contain. For a
+  /// compressed file the result is a guess, and arrays may grow beyond it.
   std::uint64_t plausible_count(std::uint64_t promised, std::uint64_t element_bytes) const;
 
-  /// "read PATH, byte OFFSET: WHAT" as a kInvalidArgument. A byte of a compressed file is one of
-  /// its decompressed content.
+  /// Throws kInvalidArgument with the message "read PATH, byte OFFSET: WHAT". Offsets count bytes
+  /// of the decompressed content.
   [[noreturn]] void refuse_at_byte(std::uint64_t offset, std::string_view what) const;
   [[noreturn]] void refuse_at_line(std::uint64_t line, std::string_view what) const;
 
@@ -68,7 +70,7 @@ class Input {
   std::uint64_t buffer_offset_ = 0;  ///< of the buffer's first byte
 };
 
-/// `found` between quotes as a message shows it: shortened, without control characters.
+/// `found` in quotes for a message: shortened, without control characters.
 std::string in_quotes(std::string_view found);
 
 }  // namespace plait

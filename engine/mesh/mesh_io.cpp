@@ -22,7 +22,7 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
-/// The format's extension, that of the compression taken off.
+/// The extension of the format, without that of the compression.
 std::string format_extension(const std::filesystem::path& path) {
   const std::string last = lower_extension(path);
   return last == ".gz" || last == ".zst" ? lower_extension(path.stem()) : last;
@@ -70,8 +70,9 @@ bool FaceFans::add(VertexId vertex) {
 
 void FaceFans::report(const Input& input, Warnings* warnings) const {
   if (polygons_ > 0 && warnings != nullptr)
-    warnings->push_back(fmt::format("{}: {} faces of more than three corners fanned into triangles",
-                                    input.path().native(), polygons_));
+    warnings->push_back(
+        fmt::format("{}: {} faces of more than three corners divided into triangles",
+                    input.path().native(), polygons_));
 }
 
 IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warnings) try {

@@ -1,6 +1,6 @@
 // OBJ: the polygons of a Wavefront file. Normals, texture coordinates, groups, materials, lines,
-// points and free-form surfaces are passed over; a keyword that is none of the format's is refused,
-// so that a damaged line is not lost in silence.
+// points and free-form surfaces are skipped. A keyword that the format does not have is an error,
+// so that a damaged line does not go unnoticed.
 // Source: Wavefront Technologies, "Advanced Visualizer manual", appendix B1, 1992.
 
 #include <fmt/format.h>
@@ -58,7 +58,8 @@ class ObjReader {
   IndexedMesh mesh_;
   FaceFans fans_{mesh_.faces};
   std::uint64_t face_count_ = 0;
-  /// The highest vertex that a face names, and where. Faces may come before their vertices.
+  /// The highest vertex that a face names, with the line and the number of that face. Vertices may
+  /// follow the faces that name them, so the check comes at the end.
   std::uint64_t highest_ = 0, highest_line_ = 0, highest_face_ = 0;
 };
 
@@ -73,14 +74,14 @@ void ObjReader::read_vertex() {
     if (!number || !std::isfinite(*number)) refuse("a finite number", word);
     p[axis] = *number;
   }
-  // A weight, or a colour that some programs put here.
+  // More numbers may follow: a weight, or a colour that some programs write here.
   for (std::string_view word = text_.word(); !word.empty(); word = text_.word())
     if (!parse_number(word)) refuse("a number", word);
   if (mesh_.positions.size() >= kMaxVertices) refuse("at most 2^32 - 2 vertices", "more");
   mesh_.positions.push_back(p);
 }
 
-/// "7", "-1", "7/1", "7//3" or "7/1/3"; only what stands before the first slash counts.
+/// "7", "-1", "7/1", "7//3" or "7/1/3"; only the part before the first slash counts.
 VertexId ObjReader::parse_corner(std::string_view word) const {
   const std::size_t slash = std::min(word.find('/'), word.size());
   const std::optional<std::int64_t> number = parse_integer(word.substr(0, slash));

@@ -1,5 +1,5 @@
-// OFF: vertices and faces of a Geomview file, one to a line. Normals, colours and texture
-// coordinates behind a position, and colours behind a face, are passed over.
+// OFF: vertices and faces of a Geomview file, one to a line. The reader skips normals, colours and
+// texture coordinates after a position, and colours after a face.
 // Source: The Geometry Center, "Geomview manual", chapter 4.2.5, 1996.
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ class OffReader {
   }
 
  private:
-  /// Three numbers of one digit, blanks and a line end.
+  /// The shortest line: three numbers of one digit, two blanks and a line end.
   static constexpr std::uint64_t kLeastLineBytes = 6;
   static constexpr std::string_view kVertexCount = "a count of vertices";
 
@@ -71,7 +71,7 @@ void OffReader::read_header() {
       text_.refuse("header", "positions of three dimensions", first);
     vertex_count_ = read_count(kVertexCount, kMaxVertices);
   } else {
-    // The keyword may be missing where the file's name says that it is OFF.
+    // A file whose name ends in .off may lack the keyword.
     if (!parse_integer(first)) text_.refuse("header", "OFF or a count of vertices", first);
     vertex_count_ = check_count(first, kVertexCount, kMaxVertices);
   }

@@ -1,5 +1,5 @@
-// parallel_parts.h: loops over faces and vertices in parts, from several threads, with the results
-// and errors of one thread.
+// parallel_parts.h: loops over faces and vertices in parts, on several threads, with the same
+// results and errors as on one thread.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -17,8 +17,9 @@ constexpr std::size_t part_count(std::size_t count) {
   return (count + kPartElements - 1) / kPartElements;
 }
 
-/// Calls body(first, last, part) for all parts of [0, count), each of kPartElements but the last.
-/// All parts are visited; if some throw, what the first of them threw is thrown on.
+/// Calls body(first, last, part) for all parts of [0, count). Each part has kPartElements elements,
+/// except the last. If some calls throw, the others still run; then for_parts() throws the
+/// exception of the lowest part.
 template <class Body>
 void for_parts(std::size_t count, Body body) {
   std::vector<std::exception_ptr> failures(part_count(count));

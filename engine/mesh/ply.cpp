@@ -1,5 +1,5 @@
-// PLY: vertices and faces of any layout. Binary records of fixed size are read in bulk, all else
-// value by value.
+// PLY: vertices and faces with any properties. Binary records of fixed size are read in bulk,
+// everything else value by value.
 
 #include <fmt/format.h>
 
@@ -16,10 +16,10 @@
 namespace plait {
 namespace {
 
-/// The longest list that is believed; a count above it cannot index vertices either.
+/// A list that claims more entries than this is an error: vertex indices have 32 bits.
 constexpr double kMaxListCount = 4294967295.0;
 
-/// Where x, y and z are among the properties of a vertex.
+/// The positions of x, y and z among the properties of a vertex.
 struct VertexProperties {
   std::array<std::size_t, 3> index;
 };
@@ -72,7 +72,7 @@ class PlyReader {
   template <class Values>
   void read_body(Values values) {
     for (const PlyElement& element : header_.elements) {
-      // Elements without properties take no byte, however many are promised.
+      // Elements without properties take no bytes, whatever their count.
       if (element.properties.empty()) continue;
       if (&element == vertices_) {
         mesh_.positions.reserve(input_.plausible_count(element.count, element.least_bytes()));
@@ -87,7 +87,7 @@ class PlyReader {
     if (!values.at_end()) ignore_rest();
   }
 
-  /// To the end, so that what a compressed file says of its own bytes is checked.
+  /// Reads to the end of the input, so that the checksum of a compressed file is checked.
   void ignore_rest() {
     do {
       ignored_bytes_ += input_.unread().size();
@@ -135,11 +135,10 @@ void PlyReader::check_header() {
   if (vertices_ == nullptr) refuse_header("expected an element vertex, found none");
   if (faces_ == nullptr) refuse_header("expected an element face, found none");
   if (vertices_->count > kMaxVertices)
-    refuse_header(fmt::format("expected at most {} vertices, found a promise of {}", kMaxVertices,
-                              vertices_->count));
-  if (faces_->count > kMaxFaces)
     refuse_header(
-        fmt::format("expected at most {} faces, found a promise of {}", kMaxFaces, faces_->count));
+        fmt::format("expected at most {} vertices, found {}", kMaxVertices, vertices_->count));
+  if (faces_->count > kMaxFaces)
+    refuse_header(fmt::format("expected at most {} faces, found {}", kMaxFaces, faces_->count));
 
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string_view name = std::string_view("xyz").substr(axis, 1);
@@ -165,7 +164,7 @@ void PlyReader::check_header() {
 
 std::uint64_t PlyReader::least_triangle_bytes() const {
   const std::size_t index_bytes = ply_type_bytes(faces_->properties[face_list_].type);
-  // An ascii number and its blank are two bytes.
+  // In ascii, a number and its blank take at least two bytes, and a face has at least four numbers.
   return header_.format == PlyFormat::kAscii ? 8 : faces_->least_bytes() + 3 * index_bytes;
 }
 
@@ -178,7 +177,8 @@ void PlyReader::skip_element(Values& values, const PlyElement& element) {
   }
 }
 
-/// REQUIRES: no lists, a record shorter than the buffer. Returns how many records were read: all.
+/// REQUIRES: no lists, a record shorter than the buffer. Returns the number of records, all of
+/// which it has read.
 std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
   std::array<std::size_t, 3> offset{};
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -240,8 +240,9 @@ void PlyReader::read_vertices(Values& values) {
   }
 }
 
-/// Reads the next face if it is a triangle, has no other list, and lies in the buffer whole;
-/// else consumes nothing. Bad indices are left to the slow way, which says where they are.
+/// Reads the next face if it is a triangle, has no other list, and lies in the buffer as a whole;
+/// otherwise consumes nothing and returns false. A face with a bad index also returns false: the
+/// value-by-value reader then reports the place of the index.
 bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
   const PlyProperty& list = faces_->properties[face_list_];
   const std::size_t index_bytes = ply_type_bytes(list.type);
@@ -261,7 +262,7 @@ bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
     vertex = static_cast<VertexId>(index);
     at += index_bytes;
   }
-  // The longest fan is bounded where it grows; triangles by the header's count.
+  // With this many triangles, the value-by-value reader reports the error.
   if (mesh_.faces.size() >= kMaxFaces) return false;
   mesh_.faces.push_back(face);
   input_.consume(record_bytes);

@@ -1,5 +1,4 @@
-// ply_header.h: what a PLY file says of itself. Source: G. Turk, "The PLY Polygon File Format",
-// 1994.
+// ply_header.h: the header of a PLY file. Source: G. Turk, "The PLY Polygon File Format", 1994.
 #pragma once
 
 #include <cstddef>
@@ -36,10 +35,10 @@ struct PlyProperty {
 
 struct PlyElement {
   std::string name;
-  std::uint64_t count = 0;  ///< as promised
+  std::uint64_t count = 0;  ///< as the header claims
   std::vector<PlyProperty> properties;
 
-  /// Bytes of one element in a binary file, lists at their shortest (no entries).
+  /// The fewest bytes of one element in a binary file: its lists have no entries.
   std::uint64_t least_bytes() const;
   bool has_lists() const;
 };
@@ -50,9 +49,9 @@ struct PlyHeader {
   std::uint64_t lines = 0;
 };
 
-/// Consumes the header, to the byte after its last line end. Lines end in \n, \r\n or \r, all of
-/// them like the first.
-/// Errors: kInvalidArgument with the line.
+/// Consumes the header with its last line end. Lines end in \n, \r\n or \r, all of them like the
+/// first line.
+/// Errors: kInvalidArgument with the line number.
 PlyHeader read_ply_header(Input& input);
 
 }  // namespace plait

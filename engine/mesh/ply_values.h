@@ -1,5 +1,5 @@
-// ply_values.h: the numbers of a PLY body, one after another, from text or from binary. Both
-// sources have the same members, so that ply.cpp walks elements once for both.
+// ply_values.h: reads the numbers of a PLY body one after another, from text or from binary data.
+// Both classes have the same members, so that ply.cpp needs only one loop over elements.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ inline double load_ply_number(PlyType type, const char* bytes, bool big_endian) 
   return 0;
 }
 
-/// Where in the body a source stands, for messages.
+/// The current place in the body, for messages.
 struct PlyPlace {
   std::string_view element;
   std::uint64_t index = 0;
@@ -70,14 +70,15 @@ class BinaryPlyValues {
   void skip(PlyType type, std::uint64_t count) {
     if (!input_.skip(count * ply_type_bytes(type))) refuse_end();
   }
-  /// REQUIRES: begin_element() was called. The place is that of the last value().
+  /// Throws kInvalidArgument with the place of the last value(). REQUIRES: begin_element() was
+  /// called.
   [[noreturn]] void refuse(std::string_view expected, std::string_view found) const {
     refuse_at(value_offset_, expected, found);
   }
   [[noreturn]] void refuse_at(std::uint64_t offset, std::string_view expected,
                               std::string_view found) const;
   [[noreturn]] void refuse_end() const;
-  /// Whether nothing but blanks follows, which are consumed.
+  /// Consumes blanks. Returns whether nothing else follows.
   bool at_end();
 
  private:

@@ -1,5 +1,6 @@
-// readers.h: one reader per file format, and what they share. Each reads an Input from its start
-// to its end and checks every number and index as it comes, so that messages can say where.
+// readers.h: one reader per file format, and their common parts. Each reader reads an Input from
+// start to end. It checks every number and index when it reads it, so that messages can name the
+// place.
 #pragma once
 
 #include <cstdint>
@@ -18,19 +19,20 @@ IndexedMesh read_ply(Input& input, Warnings* warnings);
 IndexedMesh read_obj(Input& input, Warnings* warnings);
 IndexedMesh read_off(Input& input, Warnings* warnings);
 
-/// Whether a file's first word is one of OFF's: OFF with any of the prefixes ST, C, N, 4, n.
+/// Whether a word begins an OFF file: OFF, with any of the prefixes ST, C, N, 4, n.
 bool is_off_keyword(std::string_view word);
 
-/// Collects faces corner by corner, as fans of triangles around each face's first corner. A face
-/// of a million corners needs no more memory than its triangles.
+/// Collects faces corner by corner and divides each into a fan of triangles around the face's first
+/// corner. It keeps no corners, so a face of a million corners needs only the memory of its
+/// triangles.
 class FaceFans {
  public:
   explicit FaceFans(std::vector<std::array<VertexId, 3>>& triangles) : triangles_(triangles) {}
 
   void begin() { corners_ = 0; }
-  /// False if there are now more triangles than a base mesh can have.
+  /// Returns false if there are now more triangles than a base mesh can have.
   bool add(VertexId vertex);
-  std::uint64_t corners() const { return corners_; }  ///< of this face, so far
+  std::uint64_t corners() const { return corners_; }  ///< of the current face, so far
 
   void report(const Input& input, Warnings* warnings) const;
 

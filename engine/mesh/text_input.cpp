@@ -11,15 +11,17 @@ namespace {
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 
-/// Takes a plus sign off, which std::from_chars does not know; nothing if another sign follows.
+/// Removes a plus sign, which std::from_chars does not accept. Returns nothing if another sign
+/// follows.
 std::optional<std::string_view> without_plus(std::string_view word) {
   if (!word.starts_with('+')) return word;
   word.remove_prefix(1);
   return word.starts_with('-') ? std::nullopt : std::optional(word);
 }
 
-/// Whether a decimal number that no double can hold is too small rather than too large: by where
-/// its first digit that counts stands, written as 0.d... times a power of ten.
+/// For a decimal number outside the range of double: whether it is too small (not too large). The
+/// sign of the exponent decides it, after the number is written as 0.d... times a power of ten with
+/// d > 0.
 bool is_below_doubles(std::string_view number) {
   const std::size_t mantissa_end = std::min(number.find_first_of("eE"), number.size());
   const std::string_view mantissa = number.substr(0, mantissa_end);
@@ -32,7 +34,8 @@ bool is_below_doubles(std::string_view number) {
   if (text.starts_with('+')) text.remove_prefix(1);
   std::int32_t exponent = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
-  // A word is too short to make up for an exponent that no integer holds.
+  // If the exponent exceeds 64 bits, its sign decides: a word is too short to contain that many
+  // digits before or after its point.
   return error == std::errc() ? place + exponent < 0 : text.starts_with('-');
 }
 

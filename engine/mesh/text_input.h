@@ -29,22 +29,22 @@ class TextInput {
   /// The next word of this line, empty at its end; valid until the next call.
   /// Errors: kInvalidArgument for a word longer than kMaxWordBytes.
   std::string_view word();
-  /// Passes what is left of this line and goes to the next one that has a word; false if the
+  /// Skips the rest of this line and goes to the next line that has a word. Returns false if the
   /// input ends before.
   bool next_line();
-  /// Goes to the next word, on this line or a later one; false if the input ends before.
+  /// Goes to the next word, on this line or a later one. Returns false if the input ends before.
   bool seek_word();
 
-  /// "read PATH, line N: WHAT: expected EXPECTED, found FOUND" as a kInvalidArgument, with the end
-  /// of the line for an empty `found`.
+  /// Throws kInvalidArgument with "read PATH, line N: ELEMENT: expected EXPECTED, found FOUND". An
+  /// empty `found` means the end of the line.
   [[noreturn]] void refuse(std::string_view element, std::string_view expected,
                            std::string_view found) const;
-  /// The same where the end of the file was found.
+  /// Throws the same error with the end of the file as found.
   [[noreturn]] void refuse_end(std::string_view element, std::string_view expected) const;
 
  private:
-  /// Passes blanks, comments and joined line ends; then the next byte, or nothing at the end of
-  /// the input.
+  /// Skips blanks, comments and continued line ends. Returns the next byte, or nothing at the end
+  /// of the input.
   std::optional<char> peek();
   void pass_line_end(char first);
   void pass_comment();
@@ -54,8 +54,9 @@ class TextInput {
   std::uint64_t line_;
 };
 
-/// A decimal or scientific number, "nan" and "inf" included; nothing if `word` is none or larger
-/// than a double. Independent of the locale. What is too small for a double is zero.
+/// A decimal or scientific number, "nan" and "inf" included. Returns nothing if `word` is not a
+/// number or is too large for a double. A number too small for a double gives zero. Independent of
+/// the locale.
 std::optional<double> parse_number(std::string_view word);
 std::optional<std::int64_t> parse_integer(std::string_view word);
 

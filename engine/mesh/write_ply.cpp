@@ -13,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// Bytes on their way to a file, many of them in one write.
+/// Collects bytes in a buffer and writes them to a file many at a time.
 class BufferedFile {
  public:
   explicit BufferedFile(File& file) : file_(file) { buffer_.reserve(kBufferBytes); }
@@ -61,7 +61,7 @@ void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) 
 }  // namespace
 
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
-  check_writable(path, mesh);  // before a file is made
+  check_writable(path, mesh);  // before the file is created
   PartialFile output(path, Existing::kReplace);
   write_ply(output.file(), mesh);
   output.publish();

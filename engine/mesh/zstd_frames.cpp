@@ -12,7 +12,7 @@ std::uint32_t little_endian(const unsigned char* bytes, std::size_t count) {
 }
 
 constexpr std::uint32_t kMagic = 0xfd2fb528u;
-constexpr std::uint32_t kSkippableMagic = 0x184d2a50u;  // and the 15 after it
+constexpr std::uint32_t kSkippableMagic = 0x184d2a50u;  // the first of 16 values
 
 }  // namespace
 

@@ -68,28 +68,29 @@ TEST_CASE("BackendRegistryFind_SpecificationWithOptions_IsFoundByItsName") {
   CHECK(BackendRegistry::options_in("pread:depth=8,direct=yes") == "depth=8,direct=yes");
   CHECK(BackendRegistry::options_in("pread").empty());
   for (const std::string& name : default_backends().names())
-    CHECK(error_text([&] {
-            default_backends().find(name).validate("depth=8");
-          }).starts_with("invalid_argument: "));
+    CHECK_FALSE(error_text([&] { default_backends().find(name).validate("depth=8"); }).empty());
 }
 
-TEST_CASE("CompressedValidatePipeline_UnknownStageOrLevel_NamesThoseThereAre") {
+TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") {
   const auto& validate = default_backends().find("compressed").validate_pipeline;
-  for (const char* pipeline : {"none", "shuffle", "shuffle,lz4", "lz4", "zstd", "zstd:-131072",
-                               "shuffle,zstd:0", "zstd:22"})
-    CHECK(error_text([&] { validate(pipeline); }).empty());
-  CHECK(error_text([&] { validate("shuffle,gzip"); }) ==
-        "not_supported: choose pipeline \"shuffle,gzip\": expected stages of shuffle, lz4, zstd "
-        "and zstd:LEVEL, or none alone, found \"gzip\"");
-  for (const char* pipeline :
-       {"zstd:", "zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "shuffle,zstd:99999999999"})
-    CHECK(error_text([&] { validate(pipeline); }).find("expected a level from -131072 to") !=
-          std::string::npos);
-  for (const char* pipeline : {"", "LZ4", "lz4 ", "zstdx", "none:1", "lz4:1", "shuffle:2", "lz4,",
-                               ",lz4", "none,lz4", "shuffle,none"})
-    CHECK(error_text([&] { validate(pipeline); }).starts_with("not_supported: "));
-  for (const char* pipeline : {"lz4,shuffle", "shuffle,shuffle", "lz4,zstd"})
-    CHECK(error_text([&] { validate(pipeline); }).starts_with("invalid_argument: "));
+  for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
+    CHECK(error_text([&] { validate(std::string("shuffle,") + codec); }).empty());
+  CHECK(error_text([&] { validate("none,gzip"); }) ==
+        "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
+        "none, zstd");
+  CHECK(error_text([&] { validate("sort,lz4"); }) ==
+        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle");
+  for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
+    CHECK(error_text([&] {
+            validate(std::string("none,") + codec);
+          }).find("expected a level from -131072 to") != std::string::npos);
+  for (const char* codec : {"", "LZ4", "lz4 ", "zstdx"})
+    CHECK(
+        error_text([&] { validate(std::string("none,") + codec); }).starts_with("not_supported: "));
+  for (const char* codec : {"none:1", "zstd:"})
+    CHECK(error_text([&] {
+            validate(std::string("none,") + codec);
+          }).starts_with("invalid_argument: "));
 }
 
 TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {

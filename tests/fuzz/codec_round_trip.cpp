@@ -1,4 +1,4 @@
-// Any block through any codec and filter chain and back.
+// Any block through any pipeline and back.
 //
 // Input: coding, room for the codec, then the block.
 #include <algorithm>
@@ -7,7 +7,6 @@
 #include "coding.h"
 #include "compressed/block_coder.h"
 #include "oracle.h"
-#include "plait/backends/pipeline.h"
 
 using namespace plait;
 using namespace plait::fuzz;
@@ -24,7 +23,7 @@ void check_filter(const Filter& filter, std::span<const std::byte> raw) {
   require(std::ranges::equal(raw, filtered.span()));
 }
 
-/// Compresses into `room` bytes; if that is enough, what is there decodes to `raw`.
+/// Compresses into `room` bytes. If that is enough, the result must decode to `raw`.
 bool check_codec(Codec& codec, std::span<const std::byte> raw, std::size_t room) {
   ExactBytes into(room);
   const std::optional<std::size_t> stored_bytes = codec.compress(raw, into.span());
@@ -53,19 +52,21 @@ void check_coder(BlockCoder& coder, std::span<const std::byte> raw) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InputBytes input(data, size);
-  const Coding coding = take_coding(input);
+  const CodingInput coding = take_coding(input);
   const std::size_t room = input.take<std::uint16_t>();
   ExactBytes block(input.rest());
   const std::span<const std::byte> raw = block.span();
 
-  for (const auto& filter : make_filter_chain(coding.filter, coding.component_bytes))
-    check_filter(*filter, raw);
-  const auto codec = make_codec(coding.codec);
+  const auto make = [&] {
+    return default_pipelines().make(coding.pipeline, coding.component_bytes);
+  };
+  const Pipeline pipeline = make();
+  for (const auto& filter : pipeline.filters) check_filter(*filter, raw);
+  const auto& codec = pipeline.codec;
   check_codec(*codec, raw, room);
   require(check_codec(*codec, raw, codec->bound(raw.size())));
-  // The coder is made for blocks that may be larger, and meets more than one.
-  BlockCoder coder(make_pipeline({coding.filter, coding.codec}), coding.component_bytes,
-                   raw.size() + room);
+  // The coder is made for larger blocks, and codes more than one.
+  BlockCoder coder(make(), raw.size() + room);
   check_coder(coder, raw);
   check_coder(coder, raw.first(raw.size() / 2));
   check_coder(coder, raw);

@@ -284,8 +284,8 @@ void seed_codecs() {
     for (int filter = 0; filter < 2; ++filter) {
       const std::string coding = {static_cast<char>(codec), static_cast<char>(filter), 2};
       const std::string name = "codec" + std::to_string(codec) + (filter == 0 ? "" : "_shuffle");
-      BlockCoder coder(make_pipeline({filter == 0 ? "none" : "shuffle", codecs[codec]}), 4,
-                       smooth.size());
+      const std::string pipeline = std::string(filter == 0 ? "none," : "shuffle,") + codecs[codec];
+      BlockCoder coder(default_pipelines().make(pipeline, 4), smooth.size());
       const EncodedBlock encoded = coder.encode(bytes_of(smooth));
       seed("codec_decode", name.c_str(),
            coding + number(static_cast<std::uint16_t>(smooth.size())) + text_of(encoded.bytes));

@@ -1,5 +1,5 @@
-// A manifest slot as it comes, and once more with the magic and the checksum that it should have.
-// What is decoded encodes to the fields that were there, and that decodes to the same again.
+// A manifest slot, unchanged, and again with the right magic and checksum. Encoding the decoded
+// slot must give the same fields, and decoding these must give the same result again.
 #include "store/manifest.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ void check_decoded(const Manifest& manifest, const ManifestSlot& slot) {
   const ManifestSlot encoded = encode_manifest(manifest);
   require(is_whole_slot(encoded));
   require(encode_manifest(decode_manifest(encoded, "encoded")) == encoded);
-  // Version and required flags, and all behind the optional ones.
+  // Compares the version and the required flags, and everything behind the optional flags.
   require(std::ranges::equal(std::span(slot).subspan(8, 8), std::span(encoded).subspan(8, 8)));
   require(std::ranges::equal(std::span(slot).subspan(24, 40), std::span(encoded).subspan(24, 40)));
 }
@@ -44,7 +44,7 @@ void check_slot(const ManifestSlot& slot) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // A file of any length, with any two slots.
+  // The input is also a whole file, of any length and with any two slots.
   accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported}, [&] { read_file(data, size); });
 
   ManifestSlot slot{};

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "plait/backends/pipeline.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/kernels/subdivide.h"
@@ -36,7 +35,7 @@ struct Outcome {
 inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
   StoreOptions options;
   options.backend = variant.backend;
-  if (variant.backend == "compressed") options.pipeline = make_pipeline({"shuffle", variant.codec});
+  if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
   options.budget_bytes = variant.budget_bytes;
   options.block_bytes = variant.block_bytes;
   options.durability = Durability::kNone;

@@ -1,4 +1,5 @@
-// What the commands promise about stores: one digest, damage named, replacement at the end.
+// The promises of the commands about stores: one digest for all backends, damage is named, a store
+// is replaced only at the end.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -37,7 +38,7 @@ struct Workplace {
   }
 };
 
-/// The largest file of a store: a level of its finest attribute.
+/// The largest file of a store: the finest level of an attribute.
 std::filesystem::path largest_file(const std::filesystem::path& store) {
   std::filesystem::path largest;
   for (const auto& entry : std::filesystem::directory_iterator(store))
@@ -358,7 +359,7 @@ TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
     CHECK(Store::open(here.path("s.plait"), {}, standing_in).options().backend == "uring");
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0] ==
-        "the kernel refuses io_uring; pread stands in for it, whose files are the same");
+        "the kernel refuses io_uring; using pread instead, whose files are the same");
   Store::open(here.path("s.plait"), {}, with_stand_ins(registry(true), warn));
   CHECK(warnings.size() == 1);
 }

@@ -1,4 +1,5 @@
-// The writers behind export_mesh, one for each format. Checks are done before they are called.
+// The writers of export_mesh, one for each format. export_mesh checks levels, attributes and counts
+// before it calls a writer.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +16,9 @@ namespace plait {
 struct ExportTask {
   Store& store;
   AttributeId position = 0;
-  std::span<const AttributeId> extras;  ///< beside the position
-  int level = 0;                        ///< counted from the mesh the user gave
-  int refinements = 0;                  ///< how often the store's base mesh is refined for it
+  std::span<const AttributeId> extras;  ///< the attributes to write besides the position
+  int level = 0;                        ///< counted from the user's mesh
+  int refinements = 0;  ///< how often the store's base mesh is refined to give this level
   const VertexNumbering& numbering;
   OutputStream& output;
   /// Throws kCancelled.
@@ -31,7 +32,7 @@ void write_ply_level(const ExportTask& task);
 void write_obj_level(const ExportTask& task);
 void write_stl_level(const ExportTask& task);
 
-/// What a format cannot hold. Errors: kInvalidArgument.
+/// Throws kInvalidArgument for an attribute that PLY cannot hold.
 void check_ply_attribute(const AttributeSchema& schema);
 
 }  // namespace plait

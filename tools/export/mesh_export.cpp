@@ -32,22 +32,23 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
     if (id == position) continue;
     const AttributeSchema& schema = store.attributes()[id].schema;
     if (!has_level(store, id, options.level))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("export {}: attribute '{}' ends at level {}, asked for {}",
-                              store.path().native(), name, store.attributes()[id].finest_level,
-                              options.level));
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("export {}: attribute '{}' ends at level {}, expected level {} or more",
+                      store.path().native(), name, store.attributes()[id].finest_level,
+                      options.level));
     if (options.format.mesh == MeshFormat::kPly) check_ply_attribute(schema);
     const bool normal = schema == schema_of<Vector3<float>>("normal");
     if (options.format.mesh == MeshFormat::kStl ||
         (options.format.mesh == MeshFormat::kObj && !normal))
-      throw Error(
-          ErrorCode::kInvalidArgument,
-          fmt::format("export {}: attribute '{}' has no place in {} files", store.path().native(),
-                      name, options.format.mesh == MeshFormat::kStl ? "STL" : "OBJ"));
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export {}: attribute '{}' cannot be written to {} files",
+                              store.path().native(), name,
+                              options.format.mesh == MeshFormat::kStl ? "STL" : "OBJ"));
     for (const AttributeId other : chosen)
       if (other == id)
         throw Error(ErrorCode::kInvalidArgument,
-                    fmt::format("export: attribute '{}' was asked for twice", name));
+                    fmt::format("export: attribute '{}' was given twice", name));
     chosen.push_back(id);
   }
   return chosen;

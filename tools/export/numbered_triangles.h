@@ -1,5 +1,5 @@
-// export/numbered_triangles.h: the triangles of a level as vertex numbers, with two rows of one
-// face in memory.
+// export/numbered_triangles.h: the triangles of a level as vertex numbers. Only two rows of one
+// face are in memory.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ inline std::uint64_t triangle_count(const BaseMesh& base, int level) {
   return base.face_count() << (2 * level);
 }
 
-/// Calls visit(a, b, c) for every triangle, oriented as the base faces are, face by face in
-/// layout order, and after each row of a face proceed(triangles so far).
-/// REQUIRES: `numbering` is of `base` and reaches `level`, counted from the base mesh.
+/// Calls visit(a, b, c) for every triangle, face by face in layout order, with the orientation of
+/// the base faces. After each row of a face it calls proceed(triangles so far).
+/// REQUIRES: `numbering` is that of `base` and includes `level`, counted from the base mesh.
 template <class Visit, class Proceed>
 void for_each_numbered_triangle(const BaseMesh& base, const VertexNumbering& numbering, int level,
                                 Visit visit, Proceed proceed) {

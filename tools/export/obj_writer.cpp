@@ -9,7 +9,7 @@
 namespace plait {
 namespace {
 
-/// The shortest decimals that read back to the same numbers.
+/// Appends the shortest decimals that give the same numbers when they are read.
 template <class Real>
 void append_vectors(fmt::memory_buffer& text, const char* keyword,
                     std::span<const std::byte> records) {
@@ -52,7 +52,7 @@ void write_obj_level(const ExportTask& task) {
   for_each_numbered_triangle(
       task.store.base(), task.numbering, task.refinements,
       [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-        // Numbers start at 1; a vertex and its normal have the same.
+        // Numbers start at 1. A vertex and its normal have the same number.
         if (normals)
           fmt::format_to(std::back_inserter(text), "f {0}//{0} {1}//{1} {2}//{2}\n", a + 1, b + 1,
                          c + 1);

@@ -16,8 +16,8 @@ constexpr int kGzipWindowBits = 15 + 16;  // zlib's largest window, and 16 for a
 
 }  // namespace
 
-/// A copyable handle, as Boost.Iostreams wants its devices. Streams swallow exceptions here and
-/// there, so the first one is also kept.
+/// Boost.Iostreams copies its devices, so this is only a pointer to the target. Streams do not pass
+/// on every exception, so the sink also stores the first one.
 class OutputStream::Sink : public boost::iostreams::sink {
  public:
   explicit Sink(Target* target) : target_(target) {}
@@ -53,7 +53,7 @@ OutputStream::OutputStream(File& file, Compression compression)
 }
 
 OutputStream::~OutputStream() {
-  // Nothing more may reach the file; what was not closed is thrown away by its owner.
+  // Without close() the file is incomplete and its owner discards it, so errors do not matter here.
   try {
     if (!stream_.empty()) stream_.reset();
   } catch (...) {

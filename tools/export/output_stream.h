@@ -1,4 +1,4 @@
-// export/output_stream.h: bytes into a file, compressed as its name says, through Boost.Iostreams.
+// export/output_stream.h: writes bytes to a file, compressed or not, through Boost.Iostreams.
 #pragma once
 
 #include <boost/iostreams/filtering_stream.hpp>
@@ -15,8 +15,8 @@ namespace plait {
 
 enum class Compression : std::uint8_t { kNone, kGzip, kZstd };
 
-/// Memory: a few buffers, and the compressor's window. Errors of the file reach the caller of
-/// write() and close(), whatever lies between.
+/// Memory: a few buffers, and the compressor's window. write() and close() throw the errors of the
+/// file, although Boost's streams hide some of them.
 class OutputStream {
  public:
   /// `file` is empty and outlives this object.
@@ -27,9 +27,9 @@ class OutputStream {
 
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
-  /// Finishes the compressed stream; the file stays open. What was not closed is not whole.
+  /// Finishes the compressed stream. The file stays open. Without close() the file is incomplete.
   void close();
-  /// Bytes in the file; after close() all of them.
+  /// The number of bytes in the file so far; after close(), of all bytes.
   std::uint64_t file_bytes() const { return target_->offset; }
 
  private:

@@ -13,9 +13,10 @@
 namespace plait {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "records go into the file as they are");
+static_assert(std::endian::native == std::endian::little,
+              "records are written to the file without conversion");
 
-/// The classic names, which every reader knows. 64-bit integers have none.
+/// The original type names of PLY, which every reader knows. There is none for 64-bit integers.
 const char* ply_type(ComponentType type) {
   switch (type) {
     case ComponentType::kFloat32:
@@ -67,7 +68,7 @@ std::string header(const ExportTask& task, std::span<const AttributeId> attribut
 void check_ply_attribute(const AttributeSchema& schema) {
   if (ply_type(schema.type) == nullptr)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export: attribute '{}' is {}, which PLY has no name for", schema.name,
+                fmt::format("export: attribute '{}' is {}, and PLY has no such type", schema.name,
                             to_string(schema.type)));
 }
 

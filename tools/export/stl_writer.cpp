@@ -10,7 +10,8 @@
 namespace plait {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers go into the file as they are");
+static_assert(std::endian::native == std::endian::little,
+              "numbers are written to the file without conversion");
 
 constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kFacetBytes = 50;  // normal, three corners, two bytes of attributes
@@ -25,7 +26,7 @@ void append_facet(std::vector<std::byte>& facets, const Vector3<float>& a, const
 
 template <class Real>
 void write_facets(const ExportTask& task) {
-  // Half of the budget stays pinned: neighbouring faces share their blocks.
+  // Half of the budget stays pinned, because neighbouring faces use the same blocks.
   StorePatches<Vector3<Real>> patches(task.store, task.position,
                                       task.store.pager().budget_bytes() / 2);
   patches.activate(task.level, 1, 0);
@@ -62,7 +63,7 @@ void write_facets(const ExportTask& task) {
 }  // namespace
 
 void write_stl_level(const ExportTask& task) {
-  // The first word must not be "solid", which marks the text form.
+  // The first word must not be "solid", which marks a text file.
   std::string header = "plait: level " + std::to_string(task.level);
   header.resize(kHeaderBytes, ' ');
   task.output.write(header);

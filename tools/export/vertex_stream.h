@@ -1,5 +1,5 @@
-// export/vertex_stream.h: the records of several attributes side by side, in the order of
-// VertexNumbering, holding one block of each at a time.
+// export/vertex_stream.h: reads the records of several attributes in the order of VertexNumbering.
+// One block of each attribute is pinned at a time.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace plait {
 
-/// Gets the records of consecutive vertices: [attribute] bytes of `count` records.
+/// Receives the records of consecutive vertices: [attribute] the bytes of `count` records.
 using VertexSink =
     std::function<void(std::span<const std::span<const std::byte>> records, std::size_t count)>;
 
-/// Passes the vertices of levels up to `level` (counted from the mesh the user gave) to `sink`,
-/// at most one slot at a time. Errors: those of Pager::pin, and what the sink throws.
+/// Calls `sink` with all vertices of levels up to `level` (counted from the user's mesh), at most
+/// one slot per call. Errors: those of Session::pin and of `sink`.
 void stream_vertices(Store& store, std::span<const AttributeId> attributes, int level,
                      const VertexSink& sink);
 

@@ -54,7 +54,7 @@ GeneratorKind generator_from_name(std::string_view name) {
 }
 
 VertexCountRange vertex_count_range(GeneratorKind kind) noexcept {
-  // The most that 32-bit side numbers allow while there is a part of the surface to take away.
+  // Side numbers have 32 bits, also while the surface has more vertices than the result.
   constexpr std::uint64_t kMost = 200'000'000;
   switch (kind) {
     case GeneratorKind::kMolecule:
@@ -76,7 +76,7 @@ IndexedMesh generate(GeneratorKind kind, std::uint64_t vertices, std::uint64_t s
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("generate {}: expected {} to {} vertices, found {}", to_string(kind),
                             fewest, most, vertices));
-  // A step that has to be done again must not be seen to go back.
+  // Some steps are repeated. The reported fraction must not fall then.
   double reached = -1;
   const GeneratorProgress report = [&](double fraction) {
     if (!progress || fraction <= reached) return;
@@ -88,7 +88,7 @@ IndexedMesh generate(GeneratorKind kind, std::uint64_t vertices, std::uint64_t s
   if (mesh.positions.size() != vertices)
     throw Error(ErrorCode::kBadState,
                 fmt::format("generate {}: expected {} vertices for seed {}, found a surface that "
-                            "can not be reduced below {}",
+                            "cannot be reduced below {}",
                             to_string(kind), vertices, seed, mesh.positions.size()));
   for (Vector3<double>& position : mesh.positions)
     for (int axis = 0; axis < 3; ++axis) position[axis] = static_cast<float>(position[axis]);

@@ -1,4 +1,4 @@
-// generate/generate.h: base meshes made from a seed, for tests, demonstrations and measurements.
+// generate/generate.h: makes base meshes from a seed, for tests, demonstrations and measurements.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ enum class GeneratorKind : std::uint8_t {
 };
 
 std::string_view to_string(GeneratorKind kind) noexcept;
-/// Errors: kInvalidArgument naming the kinds there are.
+/// Errors: kInvalidArgument; the message lists the known kinds.
 GeneratorKind generator_from_name(std::string_view name);
 
 struct VertexCountRange {
@@ -25,14 +25,15 @@ struct VertexCountRange {
 };
 VertexCountRange vertex_count_range(GeneratorKind kind) noexcept;
 
-/// Gets a fraction from 0 to 1 that never falls. May throw to stop the work.
+/// Called with the finished fraction of the work, from 0 to 1; it never falls. May throw to stop
+/// the work.
 using GeneratorProgress = std::function<void(double)>;
 
-/// An oriented 2-manifold of one component with exactly `vertices` vertices, all of them used, and
-/// irregular valences of 3 and more (2 and more on the border of an open sheet). Positions are
-/// float32 values, so a PLY file holds them exactly. The same arguments give the same mesh: no
-/// step depends on the standard library's distributions or transcendental functions.
-/// Memory: under 1 KiB a vertex. Errors: kInvalidArgument for a count out of range.
+/// Makes an oriented 2-manifold of one component with exactly `vertices` vertices, all of them
+/// used. Valences are irregular: 3 and more, 2 and more on the border of an open sheet. Positions
+/// are float32 values, so a PLY file holds them exactly. The same arguments give the same mesh on
+/// every machine, because no step uses distributions or transcendental functions of the standard
+/// library. Memory: under 1 KiB per vertex. Errors: kInvalidArgument for a count out of range.
 /// Pinned by tests/tools/generate/generate_test.cpp.
 IndexedMesh generate(GeneratorKind kind, std::uint64_t vertices, std::uint64_t seed,
                      const GeneratorProgress& progress = {});

@@ -33,7 +33,7 @@ std::array<Vector3<double>, 12> icosahedron_corners() {
            {-g, 0, 1}}};
 }
 
-/// Three unit vectors at right angles: the axes of a sphere turned by the seed.
+/// Three unit vectors at right angles: the axes of a sphere, rotated at random by the seed.
 std::array<Vector3<double>, 3> random_axes(std::uint64_t seed) {
   Random random(seed);
   const Vector3<double> x = random.direction();
@@ -43,7 +43,8 @@ std::array<Vector3<double>, 3> random_axes(std::uint64_t seed) {
   return {x, cross(z, x), z};
 }
 
-/// The icosahedron with every edge cut into `frequency` parts, every vertex on the unit sphere.
+/// The icosahedron with every edge divided into `frequency` parts and every vertex on the unit
+/// sphere.
 class GeodesicSphere {
  public:
   GeodesicSphere(std::uint64_t frequency, const std::array<Vector3<double>, 3>& axes)
@@ -60,7 +61,7 @@ class GeodesicSphere {
     return static_cast<VertexId>(mesh_.positions.size() - 1);
   }
 
-  /// The vertices inside the edge from `a` to `b`, made when the first of its two faces asks.
+  /// The vertices inside the edge from `a` to `b`. The first call for an edge makes them.
   const std::vector<VertexId>& edge_points(VertexId a, VertexId b) {
     std::vector<VertexId>& forward = edge_points_[a * 12 + b];
     std::vector<VertexId>& backward = edge_points_[b * 12 + a];

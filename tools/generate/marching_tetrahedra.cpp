@@ -9,9 +9,10 @@
 namespace plait::generation {
 namespace {
 
-/// Corners of a cube by the bits of their offset: x = 1, y = 2, z = 4. Each tetrahedron climbs
-/// from 0 to 7 one axis at a time, so that every edge of it runs from a corner to one whose offset
-/// includes the first's: an edge is known by its lower end and the axes it adds.
+/// The corners of a cube are numbered by the bits of their offset: x = 1, y = 2, z = 4. The corners
+/// of each tetrahedron go from 0 to 7 and add one axis at a time. So the bits of an edge's first
+/// corner are among those of its second one, and the first corner together with the added axes
+/// identifies the edge.
 struct Tetrahedron {
   std::array<std::uint32_t, 4> corners;
   bool is_positive;  ///< the corners form a right-handed frame
@@ -23,7 +24,7 @@ constexpr std::array<Tetrahedron, 6> kTetrahedra{{{{0, 1, 3, 7}, true},
                                                   {{0, 1, 5, 7}, false},
                                                   {{0, 4, 6, 7}, false}}};
 
-/// Even permutations that bring the corners of a set of one or two to the front. [bit set]
+/// [bit set of one or two corners] an even permutation that puts these corners first.
 constexpr std::array<std::array<std::uint8_t, 4>, 16> kFrontFirst{{{},
                                                                    {0, 1, 2, 3},
                                                                    {1, 0, 3, 2},
@@ -90,7 +91,7 @@ class Marcher {
 
   void march_tetrahedron(const std::array<std::size_t, 3>& cube, const Tetrahedron& tetrahedron,
                          std::uint32_t inside) {
-    // Three inside are one outside, seen from the other hand.
+    // Three corners inside are the same as one outside, with the orientation reversed.
     const bool three = __builtin_popcount(inside) == 3;
     const auto& front = kFrontFirst[three ? 0xf & ~inside : inside];
     const auto vertex = [&](std::size_t from, std::size_t to) {
@@ -113,7 +114,7 @@ class Marcher {
       mesh_.faces.push_back({a, c, b});
   }
 
-  /// The vertex on the edge between two corners of a cube, made when it is first asked for.
+  /// The vertex on the edge between two corners of a cube. The first call for an edge makes it.
   VertexId edge_vertex(const std::array<std::size_t, 3>& cube, std::uint32_t first,
                        std::uint32_t second) {
     const auto [low, high] = std::minmax(first, second);
@@ -126,7 +127,8 @@ class Marcher {
     if (vertex != kNoId) return vertex;
     const auto [end_x, end_y, end_z] = at(high);
     const double start_value = value(x, y, z), end_value = value(end_x, end_y, end_z);
-    // Kept off the grid points, where many vertices would fall together.
+    // A vertex keeps a distance from the grid points, because many edges meet there and their
+    // vertices would coincide.
     const double t = std::clamp((level_ - start_value) / (end_value - start_value), 0.05, 0.95);
     const auto place = [t](std::size_t from, std::size_t to) {
       return static_cast<double>(from) + (to > from ? t : 0);

@@ -20,10 +20,11 @@ struct Grid {
 /// Writes the field's values at one z: [y][x] float32.
 using FieldLayer = std::function<void(std::size_t z, std::span<float> values)>;
 
-/// The surface between values above `level` and the rest, oriented away from those above. Each
-/// cube is cut into six tetrahedra around its main diagonal, which meet those of its neighbours
-/// face to face: the result is an oriented 2-manifold, closed if the grid's outermost points are
-/// not above the level. Vertices come in the order of z. Memory: the surface and two layers.
+/// The surface between grid points with values above `level` and all others. It is oriented away
+/// from the values above. Each cube is divided into six tetrahedra around its main diagonal, which
+/// match those of the neighbouring cubes face to face. So the result is an oriented 2-manifold, and
+/// it is closed if the outermost grid points are not above the level. Vertices are in the order of
+/// z. Memory: the surface and two layers.
 /// Source: A. Doi, A. Koide, "An efficient method of triangulating equi-valued surfaces by using
 /// tetrahedral cells" (1991).
 IndexedMesh march_tetrahedra(const Grid& grid, float level, const FieldLayer& field,

@@ -17,11 +17,12 @@
 namespace plait::generation {
 namespace {
 
-/// An atom adds exp(-B (d^2/r^2 - 1)): 1 on its own surface, so the level 1 lies near the van der
-/// Waals surface, rounder between atoms the smaller B is.
+/// An atom adds exp(-B (d^2/r^2 - 1)) to the field, which is 1 on the atom's own surface. So the
+/// surface of level 1 is near the van der Waals surface. A smaller B makes it rounder between
+/// atoms.
 constexpr double kSharpness = 1.0;
 constexpr float kLevel = 1.0f;
-/// Where an atom's share falls below 1e-4 of the level.
+/// The distance from which an atom adds less than 1e-4 of the level.
 constexpr double kReach = 3.2;  // in radii
 
 class GaussianField {
@@ -39,7 +40,7 @@ class GaussianField {
     }
   }
 
-  /// The level set, on a grid that reaches beyond every atom.
+  /// The level set, on a grid that contains every atom with a margin.
   IndexedMesh surface(double spacing, const Progress& progress) const {
     const auto points = [&](int axis) {
       return static_cast<std::size_t>(std::ceil((highest_[axis] - lowest_[axis]) / spacing)) + 3;
@@ -52,7 +53,8 @@ class GaussianField {
     return march_tetrahedra(
         grid, kLevel,
         [&](std::size_t z, std::span<float> values) {
-          // Layers come in ascending z, so the atoms near one change little from layer to layer.
+          // Calls come in ascending z, so the atoms near a layer change little from one layer to
+          // the next.
           const double height = grid.origin.z + spacing * static_cast<double>(z);
           std::erase_if(active, [height](const Atom* atom) {
             return atom->centre.z + kReach * atom->radius < height;
@@ -105,7 +107,8 @@ class GaussianField {
   Vector3<double> lowest_{1e300, 1e300, 1e300}, highest_{-1e300, -1e300, -1e300};
 };
 
-/// The component of most vertices, the first one of equals; order is kept.
+/// The component with the most vertices, the first one of equals. The order of vertices and faces
+/// does not change.
 IndexedMesh largest_component(IndexedMesh mesh) {
   std::vector<VertexId> root(mesh.positions.size());
   std::iota(root.begin(), root.end(), VertexId{0});
@@ -136,14 +139,14 @@ IndexedMesh largest_component(IndexedMesh mesh) {
   return component;
 }
 
-/// A surface with 1.3 to 2 times the wanted vertices: enough for the collapses to improve the
-/// triangles, few enough to be made fast.
+/// A surface with 1.3 to 2 times as many vertices as wanted. The edge collapses that remove the
+/// extra vertices improve the triangles, and the surface is small enough to be made fast.
 IndexedMesh fine_surface(const GaussianField& field, std::uint64_t vertices,
                          const Progress& progress) {
   const auto wanted = static_cast<double>(vertices);
   constexpr double kLeast = 1.3, kAim = 1.55, kMost = 2.0;
-  // The vertices of a level set go with the inverse square of the spacing; a coarse one shows the
-  // factor, and which part of the surface is the largest component.
+  // The number of vertices grows with the inverse square of the spacing. A coarse surface gives the
+  // factor, and the share of the largest component.
   constexpr double kProbeVertices = 20'000;
   const double probed = std::min(kAim * wanted, kProbeVertices);
   double spacing = std::sqrt(3 * field.surface_area_estimate() / probed);
@@ -165,7 +168,8 @@ IndexedMesh make_molecule(std::uint64_t vertices, std::uint64_t seed, const Prog
   const std::uint64_t atom_count =
       std::clamp(vertices / kVerticesPerAtom, kFewestAtoms, kMostAtoms);
   IndexedMesh mesh;
-  // A small surface of high genus may have no triangulation so coarse: then another fold.
+  // A small surface of high genus may have no triangulation with so few vertices. Then another fold
+  // of the chain is tried.
   constexpr std::uint64_t kFolds = 16;
   for (std::uint64_t fold = 0; fold < kFolds; ++fold) {
     Random random(mix(seed) + fold);

@@ -14,21 +14,23 @@ constexpr double kStep = 3.8;           // between alpha carbons
 constexpr double kLeastDistance = 4.8;  // between those that are not consecutive
 constexpr double kBackboneRadius = 2.4;
 
-/// The backbone so far, with a grid of cells to find what is near a point.
+/// The backbone so far, with a grid of cells that finds the atoms near a point.
 class Backbone {
  public:
   explicit Backbone(double globule_radius) : globule_radius_(globule_radius) { push({0, 0, 0}); }
 
   const std::vector<Vector3<double>>& places() const { return places_; }
 
-  /// One step on: the best of some random directions that keep clear of the chain.
+  /// Adds one atom: the best of some random directions in which the atom does not touch the chain.
+  /// Returns false if there is none.
   bool grow(Random& random) {
     constexpr int kTries = 16;
     std::optional<Vector3<double>> best;
     double best_score = 0;
     for (int attempt = 0; attempt < kTries; ++attempt) {
       const Vector3<double> place = places_.back() + kStep * random.direction();
-      // Inside the globule all directions are alike; outside it the chain turns back.
+      // Inside the globule all directions have the same chance. Outside it, directions towards the
+      // globule are preferred.
       const double outside = std::sqrt(dot(place, place)) - globule_radius_;
       const double score = (outside > 0 ? outside : 0) + random.unit();
       if (best && score >= best_score) continue;
@@ -40,8 +42,8 @@ class Backbone {
     return best.has_value();
   }
 
-  /// Where the chain has walled itself in, another one begins on the surface of the globule, in
-  /// touch with what is there.
+  /// When the chain has no free direction left, another chain begins on the surface of the globule,
+  /// in touch with the atoms there.
   void begin_another(Random& random) {
     constexpr double kProbe = 0.5;
     const Vector3<double> outward = kProbe * random.direction();
@@ -97,7 +99,7 @@ class Backbone {
 std::vector<Atom> fold_chain(std::uint64_t count, Random& random) {
   constexpr double kAtomsPerResidue = 5;
   const double residues = std::ceil(static_cast<double>(count) / kAtomsPerResidue) + 1;
-  // Less room than the residues need, so that the chain stays as compact as it can.
+  // The globule is smaller than the residues need, so that the chain stays as compact as possible.
   Backbone backbone(0.45 * kLeastDistance * std::cbrt(residues));
   while (static_cast<double>(backbone.places().size()) < residues)
     if (!backbone.grow(random)) backbone.begin_another(random);

@@ -15,8 +15,8 @@ struct Atom {
 };
 
 /// `count` atoms: compact self-avoiding chains of backbone atoms 3.8 angstrom apart, each with up
-/// to eight atoms of a side chain. Consecutive backbone atoms overlap, and a chain begins in touch
-/// with those before it.
+/// to eight atoms of a side chain. Consecutive backbone atoms overlap, and a new chain begins in
+/// touch with the chains before it.
 std::vector<Atom> fold_chain(std::uint64_t count, Random& random);
 
 }  // namespace plait::generation

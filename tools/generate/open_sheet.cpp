@@ -36,7 +36,7 @@ class Bumps {
   std::array<Wave, 12> waves_;
 };
 
-/// A flat grid over [-1, 1] squared, drawn towards a disc so that the corners are round.
+/// A flat grid over [-1, 1] squared, deformed towards a disc so that the corners are round.
 IndexedMesh flat_sheet(std::uint64_t side, Random& random) {
   IndexedMesh mesh;
   mesh.positions.reserve(side * side);
@@ -73,7 +73,8 @@ IndexedMesh make_open_sheet(std::uint64_t vertices, std::uint64_t seed, const Pr
       static_cast<std::uint64_t>(std::ceil(std::sqrt(static_cast<double>(vertices) * 4 / 3)));
   IndexedMesh mesh = flat_sheet(std::max<std::uint64_t>(side, 3), random);
   progress(0.2);
-  // Flat until the end: as long as no face turns over in the plane, the sheet can not fold.
+  // The sheet is flat until the end: as long as no face turns over in the plane, the sheet cannot
+  // fold.
   constexpr double kRandomness = 3;
   mesh = reduce(std::move(mesh), {vertices, seed, kRandomness}, progress.part(0.2, 0.9));
   constexpr int kSmoothingSteps = 2;

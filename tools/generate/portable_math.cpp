@@ -8,7 +8,7 @@ double portable_exp(double x) noexcept {
   if (x < -700) return 0;
   constexpr double kLog2 = 0.693147180559945309417;
   const double power = std::floor(x / kLog2 + 0.5);
-  const double rest = x - power * kLog2;  // at most log(2)/2: the series needs 14 terms
+  const double rest = x - power * kLog2;  // at most log(2)/2, so 14 terms of the series are enough
   double sum = 1;
   for (int term = 14; term >= 1; --term) sum = 1 + sum * rest / term;
   return std::ldexp(sum, static_cast<int>(power));

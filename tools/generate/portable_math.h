@@ -1,6 +1,6 @@
-// generate/portable_math.h: transcendental functions from nothing but IEEE additions,
-// multiplications and divisions, so that a seed gives the same mesh on every machine. Those of the
-// C library differ in the last bit between versions and processors.
+// generate/portable_math.h: transcendental functions that use only IEEE additions, multiplications
+// and divisions, so that a seed gives the same mesh on every machine. The functions of the C
+// library differ in the last bit between versions and processors.
 #pragma once
 
 namespace plait::generation {
@@ -10,8 +10,8 @@ constexpr double kPi = 3.14159265358979323846;
 /// e^x within a few units in the last place for |x| <= 700; 0 below. REQUIRES: x <= 700.
 double portable_exp(double x) noexcept;
 
-/// Sine and cosine of a whole turn's fraction: sin(2 pi turns) within 1e-15. REQUIRES: |turns| is
-/// below 2^31.
+/// Sine and cosine of an angle in turns: sin(2 pi turns) within 1e-15. REQUIRES: |turns| is below
+/// 2^31.
 struct SineCosine {
   double sine, cosine;
 };

@@ -1,4 +1,5 @@
-// generate/progress.h: a part of the work reports its own 0 to 1 as a part of the whole.
+// generate/progress.h: a step of the work reports a fraction from 0 to 1, which this class converts
+// to a fraction of the whole work.
 #pragma once
 
 #include "generate/generate.h"

@@ -1,5 +1,5 @@
-// generate/random.h: random numbers that are the same on every machine. The standard fixes the
-// engine bit by bit but leaves its distributions to the library, so these are our own.
+// generate/random.h: random numbers that are the same on every machine. The C++ standard defines
+// the engine bit by bit, but not the distributions, so the distributions are our own.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace plait::generation {
 
-/// A bijection of 64-bit words without visible pattern.
+/// A bijection of 64-bit words whose results look random.
 /// Source: G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators" (2014).
 constexpr std::uint64_t mix(std::uint64_t word) {
   word += 0x9e3779b97f4a7c15u;

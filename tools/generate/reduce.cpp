@@ -21,8 +21,9 @@ class Reducer {
         initial_count_(surface_.live_vertex_count()) {}
 
   IndexedMesh run() && {
-    // What the queue refused early may have become possible through changes further away, hence
-    // the rounds; shape yields to the count once no well-shaped collapse is left.
+    // A collapse that was refused may become possible when the surface nearby has changed, so there
+    // are several rounds. When no collapse keeps the shape of the triangles, the last rounds allow
+    // others.
     while (!done() && round(true)) {
     }
     while (!done() && round(false)) {
@@ -34,7 +35,8 @@ class Reducer {
   struct Entry {
     float key;
     Side side;
-    /// The heap's top is its largest entry; the side makes the order total.
+    /// The heap's top is its largest entry, so a short edge is the largest. The side makes the
+    /// order total.
     bool operator<(const Entry& other) const {
       return key > other.key || (key == other.key && side > other.side);
     }
@@ -61,7 +63,7 @@ class Reducer {
     std::push_heap(queue_.begin(), queue_.end());
   }
 
-  /// Works through all edges once, and again through those that change meanwhile.
+  /// Tries all edges once, and edges that change meanwhile again.
   bool round(bool keep_shape) {
     const std::uint64_t count_before = surface_.live_vertex_count();
     queue_.clear();
@@ -73,7 +75,7 @@ class Reducer {
       std::pop_heap(queue_.begin(), queue_.end());
       const Entry entry = queue_.back();
       queue_.pop_back();
-      // An edge that changed since has a newer entry.
+      // If the edge has changed since, the queue has a newer entry for it.
       if (!surface_.is_live(entry.side) || key_of(entry.side) != entry.key) continue;
       try_collapse(entry.side, keep_shape);
     }
@@ -96,7 +98,7 @@ class Reducer {
                 static_cast<double>(initial_count_ - options_.vertices));
   }
 
-  /// The middle, or on the border if just one end is there.
+  /// The middle of the edge, or its end on the border if exactly one end is there.
   Vector3<double> merged_position(Side side) const {
     const Vector3<double> a = surface_.position(surface_.start(side));
     const Vector3<double> b = surface_.position(surface_.end(side));
@@ -119,7 +121,7 @@ class Reducer {
     return keeps_normals(a, b, place) && keeps_normals(b, a, place);
   }
 
-  /// Whether the faces around `moved` that do not hold `partner` turn by less than 60 degrees.
+  /// Whether the faces around `moved` that do not contain `partner` turn by less than 60 degrees.
   bool keeps_normals(VertexId moved, VertexId partner, Vector3<double> place) const {
     constexpr double kLeastCosine = 0.5;
     bool kept = true;

@@ -1,4 +1,4 @@
-// generate/reduce.h: fewer vertices, same surface.
+// generate/reduce.h: reduces the number of vertices of a surface.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,15 @@ namespace plait::generation {
 struct ReduceOptions {
   std::uint64_t vertices = 0;  ///< wanted
   std::uint64_t seed = 0;
-  /// 0: short edges go first. Above: squared lengths are multiplied by 1 to 1 + this, at random,
-  /// which spreads irregular valences over an evenly triangulated surface.
+  /// 0: short edges are collapsed first. Above 0: each squared length is multiplied by a random
+  /// number between 1 and 1 + randomness. This spreads irregular valences over an evenly
+  /// triangulated surface.
   double randomness = 0;
 };
 
-/// Collapses edges until `mesh` has the wanted number of vertices or none can be collapsed, which
-/// the caller sees by the count. Surface topology and borders stay; faces are kept from folding
-/// over and valences below 11 as long as other edges are left.
+/// Collapses edges until `mesh` has the wanted number of vertices, or until no edge can be
+/// collapsed; then the result has more vertices. Topology and borders of the surface do not change.
+/// As long as other edges are left, no face folds over and valences stay below 11.
 /// REQUIRES: an oriented 2-manifold whose vertices are all used.
 IndexedMesh reduce(IndexedMesh mesh, const ReduceOptions& options, const Progress& progress);
 

@@ -8,8 +8,9 @@ namespace {
 
 /// [vertex] 1 on a border, else 0.
 std::vector<std::uint32_t> find_border(const IndexedMesh& mesh) {
-  // Around an inner vertex the sides opposite it form a cycle, so their start indices and their
-  // end indices sum to the same; along a border they form a path between two vertices.
+  // The sides opposite an inner vertex form a cycle, so the sum of their start indices equals the
+  // sum of their end indices. The sides opposite a border vertex form a path between two vertices,
+  // so the sums differ.
   std::vector<std::uint64_t> difference(mesh.positions.size(), 0);
   for (const auto& [a, b, c] : mesh.faces) {
     difference[a] += std::uint64_t{c} - b;
@@ -35,7 +36,8 @@ struct Neighbourhoods {
 void smooth_step(IndexedMesh& mesh, const Neighbourhoods& around, double weight,
                  std::vector<Vector3<double>>& sum) {
   sum.assign(mesh.positions.size(), {0, 0, 0});
-  // Inside, every edge runs once in each direction: each neighbour is counted once.
+  // The two faces of an inner edge run along it in opposite directions, so each neighbour is
+  // counted once.
   for (const auto& [a, b, c] : mesh.faces) {
     sum[a] = sum[a] + mesh.positions[b];
     sum[b] = sum[b] + mesh.positions[c];

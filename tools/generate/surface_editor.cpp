@@ -6,7 +6,7 @@
 namespace plait::generation {
 namespace {
 
-/// [side] the side that it lies on, found among the sides that share their lower vertex.
+/// [side] the other side of the same edge, found among the sides that share their lower vertex.
 std::vector<SurfaceEditor::Side> match_sides(const std::vector<std::array<VertexId, 3>>& faces,
                                              std::size_t vertex_count) {
   struct Entry {
@@ -84,13 +84,13 @@ int SurfaceEditor::count_common_neighbours(VertexId a, VertexId b) const {
 bool SurfaceEditor::can_collapse(Side side) const {
   const VertexId a = start(side), b = end(side), c = apex(side);
   if (is_border(side)) {
-    // The last triangle of a component has nothing left to be glued to.
+    // The last triangle of a component has no neighbour to join.
     if (is_border(next(side)) && is_border(previous(side))) return false;
     return count_common_neighbours(a, b) == 1;
   }
   if (is_on_border(a) && is_on_border(b)) return false;
   if (count_common_neighbours(a, b) != 2) return false;
-  // With two common neighbours an inner apex of valence 3 means a tetrahedron.
+  // With two common neighbours, an inner apex of valence 3 means that the surface is a tetrahedron.
   return valence(c) != 3 || is_on_border(c);
 }
 
@@ -107,8 +107,8 @@ void SurfaceEditor::collapse(Side side, Vector3<double> position) {
     const Side first = beyond_[next(dying)], second = beyond_[previous(dying)];
     join(first, second);
     const VertexId opposite = apex(dying);
-    // One of the two exists, or can_collapse would have refused; both now run between the apex
-    // and the vertex that is kept.
+    // At least one of the two sides exists, because can_collapse() was true. Both now run between
+    // the apex and the vertex that is kept.
     const Side survivor = first != kNoId ? first : second;
     const bool starts_at_apex = start(survivor) == opposite;
     corner_of_vertex_[opposite] = starts_at_apex ? next(survivor) : previous(survivor);

@@ -1,9 +1,9 @@
-// generate/surface_editor.h: a triangulated surface whose edges can be collapsed.
+// generate/surface_editor.h: a triangulated surface whose edges can be collapsed one by one.
 //
-// A side is 3 * face + x, the side opposite corner x; it runs from corner x+1 to corner x+2. Every
-// side knows the one that it lies on (kNoId on a border), every vertex knows one of its corners.
-// Invariant: an oriented 2-manifold, with or without border, in which two faces share at most one
-// edge and no two edges the same end points.
+// A side is 3 * face + x, the side opposite corner x; it runs from corner x+1 to corner x+2. For
+// every side the object stores the other side of the same edge (kNoId on a border), and for every
+// vertex one of its corners. Invariant: an oriented 2-manifold, with or without border, in which
+// two faces share at most one edge and no two edges the same end points.
 #pragma once
 
 #include <array>
@@ -19,11 +19,11 @@ class SurfaceEditor {
  public:
   using Side = std::uint32_t;
 
-  /// REQUIRES: `mesh` holds the invariant, and every vertex is used.
+  /// REQUIRES: `mesh` satisfies the invariant, and every vertex is used.
   explicit SurfaceEditor(IndexedMesh mesh);
 
   std::uint64_t live_vertex_count() const { return live_vertex_count_; }
-  /// Sides of dead faces are among them.
+  /// One past the largest side number. Sides of removed faces count.
   Side side_limit() const { return static_cast<Side>(3 * faces_.size()); }
   bool is_live(Side side) const { return faces_[side / 3][0] != kNoId; }
   bool is_border(Side side) const { return beyond_[side] == kNoId; }
@@ -51,7 +51,7 @@ class SurfaceEditor {
   /// REQUIRES: can_collapse(side).
   void collapse(Side side, Vector3<double> position);
 
-  /// The live part, numbered anew without a change of order.
+  /// The remaining mesh, with new numbers in the same order.
   IndexedMesh take() &&;
 
  private:
@@ -61,7 +61,7 @@ class SurfaceEditor {
   std::vector<Vector3<double>> positions_;
   std::vector<std::array<VertexId, 3>> faces_;
   std::vector<Side> beyond_;
-  std::vector<Side> corner_of_vertex_;  ///< as the side opposite the corner
+  std::vector<Side> corner_of_vertex_;  ///< a corner is given by the side opposite it
   std::uint64_t live_vertex_count_;
   mutable std::vector<std::uint32_t> mark_of_vertex_;  ///< for count_common_neighbours
   mutable std::uint32_t mark_ = 0;
@@ -75,7 +75,7 @@ void SurfaceEditor::for_each_link_side(VertexId vertex, Visit visit) const {
     visit(side);
     const Side crossed = beyond_[next(side)];
     if (crossed == kNoId) {
-      // A border: the faces on the other hand of the first one are still to come.
+      // At a border, visit the faces on the other side of the first one.
       for (Side back = beyond_[previous(first)]; back != kNoId; back = beyond_[back]) {
         back = previous(back);
         visit(back);

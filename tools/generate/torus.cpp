@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLargeRadius = 1.0, kSmallRadius = 0.4;
 
-/// `around` by `across` vertices, the rows a fraction of a cell apart by the seed.
+/// A grid of `around` by `across` vertices. The seed shifts it by a fraction of a cell.
 IndexedMesh torus_grid(std::uint64_t around, std::uint64_t across, std::uint64_t seed) {
   Random random(seed);
   const double shift = random.unit();
@@ -39,7 +39,8 @@ IndexedMesh torus_grid(std::uint64_t around, std::uint64_t across, std::uint64_t
     for (std::uint64_t j = 0; j < across; ++j) {
       const VertexId here = vertex(i, j), beside = vertex(i + 1, j);
       const VertexId above = vertex(i, j + 1), across_from = vertex(i + 1, j + 1);
-      // The diagonals' directions alternate by chance: valences vary before anything collapses.
+      // The direction of each diagonal is random, so that valences vary before any edge is
+      // collapsed.
       if (random.unit() < 0.5) {
         mesh.faces.push_back({here, beside, across_from});
         mesh.faces.push_back({here, across_from, above});
@@ -63,7 +64,7 @@ Vector3<double> onto_torus(Vector3<double> p) {
 }  // namespace
 
 IndexedMesh make_torus(std::uint64_t vertices, std::uint64_t seed, const Progress& progress) {
-  // A third more than wanted, in cells about as wide as high.
+  // A third more vertices than wanted, in cells that are about as wide as high.
   const double cells = static_cast<double>(vertices) * 4 / 3;
   const auto across =
       static_cast<std::uint64_t>(std::ceil(std::sqrt(cells * kSmallRadius / kLargeRadius)));

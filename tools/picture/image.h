@@ -12,9 +12,10 @@ struct Rgb {
   std::uint8_t red, green, blue;
   friend constexpr bool operator==(const Rgb&, const Rgb&) = default;
 };
-static_assert(sizeof(Rgb) == 3, "rows are handed to the PNG encoder as they are");
+static_assert(sizeof(Rgb) == 3, "rows go to the PNG encoder without conversion");
 
-/// `from` at 0, `to` at 1. Values outside are taken as the nearer end.
+/// Mixes two colours: `from` for fraction 0, `to` for fraction 1. Fractions outside count as the
+/// nearer end.
 Rgb blend(Rgb from, Rgb to, double fraction);
 
 class Image {
@@ -30,7 +31,7 @@ class Image {
   /// [y][x]
   std::span<const Rgb> pixels() const { return pixels_; }
 
-  /// Parts outside the image are left out.
+  /// Parts outside the image are ignored.
   void fill_rectangle(std::size_t x, std::size_t y, std::size_t width, std::size_t height,
                       Rgb colour);
 

@@ -12,7 +12,7 @@
 namespace plait {
 namespace {
 
-/// Encoded in memory: libpng's own file writing would lose the reason of a failure.
+/// Encodes in memory, because libpng's own functions that write files lose the reason of a failure.
 std::vector<std::byte> encode(const Image& image, const std::filesystem::path& path) {
   png_image header{};
   header.version = PNG_IMAGE_VERSION;

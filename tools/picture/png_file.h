@@ -1,4 +1,4 @@
-// picture/png_file.h: images to PNG files.
+// picture/png_file.h: writes images to PNG files.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace plait {
 
-/// Replaces `path` by an 8-bit RGB PNG, which appears under its name only when it is whole. The
-/// same image gives the same bytes. Memory: twice the image.
-/// Errors: kIo, kNoSpace, kNotFound (the directory); then `path` is as it was.
+/// Replaces `path` by an 8-bit RGB PNG. The file gets its name only when it is complete. The same
+/// image gives the same bytes. Memory: twice the image.
+/// Errors: kIo, kNoSpace, kNotFound (the directory). After an error `path` is unchanged.
 void write_png(const Image& image, const std::filesystem::path& path);
-/// Into a file that is open and empty.
+/// Writes the same bytes into a file that is open and empty.
 void write_png(const Image& image, File& file);
 
 }  // namespace plait

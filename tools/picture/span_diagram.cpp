@@ -23,8 +23,8 @@ constexpr std::size_t kLineHeight = kGlyphHeight + 4;  // at scale 1
 constexpr Rgb kPaper{255, 255, 255}, kText{40, 44, 52}, kFrameColour{168, 174, 184};
 constexpr Rgb kFaint{150, 190, 225}, kInk{8, 36, 92};
 
-/// Dots counted in bins, `pixels` of them a side at most; fewer elements than kFewestPixels are
-/// drawn as squares of several pixels.
+/// Counts dots in bins, at most kMostPixels per side. If there are fewer elements than
+/// kFewestPixels, each is drawn as a square of several pixels.
 class DotCounter {
  public:
   DotCounter(std::size_t row_count, std::size_t column_count)
@@ -48,7 +48,8 @@ class DotCounter {
       for (std::size_t column = 0; column < columns_; ++column) {
         const std::uint32_t count = counts_[row * columns_ + column];
         if (count == 0) continue;
-        // By the logarithm, and a lone dot well off the paper: an outlier decides the span.
+        // The colour follows the logarithm of the count. A single dot is still clearly visible,
+        // because one outlier decides the span.
         const double darkness = most > 1 ? std::log(count) / std::log(most) : 1;
         image.fill_rectangle(left + column * dot_width, top + row * dot_height, dot_width,
                              dot_height, blend(kFaint, kInk, darkness));
@@ -91,7 +92,7 @@ std::string with_separators(std::uint64_t number) {
   return digits;
 }
 
-/// Two captions of the usual length side by side must not touch.
+/// The largest scale at which two captions of the usual length fit side by side.
 std::size_t caption_scale(std::size_t panel_width) {
   constexpr std::size_t kCaptionCharacters = 48, kLargest = 3;
   return std::clamp<std::size_t>(panel_width / (kCaptionCharacters * kGlyphAdvance), 1, kLargest);

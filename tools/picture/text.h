@@ -10,8 +10,8 @@ namespace plait {
 
 constexpr std::size_t kGlyphWidth = 5, kGlyphHeight = 7, kGlyphAdvance = 6;  ///< at scale 1
 
-/// Writes `text` with its upper left corner at (x, y); small letters become capitals, and what the
-/// font lacks becomes a space. Parts outside the image are left out.
+/// Writes `text` with its upper left corner at (x, y); small letters become capitals, and
+/// characters that the font lacks become spaces. Parts outside the image are ignored.
 void draw_text(Image& image, std::size_t x, std::size_t y, std::string_view text, Rgb colour,
                std::size_t scale);
 

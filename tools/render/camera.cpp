@@ -8,7 +8,7 @@ namespace plait {
 namespace {
 
 constexpr double kDistance = 4.5;  // in radii of the model
-constexpr double kMargin = 0.045;  // of the picture, on every side
+constexpr double kMargin = 0.045;  // in widths of the picture, on every side
 
 }  // namespace
 
@@ -28,7 +28,8 @@ Camera::Camera(const Bounds& bounds, const ViewAngles& view, UpAxis up)
     : centre_(bounds.centre()), radius_(bounds.radius()), distance_(kDistance * radius_) {
   constexpr double kRadians = std::numbers::pi / 180;
   const double azimuth = view.azimuth * kRadians, elevation = view.elevation * kRadians;
-  // In axes where y is up and azimuth 0 looks along -z; then the model's axes in cyclic order.
+  // First in axes where y is up and azimuth 0 looks along -z. Then the model's axes are exchanged
+  // in cyclic order.
   const Vector3<double> axes[3] = {{std::cos(azimuth), 0, -std::sin(azimuth)},
                                    {-std::sin(elevation) * std::sin(azimuth), std::cos(elevation),
                                     -std::sin(elevation) * std::cos(azimuth)},
@@ -61,7 +62,8 @@ void Camera::fit(double x_low, double x_high, double y_low, double y_high, int w
 
 ScreenPoint Camera::project(const Vector3<double>& point) const {
   const Vector3<double> offset = point - centre_;
-  // What comes too close (a scheme may overshoot the bounds) is held off the camera.
+  // A scheme may put points outside the bounds. Points too close to the camera count as farther
+  // away.
   const double away = std::max(distance_ - dot(toward_, offset), 0.05 * distance_);
   const double nearness = distance_ / away;
   return {x_shift_ + scale_ * nearness * dot(right_, offset),

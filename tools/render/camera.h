@@ -1,4 +1,5 @@
-// render/camera.h: from the model to the picture: a mild perspective that fits the model.
+// render/camera.h: projects points of the model to the picture, with a weak perspective that fits
+// the model.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@ namespace plait {
 
 enum class UpAxis : std::uint8_t { kX, kY, kZ };
 
-/// Grows point by point.
+/// A box that add() enlarges to contain each point.
 struct Bounds {
   Vector3<double> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   void add(const Vector3<double>& point);
@@ -18,7 +19,7 @@ struct Bounds {
   double radius() const;  ///< of the sphere around the box; never 0
 };
 
-/// A point of the picture: x to the right and y down in samples; nearness is 1 at the middle of
+/// A point of the picture: x to the right and y down in samples; `nearness` is 1 at the middle of
 /// the model, larger in front of it, and linear over a triangle on the screen.
 struct ScreenPoint {
   double x = 0, y = 0, nearness = 0;
@@ -27,11 +28,11 @@ struct ScreenPoint {
 class Camera {
  public:
   /// Looks at the middle of `bounds` from azimuth (around the up axis) and elevation (above the
-  /// plane across it). The picture is still one sample to a model unit, around (0, 0).
+  /// plane across it). Before fit(), a sample is one model unit, and the middle is at (0, 0).
   Camera(const Bounds& bounds, const ViewAngles& view, UpAxis up);
 
-  /// Scales and shifts so that what lies from (x_low, y_low) to (x_high, y_high) so far fills
-  /// `width` x `height` samples but for a margin.
+  /// Scales and shifts the picture so that the rectangle from (x_low, y_low) to (x_high, y_high)
+  /// fills `width` x `height` samples, except for a margin.
   void fit(double x_low, double x_high, double y_low, double y_high, int width, int height);
 
   ScreenPoint project(const Vector3<double>& point) const;

@@ -11,15 +11,17 @@ namespace plait {
 namespace {
 
 constexpr int kTaps = 12;
-constexpr int kTurns = 5;  // of the spiral; prime to kTaps
+constexpr int kTurns = 5;  // of the spiral; has no common divisor with kTaps
 constexpr int kTile = 4;
 constexpr std::size_t kSpirals = 16;  // kTile squared
 constexpr float kStrength = 7.5f;     // chosen by eye
-constexpr float kBias = 0.02f;        // in reaches: below it a flat surface would darken itself
-constexpr std::array<float, 2> kReaches = {0.09f, 0.40f};  // in radii of the model: creases, caves
+// In radii of the model: for creases and for caves.
+constexpr std::array<float, 2> kReaches = {0.09f, 0.40f};
+// In units of the reach. With less, a flat surface would darken itself.
+constexpr float kBias = 0.02f;
 
 struct Tap {
-  float x, y;  // in reaches
+  float x, y;  // in units of the reach
 };
 using Spirals = std::array<std::array<Tap, kTaps>, kSpirals>;
 
@@ -35,7 +37,7 @@ Spirals make_spirals() {
   return spirals;
 }
 
-/// The nearest sample of a pixel; one that is empty if all are.
+/// The nearest sample of a pixel. If all samples are empty, the result is an empty one.
 const Sample& nearest_sample(const SampleBuffer& samples, int column, int row) {
   const Sample* nearest = &samples.at(column * kSamplesPerSide, row * kSamplesPerSide);
   for (int y = 0; y < kSamplesPerSide; ++y)
@@ -81,7 +83,8 @@ SkyMap::SkyMap(const SampleBuffer& samples, const Camera& camera, int threads)
     for (int column = 0; column < width_; ++column) {
       const Sample& sample = nearest_sample(samples, column, row);
       if (sample.empty()) continue;
-      // A row of the tile takes every fourth turn, so that neighbours differ much.
+      // Each row of the tile uses every fourth of the sixteen turns, so that neighbouring pixels
+      // differ much.
       const int turn = (column % kTile) * kTile + row % kTile;
       const float x = (static_cast<float>(column) + 0.5f) * kSamplesPerSide;
       const float y = (static_cast<float>(row) + 0.5f) * kSamplesPerSide;
@@ -92,7 +95,7 @@ SkyMap::SkyMap(const SampleBuffer& samples, const Camera& camera, int threads)
       rough[index(column, row)] = share;
     }
   });
-  // What is further away than a pixel's neighbour on a steep surface is another surface.
+  // If the depths of two pixels differ by more than on a steep surface, they show two surfaces.
   const float tolerance = 0.02f;
   parallel_rows(height_, threads, [&](int row) {
     for (int column = 0; column < width_; ++column)

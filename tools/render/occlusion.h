@@ -1,4 +1,4 @@
-// render/occlusion.h: how much of the sky each pixel sees, from the z-buffer alone.
+// render/occlusion.h: computes how much of the sky each pixel sees, from the z-buffer alone.
 #pragma once
 
 #include <vector>
@@ -8,13 +8,14 @@
 
 namespace plait {
 
-/// One pixel from each square of kSamplesPerSide x kSamplesPerSide samples.
+/// A pixel is a square of kSamplesPerSide x kSamplesPerSide samples.
 constexpr int kSamplesPerSide = 2;
 
-/// 0 (none of it) to 1 (all that the surface faces) for every pixel. Eight bytes a pixel while it
-/// is made, four after. Source: M. McGuire, M. Mara, D. Luebke, "Scalable Ambient Obscurance",
-/// 2012, section 2: taps on a spiral. The spiral has sixteen turns, one for each pixel of a 4 x 4
-/// tile, and a mean over such tiles, which keeps to one surface, takes the pattern out again.
+/// For every pixel a number from 0 (sees no sky) to 1 (sees all the sky that its surface faces).
+/// Eight bytes per pixel during construction, four after. Source: M. McGuire, M. Mara, D. Luebke,
+/// "Scalable Ambient Obscurance", 2012, section 2: taps on a spiral. The pixels of a 4 x 4 tile use
+/// sixteen rotations of the spiral. A mean over such tiles removes the pattern that the rotations
+/// cause; it includes only pixels of the same surface.
 class SkyMap {
  public:
   SkyMap(const SampleBuffer& samples, const Camera& camera, int threads);

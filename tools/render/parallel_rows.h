@@ -1,4 +1,4 @@
-// render/parallel_rows.h: the rows of a picture shared out among threads.
+// render/parallel_rows.h: distributes the rows of a picture over threads.
 #pragma once
 
 #include <thread>

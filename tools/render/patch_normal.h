@@ -1,4 +1,4 @@
-// render/patch_normal.h: normals where the store has none.
+// render/patch_normal.h: computes normals for a store that has none.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace plait {
 
-/// [base vertex] sum of the cross products of the base triangles around it, at the positions that
-/// the base vertices have now; unit length.
+/// [base vertex] the sum of the cross products of the base triangles around the vertex, at the
+/// current positions of the base vertices; unit length.
 template <class Real>
 std::vector<Vector3<float>> base_vertex_normals(const Topology& mesh,
                                                 std::span<const Vector3<Real>> positions) {
@@ -33,8 +33,9 @@ std::vector<Vector3<float>> base_vertex_normals(const Topology& mesh,
   return normals;
 }
 
-/// Sum of the cross products of the up to six triangles around a vertex of a patch that is no
-/// corner, those beyond its side included, so that two patches agree on it; unit length.
+/// The sum of the cross products of the (up to six) triangles around a vertex of a patch; unit
+/// length. The vertex must not be a corner. Triangles on the other side of an edge count, so that
+/// both patches give the same normal.
 /// `level` counts from the store's base mesh; `size` is 2^level.
 template <class Patch>
 Vector3<float> patch_normal(const Patch& patch, int level, std::int64_t size, std::int64_t i,

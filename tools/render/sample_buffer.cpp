@@ -9,7 +9,7 @@ namespace {
 constexpr int kSubSampleBits = 8;
 constexpr std::int32_t kSubSamples = 1 << kSubSampleBits;
 constexpr float kNormalScale = 32767;
-/// Far outside of every picture, and small enough for products in 64 bits.
+/// Far outside every picture, but small enough for products in 64 bits.
 constexpr double kMaxCoordinate = 1 << 26;
 
 std::int32_t to_fixed(double coordinate) {
@@ -30,7 +30,7 @@ std::int64_t twice_area(const RasterVertex& a, const RasterVertex& b, std::int64
 
 Sample encode(float nearness, Vector3<float> normal, bool back) {
   if (back) normal = -1.f * normal;
-  // Interpolated normals at the outline may point away a little.
+  // At the outline, an interpolated normal may point slightly away from the camera.
   normal.z = std::max(normal.z, 0.f);
   normal = normalized(normal);
   const auto x = static_cast<std::int16_t>(std::lround(normal.x * kNormalScale));
@@ -60,11 +60,11 @@ void SampleBuffer::draw(const RasterVertex& a, const RasterVertex& b, const Rast
   const std::int32_t x_last = std::min(last_sample(std::max({a.x, b.x, c.x})), width_ - 1);
   const std::int32_t y_first = std::max(first_sample(std::min({a.y, b.y, c.y})), 0);
   const std::int32_t y_last = std::min(last_sample(std::max({a.y, b.y, c.y})), height_ - 1);
-  // At fine levels most triangles lie between the samples.
+  // At fine levels most triangles contain no sample.
   if (x_first > x_last || y_first > y_last) return;
   std::int64_t area = twice_area(a, b, c.x, c.y);
   if (area == 0) return;
-  // With y down, a positive area is clockwise to the eye: the back.
+  // Because y points down, a positive area is clockwise on the screen: the back of the triangle.
   const bool back = area > 0;
   const RasterVertex& second = back ? b : c;
   const RasterVertex& third = back ? c : b;

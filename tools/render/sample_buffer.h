@@ -1,5 +1,5 @@
-// render/sample_buffer.h: the z-buffer: for every sample the nearest surface and its normal. Eight
-// bytes a sample; the picture is shaded from it when all triangles are in.
+// render/sample_buffer.h: the z-buffer. It stores the nearest surface and its normal for every
+// sample, in eight bytes. After all triangles are drawn, shade() makes the picture from it.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 namespace plait {
 
 struct Sample {
-  float nearness = 0;  ///< 0: nothing here
-  /// The normal towards the camera, 32767 to one; z is what is left of the length. The lowest bit
-  /// of y says that the back of the surface is seen.
+  float nearness = 0;  ///< 0: no surface at this sample
+  /// The normal, towards the camera, in units of 1/32767. Its length is one, which gives z. The
+  /// lowest bit of y is set if the camera sees the back of the surface.
   std::int16_t normal_x = 0, normal_y = 0;
 
   bool empty() const { return nearness == 0; }
@@ -42,7 +42,8 @@ class SampleBuffer {
     return samples_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
                     static_cast<std::size_t>(x)];
   }
-  /// Keeps what is nearer. Both sides are drawn; counterclockwise ones face the camera.
+  /// Draws a triangle; the nearer surface stays. Both sides of a triangle are drawn. If its corners
+  /// are counterclockwise on the screen, its front faces the camera.
   void draw(const RasterVertex& a, const RasterVertex& b, const RasterVertex& c);
 
  private:

@@ -15,14 +15,14 @@ Colour operator*(const Colour& a, const Colour& b) { return {a.x * b.x, a.y * b.
 struct Light {
   Vector3<float> direction;  // camera axes, towards the light; unit length
   Colour colour;
-  float wrap;  // how far round the surface it reaches: 0 is Lambert's cosine
+  float wrap;  // how far the light goes around the surface; 0 is Lambert's cosine
 };
 
 const Light kKey{normalized(Vector3<float>{-0.50f, 0.62f, 0.60f}), {1.00f, 0.95f, 0.88f}, 0.15f};
 const Light kFill{normalized(Vector3<float>{0.80f, 0.05f, 0.45f}), {0.20f, 0.25f, 0.33f}, 0.35f};
 const Colour kSky{0.46f, 0.50f, 0.56f}, kGround{0.20f, 0.17f, 0.16f};
 const Colour kFront{0.13f, 0.36f, 0.44f};  // sea green
-const Colour kBack{0.60f, 0.38f, 0.22f};   // sand, so that an open side tells itself apart
+const Colour kBack{0.60f, 0.38f, 0.22f};   // sand, so that the back is easy to see
 const Colour kTop{0.945f, 0.950f, 0.955f}, kBottom{0.70f, 0.73f, 0.77f};  // background
 constexpr float kShine = 0.16f, kShininess = 42, kOutlineShine = 0.30f;
 constexpr float kInterreflection = 0.55f;
@@ -33,7 +33,8 @@ float lit(const Light& light, const Vector3<float>& normal) {
 
 Colour background(float height) { return (1 - height) * kTop + height * kBottom; }
 
-/// What the sky leaves dark is lit by light from the surface beside it, in the surface's colour.
+/// Where the surface does not see the sky, it gets light that the surface nearby reflects, in the
+/// surface's colour.
 Colour sky_light(float sky, const Colour& albedo) {
   return sky * Colour{1, 1, 1} + ((1 - sky) * kInterreflection) * albedo;
 }
@@ -43,7 +44,7 @@ Colour shade_sample(const Sample& sample, float sky) {
   const Colour albedo = sample.is_back() ? kBack : kFront;
   const float up = 0.5f + 0.5f * normal.y;
   const Colour ambient = sky_light(sky, albedo) * ((1 - up) * kGround + up * kSky);
-  // Creases lose some of the lights too: they are not points.
+  // Creases also get less light from the two lamps, because lamps are not points.
   const float open = 0.3f + 0.7f * sky;
   const Colour direct =
       (open * lit(kKey, normal)) * kKey.colour + (open * lit(kFill, normal)) * kFill.colour;

@@ -1,5 +1,5 @@
-// render/shading.h: from the z-buffer to the picture: a key and a fill light, a bright sky with
-// ambient occlusion, one soft material, a light background.
+// render/shading.h: makes the picture from the z-buffer, with a key light, a fill light, a bright
+// sky with ambient occlusion, one soft material and a light background.
 #pragma once
 
 #include "picture/image.h"
@@ -9,8 +9,9 @@
 
 namespace plait {
 
-/// Shades every sample and averages each kSamplesPerSide x kSamplesPerSide of them in linear
-/// light. Eight bytes a pixel beside the image. The result does not depend on `threads`.
+/// Shades every sample. A pixel is the mean of its kSamplesPerSide x kSamplesPerSide samples in
+/// linear light. Memory: eight bytes per pixel beside the image. The result does not depend on
+/// `threads`.
 Image shade(const SampleBuffer& samples, const Camera& camera, int threads);
 
 }  // namespace plait

@@ -57,7 +57,7 @@ void for_each_position(Store& store, AttributeId position, int level, Visit visi
   });
 }
 
-/// Normals of one row of a patch after another, from the attribute or from the positions.
+/// Gives the normals of a patch row by row, from the attribute or computed from positions.
 template <class Real>
 class NormalSource {
  public:
@@ -102,7 +102,7 @@ template <class Real>
 void draw_patches(Store& store, AttributeId position, int level, const Camera& camera,
                   SampleBuffer& samples,
                   const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
-  // Positions and normals keep a third of the budget pinned each.
+  // Positions keep a third of the budget pinned, and normals another third.
   const std::uint64_t window_bytes = store.pager().budget_bytes() / 3;
   StorePatches<Vector3<Real>> patches(store, position, window_bytes);
   patches.activate(level, 1, 0);

@@ -5,8 +5,8 @@
 
 #include "final_name.h"
 #include "measure.h"
+#include "pipeline_flags.h"
 #include "plait/backends/choose_backend.h"
-#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 #include "plait/machine.h"
 #include "plait/mesh_io.h"
@@ -143,7 +143,7 @@ void SubdivisionJob::describe() {
   report_.block_bytes = store.options().block_bytes;
   report_.backend = store.options().backend;
   report_.backend_reason = plan_.backend_reason;
-  const PipelineParts pipeline = parse_pipeline(store.options().pipeline);
+  const PipelineFlags pipeline = PipelineFlags::of(store.options().pipeline);
   report_.codec = pipeline.codec;
   report_.filter = pipeline.filter;
   report_.durability = request_.durable ? "commit" : "none";

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "plait/backends/pipeline.h"
+#include "pipeline_flags.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -30,10 +30,10 @@ SubdivisionPlan make_plan(const SubdivisionRequest& request, const BackendRegist
       plan.store.backend == kAutomaticBackend ? nullptr : &backends.find(plan.store.backend);
   plan.keeps_store = backend == nullptr || backend->traits.durable;
   if (backend != nullptr) {
-    PipelineParts parts = parse_pipeline(backend->default_pipeline);
+    PipelineFlags parts = PipelineFlags::of(backend->default_pipeline);
     if (request.codec) parts.codec = *request.codec;
     if (request.filter) parts.filter = *request.filter;
-    plan.store.pipeline = make_pipeline(parts);
+    plan.store.pipeline = parts.pipeline();
     backend->validate(BackendRegistry::options_in(plan.store.backend));
     backend->validate_pipeline(plan.store.pipeline);
     plan.backend_reason = "asked for";

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "arguments.h"
-#include "plait/backends/pipeline.h"
+#include "pipeline_flags.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -30,7 +30,7 @@ void require_same(const Store& store, std::string_view option,
 
 void require_same_representation(const Store& store, const SubdivisionRequest& request) {
   const StoreOptions& has = store.options();
-  const PipelineParts pipeline = parse_pipeline(has.pipeline);
+  const PipelineFlags pipeline = PipelineFlags::of(has.pipeline);
   require_same(store, "--backend", request.backend, has.backend);
   require_same(store, "--codec", request.codec, pipeline.codec);
   require_same(store, "--filter", request.filter, pipeline.filter);

@@ -1,20 +1,21 @@
 #include <fmt/format.h>
 #include <lz4.h>
 
-#include "compressed/codecs/codec.h"
+#include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
 namespace plait {
 namespace {
 
-/// The LZ4 block format. Callers keep blocks within LZ4_MAX_INPUT_SIZE, so sizes fit an int.
+/// The LZ4 block format. Callers pass blocks of at most LZ4_MAX_INPUT_SIZE bytes, so sizes fit an
+/// int.
 class Lz4Codec final : public Codec {
  public:
   std::size_t bound(std::size_t raw_bytes) const override {
     return static_cast<std::size_t>(LZ4_compressBound(static_cast<int>(raw_bytes)));
   }
 
-  std::size_t memory_bytes(std::size_t) const override { return 0; }  // on the stack
+  std::size_t memory_bytes(std::size_t) const override { return 0; }  // LZ4 uses the stack
 
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                       std::span<std::byte> into) override {
@@ -40,6 +41,9 @@ class Lz4Codec final : public Codec {
 
 }  // namespace
 
-std::unique_ptr<Codec> make_lz4_codec() { return std::make_unique<Lz4Codec>(); }
+std::unique_ptr<Codec> make_lz4_codec(std::string_view options) {
+  refuse_options("lz4", options);
+  return std::make_unique<Lz4Codec>();
+}
 
 }  // namespace plait

@@ -1,12 +1,12 @@
 #include <fmt/format.h>
-#define ZSTD_STATIC_LINKING_ONLY  // for the estimates of memory
+#define ZSTD_STATIC_LINKING_ONLY  // declares the estimates of memory
 #include <zstd.h>
 #include <zstd_errors.h>
 
 #include <algorithm>
 #include <charconv>
 
-#include "compressed/codecs/codec.h"
+#include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -19,7 +19,8 @@ struct FreeContext {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-/// One zstd frame with its content size and without zstd's own checksum: the block has one.
+/// One zstd frame with its content size. The frame has no checksum, because plait stores one for
+/// each block.
 class ZstdCodec final : public Codec {
  public:
   explicit ZstdCodec(int level) : level_(level) {}
@@ -27,7 +28,8 @@ class ZstdCodec final : public Codec {
   std::size_t bound(std::size_t raw_bytes) const override { return ZSTD_compressBound(raw_bytes); }
 
   std::size_t memory_bytes(std::size_t raw_bytes) const override {
-    // zstd chooses its tables by size, in four classes, and larger ones for some smaller blocks.
+    // zstd chooses the size of its tables by one of four classes of input size, and the tables of a
+    // smaller class may be larger. So the maximum over the classes counts.
     std::size_t most = 0;
     for (const std::size_t class_bytes : {raw_bytes, 256 * kKibi, 128 * kKibi, 16 * kKibi})
       most = std::max(most, ZSTD_estimateCCtxSize_usingCParams(
@@ -80,18 +82,18 @@ class ZstdCodec final : public Codec {
 
 }  // namespace
 
-std::unique_ptr<Codec> make_zstd_codec(std::optional<std::string_view> level) {
-  int value = ZSTD_defaultCLevel();
-  if (level) {
-    const char* const end = level->data() + level->size();
-    const auto [stop, failure] = std::from_chars(level->data(), end, value);
-    if (failure != std::errc() || stop != end || value < ZSTD_minCLevel() ||
-        value > ZSTD_maxCLevel())
+std::unique_ptr<Codec> make_zstd_codec(std::string_view options) {
+  int level = ZSTD_defaultCLevel();
+  if (!options.empty()) {
+    const char* const end = options.data() + options.size();
+    const auto [stop, failure] = std::from_chars(options.data(), end, level);
+    if (failure != std::errc() || stop != end || level < ZSTD_minCLevel() ||
+        level > ZSTD_maxCLevel())
       throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}", *level,
+                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}", options,
                               ZSTD_minCLevel(), ZSTD_maxCLevel()));
   }
-  return std::make_unique<ZstdCodec>(value);
+  return std::make_unique<ZstdCodec>(level);
 }
 
 }  // namespace plait

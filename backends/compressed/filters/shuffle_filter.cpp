@@ -1,6 +1,6 @@
-#include <algorithm>
+#include "compressed/filters/shuffle_filter.h"
 
-#include "compressed/filters/filter.h"
+#include <algorithm>
 
 namespace plait {
 namespace {

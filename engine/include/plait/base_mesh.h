@@ -27,9 +27,10 @@ class BaseMesh {
 
   /// Builds the connectivity of `mesh` in O(V + F + sum of d log d) for valences d.
   /// Faces keep their order and their rotation; edges are numbered by first use (face by face,
-  /// sides 2, 0, 1: ab, bc, ca). Unused vertices are dropped, and components whose faces disagree
-  /// in orientation are flipped to that of their first face; each adds a line to `warnings` if
-  /// that is given. `source` (a file name) begins every error message.
+  /// sides 2, 0, 1: ab, bc, ca). build() drops vertices that no face uses. Where the faces of a
+  /// component disagree in orientation, build() flips them to the orientation of the component's
+  /// first face. Each of these two changes adds a line to `warnings`, if the caller gave
+  /// `warnings`. `source` (a file name) begins every error message.
   /// Errors: kInvalidArgument naming the first bad element: an index out of range, a position that
   /// is not finite, a face that names a vertex twice, an edge of more than two faces, a vertex
   /// whose faces form more than one fan, a face given twice, an orientation that cannot be made
@@ -38,8 +39,9 @@ class BaseMesh {
   static BaseMesh build(IndexedMesh mesh, std::string_view source = "mesh",
                         std::vector<std::string>* warnings = nullptr);
 
-  /// The same mesh with its faces in the order given (order[new] = old) and its edges renumbered
-  /// by first use. Vertices, face rotations and edge frames stay, so slot contents do too.
+  /// The same mesh with its faces in the given order (order[new] = old) and its edges renumbered by
+  /// first use. Vertices, face rotations and edge frames do not change, so slot contents do not
+  /// change either.
   /// O(F). Errors: kInvalidArgument if `order` is no permutation of the faces.
   BaseMesh with_face_order(std::span<const FaceId> order) const;
 
@@ -54,12 +56,13 @@ class BaseMesh {
   std::span<const std::array<VertexId, 3>> faces() const { return faces_; }
   std::span<const std::array<EdgeId, 3>> face_edges() const { return face_edges_; }
 
-  /// Views into this object, valid while it lives and is not moved from.
+  /// The result refers to arrays of this object. The result is valid while the object lives and is
+  /// not moved from.
   Topology topology() const {
     return {faces_, face_edges_, edges_, vertex_corners_, border_edges_};
   }
 
-  /// Heap bytes held.
+  /// Bytes of heap memory that this object holds.
   std::uint64_t memory_bytes() const;
 
  private:
@@ -71,8 +74,8 @@ class BaseMesh {
   std::vector<EdgeId> border_edges_;
 };
 
-/// Vertices, edges and faces at a level of refinement: V' = V + E, E' = 2E + 3F, F' = 4F for an
-/// interior-only mesh, and with borders E' = 2E + 3F all the same.
+/// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +
+/// 3F and F' = 4F, for meshes with and without border.
 /// Errors: kInvalidArgument for a level outside 0 to kMaxLevel, or a count of 2^64 or more.
 /// Pinned by tests/engine/mesh/base_mesh_test.cpp, CountsAtLevel.
 struct LevelCounts {

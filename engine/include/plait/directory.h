@@ -1,6 +1,7 @@
-// plait/directory.h: a directory that is held open, so that everything in it is reached by the
-// directory itself and not by a path that may mean another one a moment later. Every operation
-// passes plait/file_operations.h, as those of plait/file.h do.
+// plait/directory.h: an open directory. A path may name another directory a moment later; the
+// descriptor of an open directory always means the same one. So files inside a store are opened,
+// renamed and removed through the descriptor. Every operation calls the hook of
+// plait/file_operations.h, as the operations of plait/file.h do.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +11,31 @@
 
 namespace plait {
 
-/// What to do about a name that is taken.
+/// What rename() does if the new name is taken.
 enum class Renaming : std::uint8_t {
-  kReplace,   ///< what has the name goes, in one step
+  kReplace,   ///< the entry that had the name is removed, in one step
   kRefuse,    ///< nothing is renamed
-  kExchange,  ///< the two change names; both must be there
+  kExchange,  ///< the two entries exchange their names; both must exist
 };
 
-/// The descriptor of a directory. Names are of entries of the directory itself: one component, no
-/// '/'. Const calls are safe from several threads.
+/// The descriptor of a directory. A `name` is the name of an entry in this directory: one path
+/// component, without '/'. Const calls are safe from several threads.
 class Directory {
  public:
   Directory() = default;
-  /// Opens the directory that `path` names now; a link in the path is followed.
-  /// Errors: kNotFound if it is not there or is no directory; kIo.
+  /// Opens the directory that `path` names now, following symbolic links.
+  /// Errors: kNotFound if nothing has that name, or if it is not a directory; kIo.
   explicit Directory(const std::filesystem::path& path);
-  /// Opens the entry `name` of `parent`, which must be a directory and no link to one.
-  /// Errors: kNotFound if it is not there; kInvalidArgument if it is something else; kIo.
+  /// Opens the entry `name` of `parent`. The entry must be a directory, and not a symbolic link to
+  /// one.
+  /// Errors: kNotFound if there is no such entry; kInvalidArgument if the entry is not a directory;
+  /// kIo.
   Directory(const Directory& parent, const std::string& name);
-  /// Makes the directory and opens it. Errors: kIo, kNoSpace; also if the name is taken.
+  /// Makes the directory and opens it. Errors: kIo, also if the name is taken; kNoSpace.
   static Directory make(const std::filesystem::path& path);
-  /// The directory that holds this one now. Errors: kIo.
+  /// The directory that contains this one now. Errors: kIo.
   Directory parent() const;
-  /// The last component of the path that it was opened by.
+  /// The last component of the path by which the directory was opened.
   std::string name() const;
   ~Directory();
   Directory(Directory&& other) noexcept;
@@ -40,39 +43,45 @@ class Directory {
 
   bool is_open() const noexcept { return descriptor_ >= 0; }
   int descriptor() const noexcept { return descriptor_; }
-  /// As it was opened, for messages: the directory may have another name by now.
+  /// The path by which the directory was opened, for messages. The directory may have another name
+  /// by now.
   const std::filesystem::path& path() const noexcept { return path_; }
   std::filesystem::path path_of(const std::string& name) const { return path_ / name; }
 
-  /// Whether there is an entry of that name, of whatever kind; a link is not followed.
+  /// Whether an entry of any kind has that name. A symbolic link counts as an entry, whatever it
+  /// points to.
   /// Errors: kIo.
   bool contains(const std::string& name) const;
-  /// Whether the entry `name` of this directory is what `descriptor` is open on. Errors: kIo.
+  /// Whether the entry `name` of this directory is the file that `descriptor` has open. Errors:
+  /// kIo.
   bool contains(const std::string& name, int descriptor) const;
-  /// All names but "." and "..", sorted. Errors: kIo.
+  /// The names of all entries except "." and "..", sorted. Errors: kIo.
   std::vector<std::string> names() const;
 
-  /// A file, a link or whatever else is no directory; one that is not there is no error.
+  /// Removes a file, a link or any other entry that is not a directory. A missing entry is not an
+  /// error.
   /// Errors: kIo.
   void remove(const std::string& name) const;
-  /// For what is left over, and may stay so.
+  /// Removes a left-over file. A failure is ignored: the file then stays.
   void remove_if_possible(const std::string& name) const noexcept;
-  /// False if the directory `name` is not empty, or is none. Errors: kIo.
+  /// Removes an empty directory. Returns false if `name` is not empty or is not a directory.
+  /// Errors: kIo.
   bool remove_directory(const std::string& name) const;
 
-  /// Removes this directory under the name that it was opened by, if it still has it and is empty;
-  /// false if not. Errors: kIo.
+  /// Removes this directory if it is empty and still has the name by which it was opened. Returns
+  /// false if it does not remove the directory. Errors: kIo.
   bool remove_itself() const;
 
-  /// Gives the entry `from` the name `to` in the directory `other`, on the same filesystem. False
-  /// if `to` is taken (kRefuse). Where the filesystem cannot do it in one step, kRefuse looks
-  /// first. Errors: kNotSupported where kExchange is not; kIo, kNoSpace.
+  /// Gives the entry `from` the name `to` in the directory `other`, on the same file system. With
+  /// kRefuse, returns false if `to` is taken; a file system that cannot check and rename in one
+  /// step does it in two. Errors: kNotSupported for kExchange on a file system that cannot exchange
+  /// names; kIo, kNoSpace.
   bool rename(const std::string& from, const Directory& other, const std::string& to,
               Renaming renaming = Renaming::kReplace) const;
 
   /// Makes the names in the directory durable. Errors: kIo.
   void sync() const;
-  /// flock, as File::lock. Errors: kIo.
+  /// Takes a lock with flock, as File::lock does. Errors: kIo.
   bool lock(bool exclusive) const;
 
  private:

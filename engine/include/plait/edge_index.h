@@ -8,10 +8,11 @@
 //
 //   edge index (edge, level, row, column)   row, column in [0, n), n = 2^(level-1)
 //
-// Every vertex but the corners is born at one level l on one base edge. In the frame of side x of
-// the face, row and column count from the edge's start and end: k_(x+1) = 2 row + 1 and
-// k_(x+2) = 2 column + 1 at level l. The face's own half has row + column <= n - 1, equality on
-// the edge itself; from the face beyond the edge both coordinates are n - 1 - x.
+// Every vertex except the corners is created at one level l and belongs to one base edge. In the
+// frame of side x of the face, row and column count from the edge's start and end: k_(x+1) = 2 row
+// + 1 and k_(x+2) = 2 column + 1 at level l. Points inside the face have row + column < n - 1;
+// points on the edge itself have row + column = n - 1. Seen from the face on the other side of the
+// edge, (row, column) is (n - 1 - row, n - 1 - column).
 //
 // Source: I. Guskov, "Non-replicating indexing for out-of-core processing of semi-regular
 // triangular surface meshes", section 2. Pinned by tests/engine/index/edge_index_test.cpp.
@@ -42,7 +43,8 @@ struct EdgeIndex {
   friend constexpr bool operator==(const EdgeIndex&, const EdgeIndex&) = default;
 };
 
-/// An edge index in the frame of one side of one face, before the edge's own frame is known.
+/// An edge index in the frame of one side of one face. This frame may differ from the edge's own
+/// frame.
 struct SideIndex {
   int side = 0;
   int level = 1;
@@ -59,8 +61,8 @@ constexpr std::uint64_t slot_records(int level, bool border = false) {
   return border ? n * (n + 1) / 2 : n * n;
 }
 
-/// Position of (row, column) inside its slot, in records. Rows follow each other; in a border slot
-/// row r has n - r columns.
+/// Position of (row, column) inside its slot, in records. A slot stores one row after another; in a
+/// border slot row r has n - r columns.
 constexpr std::int64_t slot_position(int level, bool border, std::int64_t row,
                                      std::int64_t column) {
   const std::int64_t n = slot_side(level);
@@ -88,13 +90,13 @@ constexpr SideIndex to_side(int level, std::int64_t i, std::int64_t j) {
   const int born = level - shift;
   const std::int64_t k[3] = {(std::int64_t{1} << born) - (i >> shift) - (j >> shift), i >> shift,
                              j >> shift};
-  // Exactly one of the three weights is even: that of the corner opposite the side.
+  // Exactly one of the three weights is even: the weight of the corner opposite the side.
   const int side = (k[1] & 1) == 0 ? 1 : (k[2] & 1) == 0 ? 2 : 0;
   return {side, born, (k[(side + 1) % 3] - 1) / 2, (k[(side + 2) % 3] - 1) / 2};
 }
 
-/// The inverse: face coordinates, at the level at which the vertex is born, of a point of the
-/// face's own half (row + column <= n - 1).
+/// The inverse of to_side: face coordinates at the level that creates the vertex. REQUIRES: row +
+/// column <= n - 1.
 constexpr FaceIndex from_side(FaceId face, const SideIndex& index) {
   std::int64_t k[3] = {};
   k[(index.side + 1) % 3] = 2 * index.row + 1;
@@ -112,8 +114,8 @@ constexpr EdgeIndex edge_index(const Topology& mesh, const FaceIndex& point) {
   return {edge, at.level, last - at.row, last - at.column};
 }
 
-/// Edge index to face index, at the level of birth: in the edge's own face where it lies there
-/// (points on the edge itself do), else in the other face.
+/// Edge index to face index, at the level that creates the vertex. The result is in the edge's own
+/// face if the point lies there (points on the edge itself do), else in the other face.
 constexpr FaceIndex face_index(const Topology& mesh, const EdgeIndex& index) {
   const Edge& edge = mesh.edges[index.edge];
   const std::int64_t last = slot_side(index.level) - 1;
@@ -123,7 +125,7 @@ constexpr FaceIndex face_index(const Topology& mesh, const EdgeIndex& index) {
                    {edge.other.side(), index.level, last - index.row, last - index.column});
 }
 
-/// The same point at another level of refinement. REQUIRES: it exists there.
+/// The same point at another level of refinement. REQUIRES: the point exists at that level.
 constexpr FaceIndex at_level(const FaceIndex& point, int level) {
   return level >= point.level ? FaceIndex{point.face, level, point.i << (level - point.level),
                                           point.j << (level - point.level)}
@@ -131,15 +133,16 @@ constexpr FaceIndex at_level(const FaceIndex& point, int level) {
                                           point.j >> (point.level - level)};
 }
 
-/// Which side of the face a point beyond it lies across: the side opposite its negative weight,
-/// or -1 for a point of the face.
+/// Across which side of the face a point outside the face lies: the side opposite its negative
+/// weight. -1 for a point of the face.
 constexpr int side_beyond(const FaceIndex& point) {
   const std::int64_t k0 = (std::int64_t{1} << point.level) - point.i - point.j;
   return k0 < 0 ? 0 : point.i < 0 ? 1 : point.j < 0 ? 2 : -1;
 }
 
-/// A point of the face's lattice continued beyond side x, in the coordinates of the face there.
-/// REQUIRES: there is a face across side x, and the point unfolds into it.
+/// Converts a point outside the face, in the face's lattice continued across side x, to coordinates
+/// of the face across that side. REQUIRES: there is a face across side x, and the point lies in it
+/// when both faces are unfolded into one plane.
 constexpr FaceIndex unfold(const Topology& mesh, const FaceIndex& point, int side) {
   const FaceSide beyond = mesh.across(FaceSide(point.face, side));
   const std::int64_t size = std::int64_t{1} << point.level;
@@ -151,9 +154,9 @@ constexpr FaceIndex unfold(const Topology& mesh, const FaceIndex& point, int sid
   return {beyond.face(), point.level, there[1], there[2]};
 }
 
-/// A point beyond the face, in the face into which it unfolds, across one side after another. Its
-/// face is kNoId if a border cuts it off. REQUIRES: no base vertex other than of valence 6 lies on
-/// the way; points of stencils around vertices that are not base vertices satisfy that.
+/// Applies unfold() across one side after another, until the point lies in a face. The result's
+/// face is kNoId if a border edge is in between. REQUIRES: every base vertex in between has valence
+/// 6. Stencils of vertices that are not base vertices satisfy this.
 constexpr FaceIndex unfold_fully(const Topology& mesh, FaceIndex point) {
   for (int side = side_beyond(point); side >= 0; side = side_beyond(point)) {
     if (!mesh.across(FaceSide(point.face, side)).exists()) return {kNoId, point.level, 0, 0};

@@ -12,20 +12,20 @@
 namespace plait {
 
 enum class ErrorCode : std::uint8_t {
-  kNotFound,         ///< a file, store, attribute or level that is not there
-  kInvalidArgument,  ///< a value that the caller chose, out of its range; or a refused input file
+  kNotFound,         ///< a file, store, attribute or level does not exist
+  kInvalidArgument,  ///< an argument out of its range, or a refused input file
   kCorruption,       ///< stored bytes that fail their checksum or contradict each other
-  kNotSupported,     ///< asked for and cannot be had: a backend, a codec, a feature flag
+  kNotSupported,     ///< a backend, codec or feature that this build or machine lacks
   kIo,               ///< the operating system refused a file operation
   kNoSpace,          ///< the disk or the quota is full
   kOutOfMemory,      ///< an allocation failed
-  kBudget,           ///< the memory budget is too small; the message says what would do
-  kBusy,             ///< somebody else holds the store
+  kBudget,           ///< the memory budget is too small; the message says how much is enough
+  kBusy,             ///< another process holds the store
   kBadState,         ///< a call that the object's state forbids
-  kCancelled,        ///< the caller asked to stop
+  kCancelled,        ///< the caller cancelled the work
 };
 
-/// The name of a code as messages and JSON show it ("not_found", "no_space", ...).
+/// The name of a code in messages and JSON ("not_found", "no_space", ...).
 std::string_view to_string(ErrorCode code) noexcept;
 
 class Error : public std::runtime_error {
@@ -37,8 +37,8 @@ class Error : public std::runtime_error {
   ErrorCode code_;
 };
 
-/// An Error from `errno_value`: ENOSPC and EDQUOT become kNoSpace, ENOENT kNotFound, the rest kIo.
-/// The message is "VERB PATH: TEXT OF ERRNO".
+/// An Error from `errno_value`: ENOSPC and EDQUOT become kNoSpace, ENOENT becomes kNotFound, ENOMEM
+/// becomes kOutOfMemory, all other values become kIo. The message is "VERB PATH: TEXT OF ERRNO".
 Error system_error(std::string_view verb, std::string_view path, int errno_value);
 
 }  // namespace plait

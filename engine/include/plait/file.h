@@ -1,5 +1,5 @@
-// plait/file.h: the one door to the operating system's files. Every operation passes
-// plait/file_operations.h, where tests can stand.
+// plait/file.h: files of the operating system. The library opens, reads and writes files through
+// this class only. Every operation calls the hook of plait/file_operations.h, which tests use.
 #pragma once
 
 #include <cstddef>
@@ -25,16 +25,18 @@ enum class Caching : std::uint8_t {
   kNone,  ///< O_DIRECT: offsets, sizes and memory must be multiples of 4096
 };
 
-/// A file descriptor. Whole transfers only: interrupted and short ones are continued, and a read
-/// past the end is an error. Positioned calls are safe from any number of threads.
+/// A file descriptor. read_at() and write_at() transfer all bytes or throw: they continue after an
+/// interrupted or a short system call, and a read past the end is an error. read_at() and
+/// write_at() are safe from any number of threads.
 class File {
  public:
   File() = default;
-  /// Never waits for a FIFO. Errors: kNotFound, kIo, kNoSpace; kInvalidArgument, saying what it is,
-  /// for something that is no regular file; kNotSupported where there is no O_DIRECT.
+  /// Opening a FIFO does not block. Errors: kNotFound, kIo, kNoSpace; kInvalidArgument for anything
+  /// but a regular file (the message names its kind); kNotSupported if the file system has no
+  /// O_DIRECT.
   File(const std::filesystem::path& path, OpenMode mode, Caching caching = Caching::kPageCache);
-  /// The file `name` of a directory, where it must be a regular file and no link to one.
-  /// Errors: likewise, but kCorruption for something that is no regular file.
+  /// Opens the file `name` of a directory. It must be a regular file, not a symbolic link to one.
+  /// Errors: as above, but kCorruption for anything but a regular file.
   File(const Directory& directory, const std::string& name, OpenMode mode,
        Caching caching = Caching::kPageCache);
   ~File();
@@ -45,24 +47,26 @@ class File {
   const std::filesystem::path& path() const noexcept { return path_; }
   int descriptor() const noexcept { return descriptor_; }
 
-  /// Errors: kIo; kCorruption where the file ends before the last byte asked for.
+  /// Errors: kIo; kCorruption if the file ends before the last byte of the range.
   void read_at(std::uint64_t offset, std::span<std::byte> into) const;
   /// Errors: kIo, kNoSpace.
   void write_at(std::uint64_t offset, std::span<const std::byte> from);
   std::uint64_t size() const;
   void resize(std::uint64_t bytes);
-  /// Makes the first `bytes` bytes exist on the disk, so that a full one is an error now
-  /// (posix_fallocate).
+  /// Allocates the first `bytes` bytes on the disk (posix_fallocate), so that a full disk is an
+  /// error now and not during a later write.
   void preallocate(std::uint64_t bytes);
   void sync();
-  /// flock, which ends with the last descriptor of this open, whatever becomes of the process.
-  /// False: somebody else's lock is in the way. Errors: kIo.
+  /// Takes a lock with flock. The operating system releases the lock when the last descriptor of
+  /// this open file closes, also when the process is killed. Returns false if another lock
+  /// conflicts. Errors: kIo.
   bool lock(bool exclusive);
-  /// Reports what the destructor would have to swallow.
+  /// Closes the file and throws if that fails. The destructor closes too, but cannot report an
+  /// error.
   void close();
 
  private:
-  /// What openat takes, and the error for what is there and no regular file.
+  /// The arguments of openat, and the error code for an entry that is not a regular file.
   struct Place {
     int directory;
     const char* name;

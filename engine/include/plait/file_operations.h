@@ -1,6 +1,6 @@
-// plait/file_operations.h: the seam under every file operation of a store. Tests stand in it to
-// make an operation fail or fall short, and to note what a power cut would leave; nobody else does.
-// Files are mapped for reading only, so that every change of a file passes the seam.
+// plait/file_operations.h: a hook that every file operation of a store calls. Only tests install
+// one. With it they make an operation fail or transfer fewer bytes, and they record which writes a
+// power cut would lose. plait maps files for reading only, so the hook sees every change of a file.
 #pragma once
 
 #include <cstddef>
@@ -24,31 +24,32 @@ struct FileOperation {
     kClose,
     kLock,
     kRemove,    ///< of a file or an empty directory
-    kRename,    ///< what had the name `to` is gone
-    kExchange,  ///< two names of one directory or two
+    kRename,    ///< an entry that had the name `to` before is removed
+    kExchange,  ///< of two names, in one directory or in two
     kMakeDirectory,
     kSyncDirectory,
   };
   Kind kind = Kind::kOpen;
   const std::filesystem::path& path;
-  std::uint64_t offset = 0, bytes = 0;        ///< of reads and writes; of a resize the new size
+  std::uint64_t offset = 0,
+                bytes = 0;  ///< of a read or write; of a resize, `bytes` is the new size
   const std::filesystem::path* to = nullptr;  ///< of a rename or an exchange
 };
 
-/// Whether the operation leaves what is on the disk as it is.
+/// Whether the operation changes nothing on the disk.
 constexpr bool is_harmless(FileOperation::Kind kind) {
   using Kind = FileOperation::Kind;
   return kind == Kind::kOpen || kind == Kind::kRead || kind == Kind::kMap || kind == Kind::kClose ||
          kind == Kind::kLock;
 }
 
-/// Is asked from any thread, several at once.
+/// Several threads may call a hook at the same time.
 class FileOperationHook {
  public:
   struct Verdict {
-    int error = 0;  ///< an errno: the operation is not begun, and fails so
+    int error = 0;  ///< an errno: the operation is not called, and fails with it
     std::uint64_t most_bytes = std::numeric_limits<std::uint64_t>::max();  ///< of a read or write
-    bool pretend = false;  ///< of a sync: it counts as done, and is not made
+    bool pretend = false;  ///< of a sync: the call is skipped and reported as a success
   };
   virtual Verdict before(const FileOperation& operation) noexcept = 0;
   /// The operation succeeded; reads and writes moved `operation.bytes` bytes.
@@ -58,12 +59,12 @@ class FileOperationHook {
   ~FileOperationHook() = default;
 };
 
-/// For the whole process; nullptr, as it is at first, for none. The hook must outlive every file
-/// operation that begins before the next call.
+/// Installs the hook of the whole process; nullptr, the initial value, means no hook. The hook must
+/// outlive every file operation that begins before the next call of this function.
 void set_file_operation_hook(FileOperationHook* hook) noexcept;
 FileOperationHook* file_operation_hook() noexcept;
 
-/// What the hook says of it; everything is allowed where there is none.
+/// Calls the hook. Without a hook, the verdict allows the operation.
 FileOperationHook::Verdict before_operation(const FileOperation& operation) noexcept;
 void after_operation(const FileOperation& operation) noexcept;
 

@@ -1,5 +1,5 @@
-// plait/in_core_mesh.h: a semi-regular mesh in plain arrays: what a program has that does not need
-// plait yet, and the floor that the transparent executor is measured against.
+// plait/in_core_mesh.h: a semi-regular mesh in plain arrays, as a program without plait would keep
+// it. The benchmarks compare the transparent executor with it.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,9 @@
 
 namespace plait {
 
-/// Satisfies PatchMesh. One array of n x n records per edge on every level; border edges use the
-/// triangle and leave the rest. One thread. Not movable while a patch of it is in use.
+/// Satisfies PatchMesh. Each level has one array of n x n records per edge; a border edge uses only
+/// the triangle of its array. For one thread. The mesh must not be moved while one of its patches
+/// is in use.
 template <class RecordType>
 class InCoreMesh {
  public:
@@ -22,7 +23,7 @@ class InCoreMesh {
 
   using Patch = TabledPatch<InCoreMesh>;
 
-  /// Levels count from `base`, which must outlive this object. Base records start as zeros.
+  /// Level 0 is `base`, which must outlive this object. Base records are zeros at first.
   InCoreMesh(const BaseMesh& base, int levels)
       : topology_(base.topology()), base_records_(base.vertex_count()) {
     for (int level = 1; level <= levels; ++level)
@@ -33,7 +34,7 @@ class InCoreMesh {
   const Topology& topology() const { return topology_; }
   std::span<Record> base_records() { return base_records_; }
   void activate(int, int, int) {}
-  /// Makes `face` the current patch; the one before it must not be used any more.
+  /// Makes `face` the current patch. The previous patch must not be used any more.
   Patch patch(FaceId face) {
     table_.enter(topology_, face, sizeof(Record), false, true,
                  reinterpret_cast<std::byte*>(base_records_.data()),

@@ -1,5 +1,5 @@
-// plait/machine.h: what the machine has left, for whoever looks before a long run begins. Figures
-// of a moment: others use the machine too, so that what fitted may not fit any more.
+// plait/machine.h: free memory and free disk space of the machine, to check before a long run
+// begins. Other processes use the machine too, so each figure may be out of date a moment later.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +7,18 @@
 
 namespace plait {
 
-/// Bytes that this process could still take without swapping: the least of what the system has
-/// available (MemAvailable of /proc/meminfo), of what each memory cgroup of the process leaves,
-/// its page cache not counted (versions 1 and 2), and of what RLIMIT_AS leaves. 2^64 - 1 where
-/// none of them can be had. Pinned by tests/engine/io/machine_test.cpp.
+/// Bytes that this process can still allocate without swapping. This is the minimum of three
+/// figures: the available memory of the system (MemAvailable in /proc/meminfo), the free memory in
+/// each memory cgroup of the process (version 1 or 2, page cache counted as free), and the rest of
+/// RLIMIT_AS. 2^64 - 1 if none of the three is known. Pinned by tests/engine/io/machine_test.cpp.
 std::uint64_t available_memory_bytes();
 
-/// Bytes that may still be written to the file system of `path`, or of the nearest directory above
-/// it that exists, without the privileges of root. Errors: kIo.
+/// Free bytes that a process without root privileges may use on the file system of `path`. If
+/// `path` does not exist, the nearest existing directory above it counts. Errors: kIo.
 std::uint64_t free_disk_bytes(const std::filesystem::path& path);
 
-/// The longest file that this process may write (RLIMIT_FSIZE); 2^64 - 1: any.
+/// The size in bytes of the largest file that this process may write (RLIMIT_FSIZE). 2^64 - 1 means
+/// no limit.
 std::uint64_t largest_file_bytes();
 
 }  // namespace plait

@@ -1,4 +1,4 @@
-// plait/mesh_io.h: base meshes from and to files.
+// plait/mesh_io.h: reads and writes base meshes as files.
 #pragma once
 
 #include <filesystem>
@@ -11,10 +11,11 @@
 namespace plait {
 
 /// Reads PLY (ascii, binary of both endians, any property order and types, unknown elements
-/// skipped), OBJ (negative and slashed indices) or OFF, each also as .gz and .zst. The format
-/// is taken from the content's first bytes, and from the file name only where these say nothing
-/// (OBJ). Polygons are fanned into triangles, which adds a line to `warnings` if that is given.
-/// Memory is bounded by what the file really holds, whatever its header promises.
+/// skipped), OBJ (negative and slashed indices) or OFF, each also as .gz and .zst. The first bytes
+/// of the content decide which format it is; the file name decides only if they do not (OBJ). A
+/// polygon is divided into triangles around its first corner, which adds a line to `warnings` if
+/// the caller gave `warnings`. Memory grows with the data that the file really contains, not with
+/// the counts in its header.
 /// Errors: kNotFound or kIo for the file, kInvalidArgument for its content, each naming file,
 /// line or byte offset, element, expected and found.
 IndexedMesh read_indexed_mesh(const std::filesystem::path& path,
@@ -24,11 +25,12 @@ IndexedMesh read_indexed_mesh(const std::filesystem::path& path,
 BaseMesh read_base_mesh(const std::filesystem::path& path,
                         std::vector<std::string>* warnings = nullptr);
 
-/// Writes binary little-endian PLY (float x y z, list uchar int vertex_indices). The file appears
-/// under its name only when it is whole and on the disk; a failure leaves what was there before.
+/// Writes binary little-endian PLY (float x y z, list uchar int vertex_indices). The file gets its
+/// name only when it is complete and on the disk. After a failure, an older file of that name is
+/// unchanged.
 /// Errors: kInvalidArgument for a position outside float32 or an index out of range, kIo, kNoSpace.
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh);
-/// Into a file that is open and empty.
+/// Writes the same content into a file that is open and empty.
 void write_ply(File& file, const IndexedMesh& mesh);
 
 }  // namespace plait

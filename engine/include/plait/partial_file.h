@@ -1,5 +1,6 @@
-// plait/partial_file.h: nothing half-made is left. A file is written under a temporary name beside
-// its final one, and takes that name when it is whole.
+// plait/partial_file.h: an output file that never exists half-written under its final name. The
+// program writes it under a temporary name in the same directory; the file gets its final name when
+// it is complete.
 #pragma once
 
 #include <cstdint>
@@ -12,33 +13,34 @@
 namespace plait {
 
 enum class Existing : std::uint8_t {
-  kRefuse,   ///< what is there stays
-  kReplace,  ///< what is there goes when the new one is whole, and not before
+  kRefuse,   ///< an existing file stays, and is an error
+  kReplace,  ///< the new file replaces an existing one, when the new file is complete
 };
 
-/// The name for what process `process` makes on the way to `name`; `kind` is "partial" or the like.
+/// The temporary name of an output with the final name `name`: NAME.KIND-PID, and
+/// NAME.KIND-PID-ATTEMPT for `attempt` > 0.
 std::string temporary_name(const std::string& name, const std::string& kind, int attempt);
 
-/// A new file NAME.partial-PID, locked (flock) as long as it is under way: what is not locked was
-/// left by a process that was killed. The destructor removes what was not published.
+/// A new file NAME.partial-PID. It is locked (flock) while its process writes it, so an unlocked
+/// one was left by a process that was killed. The destructor removes a file that was not published.
 class PartialFile {
  public:
-  /// Errors: kNotFound if the directory is not there; kInvalidArgument if the name is taken by what
-  /// `existing` does not let go, and by anything but a regular file; kIo, kNoSpace.
+  /// Errors: kNotFound if the directory does not exist; kInvalidArgument if the name is taken and
+  /// `existing` is kRefuse, or if the name belongs to anything but a regular file; kIo, kNoSpace.
   PartialFile(const std::filesystem::path& path, Existing existing);
   ~PartialFile();
-  /// The constructor's refusals, before anything is made.
+  /// Throws the same kNotFound and kInvalidArgument as the constructor, and creates nothing.
   static void check(const std::filesystem::path& path, Existing existing);
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
   File& file() noexcept { return file_; }
-  /// Where it is written.
+  /// The temporary path.
   const std::filesystem::path& path() const noexcept { return file_.path(); }
   const std::filesystem::path& final_path() const noexcept { return path_; }
 
-  /// Makes the content durable, then the name. Errors: kInvalidArgument if the name was taken
-  /// meanwhile; kIo, kNoSpace.
+  /// Syncs the content, renames the file to its final name, and syncs the directory.
+  /// Errors: kInvalidArgument if another process took the name meanwhile; kIo, kNoSpace.
   void publish();
 
  private:
@@ -49,8 +51,10 @@ class PartialFile {
   File file_;
 };
 
-/// The directory that `path` is in, and what it is called there; "a/b/" is b in a.
-/// Errors: kNotFound naming `path` if there is no such directory; kInvalidArgument without a name.
+/// Splits `path` into its directory, which it opens, and its name there; "a/b/" is the name b in
+/// the directory a.
+/// Errors: kNotFound naming `path` if the directory does not exist; kInvalidArgument if `path` ends
+/// in no name.
 struct OutputName {
   explicit OutputName(const std::filesystem::path& path);
 

@@ -1,5 +1,6 @@
-// plait/store_directory.h: which directories are stores, and which files in one are a store's: for
-// programs that replace or remove stores and must touch nothing else.
+// plait/store_directory.h: tells which directories are stores, and which files in such a directory
+// belong to the store. Programs that replace or remove stores use it, so that they touch no other
+// file.
 #pragma once
 
 #include <string>
@@ -11,21 +12,21 @@
 
 namespace plait {
 
-/// Whether the directory's manifest says that it is a store: one of its slots is whole, of a
-/// version of the format that is known or not. A store that was begun and never committed is one.
+/// Whether the directory is a store: whether its manifest has a slot with a valid checksum, of any
+/// version of the format. A store that was created but never committed counts.
 /// Errors: kIo; kCorruption if the manifest is no regular file.
 bool is_store(const Directory& directory);
 
-/// Keeps everybody else out of the store while the file is open, without a change to it; a file
-/// that is not open where the store has no lock any more. Errors: kBusy, of a writer with its
-/// process number; kCorruption, kIo.
+/// Locks the store against all other processes while the returned file is open, and changes nothing
+/// in the store. If the store has no lock file any more, the returned file is not open.
+/// Errors: kBusy (for a writer, the message names its process number); kCorruption, kIo.
 File hold_store(const Directory& store);
 
-/// Whether a store has files of such names.
+/// Whether a file of a store can have that name.
 bool is_store_file_name(std::string_view name);
 
-/// Removes the files of a store, and nothing else, the manifest last. Returns the names of what
-/// stays. REQUIRES: hold_store. Errors: kIo.
+/// Removes the files of a store and no others. The manifest goes last. Returns the names of the
+/// remaining entries. REQUIRES: hold_store. Errors: kIo.
 std::vector<std::string> remove_store_files(const Directory& store);
 
 }  // namespace plait

@@ -1,8 +1,9 @@
-// plait/topology.h: how the faces, edges and vertices of a base mesh hang together, as spans that
-// somebody else owns (BaseMesh, or a constexpr array in a test).
+// plait/topology.h: which faces, edges and vertices of a base mesh are adjacent, as spans of arrays
+// that another object owns (a BaseMesh, or a constexpr array in a test).
 //
-// Face (a, b, c) is oriented counterclockwise; corners 0, 1, 2 are a, b, c. Side x is the one
-// opposite corner x and runs from corner x+1 to corner x+2 (modulo 3): side 0 is bc, 1 ca, 2 ab.
+// Face (a, b, c) is oriented counterclockwise; corners 0, 1, 2 are a, b, c. Side x is opposite
+// corner x and runs from corner x+1 to corner x+2 (modulo 3): side 0 is bc, side 1 is ca, side 2 is
+// ab.
 #pragma once
 
 #include <algorithm>
@@ -30,8 +31,8 @@ struct FaceSide {
   friend constexpr bool operator==(FaceSide, FaceSide) = default;
 };
 
-/// A base edge. It runs start -> end in its own face: the face in which that is from the lower to
-/// the higher vertex index, or for a border edge the only face there is.
+/// A base edge. An interior edge runs from `start` to `end` in its own face, and `start` has the
+/// lower vertex index. The own face of a border edge is its only face.
 struct Edge {
   VertexId start = kNoId, end = kNoId;
   FaceSide own, other;  ///< `other` does not exist on a border edge
@@ -42,29 +43,31 @@ struct Topology {
   std::span<const std::array<VertexId, 3>> faces;
   std::span<const std::array<EdgeId, 3>> face_edges;  ///< [face][side]
   std::span<const Edge> edges;
-  /// [vertex] one corner at that vertex: on a border vertex the first one counterclockwise (its
-  /// spoke to the next corner is a border edge), else the one whose next corner is the neighbour
-  /// of smallest vertex index. Sums around a base vertex start here.
+  /// [vertex] one corner of a face at that vertex. At a border vertex it is the first corner
+  /// counterclockwise: the edge from the vertex to the face's next corner is a border edge. At an
+  /// inner vertex, the face's next corner is the neighbour with the smallest vertex index. Sums
+  /// around a base vertex start at this corner.
   std::span<const FaceSide> vertex_corners;
   std::span<const EdgeId> border_edges;  ///< ascending
 
   constexpr bool is_own(FaceId face, int side) const {
     return edges[face_edges[face][static_cast<std::size_t>(side)]].own == FaceSide(face, side);
   }
-  /// The same edge seen from the face beyond it; does not exist on a border.
+  /// The side of the other face at the same edge. The result does not exist on a border edge.
   constexpr FaceSide across(FaceSide side) const {
     const Edge& edge = edges[face_edges[side.face()][static_cast<std::size_t>(side.side())]];
-    // Of two sides the other one, without a branch that no processor foresees.
+    // Picks the other one of the two sides without a branch, which processors would predict badly.
     FaceSide beyond;
     beyond.code = edge.own.code ^ edge.other.code ^ side.code;
     return beyond;
   }
-  /// The corner at the same vertex in the next face counterclockwise; does not exist at a border.
+  /// The corner at the same vertex in the next face counterclockwise. The result does not exist at
+  /// a border.
   constexpr FaceSide next_corner(FaceSide corner) const {
     const FaceSide beyond = across(FaceSide(corner.face(), (corner.side() + 1) % 3));
     return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
   }
-  /// Border edges before this edge: see level_geometry.h.
+  /// The number of border edges before this edge: see level_geometry.h.
   constexpr std::uint64_t border_rank(EdgeId edge) const {
     if (border_edges.empty()) return 0;
     return static_cast<std::uint64_t>(std::ranges::lower_bound(border_edges, edge) -

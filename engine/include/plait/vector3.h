@@ -1,9 +1,10 @@
-// plait/vector3.h: three numbers with the arithmetic of a vector. float32 x 3 and float64 x 3
-// records are read and written as this type.
+// plait/vector3.h: three numbers with vector arithmetic. Programs read and write float32 x 3 and
+// float64 x 3 records as this type.
 //
-// The functions below are compiled into every caller, never shared: a program that lets its
-// compiler contract a multiplication and an addition into one rounding must not give its copy to
-// the linker for the library's. What is one operation only has one result under any flags.
+// dot(), cross() and normalized() are always inlined. A program's compiler may contract a
+// multiplication and an addition into one rounding; if the functions had linkable copies, the
+// linker could replace the library's copy by the program's. The operators do one operation per
+// component, so they give the same result under any flags.
 #pragma once
 
 #include <cmath>
@@ -40,7 +41,7 @@ template <class Real>
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-/// `a` at length one; the zero vector stays zero.
+/// `a` divided by its length. The zero vector stays zero.
 template <class Real>
 [[gnu::always_inline]] inline Vector3<Real> normalized(Vector3<Real> a) {
   const Real length = std::sqrt(dot(a, a));

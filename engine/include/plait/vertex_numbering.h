@@ -1,5 +1,6 @@
-// plait/vertex_numbering.h: all vertices of a refined mesh in one sequence, computed, not stored:
-// base vertices first, then level by level in slot order. What export writes.
+// plait/vertex_numbering.h: numbers all vertices of a refined mesh: base vertices first, then level
+// by level in slot order. The numbers are computed, not stored. `plait export` writes vertices in
+// this order.
 #pragma once
 
 #include <array>
@@ -13,8 +14,8 @@
 
 namespace plait {
 
-/// Levels count from `mesh`, as those of any call do that is given a mesh and no store. Immutable;
-/// what `mesh` refers to must outlive it.
+/// Level 0 is `mesh`, as in every call that takes a mesh and no store. Immutable. The arrays that
+/// `mesh` refers to must outlive this object.
 class VertexNumbering {
  public:
   VertexNumbering(const Topology& mesh, int levels) : mesh_(mesh) {
@@ -28,7 +29,7 @@ class VertexNumbering {
   }
 
   std::uint64_t vertex_count() const { return first_.back(); }
-  /// Number of the first vertex born at `level`.
+  /// Number of the first vertex that `level` creates.
   std::uint64_t first_of(int level) const { return first_[static_cast<std::size_t>(level)]; }
 
   std::uint64_t number(const FaceIndex& point) const {

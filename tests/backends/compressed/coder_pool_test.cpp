@@ -3,13 +3,13 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <thread>
 #include <vector>
 
 #include "backends/conformance.h"
-#include "plait/backends/pipeline.h"
 #include "plait/backends/registry.h"
 #include "plait/store.h"
 #include "support/test_meshes.h"
@@ -40,7 +40,7 @@ bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
       for (const std::uint64_t bytes : {kBlockBytes, kBlockBytes / 2, std::uint64_t{20'000}}) {
         const auto raw = make_content(bytes, Content::kSmooth, static_cast<std::uint32_t>(number));
         std::vector<std::byte> back(bytes);
-        CoderPool::Lease coder(pool, pipeline, number % 2 == 0 ? 4 : 8);
+        CoderPool::Lease coder(pool, {pipeline, number % 2 == 0 ? 4u : 8u});
         const EncodedBlock encoded = coder->encode(raw);
         if (encoded.encoding == BlockEncoding::kRaw) continue;
         const std::vector<std::byte> stored(encoded.bytes.begin(), encoded.bytes.end());
@@ -57,10 +57,10 @@ bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
 TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
   for (const char* codec : {"none", "lz4", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
     CAPTURE(codec);
-    const std::string pipeline = make_pipeline({"shuffle", codec});
-    VolumeSpec volume;
-    CoderPool one(volume);
-    one.make_room_for(pipeline, kBlockBytes);
+    const std::string pipeline = std::string("shuffle,") + codec;
+    VolumeSpec volume{{}, ~std::uint64_t{0}, 1};
+    CoderPool one(default_pipelines(), volume);
+    one.make_room_for({pipeline, 4}, kBlockBytes);
     CHECK(one.most_coders() == 1);
     const std::uint64_t coder_bytes = one.memory_bytes();
 
@@ -68,8 +68,9 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     volume.most_scratch_bytes = 3 * coder_bytes + coder_bytes / 2;
     std::thread([] {}).join();
     const std::int64_t before = bytes_in_use();
-    CoderPool pool(volume);
-    pool.make_room_for(pipeline, kBlockBytes);
+    CoderPool pool(default_pipelines(), volume);
+    pool.make_room_for({pipeline, 4}, kBlockBytes);
+    pool.make_room_for({pipeline, 8}, kBlockBytes);
     CHECK(pool.most_coders() == 3);
     CHECK(pool.memory_bytes() == 3 * coder_bytes);
     CHECK(code_in_threads(pool, pipeline));
@@ -86,41 +87,45 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
 }
 
 TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
-  VolumeSpec volume;
-  volume.threads = 2;
-  CoderPool pool(volume);
-  pool.make_room_for("shuffle", 1000);
+  CoderPool pool(default_pipelines(), {{}, ~std::uint64_t{0}, 2});
+  const Coding coding{"shuffle,none", 4};
+  pool.make_room_for(coding, 1000);
   {
-    const CoderPool::Lease small(pool, "shuffle", 4);
-    pool.make_room_for("shuffle", kBlockBytes);
+    const CoderPool::Lease small(pool, coding);
+    pool.make_room_for(coding, kBlockBytes);
   }
-  CoderPool::Lease coder(pool, "shuffle", 4);
+  CoderPool::Lease coder(pool, coding);
   CHECK(coder->max_raw_bytes() == kBlockBytes);
 }
 
-TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
-  CoderPool pool({"", 1000, kThreads});
-  pool.make_room_for("shuffle,zstd:1", kBlockBytes);
-  CHECK(pool.most_coders() == 1);
-  CHECK(pool.memory_bytes() == 1000);
-  CHECK(code_in_threads(pool, "shuffle,zstd:1"));
+TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheMemoryOfTheLargest") {
+  const Coding small{"lz4", 4}, large{"shuffle,zstd:19", 4};
+  CoderPool alone(default_pipelines(), {{}, ~std::uint64_t{0}, 1});
+  alone.make_room_for(large, kBlockBytes);
+  CoderPool pool(default_pipelines(), {{}, 2 * alone.memory_bytes(), kThreads});
+  pool.make_room_for(large, kBlockBytes);
+  pool.make_room_for(small, kBlockBytes);
+  CHECK(pool.memory_bytes() == 2 * alone.memory_bytes());
+  const auto raw = make_content(kBlockBytes, Content::kZeros, 1);
+  for (int round = 0; round < 3; ++round)
+    for (const Coding& coding : {small, large}) {
+      CAPTURE(coding.pipeline, round);
+      CoderPool::Lease coder(pool, coding), other(pool, large);
+      const EncodedBlock encoded = coder->encode(raw);
+      REQUIRE(encoded.encoding == BlockEncoding::kEncoded);
+      Pipeline expected = default_pipelines().make(coding.pipeline, coding.component_bytes);
+      BlockCoder fresh(std::move(expected), kBlockBytes);
+      CHECK(std::ranges::equal(fresh.encode(raw).bytes, encoded.bytes));
+    }
 }
 
-TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheCodersWithinItsMemory") {
-  const std::vector<std::string> pipelines = {"lz4", "shuffle,zstd:1", "zstd:19", "none"};
-  VolumeSpec volume;
-  volume.threads = kThreads;
-  CoderPool largest(volume);
-  largest.make_room_for("zstd:19", kBlockBytes);
-  volume.most_scratch_bytes = 2 * largest.memory_bytes() / kThreads;
-  CoderPool pool(volume);
-  pool.make_room_for("lz4", 1000);
-  for (const std::string& pipeline : pipelines) pool.make_room_for(pipeline, kBlockBytes);
-  CHECK(pool.most_coders() == 2);
-  const std::int64_t before = bytes_in_use();
-  for (const std::string& pipeline : pipelines) CHECK(code_in_threads(pool, pipeline));
-  if (kMemoryIsCounted)
-    CHECK(bytes_in_use() - before <= static_cast<std::int64_t>(pool.memory_bytes()) + (64 << 10));
+TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
+  const std::string pipeline = "shuffle,zstd:1";
+  CoderPool pool(default_pipelines(), {{}, 1000, kThreads});
+  pool.make_room_for({pipeline, 4}, kBlockBytes);
+  CHECK(pool.most_coders() == 1);
+  CHECK(pool.memory_bytes() == 1000);
+  CHECK(code_in_threads(pool, pipeline));
 }
 
 TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersForFrames") {

@@ -24,7 +24,7 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
   CHECK(max_encoded_bytes(4096) == 3584);
 
   const std::size_t size = 4096;
-  BlockCoder coder("lz4", 4, size);
+  BlockCoder coder(default_pipelines().make("lz4", 4), size);
   std::size_t encoded_count = 0;
   for (std::size_t zeros = 0; zeros <= size; zeros += 16) {
     auto raw = make_content(size, Content::kRandom, 1);
@@ -113,9 +113,9 @@ TEST_CASE("CompressedRead_BlockOfAnotherCodec_IsCorruptionThatNamesTheBlock") {
   level.open().write({0, 1}, make_content(bytes, Content::kZeros, 1));
   level.close();
   REQUIRE(level.table()[0].encoding == BlockEncoding::kEncoded);
-  const auto volume = writer.entry.open({{"zstd", "none"}});
-  const auto reader = volume->open_level(LevelSpec{level.directory(), level.name(), OpenMode::kRead,
-                                                   level.geometry(), level.table(), 4});
+  const auto volume = writer.entry.open({});
+  const auto reader = volume->open_level({level.directory(), level.name(), OpenMode::kRead,
+                                          level.geometry(), level.table(), 4, "zstd"});
   try {
     read_blocks(*reader, level.geometry(), {0, 1});
     FAIL("expected an error");

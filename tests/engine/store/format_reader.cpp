@@ -71,12 +71,13 @@ struct Stages {
 
 Stages stages_of(std::string pipeline) {
   Stages stages;
-  if (pipeline == "none") return stages;
-  if (pipeline == "shuffle" || pipeline.starts_with("shuffle,")) {
-    stages.shuffle = true;
-    pipeline.erase(0, 8);
+  if (const std::size_t comma = pipeline.find(','); comma != std::string::npos) {
+    const std::string filters = pipeline.substr(0, comma);
+    require(filters == "shuffle" || filters == "none", "filter");
+    stages.shuffle = filters == "shuffle";
+    pipeline.erase(0, comma + 1);
   }
-  if (!pipeline.empty()) stages.codec = pipeline.substr(0, pipeline.find(':'));
+  stages.codec = pipeline.substr(0, pipeline.find(':'));
   return stages;
 }
 

@@ -1,5 +1,6 @@
-// plait/backends/choose_backend.h: which of the raw backends suits a new store where nobody said.
-// Their files are the same, byte for byte: the choice decides how fast they are written and read.
+// plait/backends/choose_backend.h: chooses a raw backend for a new store, when the user names none.
+// All raw backends write the same files, byte for byte. The choice decides only how fast the files
+// are written and read.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +14,18 @@ namespace plait {
 
 struct BackendChoice {
   std::string name;
-  std::string reason;  ///< one clause, with the figures or the refusal that decided
+  std::string reason;  ///< one clause with the reason: sizes, or why uring cannot be used
 };
 
-/// A store is large where its raw bytes are more than this share of the memory available. Beyond
-/// about a tenth the system holds up those who write faster than the disk takes (vm.dirty_ratio,
-/// vm.dirty_background_ratio), and fresh page-cache pages cost more than writing past them;
-/// docs/backends.md has the measurement.
+/// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
+/// Once dirty pages fill about a tenth of the memory, Linux slows writers down to the speed of the
+/// disk (vm.dirty_ratio, vm.dirty_background_ratio). And new pages of the page cache cost more time
+/// than writing without the page cache. docs/backends.md has the measurement.
 inline constexpr std::uint64_t kLargeStoreDivisor = 16;
 
-/// "uring" for a large store where the kernel allows io_uring and the file system of `path` takes
-/// O_DIRECT; else "pread". `path` need not exist, the directory that it is in does.
-/// Never fails: what cannot be found out is a reason for "pread".
+/// Returns "uring" for a large store, if the kernel allows io_uring and the file system of `path`
+/// has O_DIRECT; otherwise "pread". `path` need not exist, but its directory must. Never fails: if
+/// a check is impossible, the choice is "pread".
 /// Pinned by tests/backends/choose_backend_test.cpp.
 BackendChoice choose_backend(const BackendRegistry& backends, const std::filesystem::path& path,
                              std::uint64_t raw_bytes,

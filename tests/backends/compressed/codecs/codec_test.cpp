@@ -1,5 +1,3 @@
-#include "compressed/codecs/codec.h"
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <memory>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "backends/conformance.h"
+#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 
 namespace plait::test {
@@ -28,6 +27,10 @@ struct ExactBuffer {
   std::size_t size;
 };
 
+std::unique_ptr<Codec> codec_of(const char* pipeline) {
+  return default_pipelines().make(pipeline, 4).codec;
+}
+
 /// Whether `stored` decodes to exactly `raw_bytes` bytes; any error but kCorruption fails.
 bool decodes(Codec& codec, std::span<const std::byte> stored, std::size_t raw_bytes) {
   ExactBuffer from(stored), into(raw_bytes);
@@ -44,7 +47,7 @@ bool decodes(Codec& codec, std::span<const std::byte> stored, std::size_t raw_by
 
 TEST_CASE("Codec_AnyContentOfAnySize_RoundTrips") {
   for (const char* name : kCodecs) {
-    const auto codec = make_codec(name);
+    const auto codec = codec_of(name);
     for (const std::size_t size : kSizes) {
       for (const Content content : {Content::kZeros, Content::kSmooth, Content::kRandom}) {
         INFO(name << ' ' << size);
@@ -64,7 +67,7 @@ TEST_CASE("Codec_AnyContentOfAnySize_RoundTrips") {
 
 TEST_CASE("CodecCompress_TooLittleRoom_GivesNothingAndOverrunsNothing") {
   for (const char* name : kCodecs) {
-    const auto codec = make_codec(name);
+    const auto codec = codec_of(name);
     for (const std::size_t size : {100u, 4096u, 70000u}) {
       INFO(name << ' ' << size);
       ExactBuffer raw(make_content(size, Content::kRandom, 2));
@@ -78,7 +81,7 @@ TEST_CASE("CodecCompress_TooLittleRoom_GivesNothingAndOverrunsNothing") {
 
 TEST_CASE("CodecDecompress_CutOrOfAnotherSize_IsCorruption") {
   for (const char* name : kCodecs) {
-    const auto codec = make_codec(name);
+    const auto codec = codec_of(name);
     for (const Content content : {Content::kZeros, Content::kSmooth, Content::kRandom}) {
       const std::size_t size = 5000;
       ExactBuffer raw(make_content(size, content, 3));
@@ -99,7 +102,7 @@ TEST_CASE("CodecDecompress_GarbageOrFlippedBits_NeverOverruns") {
   std::mt19937 random(4);
   std::uint32_t seed = 0;
   for (const char* name : kCodecs) {
-    const auto codec = make_codec(name);
+    const auto codec = codec_of(name);
     for (int round = 0; round < 200; ++round) {
       const auto garbage = make_content(random() % 300, Content::kRandom, seed++);
       decodes(*codec, garbage, random() % 2000);
@@ -120,7 +123,7 @@ TEST_CASE("CodecDecompress_GarbageOrFlippedBits_NeverOverruns") {
 }
 
 TEST_CASE("ZstdDecompress_SeveralFramesThatAddUp_IsRefused") {
-  const auto codec = make_codec("zstd");
+  const auto codec = codec_of("zstd");
   ExactBuffer raw(make_content(1000, Content::kZeros, 0));
   ExactBuffer room(codec->bound(raw.size));
   const auto frame = room.span().first(codec->compress(raw.span(), room.span()).value());

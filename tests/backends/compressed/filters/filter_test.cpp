@@ -1,9 +1,7 @@
-#include "compressed/filters/filter.h"
-
 #include <catch2/catch.hpp>
 
 #include "backends/conformance.h"
-#include "plait/error.h"
+#include "compressed/filters/shuffle_filter.h"
 
 namespace plait::test {
 
@@ -25,21 +23,6 @@ TEST_CASE("ShuffleFilter_AnyWidthAndSize_IsTheDefinitionAndItsInverse") {
       CHECK(wrong == 0);
       filter->decode(filtered, back);
       CHECK(back == raw);
-    }
-  }
-}
-
-TEST_CASE("FilterChain_Names_AreKnownOrRefused") {
-  CHECK(make_filter_chain("none", 4).empty());
-  CHECK(make_filter_chain("none", 3).empty());
-  CHECK(make_filter_chain("shuffle", 4).size() == 1);
-  CHECK(make_filter_chain("shuffle", 1).empty());
-  for (const std::size_t width : {0u, 3u, 16u}) {
-    try {
-      make_filter_chain("shuffle", width);
-      FAIL("expected an error");
-    } catch (const Error& error) {
-      CHECK(error.code() == ErrorCode::kInvalidArgument);
     }
   }
 }

@@ -1,9 +1,8 @@
-#include "compressed/codecs/codec.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -31,21 +30,15 @@ class NoneCodec final : public Codec {
 
 }  // namespace
 
-bool is_codec(std::string_view stage) {
-  const std::string_view name = stage.substr(0, stage.find(':'));
-  return name == "lz4" || name == "zstd";
+std::unique_ptr<Codec> make_none_codec(std::string_view options) {
+  refuse_options("none", options);
+  return std::make_unique<NoneCodec>();
 }
 
-std::unique_ptr<Codec> make_codec(std::string_view specification) {
-  constexpr std::string_view kZstdLevel = "zstd:";
-  if (specification == "none") return std::make_unique<NoneCodec>();
-  if (specification == "lz4") return make_lz4_codec();
-  if (specification == "zstd") return make_zstd_codec(std::nullopt);
-  if (specification.starts_with(kZstdLevel))
-    return make_zstd_codec(specification.substr(kZstdLevel.size()));
-  throw Error(ErrorCode::kNotSupported,
-              fmt::format("choose codec \"{}\": expected one of none, lz4, zstd, zstd:LEVEL",
-                          specification));
+void refuse_options(std::string_view name, std::string_view options) {
+  if (options.empty()) return;
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("choose \"{}:{}\": expected no options after the name", name, options));
 }
 
 }  // namespace plait

@@ -1,0 +1,138 @@
+// What is a pipeline, and that a program's own codec and filter reach the blocks of a store.
+#include "plait/backends/pipeline.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/store.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+ErrorCode refusal_of(const char* pipeline, std::size_t component_bytes, const char* words) {
+  try {
+    default_pipelines().make(pipeline, component_bytes);
+  } catch (const Error& error) {
+    CAPTURE(pipeline, error.what());
+    CHECK(std::string(error.what()).find(words) != std::string::npos);
+    return error.code();
+  }
+  FAIL("\"" << pipeline << "\" was taken");
+  return {};
+}
+
+std::atomic<int> encoded_blocks = 0, decoded_blocks = 0;
+
+/// Turns the bits of every byte round.
+class ComplementFilter final : public Filter {
+ public:
+  void encode(std::span<const std::byte> raw, std::span<std::byte> filtered) const override {
+    ++encoded_blocks;
+    std::ranges::transform(raw, filtered.begin(), [](std::byte b) { return ~b; });
+  }
+  void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const override {
+    ++decoded_blocks;
+    std::ranges::transform(filtered, raw.begin(), [](std::byte b) { return ~b; });
+  }
+};
+
+PipelineRegistry with_complement() {
+  PipelineRegistry pipelines = default_pipelines();
+  pipelines.add(PipelineRegistry::FilterEntry{
+      "x-flip", "turns the bits round",
+      [](std::string_view, std::size_t) { return std::make_unique<ComplementFilter>(); }});
+  return pipelines;
+}
+
+}  // namespace
+
+TEST_CASE("Pipeline_WellFormedText_HasItsFiltersInOrder") {
+  const struct {
+    const char* text;
+    std::size_t component_bytes, filters;
+  } cases[] = {{"lz4", 4, 0},          {"none", 4, 0},
+               {"none,zstd:3", 4, 0},  {"shuffle,none", 4, 1},
+               {"shuffle,zstd", 1, 0}, {"shuffle+none+shuffle,zstd:-5", 8, 2}};
+  for (const auto& [text, component_bytes, filters] : cases) {
+    CAPTURE(text);
+    const Pipeline made = default_pipelines().make(text, component_bytes);
+    CHECK(made.codec != nullptr);
+    CHECK(made.filters.size() == filters);
+  }
+}
+
+TEST_CASE("Pipeline_AnythingElse_IsRefusedInWordsThatNameIt") {
+  CHECK(refusal_of("brotli", 4,
+                   "codec \"brotli\" of pipeline \"brotli\": expected one of lz4, none, zstd") ==
+        ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle", 4, "codec \"shuffle\"") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("delta,lz4", 4,
+                   "filter \"delta\" of pipeline \"delta,lz4\": expected one of shuffle") ==
+        ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle+,lz4", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of(",lz4", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle,", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle:4,lz4", 4, "shuffle:4") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("lz4:9", 4, "lz4:9") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("zstd:99", 4, "zstd:99") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("zstd:3,lz4", 4, "filter \"zstd\"") == ErrorCode::kNotSupported);
+  for (const std::size_t width : {0u, 3u, 16u})
+    CHECK(refusal_of("shuffle,lz4", width, "components") == ErrorCode::kInvalidArgument);
+}
+
+TEST_CASE("PipelineRegistry_EntriesThatCannotBe_AreRefused") {
+  PipelineRegistry pipelines = default_pipelines();
+  const auto make = [](std::string_view) { return default_pipelines().make("none", 4).codec; };
+  for (const char* name : {"lz4", "", "a,b", "a+b", "a:b", "a b"}) {
+    CAPTURE(name);
+    CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{name, "", make}), Error);
+  }
+  CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", nullptr}), Error);
+  CHECK_THROWS_AS(pipelines.add(PipelineRegistry::FilterEntry{
+                      "none", "", [](std::string_view, std::size_t) { return nullptr; }}),
+                  Error);
+  pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", make});
+  CHECK(pipelines.codec_names() == std::vector<std::string>{"lz4", "none", "x-none", "zstd"});
+}
+
+TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
+  const TemporaryDirectory place;
+  const BackendRegistry backends = default_backends(with_complement());
+  StoreOptions options;
+  options.backend = "compressed";
+  options.pipeline = "x-flip+shuffle,zstd:1";
+  encoded_blocks = decoded_blocks = 0;
+  Digest written;
+  {
+    Store store = Store::create(place.path() / "own.plait", BaseMesh::build(icosahedron()), options,
+                                backends);
+    store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3});
+    store.add_level(0);
+    store.add_level(0);
+    LevelFile& level = store.level_file(0, 2);
+    const std::vector<std::byte> bytes(level.geometry.block_bytes(0), std::byte{7});
+    level.backend->write({0, 1}, bytes);
+    store.commit();
+    written = digest(store, {});
+  }
+  CHECK(encoded_blocks == 1);
+  Store store = Store::open(place.path() / "own.plait", {}, backends);
+  CHECK(digest(store, {}) == written);
+  CHECK(decoded_blocks > 0);
+  try {
+    Store::open(place.path() / "own.plait", {}, default_backends());
+    FAIL("the filter is not there");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kNotSupported);
+    CHECK(std::string(error.what()).find("x-flip") != std::string::npos);
+  }
+}
+
+}  // namespace plait::test
