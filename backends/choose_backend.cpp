@@ -24,7 +24,7 @@ std::string mebibytes(std::uint64_t bytes) { return fmt::format("{} MiB", bytes 
 std::string kernel_refusal(const BackendRegistry& backends) {
   try {
     const BackendRegistry::Entry& uring = backends.find(kUring);
-    if (uring.validate) uring.validate(BackendOptions());
+    if (uring.validate) uring.validate({});
   } catch (const Error& error) {
     return error.what();
   }

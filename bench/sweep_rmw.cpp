@@ -80,7 +80,7 @@ void make_store(const fs::path& path, const BaseMesh& base, const Settings& sett
   fs::remove_all(path);
   StoreOptions options;
   options.backend = subject.backend;
-  options.backend_options.codec = "lz4";
+  if (subject.backend == "compressed") options.pipeline = "shuffle,lz4";
   Store store = Store::create(path, base, options, default_backends());
   const AttributeId attribute =
       store.add_attribute({"value", ComponentType::kFloat32, settings.components});

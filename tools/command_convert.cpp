@@ -17,6 +17,7 @@
 #include "plait/convert.h"
 #include "plait/left_overs.h"
 #include "plait/partial_store.h"
+#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "read_back.h"
@@ -67,10 +68,14 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
                 fmt::format("convert: --codec and --filter need a backend that compresses, and {} "
                             "does not: add --backend compressed",
                             backend.name));
-  if (!source.backend_traits().compressed) options.backend_options = BackendOptions();
-  if (!arguments.codec.empty()) options.backend_options.codec = arguments.codec;
-  if (!arguments.filter.empty()) options.backend_options.filter = arguments.filter;
-  backend.validate(options.backend_options);
+  const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
+  PipelineParts parts =
+      PipelineParts::of(stays_compressed ? options.pipeline : backend.default_pipeline);
+  if (!arguments.codec.empty()) parts.codec = arguments.codec;
+  if (!arguments.filter.empty()) parts.filter = arguments.filter;
+  options.pipeline = parts.pipeline();
+  backend.validate(BackendRegistry::options_in(options.backend));
+  backend.validate_pipeline(options.pipeline);
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
   options.budget_bytes = arguments.memory_bytes / 2;
   options.durability = Durability::kCommit;

@@ -52,7 +52,6 @@ Json to_json(const SubdivisionReport& report) {
   const SubdivisionResult& result = report.result;
   const SubdivisionPlan& plan = result.plan;
   const LevelCounts& finest = plan.level_counts.back();
-  const BackendOptions& coding = plan.store.backend_options;
   Json json = {{"mesh", report.mesh.string()},
                {"store", result.store.empty() ? Json(nullptr) : Json(result.store.string())},
                {"input", mesh_json(plan.input)},
@@ -82,8 +81,8 @@ Json to_json(const SubdivisionReport& report) {
                {"block_bytes", plan.store.block_bytes},
                {"backend", plan.store.backend},
                {"backend_reason", plan.backend_reason},
-               {"codec", result.compressed ? coding.codec : "none"},
-               {"filter", result.compressed ? coding.filter : "none"},
+               {"codec", result.pipeline.codec},
+               {"filter", result.pipeline.filter},
                {"durability", plan.store.durability == Durability::kCommit ? "commit" : "none"},
                {"executor", to_string(plan.subdivide.executor)},
                {"threads", plan.subdivide.threads},

@@ -40,10 +40,6 @@ File open_file(const LevelSpec& level) {
   return {level.directory, level.name, level.mode};
 }
 
-std::string pipeline_of(const BackendOptions& options) {
-  return options.filter + ',' + options.codec;
-}
-
 class CompressedBackend final : public Backend {
  public:
   CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders)
@@ -163,22 +159,19 @@ class CompressedBackend final : public Backend {
 class CompressedVolume final : public Volume {
  public:
   CompressedVolume(std::shared_ptr<const PipelineRegistry> pipelines, const VolumeSpec& volume)
-      : pipelines_(std::move(pipelines)),
-        pipeline_(pipeline_of(volume.options)),
-        coders_(*pipelines_, volume) {}
+      : pipelines_(std::move(pipelines)), coders_(*pipelines_, volume) {}
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    const Coding coding{pipeline_, level.component_bytes};
+    const Coding coding{level.pipeline, level.component_bytes};
     auto opened = std::make_unique<CompressedBackend>(level, coding, coders_);
     coders_.make_room_for(coding, level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
-  void begin_version(std::uint64_t) override { coders_.shrink(); }
+  void begin_version(std::uint64_t, std::span<const std::uint64_t>) override { coders_.shrink(); }
 
  private:
   std::shared_ptr<const PipelineRegistry> pipelines_;
-  std::string pipeline_;
   CoderPool coders_;
 };
 
@@ -186,12 +179,16 @@ class CompressedVolume final : public Volume {
 
 BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
   const auto shared = std::make_shared<const PipelineRegistry>(pipelines);
-  return {"compressed", "a pipeline of filters and a codec per block (--filter, --codec)",
-          kCompressedTraits,
-          [shared](const VolumeSpec& volume) {
-            return std::make_unique<CompressedVolume>(shared, volume);
-          },
-          [shared](const BackendOptions& options) { shared->make(pipeline_of(options), 4); }};
+  BackendRegistry::Entry entry;
+  entry.name = "compressed";
+  entry.summary = "a pipeline of filters and a codec per block (--filter, --codec)";
+  entry.traits = kCompressedTraits;
+  entry.open = [shared](const VolumeSpec& volume) {
+    return std::make_unique<CompressedVolume>(shared, volume);
+  };
+  entry.default_pipeline = "shuffle,zstd:1";
+  entry.validate_pipeline = [shared](std::string_view pipeline) { shared->make(pipeline, 4); };
+  return entry;
 }
 
 }  // namespace plait

@@ -68,16 +68,16 @@ Store::Implementation::~Implementation() {
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
-  const std::string name = level_file_name(level.number, level.level);
+  const std::string name = level.file_name();
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
   file->table = std::move(level.table);
   file->path = directory.path_of(name);
   file->traits = backend.traits;
+  file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
-  const LevelSpec spec{directory,      name,        mode,
-                       file->geometry, file->table, component_bytes(schema.type)};
-  file->backend = volume->open_level(spec);
+  file->backend = volume->open_level({directory, name, mode, file->geometry, file->table,
+                                      component_bytes(schema.type), file->pipeline});
   pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
   return file;
@@ -87,8 +87,8 @@ void Store::Implementation::make_ready() {
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
-  volume = backend.open({options.backend_options, options.budget_bytes / kScratchShare,
-                         std::max(processors, io_threads)});
+  volume = backend.open({std::string(BackendRegistry::options_in(options.backend)),
+                         options.budget_bytes / kScratchShare, std::max(processors, io_threads)});
   if (on_disk() && writable && backend.traits.overwrites_in_place &&
       options.durability == Durability::kCommit) {
     journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
@@ -103,14 +103,16 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   check_resources(options.budget_bytes, options.io_threads);
   auto state = std::make_unique<Implementation>();
   state->backend = backends.find(options.backend);
-  state->backend.validate(options.backend_options);
+  state->backend.validate(BackendRegistry::options_in(options.backend));
   state->base = std::move(base);
   state->options = options;
+  if (options.pipeline.empty()) state->options.pipeline = state->backend.default_pipeline;
+  state->backend.validate_pipeline(state->options.pipeline);
   state->uuid = random_uuid();
   state->writable = true;
   state->provenance.layout = options.layout;
   state->provenance.base_level = options.base_level;
-  encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
+  encode_description(state->description());  // refuses text that no version holds, before any work
   if (path.empty()) {
     if (state->backend.traits.durable)
       throw Error(ErrorCode::kInvalidArgument,
@@ -141,12 +143,12 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->writable = false;
   state->lock = lock_recovered(state->directory, options.writable, options.durability);
   const StoredVersion version(state->directory);
-  const Manifest& manifest = version.manifest();
-  state->sequence = manifest.sequence;
-  state->uuid = manifest.uuid;
-  state->next_number = manifest.next_attribute_number;
-  state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
-  state->provenance = provenance_of(manifest);
+  const VersionDescription& description = version.description();
+  state->sequence = version.manifest().sequence;
+  state->uuid = version.manifest().uuid;
+  state->next_number = description.next_attribute_number;
+  state->base_mesh_size = {description.base_mesh_bytes, description.base_mesh_checksum};
+  state->provenance = description.provenance;
   state->options = version.options();
   state->options.durability = options.durability;
   state->options.budget_bytes = options.budget_bytes;

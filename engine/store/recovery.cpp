@@ -198,14 +198,14 @@ void remove_uncommitted(const Directory& store) noexcept {
 void remove_left_over_files(const Directory& store) noexcept {
   try {
     const File file(store, kManifestName, OpenMode::kRead);
-    std::set<std::string> named = version_file_names(read_manifest(file));
-    for (const Manifest& version : read_whole_slots(file)) {
-      named.insert(tables_file_name(version.sequence));
-      for (const ManifestAttribute& attribute : version.attributes)
-        named.insert(base_file_name(attribute.number, version.sequence));
+    const std::set<std::string> newest = StoredVersion(store).file_names();
+    const std::vector<Manifest> slots = read_whole_slots(file);
+    for (const std::string& name : store.names()) {
+      const bool is_of_a_slot = std::ranges::any_of(
+          slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
+      if (is_version_file_name(name) && !newest.contains(name) && !is_of_a_slot)
+        store.remove_if_possible(name);
     }
-    for (const std::string& name : store.names())
-      if (is_version_file_name(name) && !named.contains(name)) store.remove_if_possible(name);
   } catch (...) {  // what stays is in nobody's way
   }
 }

@@ -19,7 +19,7 @@ namespace plait {
 
 struct Store::Implementation {
   struct Attribute {
-    std::uint32_t number = 0;  ///< in file names and checksums; never given twice
+    AttributeRecord record;  ///< its schema is in `infos`
     std::vector<std::byte> base_bytes;
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
   };
@@ -35,7 +35,8 @@ struct Store::Implementation {
                                         OpenMode mode) const;
   /// The pager, and a journal where one is needed; `options`, `backend` and the rest are there.
   void make_ready();
-  Manifest manifest() const;
+  /// Of what there is now; the checksums of base records are not in it yet.
+  VersionDescription description() const;
   void write_version();
   void read_version(const StoredVersion& version, OpenMode mode);
 
@@ -47,7 +48,7 @@ struct Store::Implementation {
   BackendRegistry::Entry backend;
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
-  std::uint32_t next_number = 0;
+  std::uint32_t next_number = 0;  ///< of the next attribute
   StoredSize base_mesh_size;
   bool writable = false;
   bool name_is_durable = false;  ///< this writer has synced the directory that the store is in

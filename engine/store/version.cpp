@@ -1,12 +1,14 @@
-// Writing a version, tables, base records, manifest slot, and taking one up again.
+// Writing a version, base records, description and block tables, manifest slot, and taking one up
+// again.
 #include <fmt/format.h>
 
 #include "plait/error.h"
-#include "store/block_tables_file.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
+#include "store/version_description.h"
+#include "store/version_file.h"
 
 namespace plait {
 namespace {
@@ -23,29 +25,23 @@ void write_whole_file(const Directory& store, const std::string& name,
 
 }  // namespace
 
-Manifest Store::Implementation::manifest() const {
-  Manifest result;
-  result.uuid = uuid;
-  result.sequence = sequence;
+VersionDescription Store::Implementation::description() const {
+  VersionDescription result;
   result.vertex_count = base.vertex_count();
   result.edge_count = base.edge_count();
   result.face_count = base.face_count();
   result.border_edge_count = base.border_edge_count();
   result.block_bytes = options.block_bytes;
-  result.base_level = options.base_level;
   result.next_attribute_number = next_number;
   result.base_mesh_bytes = base_mesh_size.bytes;
   result.base_mesh_checksum = base_mesh_size.checksum;
   result.backend = options.backend;
-  result.codec = options.backend_options.codec;
-  result.filter = options.backend_options.filter;
-  result.layout = options.layout;
-  result.scheme = provenance.scheme;
-  result.limit = provenance.limit;
-  result.precision = provenance.precision;
-  result.program = provenance.program;
-  for (std::size_t i = 0; i < attributes.size(); ++i)
-    result.attributes.push_back({infos[i].schema, attributes[i].number, infos[i].finest_level, 0});
+  result.pipeline = options.pipeline;
+  result.provenance = provenance;
+  for (std::size_t i = 0; i < attributes.size(); ++i) {
+    result.attributes.push_back(attributes[i].record);
+    result.attributes.back().schema = infos[i].schema;
+  }
   return result;
 }
 
@@ -54,24 +50,27 @@ void Store::Implementation::write_version() {
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) level->backend->sync(durable);
 
-  Manifest next = manifest();
   if (sequence == kMaxSequence)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("commit {}: version {} is the last that a store can have",
                             path.native(), sequence));
-  ++next.sequence;
+  Manifest next;
+  next.uuid = uuid;
+  next.sequence = sequence + 1;
+  VersionDescription content = description();
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    write_whole_file(directory, base_file_name(attributes[i].number, next.sequence),
+    write_whole_file(directory, base_file_name(attributes[i].record.number, next.sequence),
                      attributes[i].base_bytes, durable);
-    next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
+    content.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
   std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) all_tables.push_back(&level->table);
-  const std::vector<std::byte> tables = encode_tables(all_tables);
-  write_whole_file(directory, tables_file_name(next.sequence), tables, durable);
-  next.tables_bytes = tables.size();
-  next.tables_checksum = checksum_of(tables);
+  const std::vector<std::byte> described =
+      encode_version_file(encode_description(content), all_tables);
+  write_whole_file(directory, version_file_name(next.sequence), described, durable);
+  next.version_bytes = described.size();
+  next.version_checksum = checksum_of(described);
   if (durable) directory.sync();
 
   File file(directory, kManifestName, OpenMode::kReadWrite);
@@ -84,11 +83,11 @@ void Store::Implementation::write_version() {
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.
-  volume->begin_version(next.sequence);
+  volume->begin_version(next.sequence, {});
   if (sequence > 0) {
-    directory.remove_if_possible(tables_file_name(sequence - 1));
+    directory.remove_if_possible(version_file_name(sequence - 1));
     for (const Attribute& attribute : attributes)
-      directory.remove_if_possible(base_file_name(attribute.number, sequence - 1));
+      directory.remove_if_possible(base_file_name(attribute.record.number, sequence - 1));
   }
   for (const std::string& name : obsolete) directory.remove_if_possible(name);
   obsolete.clear();
@@ -99,11 +98,11 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
   base = version.read_base_mesh();
   std::vector<StoredLevel> levels = version.levels(base);
   version.read_tables_into(levels);
-  for (const ManifestAttribute& stored : version.manifest().attributes) {
+  for (const AttributeRecord& stored : version.description().attributes) {
     Attribute attribute;
-    attribute.number = stored.number;
+    attribute.record = stored;
     attribute.base_bytes = version.read_base_records(stored);
-    infos.push_back({stored.schema, stored.finest_level});
+    infos.push_back({stored.schema, version.description().finest_level(stored)});
     attributes.push_back(std::move(attribute));
   }
   for (StoredLevel& level : levels) {

@@ -91,6 +91,7 @@ std::uint64_t Recomputation::level_bytes() const {
 Store& Recomputation::made() {
   if (made_) return *made_;
   StoreOptions store = structure_.options;
+  store.pipeline.clear();  // whatever keeps the levels here
   store.durability = Durability::kNone;
   store.budget_bytes = options_.budget_bytes / 2;
   const std::optional<std::string> memory = memory_backend(backends_);

@@ -103,8 +103,8 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
   report.notes = structure.notes;
   report.version = structure.sequence;
   Recomputation recomputation(structure, options, backends, scratch);
-  BlockProof proof(backends.find(structure.options.backend), structure.options.backend_options,
-                   scratch);
+  BlockProof proof(backends.find(structure.options.backend),
+                   BackendRegistry::options_in(structure.options.backend), scratch);
   FileRepair(path, structure, options, recomputation, proof, scratch, report).run();
   if (!options.dry_run) check_rebuilt_files(path, backends, report);
   if (!report.lost_files.empty() || (options.dry_run && !report.rebuilt_files.empty()))

@@ -24,10 +24,10 @@ class Comparison {
 
   void representation() {
     const StoreOptions& has = store_.options();
-    const bool compressed = store_.backend_traits().compressed;
+    const PipelineParts pipeline = PipelineParts::of(has.pipeline);
     same_if_asked("backend", request_.backend, has.backend);
-    same_if_asked("codec", request_.codec, compressed ? has.backend_options.codec : "none");
-    same_if_asked("filter", request_.filter, compressed ? has.backend_options.filter : "none");
+    same_if_asked("codec", request_.codec, pipeline.codec);
+    same_if_asked("filter", request_.filter, pipeline.filter);
     if (request_.layout && *request_.layout != LayoutKind::kAutomatic)
       same("layout", to_string(*request_.layout), has.layout);
     if (request_.block_bytes)

@@ -48,12 +48,15 @@ void throw_refusal(const SubdivisionPlan& plan) {
 SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends) {
   SubdivisionPlan plan;
   plan.store.backend = request.backend.value_or("");
-  if (request.codec) plan.store.backend_options.codec = *request.codec;
-  if (request.filter) plan.store.backend_options.filter = *request.filter;
   plan.keeps_store = true;
   if (request.backend) {
     const BackendRegistry::Entry& backend = backends.find(*request.backend);
-    if (backend.validate) backend.validate(plan.store.backend_options);
+    PipelineParts parts = PipelineParts::of(backend.default_pipeline);
+    if (request.codec) parts.codec = *request.codec;
+    if (request.filter) parts.filter = *request.filter;
+    plan.store.pipeline = parts.pipeline();
+    backend.validate(BackendRegistry::options_in(*request.backend));
+    backend.validate_pipeline(plan.store.pipeline);
     plan.keeps_store = backend.traits.durable;
     plan.backend_reason = "asked for";
   }

@@ -100,7 +100,7 @@ void PlannedRun::make_levels() {
     commit();
   }
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;
-  result_.compressed = store.backend_traits().compressed;
+  result_.pipeline = PipelineParts::of(store.options().pipeline);
   result_.paging = store.statistics();
   result_.stored_bytes = store.stored_bytes();
   for (const AttributeInfo& attribute : store.attributes())

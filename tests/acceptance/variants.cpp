@@ -101,7 +101,7 @@ Refiner::Refiner(const BaseMesh& mesh, int levels) : levels_(levels) {
 StoreOptions Refiner::store_options(const Variant& variant, std::uint64_t budget_bytes) const {
   StoreOptions options;
   options.backend = variant.backend;
-  options.backend_options.codec = variant.codec;
+  if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
   options.layout = std::string(plait::to_string(variant.layout));
   options.durability = Durability::kNone;
   options.block_bytes = variant.block_bytes;

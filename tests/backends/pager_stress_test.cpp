@@ -77,14 +77,15 @@ class Stress {
                                .share_bytes = i < 2 ? 4 * kBlockBytes : 0,
                                .window_bytes = window ? 2 * kBlockBytes : 0});
     }
-    file_.geometry = LevelGeometry(SlotShapes(kBlocks * kBlockBytes), BaseRelativeLevel(1), 1, kBlockBytes);
+    file_.geometry =
+        LevelGeometry(SlotShapes(kBlocks * kBlockBytes), BaseRelativeLevel(1), 1, kBlockBytes);
     file_.table = BlockTable({}, 2, 1, kBlocks);
     if (entry.traits.durable) directory_ = Directory(place_.path());
     open(OpenMode::kCreate);
     for (std::uint64_t block = 0; block < kBlocks; ++block)
       fill(sessions_[0].pin(file_, block, Access::kWrite), 0, kBlockBytes);
     pager_.flush();
-    volume_->begin_version(2);
+    volume_->begin_version(2, {});
   }
   ~Stress() {
     pager_.discard();
@@ -96,15 +97,14 @@ class Stress {
   void open(OpenMode mode) {
     pager_.detach(file_);
     file_.backend.reset();
-    BackendOptions options;
-    options.codec = "lz4";
     volume_ = wrapped_volume(entry_.open, [this](Volume& inner, const LevelSpec& level) {
       return std::make_unique<UnreliableBackend>(inner.open_level(level), faults_);
-    })({options, 8 * kBlockBytes, 2});
+    })({"", 8 * kBlockBytes, 2});
     file_.traits = entry_.traits;
     file_.writable = mode != OpenMode::kRead;
-    file_.backend = volume_->open_level(
-        LevelSpec{directory_, "attribute2.level01", mode, file_.geometry, file_.table, 1});
+    file_.backend =
+        volume_->open_level({directory_, "attribute2.level01.1", mode, file_.geometry, file_.table,
+                             1, entry_.traits.compressed ? "lz4" : "none"});
     pager_.attach(file_);
   }
 

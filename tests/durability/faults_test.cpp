@@ -220,7 +220,7 @@ TEST_CASE("StoreOpen_ForWriting_MakesTheNewestSlotDurableBeforeAnythingGoes") {
     add_sample(store, sample_schemas()[0], 1);
     store.commit();
   }
-  File(path / "tables.9", OpenMode::kCreate);
+  File(path / "version.9", OpenMode::kCreate);
   const Order order;
   Store::open(path, {true}, default_backends());
   CHECK(order.synced);
@@ -237,7 +237,7 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
     store.commit();
   }
   Store store = Store::open(path, {}, default_backends());
-  std::filesystem::resize_file(path / "attribute0.level03", 4096);
+  std::filesystem::resize_file(path / "attribute0.level03.1", 4096);
   CHECK(error_of([&] { read_level(store, 0, 3); }).code() == ErrorCode::kCorruption);
   CHECK(read_level(store, 0, 2) == sample_level(store, sample_schemas()[0], 2));
 }

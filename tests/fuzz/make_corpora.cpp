@@ -15,8 +15,9 @@
 
 #include "compressed/block_coder.h"
 #include "plait/level_geometry.h"
-#include "store/block_tables_file.h"
 #include "store/manifest.h"
+#include "store/version_description.h"
+#include "store/version_file.h"
 
 using namespace plait;
 
@@ -198,31 +199,45 @@ void seed_meshes() {
 void seed_manifests() {
   Manifest manifest;
   manifest.sequence = 7;
-  manifest.vertex_count = 6;
-  manifest.edge_count = 12;
-  manifest.face_count = 8;
-  manifest.block_bytes = 4096;
-  manifest.base_mesh_bytes = 272;
-  manifest.tables_bytes = 16;
-  manifest.backend = "pread";
-  manifest.codec = manifest.filter = "none";
-  manifest.layout = "hilbert";
-  const std::string plain = text_of(encode_manifest(manifest));
-  seed("manifest", "no_attributes", plain);
+  manifest.version_bytes = 200;
+  const std::string odd = text_of(encode_manifest(manifest));
+  seed("manifest", "one_slot", odd);
   manifest.sequence = 8;
-  manifest.backend = "compressed";
-  manifest.codec = "zstd:19";
-  manifest.filter = "shuffle";
-  manifest.scheme = "loop";
-  manifest.program = "0.1.0";
-  manifest.limit = true;
-  manifest.next_attribute_number = 4;
-  manifest.attributes = {{{"position", ComponentType::kFloat32, 3}, 0, 5, 11},
-                         {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 0, 12},
-                         {{"wide", ComponentType::kUint16, 255}, 1, 20, 13}};
-  const std::string full = text_of(encode_manifest(manifest));
-  seed("manifest", "three_attributes", full);
-  seed("manifest", "two_slots", full + plain);
+  manifest.version_checksum = 12;
+  const std::string even = text_of(encode_manifest(manifest));
+  seed("manifest", "two_slots", even + odd);
+}
+
+void seed_descriptions() {
+  const auto file = [](const VersionDescription& version) {
+    return text_of(encode_version_file(encode_description(version), {}));
+  };
+  VersionDescription version;
+  version.vertex_count = 6;
+  version.edge_count = 12;
+  version.face_count = 8;
+  version.block_bytes = 4096;
+  version.base_mesh_bytes = 272;
+  version.backend = "pread";
+  version.provenance.layout = "hilbert";
+  seed("version_description", "no_attributes", file(version));
+  version.backend = "compressed:depth=8";
+  version.pipeline = "shuffle,zstd:19";
+  version.provenance = {"loop", true, ComponentType::kFloat64, "hilbert", 1, "0.1.0"};
+  version.next_attribute_number = 4;
+  const LevelRecord raw{"none", Representation::kValues, 3},
+      coded{"lz4", Representation::kValues, 7};
+  // One by one: GCC 12 warns of temporaries in a list of records.
+  version.attributes.push_back(
+      {{"position", ComponentType::kFloat32, 3}, 0, 11, "shuffle,zstd:19", {raw, raw, coded}});
+  version.attributes.push_back({{"normal-2_x", ComponentType::kFloat64, 3}, 3, 12, "none", {}});
+  version.attributes.push_back({{"wide", ComponentType::kUint16, 255}, 1, 13, "lz4", {coded}});
+  const std::string full = file(version);
+  seed("version_description", "three_attributes", full);
+  seed("version_description", "cut", full.substr(0, full.size() / 2));
+  seed("version_description", "more", full + std::string(100, 'x'));
+  version.attributes[0].levels[1].representation = Representation{1};
+  seed("version_description", "representation_unknown", file(version));
 }
 
 void seed_block_tables() {
@@ -248,7 +263,7 @@ void seed_block_tables() {
         entries += number(kinds[block % 3]);
       }
     }
-    return levels + text_of(encode_tables({})) + entries;
+    return levels + entries;
   };
   seed("block_tables", "no_level", file({}));
   seed("block_tables", "closed", file({{12, 0, 0, 1, 0}, {12, 0, 5, 1, 0}}));
@@ -347,6 +362,7 @@ int main(int argument_count, char** arguments) try {
   corpora = arguments[1];
   seed_meshes();
   seed_manifests();
+  seed_descriptions();
   seed_block_tables();
   seed_codecs();
   seed_numbers();

@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 
+#include "engine/store/forge.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -69,7 +70,7 @@ BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
     BackendRegistry::Entry entry = default_backends().find(name);
     entry.open = wrapped_volume(entry.open, [&bad](Volume& disk, const LevelSpec& spec) {
       auto level = disk.open_level(spec);
-      if (spec.name != "attribute0.level03" || spec.mode == OpenMode::kCreate) return level;
+      if (spec.name != "attribute0.level03.1" || spec.mode == OpenMode::kCreate) return level;
       return std::unique_ptr<Backend>(std::make_unique<BadPlace>(std::move(level), bad));
     });
     result.add(std::move(entry));
@@ -216,7 +217,7 @@ TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
   for (const char* backend : {"pread", "mmap", "compressed"}) {
     const Victim victim(backend);
     for (const std::uint64_t block : {0u, 2u, 5u}) victim.damage(0, 3, block);
-    fs::remove(victim.path() / "attribute1.level03");
+    fs::remove(victim.path() / "attribute1.level03.1");
     RepairOptions options;
     options.budget_bytes = 704 << 10;  // what is made anew goes to the disk
     std::uint64_t calls = 0, last_call = 0;
@@ -321,17 +322,11 @@ TEST_CASE("Repair_BlockChangedInPlaceToTheSameEncodedSize_IsLost") {
 
 TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
   const Victim victim("compressed");
-  Manifest manifest = read_manifest(Directory(victim.path()));
-  const std::string tables = "tables." + std::to_string(manifest.sequence);
   {
-    File file(victim.path() / tables, OpenMode::kReadWrite);
-    std::vector<std::byte> bytes(file.size());
-    file.read_at(0, bytes);
-    save(std::span(bytes), 16, std::uint64_t{1} << 40);  // of the first block of level 1
-    file.write_at(0, bytes);
-    manifest.tables_checksum = checksum_of(bytes);
-    File manifest_file(victim.path() / "manifest", OpenMode::kReadWrite);
-    write_manifest(manifest_file, manifest);
+    std::vector<std::byte> bytes = whole_file(version_file(victim.path()));
+    // Of the first block of level 1.
+    save(std::span(bytes), tables_offset(bytes), std::uint64_t{1} << 40);
+    forge_version_file(victim.path(), bytes);
   }
   for (const bool dry_run : {true, false}) {
     RepairOptions options;
@@ -339,7 +334,7 @@ TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
     const RepairReport report = repair(victim.path(), options, default_backends());
     CHECK(report.rebuilt_files.empty());
     REQUIRE(report.lost_files.size() == 1);
-    CHECK(report.lost_files[0].name == "attribute0.level01");
+    CHECK(report.lost_files[0].name == "attribute0.level01.1");
     CHECK(report.lost_files[0].reason.find("bytes, expected at most") != std::string::npos);
   }
   CHECK(victim.is_alone());
@@ -348,22 +343,15 @@ TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
 /// Two blocks in one place: whatever is written there, the backend refuses the level.
 TEST_CASE("Repair_LevelThatCannotBeReadAfterwards_IsLost") {
   const Victim victim("compressed");
-  Manifest manifest = read_manifest(Directory(victim.path()));
-  const std::string tables = "tables." + std::to_string(manifest.sequence);
   {
     const Store store = victim.open();
     const LevelFile& file = store.level_file(0, 3);
     REQUIRE(file.table.size() > 2);
-    File tables_file(victim.path() / tables, OpenMode::kReadWrite);
-    std::vector<std::byte> bytes(tables_file.size());
-    tables_file.read_at(0, bytes);
-    const std::size_t first =
-        16 + 24 * (store.level_file(0, 1).table.size() + store.level_file(0, 2).table.size());
+    std::vector<std::byte> bytes = whole_file(version_file(victim.path()));
+    const std::size_t first = tables_offset(bytes) + 24 * (store.level_file(0, 1).table.size() +
+                                                           store.level_file(0, 2).table.size());
     save(std::span(bytes), first + 24, load<std::uint64_t>(bytes, first));
-    tables_file.write_at(0, bytes);
-    manifest.tables_checksum = checksum_of(bytes);
-    File manifest_file(victim.path() / "manifest", OpenMode::kReadWrite);
-    write_manifest(manifest_file, manifest);
+    forge_version_file(victim.path(), bytes);
   }
   const RepairReport report = repair(victim.path(), {}, default_backends());
   CHECK_FALSE(report.whole());

@@ -207,7 +207,7 @@ TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
   REQUIRE(expected.status == 0);
   {
     Program program(here.path(), subdivide(6, {"--resume"}));
-    while (!std::filesystem::exists(here.path() / "s.plait" / "attribute0.level04"))
+    while (!std::filesystem::exists(here.path() / "s.plait" / "attribute0.level04.1"))
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     ::kill(program.process(), SIGINT);
     const Outcome outcome = program.wait();

@@ -113,7 +113,7 @@ struct Levels {
     for (int number = 1; number <= kLevels; ++number) {
       LevelFile& level = at(number);
       level.path = "difference" + std::to_string(number);
-      level.geometry = LevelGeometry(kEdges, {}, BaseRelativeLevel(number), 1, kBlockBytes);
+      level.geometry = LevelGeometry(SlotShapes(kEdges), BaseRelativeLevel(number), 1, kBlockBytes);
       level.table = BlockTable({}, 0, number, level.geometry.block_count());
       level.traits = {.durable = true, .compressed = true};
       level.backend =

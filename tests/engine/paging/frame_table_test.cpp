@@ -14,7 +14,7 @@ constexpr std::uint64_t kBlockBytes = 4096;
 
 /// `blocks` blocks of one-byte records, without a backend.
 void shape(LevelFile& level, std::uint64_t blocks, std::uint32_t attribute = 0, int number = 1) {
-  level.geometry = LevelGeometry(blocks * kBlockBytes >> (2 * (number - 1)), {},
+  level.geometry = LevelGeometry(SlotShapes(blocks * kBlockBytes >> (2 * (number - 1))),
                                  BaseRelativeLevel(number), 1, kBlockBytes);
   level.table = BlockTable({}, attribute, number, level.geometry.block_count());
 }

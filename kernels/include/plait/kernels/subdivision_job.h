@@ -21,6 +21,7 @@
 #include "plait/layout.h"
 #include "plait/options.h"
 #include "plait/pager.h"
+#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -44,8 +45,8 @@ struct SubdivisionRequest {
   // A resumed job takes these from the store, and refuses a value that differs. A new store gets
   // the default that is named here for each one that is not given.
   std::optional<std::string> backend = {};           ///< the result of choose_backend, or "pread"
-  std::optional<std::string> codec = {};             ///< as in BackendOptions
-  std::optional<std::string> filter = {};            ///< as in BackendOptions
+  std::optional<std::string> codec = {};             ///< that of the backend
+  std::optional<std::string> filter = {};            ///< that of the backend
   std::optional<LayoutKind> layout = {};             ///< Hilbert for fused, else kAutomatic
   std::optional<Scheme> scheme = {};                 ///< Loop
   std::optional<ComponentType> precision = {};       ///< float32
@@ -146,9 +147,9 @@ struct SubdivisionResult {
   std::filesystem::path store;  ///< empty if the backend is not durable
   /// The open store if the backend is not durable. Otherwise run() has closed the store.
   std::optional<Store> in_memory;
-  MeshFigures base;         ///< the mesh refined base_level times
-  int resumed_level = 0;    ///< the finest level at the start of the run
-  bool compressed = false;  ///< whether the store's backend has a codec and a filter
+  MeshFigures base;        ///< the mesh refined base_level times
+  int resumed_level = 0;   ///< the finest level at the start of the run
+  PipelineParts pipeline;  ///< of the store
   LayoutSpans spans;
   double import_seconds = 0, layout_seconds = 0;
   double refine_seconds = 0;  ///< base mesh and all levels
