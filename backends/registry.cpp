@@ -10,13 +10,13 @@ namespace plait {
 
 BackendRegistry default_backends(const PipelineRegistry& pipelines) {
   BackendRegistry registry;
-  registry.add({"memory", "in memory only, gone with the process", kMemoryTraits,
+  registry.add({"memory", "in memory only; ends with the process", kMemoryTraits,
                 open_each_level(open_memory_backend)});
   registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
                 open_each_level(open_pread_backend)});
   registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
                 kUringTraits, open_uring_volume, validate_uring});
-  registry.add({"mmap", "raw files, mapped where they are only read", kMmapTraits,
+  registry.add({"mmap", "raw files, mapped when they are only read", kMmapTraits,
                 open_each_level(open_mmap_backend)});
   registry.add(compressed_backend(pipelines));
   return registry;

@@ -46,10 +46,11 @@ void read_positions(Store& store, Points& points) {
   const AttributeId position = store.attribute("position");
   const auto base = store.base_records<Vector3<float>>(position);
   points.assign(base.begin(), base.end());
+  Session session = store.open_session();
   for (int level = 1; level <= store.finest_level(); ++level) {
-    LevelFile& file = store.level_file(position, level);
+    const LevelFile& file = store.level_file(position, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.pager().pin(file, block, Access::kRead);
+      const PinnedBlock pinned = session.pin(file, block);
       const std::size_t count = pinned.bytes().size() / sizeof(Vector3<float>);
       const std::size_t before = points.size();
       points.resize(before + count);

@@ -25,8 +25,8 @@ namespace {
 using namespace plait;
 
 constexpr int kLevel = 6;
-constexpr std::int64_t kPoints =
-    4096;  // few enough for the caches, so that only arithmetic is measured
+// Few enough for the caches, so that only arithmetic is measured.
+constexpr std::int64_t kPoints = 4096;
 constexpr std::int64_t kBlockBytes = std::int64_t{1} << 20;
 
 const BaseMesh& mesh() {

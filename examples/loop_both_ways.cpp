@@ -1,14 +1,16 @@
-// examples/loop_both_ways.cpp: one source, in memory and far beyond it.
+// examples/loop_both_ways.cpp: the same source refines a mesh in memory and a mesh in a store on
+// disk.
 //
-// A program for semi-regular meshes walks its base triangles ("patches") and reads and writes the
-// vertices of their grids with patch.at(level, i, j). Written for any plait::PatchMesh, the same
-// source runs
+// A program for semi-regular meshes visits the base triangles ("patches") and reads and writes the
+// vertices of their grids with patch.at(level, i, j). If the program is written for any
+// plait::PatchMesh, the same source runs
 //   - over InCoreMesh: plain arrays, for meshes that fit into memory;
 //   - over StorePatches: a store on disk, of which only a window is in memory, under a budget.
-// Here this is done with two algorithms, Loop subdivision (the library's) and a surface area by
-// recursive descent (this program's own), and both give the same bits either way.
+// This example does both with two algorithms: Loop subdivision (from the library) and a recursive
+// computation of the surface area (from this program). Both give the same bits in memory and on
+// disk.
 //
-//   loop_both_ways [MESH.ply [LEVELS]]        without a mesh: an octahedron to level 5
+//   loop_both_ways [MESH.ply [LEVELS]]        default: an octahedron, to level 5
 #include <unistd.h>
 
 #include <cmath>
@@ -34,9 +36,10 @@ using plait::BaseMesh;
 using plait::FaceId;
 using Position = plait::Vector3<float>;
 
-// 1. An algorithm of one's own. A patch at some level is a triangular grid with corners (0, 0),
-//    (size, 0) and (0, size). `size` steps from corner (i, j) span a sub-triangle: upright
-//    for size > 0, upside down for size < 0. Nothing below knows where vertices are kept.
+// 1. A program's own algorithm. A patch at some level is a triangular grid with corners (0, 0),
+//    (size, 0) and (0, size). `size` steps from the corner (i, j) span a smaller triangle: upright
+//    for size > 0, upside down for size < 0. The code below does not depend on where vertices are
+//    stored.
 template <class Patch>
 double area(const Patch& patch, int level, std::int64_t i, std::int64_t j, std::int64_t size) {
   if (size == 1 || size == -1) {
@@ -67,7 +70,7 @@ double surface_area(Mesh& mesh, int level) {
   return sum;
 }
 
-// 2. The library's Loop subdivision is such a source too: plait/kernels/loop_patches.h.
+// 2. The library's Loop subdivision is written in the same way: plait/kernels/loop_patches.h.
 template <plait::PatchMesh Mesh>
 void refine(Mesh& mesh, int level) {
   plait::loop_refine_patches(mesh, level);
@@ -108,12 +111,12 @@ bool run(const BaseMesh& base, int levels, const std::filesystem::path& path) {
   for (int level = 1; level <= levels; ++level) refine(arrays, level);
   const double area_in_core = surface_area(arrays, levels);
 
-  // On disk: a store, and a budget for all of its blocks that are in memory at a time.
+  // On disk: a store. The budget limits the memory of its blocks.
   plait::StoreOptions options;
   options.backend = "pread";
   options.block_bytes = 64 << 10;
   options.budget_bytes = 16 << 20;
-  options.durability = plait::Durability::kNone;  // a scratch store need not survive a power cut
+  options.durability = plait::Durability::kNone;  // a scratch store, which a power cut may destroy
   plait::Store store = plait::Store::create(path, base, options, plait::default_backends());
   plait::add_base_positions(store);
   const plait::AttributeId position = store.attribute("position");
@@ -135,11 +138,12 @@ bool run(const BaseMesh& base, int levels, const std::filesystem::path& path) {
               static_cast<unsigned long long>(paging.blocks_read));
   const bool agree = differences == 0 && area_in_core == area_in_store;
   if (agree)
-    std::puts("both agree bit for bit");
+    std::puts("both have the same bits");
   else
-    std::printf("they differ, at %llu vertices\n", static_cast<unsigned long long>(differences));
+    std::printf("they differ at %llu vertices\n", static_cast<unsigned long long>(differences));
   return agree;
-  // A store that is never committed leaves nothing behind; store.commit() would keep it.
+  // This program does not commit the store, so its destructor removes it. store.commit() would keep
+  // it.
 }
 
 }  // namespace

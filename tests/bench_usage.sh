@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What every measurement is from outside: each option has a word of help, bad usage is status 2, and
-# one that is interrupted leaves no file.
+# Checks the command line of every measurement: each option has a help text, bad usage gives status
+# 2, and an interrupted program leaves no file.
 #
 #   tests/bench_usage.sh DIRECTORY_OF_THE_PROGRAMS
 set -euo pipefail
@@ -16,9 +16,9 @@ fail() {
 for program in "$programs"/plait_bench_*; do
   [ -x "$program" ] && [ ! -d "$program" ] || continue
   name=${program##*/}
-  # Google Benchmark has a command line of its own.
+  # Google Benchmark has its own command line.
   [ "$name" != plait_bench_parts ] || continue
-  # Help begins in column 31, or in that of the next line where the option is too long.
+  # A help text begins in column 31; if the option is too long, in column 31 of the next line.
   "$program" --help | awk '
     function tell() { if (bare != "") print bare; bare = "" }
     /^  -/ { tell(); if (length($0) <= 30 || substr($0, 30, 1) != " ") bare = $1; next }

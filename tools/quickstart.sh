@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# From nothing to a picture: installs what is missing, builds a release, generates a base mesh of
-# 26,016 vertices, subdivides it to level 5 (26.6 million vertices) on the default backend with
-# normals, verifies the store, prints the figures and renders the surface.
+# Installs missing packages, builds a release, generates a base mesh of 26,016 vertices, subdivides
+# it to level 5 (26.6 million vertices) with normals on the default backend, verifies the store,
+# prints the figures and renders the surface.
 #
 #   tools/quickstart.sh [DIRECTORY]        default: out/quickstart
 #
 # The directory then holds molecule.ply, surface.plait (about 0.65 GB), surface.png and
-# subdivide.json. Running it again replaces these four and nothing else.
+# subdivide.json. A second run replaces these four and no other file.
 set -euo pipefail
 
 case ${1:-} in
@@ -43,7 +43,7 @@ figures=$results/subdivide.json
 
 step() { printf '\n-- %s\n' "$*"; }
 
-# figure KEY: the value of a key of subdivide's report; keys inside inner objects do not count.
+# figure KEY: the value of a key in the report of subdivide. Keys of inner objects do not count.
 figure() {
   local value
   value=$(tr '\n' ' ' <"$figures" |

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, runs all tests; ends with CTest's summary.
+# Installs missing packages, builds, and runs all tests. The output ends with CTest's summary.
 #
 #   tools/test.sh [--preset NAME] [--target NAME]... [--label REGEX] [--exclude-label REGEX]
 #                 [CTEST OPTION...]
@@ -7,10 +7,11 @@
 #   --preset NAME           a preset of CMakePresets.json; default release
 #   --target NAME           builds and runs only the test of this name; may be repeated
 #   --label REGEX           only tests with such a label: fast (under a minute in all), slow
-#   --exclude-label REGEX   all but those
-#   anything else           goes to ctest as it is: -R NAME, --verbose, --rerun-failed ...
+#   --exclude-label REGEX   only tests without such a label
+#   anything else           is passed to ctest: -R NAME, --verbose, --rerun-failed ...
 #
-# Exit status 0 if everything was built and every test passed. No test at all is a failure.
+# The exit status is 0 if the build succeeded and every test passed. If no test ran, that is a
+# failure.
 set -euo pipefail
 
 case ${1:-} in
@@ -62,15 +63,15 @@ done
 
 jobs=$(nproc)
 tools/dev/install_packages.sh build tests
-# What other scripts switch off to save time is switched on again here. The presets of the sanitizers
-# say themselves what they leave out.
+# Switches on what other scripts switch off to save time. The presets of the sanitizers decide for
+# themselves.
 configure=(-DPLAIT_TESTS=ON -DPLAIT_TOOLS=ON)
 case $preset in
   asan-ubsan | tsan) ;;
   *) configure+=(-DPLAIT_EXAMPLES=ON -DPLAIT_BENCH=ON -DPLAIT_SLOW_TESTS=ON) ;;
 esac
-# Instrumented code makes the compiler warn of what is not there, so presets decide for themselves;
-# a release is the user's build, whose compiler may warn of more than ours, so it is strict only here.
+# Warnings are errors only in the release build of this script. With a sanitizer, the compiler gives
+# wrong warnings, so its preset decides. A user's compiler may have more warnings than ours.
 [ "$preset" != release ] || configure+=(-DPLAIT_WERROR=ON)
 cmake --preset "$preset" "${configure[@]}" --log-level=WARNING
 if [ ${#targets[@]} -gt 0 ]; then

@@ -1,5 +1,5 @@
-// backends/compressed/block_coder.h: one block through its pipeline, with the memory that this
-// takes.
+// backends/compressed/block_coder.h: encodes and decodes one block with a pipeline, and owns the
+// buffers for it.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ constexpr std::uint64_t max_encoded_bytes(std::uint64_t raw_bytes) {
 
 struct EncodedBlock {
   BlockEncoding encoding;  ///< kRaw or kEncoded
-  std::span<const std::byte>
-      bytes;  ///< the caller's bytes (kRaw), or the coder's, valid until its next call
+  /// kRaw: the caller's bytes. kEncoded: the coder's, valid until its next call.
+  std::span<const std::byte> bytes;
 };
 
 /// One thread at a time.
@@ -30,7 +30,7 @@ class BlockCoder {
   BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes);
 
   std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
-  /// The most memory that the coder takes, once it has coded.
+  /// The most memory that the coder takes, after its first block.
   std::uint64_t memory_bytes() const;
 
   EncodedBlock encode(std::span<const std::byte> raw);
@@ -48,7 +48,7 @@ class BlockCoder {
   Pipeline pipeline_;
   std::uint64_t max_raw_bytes_;
   Buffer stored_;
-  Buffer filtered_[2];  ///< where the filters take turns; empty where no filter needs it
+  Buffer filtered_[2];  ///< the filters write to them in turn; empty if not needed
 };
 
 }  // namespace plait

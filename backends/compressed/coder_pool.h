@@ -14,7 +14,7 @@
 
 namespace plait {
 
-/// What a coder is made for: levels that agree in it share coders.
+/// The properties that a coder is made for. Levels with the same Coding share coders.
 struct Coding {
   std::string pipeline;  ///< see plait/backends/pipeline.h
   std::size_t component_bytes = 4;
@@ -27,19 +27,19 @@ struct KeptCoder {
   std::unique_ptr<BlockCoder> coder;
 };
 
-/// A coder's memory is faulted in and its contexts are set up, so the pool keeps a coder for the
-/// next caller. There are as many coders as threads, or as many as the memory allows: a caller that
-/// finds none waits for one. Safe from any thread.
+/// Keeps coders for the next caller, because their memory is faulted in and their contexts are set
+/// up. The pool has one coder per thread, or fewer if the memory is short. A caller waits if all
+/// coders are in use. Safe from any thread.
 class CoderPool {
  public:
   /// `pipelines` outlives the pool.
   CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume);
 
-  /// From now on blocks of up to `raw_bytes` will be coded in this way. Coders for smaller blocks
-  /// are freed when they are given back. Errors: as PipelineRegistry::make.
+  /// Prepares for blocks of up to `raw_bytes` with this coding. Coders for smaller blocks are freed
+  /// when their users return them. Errors: as PipelineRegistry::make.
   void make_room_for(const Coding& coding, std::uint64_t raw_bytes);
-  /// The most memory that all coders together take. There is always one coder: the memory that it
-  /// takes beyond `most_scratch_bytes` is not counted here.
+  /// The most memory that all coders together take, but not more than `most_scratch_bytes`. The
+  /// pool always has one coder; if that coder alone takes more, the rest is not counted here.
   std::uint64_t memory_bytes() const noexcept;
   std::size_t most_coders() const noexcept;
   /// Frees the memory of the coders that are not in use.

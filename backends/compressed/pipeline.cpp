@@ -13,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// One stage of a pipeline as it is written.
+/// One stage of the pipeline string.
 struct Stage {
   std::string_view name, options;
 };
@@ -44,9 +44,9 @@ std::vector<std::string> names_of(const Entries& entries) {
 template <class Entries, class Entry>
 void add_to(Entries& entries, const char* kind, Entry entry) {
   const std::string name = entry.name;
-  const char* const fault = !is_name(name)           ? "the name holds none but [A-Za-z0-9_-]"
-                            : !entry.make            ? "there is a function that makes it"
-                            : entries.contains(name) ? "the name is free"
+  const char* const fault = !is_name(name) ? "the name has only characters of [A-Za-z0-9_-]"
+                            : !entry.make  ? "`make` is not empty"
+                            : entries.contains(name) ? "the name is new"
                                                      : nullptr;
   if (fault)
     throw Error(ErrorCode::kInvalidArgument,
@@ -86,7 +86,7 @@ void PipelineRegistry::add(CodecEntry entry) { add_to(codecs_, "codec", std::mov
 void PipelineRegistry::add(FilterEntry entry) {
   if (entry.name == "none")
     throw Error(ErrorCode::kInvalidArgument,
-                "register filter \"none\": expected another name, which stands for no filter");
+                "register filter \"none\": expected another name: none stands for no filter");
   add_to(filters_, "filter", std::move(entry));
 }
 

@@ -58,7 +58,7 @@ class UringRing {
   /// errno; after an errno the entry does nothing when the kernel takes it.
   int hand_over(std::unique_lock<std::mutex>& lock, io_uring_sqe& entry) noexcept;
 
-  io_uring ring_{};  ///< for the thread sanitizer: tools/dev/tsan/liburing.h
+  io_uring ring_{};  ///< with the thread sanitizer see tools/dev/tsan/liburing.h
   Submit submit_;
   std::mutex mutex_;  ///< guards the submission side
   std::thread reaper_;

@@ -4,7 +4,7 @@
 // stores nothing.
 //
 //   frame: magic(4) descriptor(1) [window(1)] [dictionary(0,1,2,4)] [content size(0,1,2,4,8)]
-//          { block header(3) content } until a block says last   [checksum(4)]
+//          { block header(3) content } until the last block   [checksum(4)]
 //   skippable frame: magic 184D2A5x(4) size(4) content
 //
 // Source: Y. Collet, M. Kucherawy, RFC 8878, section 3.1. Pinned by

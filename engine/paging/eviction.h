@@ -5,12 +5,11 @@
 
 namespace plait {
 
-/// The frames that may be evicted. One thread at a time (the pager's lock).
+/// The frames of a session that may be evicted. One thread at a time (the pager's lock).
 class Eviction {
  public:
   virtual ~Eviction() = default;
-  /// The frame holds no pin any more; its block ends before edge `content.order` (0: an earlier
-  /// sweep left it, and it goes first).
+  /// The frame holds no pin any more; its block ends before edge `content.order`.
   virtual void insert(Frame& frame) noexcept = 0;
   virtual void erase(Frame& frame) noexcept = 0;
   /// The next to go, or nullptr; it stays until erased.

@@ -24,19 +24,20 @@ struct Frame {
   /// Where a resident frame stands that nobody pins.
   enum class Standing : std::uint8_t {
     kNowhere,    ///< pinned; or its write failed, and it is the only copy
-    kEvictable,  ///< in the eviction policy
+    kEvictable,  ///< in its session's eviction policy
+    kLeft,       ///< left by a session that ended
     kAhead,      ///< was announced, and goes when nothing else makes room
     kToWrite,    ///< dirty, and will be written
   };
   /// What a frame has while it holds a block.
   struct Content {
-    LevelFile* level = nullptr;
+    const LevelFile* level = nullptr;
     std::uint64_t block = 0;
     std::byte* memory = nullptr;
     std::uint64_t block_bytes = 0, frame_bytes = 0;
     std::uint32_t pins = 0;
-    std::uint32_t sweep = 0;  ///< the last one that used it
-    EdgeId order = 0;         ///< among the frames of its standing
+    SessionState* session = nullptr;  ///< the last that used it, while that is open
+    EdgeId order = 0;                 ///< among the frames of its standing
     State state = State::kVacant;
     Standing standing = Standing::kNowhere;
     bool addressed = false;         ///< its memory is the backend's own
@@ -52,7 +53,13 @@ struct Frame {
   QueuedTransfer transfer;
   boost::intrusive::list_member_hook<> in_queue;
   boost::intrusive::set_member_hook<> in_order;
+  boost::intrusive::list_member_hook<> in_session;
 };
+
+using SessionFrames = boost::intrusive::list<
+    Frame,
+    boost::intrusive::member_hook<Frame, boost::intrusive::list_member_hook<>, &Frame::in_session>,
+    boost::intrusive::constant_time_size<false>>;
 
 using FrameQueue = boost::intrusive::list<
     Frame,

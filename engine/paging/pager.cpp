@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <new>
 #include <utility>
 
 #include "paging/pager_implementation.h"
@@ -44,43 +45,80 @@ void Pager::Implementation::detach(LevelFile& level) {
   vacant_slots_.push_back(std::exchange(level.pager_slot, kNoId));
 }
 
-Frame& Pager::Implementation::pin(LevelFile& level, std::uint64_t block, Access access) {
+SessionState& Pager::Implementation::open_session(const SessionOptions& options) {
+  auto session = std::make_unique<SessionState>(*this, options);
+  const Lock lock(mutex_);
+  sessions_.push_back(*session);
+  return *session.release();
+}
+
+void Pager::Implementation::end_session(SessionState& session) noexcept {
+  const Lock lock(mutex_);
+  session.ended = true;
+  sessions_.erase(sessions_.iterator_to(session));
+  // What its policy would give up first is the first of what it leaves.
+  while (Frame* const frame = session.eviction().victim()) {
+    give(*frame, nullptr);
+    settle(*frame);
+  }
+  while (!session.frames.empty()) {
+    Frame& frame = session.frames.front();
+    const bool stood = frame.content.standing == Standing::kAhead;
+    give(frame, nullptr);
+    if (stood) settle(frame);
+  }
+  if (session.pins == 0) delete &session;
+  tell_of_change();
+}
+
+Frame& Pager::Implementation::pin(SessionState& session, const BlockRequest& request,
+                                  std::uint32_t& caller) {
+  const LevelFile& level = request.level();
+  const Access access = request.access();
   if (access != Access::kRead && !level.writable)
     throw Error(ErrorCode::kBadState,
                 fmt::format("write {}: the level was opened for reading", level.path.native()));
   Lock lock(mutex_);
+  caller = session.caller();
   while (true) {
     if (access != Access::kRead && failed_) refuse(fmt::format("write {}", level.path.native()));
-    Frame* frame = frame_of(level, block);
+    Frame* frame = frame_of(level, request.block());
     if (!frame) {
-      frame = claim(lock, level, block);
+      frame = claim(lock, session, level, request.block());
       if (!frame) continue;
-      bring_in(lock, *frame, access);
+      bring_in(lock, session, *frame, access);
     } else {
       Frame::Content& content = frame->content;
       if (content.state == State::kReading ||
           (content.state == State::kWriting && access != Access::kRead)) {
-        wait_for(lock, *frame);
+        wait_for(lock, session, *frame);
         continue;
       }
       unsettle(*frame);
       unannounce(*frame);
+      give(*frame, &session);
       ++content.pins;
-      content.sweep = sweep_;
       if (access != Access::kRead) content.dirty = true;
     }
+    ++session.pins;
+    ++session.callers[caller].pins;
     tell_evicted(lock);
     return *frame;
   }
 }
 
-void Pager::Implementation::unpin(std::uint32_t index, bool abandoned) noexcept {
+void Pager::Implementation::unpin(SessionState& session, std::uint32_t caller, std::uint32_t index,
+                                  LevelFile* abandoned) noexcept {
   const Lock lock(mutex_);
+  --session.callers[caller].pins;
+  if (--session.pins == 0 && session.ended) delete &session;
   Frame& frame = frames_[index];
-  if (abandoned) frame.content.abandoned = frame.content.level->left_unfinished = true;
-  if (--frame.content.pins > 0 || frame.content.state != State::kResident) return;
-  settle(frame);
-  write_behind();
+  if (abandoned) frame.content.abandoned = abandoned->left_unfinished = true;
+  if (--frame.content.pins == 0 && frame.content.state == State::kResident) {
+    settle(frame);
+    write_behind();
+  }
+  if (!waiters_.empty()) tell_of_change();
 }
 
 void Pager::Implementation::refuse_writes() noexcept {
@@ -93,23 +131,6 @@ void Pager::Implementation::discard() noexcept {
   stop_transfers(lock, nullptr);
   for (Frame& frame : frames_)
     if (frame.content.level && frame.content.pins == 0) drop(frame);
-}
-
-void Pager::Implementation::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept {
-  const Lock lock(mutex_);
-  window_bytes_ = window_bytes;
-  for (Frame& frame : frames_)
-    if (frame.content.level) {
-      unsettle(frame);
-      unannounce(frame);
-    }
-  policy_ = policy;
-  eviction_ = policy == EvictionPolicy::kClock ? static_cast<Eviction*>(&clock_) : &window_;
-  ++sweep_;
-  for (Frame& frame : frames_)
-    if (frame.content.level && frame.content.pins == 0 && frame.content.state == State::kResident)
-      settle(frame);
-  write_behind();
 }
 
 void Pager::Implementation::set_aside(std::uint64_t bytes) noexcept {
@@ -129,29 +150,9 @@ PagingStatistics Pager::Implementation::statistics() const {
   return statistics;
 }
 
-PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept
-    : pager_(std::exchange(other.pager_, nullptr)),
-      frame_(other.frame_),
-      writes_(other.writes_),
-      bytes_(other.bytes_) {}
-
-PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
-  if (this != &other) {
-    release();
-    pager_ = std::exchange(other.pager_, nullptr);
-    frame_ = other.frame_;
-    writes_ = other.writes_;
-    bytes_ = other.bytes_;
-  }
-  return *this;
-}
-
-void PinnedBlock::release() noexcept {
-  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, false);
-}
-
-void PinnedBlock::abandon() noexcept {
-  if (pager_) std::exchange(pager_, nullptr)->implementation_->unpin(frame_, writes_);
+PagingStatistics Pager::Implementation::statistics(const SessionState& session) const {
+  const Lock lock(mutex_);
+  return session.statistics;
 }
 
 Pager::Pager(std::uint64_t budget_bytes, int io_threads)
@@ -160,18 +161,12 @@ Pager::~Pager() = default;
 void Pager::attach(LevelFile& level) { implementation_->attach(level); }
 void Pager::detach(LevelFile& level) { implementation_->detach(level); }
 
-PinnedBlock Pager::pin(LevelFile& level, std::uint64_t block, Access access) {
-  PinnedBlock pinned;
-  const Frame& frame = implementation_->pin(level, block, access);
-  pinned.frame_ = frame.index;
-  pinned.bytes_ = frame.transfer.memory;
-  pinned.writes_ = access != Access::kRead;
-  pinned.pager_ = this;
-  return pinned;
-}
-
-bool Pager::prefetch(LevelFile& level, std::uint64_t block) noexcept {
-  return implementation_->prefetch(level, block);
+Session Pager::open_session(const SessionOptions& options) {
+  try {
+    return Session(implementation_->open_session(options));
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::kOutOfMemory, "open session: no memory for its state");
+  }
 }
 
 void Pager::flush() { implementation_->flush(); }
@@ -179,10 +174,6 @@ void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
 
 void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside(bytes); }
-
-void Pager::set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept {
-  implementation_->set_policy(policy, window_bytes);
-}
 
 std::uint64_t Pager::budget_bytes() const noexcept { return implementation_->budget_bytes(); }
 PagingStatistics Pager::statistics() const { return implementation_->statistics(); }

@@ -16,6 +16,7 @@
 #include "paging/frame.h"
 #include "paging/frame_pool.h"
 #include "paging/io_queue.h"
+#include "paging/session_state.h"
 #include "plait/pager.h"
 
 namespace plait {
@@ -29,13 +30,16 @@ class Pager::Implementation final : public TransferListener {
 
   void attach(LevelFile& level);
   void detach(LevelFile& level);
-  Frame& pin(LevelFile& level, std::uint64_t block, Access access);
-  void unpin(std::uint32_t index, bool abandoned) noexcept;
-  bool prefetch(LevelFile& level, std::uint64_t block) noexcept;
+  SessionState& open_session(const SessionOptions& options);
+  void end_session(SessionState& session) noexcept;
+  Frame& pin(SessionState& session, const BlockRequest& request, std::uint32_t& caller);
+  void unpin(SessionState& session, std::uint32_t caller, std::uint32_t index,
+             LevelFile* abandoned) noexcept;
+  bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
+  PagingStatistics statistics(const SessionState& session) const;
   void flush();
   void refuse_writes() noexcept;
   void discard() noexcept;
-  void set_policy(EvictionPolicy policy, std::uint64_t window_bytes) noexcept;
   void set_aside(std::uint64_t bytes) noexcept;
   std::uint64_t budget_bytes() const noexcept;
   PagingStatistics statistics() const;
@@ -48,20 +52,38 @@ class Pager::Implementation final : public TransferListener {
   using State = Frame::State;
   using Standing = Frame::Standing;
 
-  /// Adds the time from construction to destruction to the waits of one direction.
+  /// Adds the time from construction to destruction to the waits of one direction, for a session.
   class Wait;
 
   // pager_frames.cpp
   /// A frame for the block, pinned once, or nullptr if it had to let go of the lock on the way:
   /// somebody else may have brought the block in.
-  Frame* claim(Lock& lock, LevelFile& level, std::uint64_t block);
+  Frame* claim(Lock& lock, SessionState& session, const LevelFile& level, std::uint64_t block);
   /// A frame from what is free, or nullptr. Errors: those of Backend::address; std::bad_alloc.
-  Frame* take_frame(LevelFile& level, std::uint64_t block);
+  Frame* take_frame(SessionState& session, const LevelFile& level, std::uint64_t block);
   /// Frees a frame, or waits until that may be tried again. False: it let go of the lock.
-  bool make_room(Lock& lock, const LevelFile& wanted_by, std::uint64_t wanted_bytes);
-  Frame* clean_victim() noexcept;
+  bool make_room(Lock& lock, SessionState& session, const LevelFile& wanted_by,
+                 std::uint64_t wanted_bytes);
+  /// Whether some pin may end while this thread waits (plait/session.h has the rule).
+  bool may_come_free(const SessionState& session) const noexcept;
+  void wait_for_room(Lock& lock, SessionState& session) noexcept;
+  std::uint64_t share_bytes(const SessionState& session) const noexcept;
+  /// What a session has beyond its share; negative if that is not used up.
+  std::int64_t excess_bytes(const SessionState& session) const noexcept;
+  /// The session that is furthest over its share of those that `has` something; `asking` counts
+  /// with the frame that it asks for. nullptr: none has.
+  template <class Has>
+  SessionState* furthest_over(const SessionState& asking, std::uint64_t wanted_bytes,
+                              Has has) noexcept;
+  /// The next to be evicted, or nullptr.
+  Frame* victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
+  Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
+  /// The announced block that is needed last, or nullptr.
+  Frame* last_announced(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   /// A frame that can be had without writing, or nullptr.
-  Frame* take_clean_frame(LevelFile& level, std::uint64_t block) noexcept;
+  Frame* take_clean_frame(SessionState& session, const LevelFile& level,
+                          std::uint64_t block) noexcept;
+  void give(Frame& frame, SessionState* session) noexcept;
   void evict(Frame& frame) noexcept;
   /// Tells backends that map what was evicted, and lets go of the lock for it.
   void tell_evicted(Lock& lock) noexcept;
@@ -77,10 +99,11 @@ class Pager::Implementation final : public TransferListener {
   void unannounce(Frame& frame) noexcept;
 
   // pager_transfers.cpp
-  void bring_in(Lock& lock, Frame& frame, Access access);
+  void bring_in(Lock& lock, SessionState& session, Frame& frame, Access access);
   void start(Lock& lock, Frame& frame) noexcept;
-  void wait(Lock& lock, Direction direction) noexcept;
-  void wait_for(Lock& lock, Frame& frame) noexcept;
+  /// `session`: whose wait it is; nullptr: nobody's.
+  void wait(Lock& lock, SessionState* session, Direction direction) noexcept;
+  void wait_for(Lock& lock, SessionState& session, Frame& frame) noexcept;
   void wait_for_change(Lock& lock, std::uint64_t since) noexcept {
     changed_.wait(lock, [&] { return changes_ != since; });
   }
@@ -88,7 +111,7 @@ class Pager::Implementation final : public TransferListener {
   void begin_write(Frame& frame) noexcept;
   /// What writing a block in memory amounts to.
   void mark_written(Frame& frame) noexcept;
-  void write_here(Lock& lock, Frame& frame);
+  void write_here(Lock& lock, SessionState* session, Frame& frame);
   void write_behind() noexcept;
   /// Takes back what is queued for this level, or for all if nullptr, and waits for the rest.
   void stop_transfers(Lock& lock, const LevelFile* level) noexcept;
@@ -96,7 +119,9 @@ class Pager::Implementation final : public TransferListener {
   [[noreturn]] void refuse(std::string_view what);
   void count_transfer(const Frame& frame, Direction direction) noexcept;
 
-  bool writes_behind() const { return policy_ == EvictionPolicy::kWindow && queue_.has_threads(); }
+  bool writes_behind(const SessionState* session) const {
+    return queue_.has_threads() && session && session->options.policy == EvictionPolicy::kWindow;
+  }
   static bool is_memory(const LevelFile& level) { return level.traits.in_memory; }
   static bool was_written(const LevelFile& level, std::uint64_t block) {
     return level.table[block].encoding != BlockEncoding::kNeverWritten;
@@ -112,20 +137,19 @@ class Pager::Implementation final : public TransferListener {
 
   FramePool pool_;
   PagingStatistics statistics_;
-  EvictionPolicy policy_ = EvictionPolicy::kWindow;
-  std::uint32_t sweep_ = 0;   ///< counts calls of set_policy()
   std::deque<Frame> frames_;  ///< a deque, because frames stay where they are
   FrameQueue vacant_;
   FrameQueue to_write_;  ///< oldest first
   FrameQueue leaving_;   ///< evicted, for tell_evicted()
-  FrameOrder ahead_;     ///< announced; the last are needed last
-  WindowEviction window_;
-  ClockEviction clock_;
-  Eviction* eviction_ = &window_;
+  FrameQueue left_;      ///< by sessions that ended, oldest first
+  SessionList sessions_;
+  struct Waiter : boost::intrusive::list_base_hook<> {
+    std::thread::id thread = std::this_thread::get_id();
+  };
+  boost::intrusive::list<Waiter> waiters_;  ///< threads that wait for a frame, on their stacks
   std::vector<std::vector<std::uint32_t>> resident_;  ///< [pager slot][block] frame or kNoId
   std::vector<std::uint32_t> vacant_slots_;           ///< has room for all of them
-  std::uint64_t announced_bytes_ = 0, window_bytes_ = 0;
-  std::uint32_t reads_under_way_ = 0;  ///< for pins, and ahead of them
+  std::uint32_t reads_under_way_ = 0;                 ///< for pins, and ahead of them
   std::uint32_t reads_ahead_ = 0, writes_in_flight_ = 0;
   bool failed_ = false;
   std::exception_ptr failure_;  ///< not reported yet
@@ -135,20 +159,29 @@ class Pager::Implementation final : public TransferListener {
 
 class Pager::Implementation::Wait {
  public:
-  Wait(PagingStatistics& statistics, Direction direction)
-      : statistics_(statistics), direction_(direction), start_(std::chrono::steady_clock::now()) {}
+  Wait(Implementation& pager, SessionState* session, Direction direction)
+      : pager_(pager),
+        session_(session),
+        direction_(direction),
+        start_(std::chrono::steady_clock::now()) {}
   ~Wait() {
     const auto passed = static_cast<std::uint64_t>(
         std::chrono::nanoseconds(std::chrono::steady_clock::now() - start_).count());
-    const bool read = direction_ == Direction::kRead;
-    ++(read ? statistics_.read_waits : statistics_.write_waits);
-    (read ? statistics_.read_wait_ns : statistics_.write_wait_ns) += passed;
+    add(pager_.statistics_, passed);
+    if (session_) add(session_->statistics, passed);
   }
   Wait(const Wait&) = delete;
   Wait& operator=(const Wait&) = delete;
 
  private:
-  PagingStatistics& statistics_;
+  void add(PagingStatistics& statistics, std::uint64_t passed_ns) const {
+    const bool read = direction_ == Direction::kRead;
+    ++(read ? statistics.read_waits : statistics.write_waits);
+    (read ? statistics.read_wait_ns : statistics.write_wait_ns) += passed_ns;
+  }
+
+  Implementation& pager_;
+  SessionState* session_;
   Direction direction_;
   std::chrono::steady_clock::time_point start_;
 };

@@ -9,7 +9,8 @@
 
 namespace plait {
 
-void Pager::Implementation::bring_in(Lock& lock, Frame& frame, Access access) {
+void Pager::Implementation::bring_in(Lock& lock, SessionState& session, Frame& frame,
+                                     Access access) {
   Frame::Content& content = frame.content;
   const LevelFile& level = *content.level;
   if (access == Access::kWrite) {
@@ -31,7 +32,7 @@ void Pager::Implementation::bring_in(Lock& lock, Frame& frame, Access access) {
       lock.lock();
       content.state = State::kResident;
     } else {
-      const Wait waiting(statistics_, Direction::kRead);
+      const Wait waiting(*this, &session, Direction::kRead);
       frame.transfer.direction = Direction::kRead;
       start(lock, frame);
       changed_.wait(lock, [&] { return content.state == State::kResident; });
@@ -93,8 +94,8 @@ void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr erro
   tell_of_change();
 }
 
-void Pager::Implementation::wait(Lock& lock, Direction direction) noexcept {
-  const Wait waiting(statistics_, direction);
+void Pager::Implementation::wait(Lock& lock, SessionState* session, Direction direction) noexcept {
+  const Wait waiting(*this, session, direction);
   const std::uint64_t before = changes_;
   lock.unlock();
   const bool began = queue_.begin_oldest(direction);
@@ -102,8 +103,8 @@ void Pager::Implementation::wait(Lock& lock, Direction direction) noexcept {
   if (!began) wait_for_change(lock, before);
 }
 
-void Pager::Implementation::wait_for(Lock& lock, Frame& frame) noexcept {
-  const Wait waiting(statistics_, frame.transfer.direction);
+void Pager::Implementation::wait_for(Lock& lock, SessionState& session, Frame& frame) noexcept {
+  const Wait waiting(*this, &session, frame.transfer.direction);
   const Frame::Content& content = frame.content;
   const LevelFile* const level = content.level;
   const std::uint64_t block = content.block;
@@ -113,26 +114,31 @@ void Pager::Implementation::wait_for(Lock& lock, Frame& frame) noexcept {
   });
 }
 
-Frame* Pager::Implementation::take_clean_frame(LevelFile& level, std::uint64_t block) noexcept {
+Frame* Pager::Implementation::take_clean_frame(SessionState& session, const LevelFile& level,
+                                               std::uint64_t block) noexcept {
   try {
     while (true) {
-      if (Frame* const frame = take_frame(level, block)) return frame;
-      Frame* const victim = clean_victim();
-      if (!victim) return nullptr;
-      evict(*victim);
+      if (Frame* const frame = take_frame(session, level, block)) return frame;
+      Frame* const clean =
+          clean_victim(session, FramePool::frame_bytes(level.geometry.max_block_bytes()));
+      if (!clean) return nullptr;
+      evict(*clean);
     }
   } catch (...) {
     return nullptr;  // whoever pins the block will be told
   }
 }
 
-bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noexcept {
+bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& level,
+                                     std::uint64_t block) noexcept {
   Lock lock(mutex_);
   if (Frame* const frame = frame_of(level, block)) {
     if (frame->content.pins > 0 || frame->content.announced) return true;
+    const bool stood = frame->content.standing == Standing::kEvictable ||
+                       frame->content.standing == Standing::kLeft;
+    give(*frame, &session);
     announce(*frame);
-    frame->content.sweep = sweep_;
-    if (frame->content.standing == Standing::kEvictable) settle(*frame);
+    if (stood) settle(*frame);
     return true;
   }
   // The system is told of no block: it reads ahead by itself, and to be told costs a sweep as much
@@ -140,15 +146,16 @@ bool Pager::Implementation::prefetch(LevelFile& level, std::uint64_t block) noex
   if (!was_written(level, block) || is_memory(level) || !queue_.has_threads()) return true;
   const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
   if (reads_ahead_ >= kInFlight ||
-      announced_bytes_ + frame_bytes + window_bytes_ > pool_.budget_bytes())
+      session.announced_bytes + frame_bytes + session.options.window_bytes > share_bytes(session))
     return false;
-  Frame* const frame = take_clean_frame(level, block);
+  Frame* const frame = take_clean_frame(session, level, block);
   if (frame) {
     announce(*frame);
     frame->content.state = State::kReading;
     ++reads_under_way_;
     ++reads_ahead_;
     ++statistics_.blocks_prefetched;
+    ++session.statistics.blocks_prefetched;
     frame->transfer.direction = Direction::kRead;
     queue_.submit(frame->transfer);
   }
@@ -174,8 +181,8 @@ void Pager::Implementation::mark_written(Frame& frame) noexcept {
   }
 }
 
-void Pager::Implementation::write_here(Lock& lock, Frame& frame) {
-  const Wait waiting(statistics_, Direction::kWrite);
+void Pager::Implementation::write_here(Lock& lock, SessionState* session, Frame& frame) {
+  const Wait waiting(*this, session, Direction::kWrite);
   const std::uint64_t before = changes_;
   begin_write(frame);
   start(lock, frame);
@@ -201,7 +208,7 @@ void Pager::Implementation::flush() {
     return std::pair(frame->content.level->pager_slot, frame->content.block);
   });
   for (Frame* const frame : dirty) {
-    while (!failed_ && writes_in_flight_ >= kInFlight) wait(lock, Direction::kWrite);
+    while (!failed_ && writes_in_flight_ >= kInFlight) wait(lock, nullptr, Direction::kWrite);
     if (failed_) break;
     const Frame::Content& content = frame->content;
     if (!content.dirty || content.state != State::kResident) continue;
@@ -211,10 +218,10 @@ void Pager::Implementation::flush() {
       begin_write(*frame);
       queue_.submit(frame->transfer);
     } else {
-      write_here(lock, *frame);
+      write_here(lock, nullptr, *frame);
     }
   }
-  while (writes_in_flight_ > 0) wait(lock, Direction::kWrite);
+  while (writes_in_flight_ > 0) wait(lock, nullptr, Direction::kWrite);
   if (failed_) refuse("flush");
 }
 
@@ -252,8 +259,12 @@ void Pager::Implementation::refuse(std::string_view what) {
 
 void Pager::Implementation::count_transfer(const Frame& frame, Direction direction) noexcept {
   const bool read = direction == Direction::kRead;
-  ++(read ? statistics_.blocks_read : statistics_.blocks_written);
-  (read ? statistics_.bytes_read : statistics_.bytes_written) += frame.content.block_bytes;
+  const auto count = [&](PagingStatistics& statistics) {
+    ++(read ? statistics.blocks_read : statistics.blocks_written);
+    (read ? statistics.bytes_read : statistics.bytes_written) += frame.content.block_bytes;
+  };
+  count(statistics_);
+  if (frame.content.session) count(frame.content.session->statistics);
 }
 
 }  // namespace plait

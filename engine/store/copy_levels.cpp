@@ -10,15 +10,13 @@ namespace {
 /// Walks the blocks of a level in order, holding one at a time: a sweep of its own.
 class BlockCursor {
  public:
-  BlockCursor(Pager& pager, LevelFile& file, Access access)
-      : pager_(pager), file_(file), access_(access) {
-    pager.set_policy(EvictionPolicy::kWindow);
-  }
+  BlockCursor(Store& store, LevelFile& file, Access access)
+      : session_(store.open_session()), file_(file), access_(access) {}
   std::span<std::byte> slot(EdgeId edge) {
     const std::uint64_t block = file_.geometry.block_of(edge);
     if (!pinned_ || block != block_) {
       pinned_ = {};
-      pinned_ = pager_.pin(file_, block, access_);
+      pinned_ = session_.pin(file_, block, access_);
       block_ = block;
       if (access_ == Access::kRead) read_ahead();
     }
@@ -31,10 +29,10 @@ class BlockCursor {
   void read_ahead() {
     const std::uint64_t end = std::min(file_.geometry.block_count(), block_ + 1 + Pager::kInFlight);
     for (ahead_ = std::max(ahead_, block_ + 1); ahead_ < end; ++ahead_)
-      if (!pager_.prefetch(file_, ahead_)) return;
+      if (!session_.prefetch(file_, ahead_)) return;
   }
 
-  Pager& pager_;
+  Session session_;
   LevelFile& file_;
   Access access_;
   std::uint64_t block_ = 0, ahead_ = 0;
@@ -61,8 +59,8 @@ void copy_levels(Store& from, Store& to,
       const LevelGeometry& geometry = from.level_file(id, level).geometry;
       UnfinishedLevels written;
       written.add(to.level_file(copy, level), Access::kWrite);
-      BlockCursor source(from.pager(), from.level_file(id, level), Access::kRead);
-      BlockCursor target(to.pager(), to.level_file(copy, level), Access::kWrite);
+      BlockCursor source(from, from.level_file(id, level), Access::kRead);
+      BlockCursor target(to, to.level_file(copy, level), Access::kWrite);
       for (EdgeId edge = 0; edge < edges; ++edge) {
         const std::span<std::byte> slot = source.slot(edge);
         std::memcpy(target.slot(edge).data(), slot.data(), slot.size());

@@ -54,7 +54,11 @@ void Store::set_provenance(const Provenance& provenance) {
     throw;
   }
 }
+Session Store::open_session(const SessionOptions& options) const {
+  return implementation_->pager->open_session(options);
+}
 Pager& Store::pager() { return *implementation_->pager; }
+const Pager& Store::pager() const { return *implementation_->pager; }
 PagingStatistics Store::statistics() const { return implementation_->pager->statistics(); }
 std::span<const AttributeInfo> Store::attributes() const { return implementation_->infos; }
 
@@ -154,6 +158,10 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
+  return implementation_->attributes[attribute].base_bytes;
+}
+
+std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
   return implementation_->attributes[attribute].base_bytes;
 }
 

@@ -35,8 +35,8 @@ std::string BlockRepair::why_lost(const BlockAddress& block) const {
 }
 
 PinnedBlock BlockRepair::made_block(Store& made, const BlockAddress& at) const {
-  LevelFile& file = made.level_file(made.attribute(name(at.attribute)), at.level);
-  return made.pager().pin(file, at.block, Access::kRead);
+  const LevelFile& file = made.level_file(made.attribute(name(at.attribute)), at.level);
+  return made.open_session().pin(file, at.block);
 }
 
 void BlockRepair::progress(const char* phase, std::uint64_t done, std::uint64_t total) const {
@@ -91,7 +91,7 @@ std::vector<int> BlockRepair::levels_of_another_codec(Store& made, AttributeId a
       const BlockAddress at{attribute, level, block};
       if (std::ranges::binary_search(damaged_, at, before)) continue;
       const PinnedBlock expected = made_block(made, at);
-      const PinnedBlock found = store_.pager().pin(file, block, Access::kRead);
+      const PinnedBlock found = store_.open_session().pin(file, block, Access::kRead);
       if (!std::ranges::equal(expected.bytes(), found.bytes())) return {};
       if (!differs && file.table[block].encoding == BlockEncoding::kEncoded)
         differs = !proof_.stored_bytes(file, component(attribute), block, found.bytes());
@@ -107,8 +107,8 @@ void BlockRepair::write(Store& made, const std::vector<std::size_t>& proven) {
     if (options_.dry_run) continue;
     const BlockAddress& block = damaged_[at];
     const PinnedBlock from = made_block(made, block);
-    const PinnedBlock to = store_.pager().pin(store_.level_file(block.attribute, block.level),
-                                              block.block, Access::kWrite);
+    const PinnedBlock to = store_.open_session().pin(
+        store_.level_file(block.attribute, block.level), block.block, Access::kWrite);
     std::ranges::copy(from.bytes(), to.bytes().begin());
   }
   // Nothing is on its way when block tables are read again.

@@ -134,7 +134,7 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
     PinnedBlock pinned;
     if (!stored && made != nullptr) {
       LevelFile& from = made->level_file(made->attribute(file.attribute), file.level);
-      pinned = made->pager().pin(from, block, Access::kRead);
+      pinned = made->open_session().pin(from, block, Access::kRead);
       stored = proof_.stored_bytes(level, component, block, pinned.bytes());
     }
     if (!stored)

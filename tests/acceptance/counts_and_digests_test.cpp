@@ -1,5 +1,5 @@
-// Generated and real meshes refined: how many vertices there are and how many bytes they take, and
-// one content whatever holds it, walks it and orders it.
+// Refines generated and real meshes. Tests the number of vertices and of bytes, and that backend,
+// executor and layout do not change the content.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -22,7 +22,7 @@ using namespace plait::test;
 
 namespace {
 
-/// Level files are padded to a page.
+/// The size of a level file is a multiple of a page.
 constexpr std::uint64_t kPageBytes = 4096;
 constexpr std::uint64_t kRecordBytes = 12;
 
@@ -30,7 +30,8 @@ struct Counts {
   std::uint64_t vertices, edges, faces;
 };
 
-/// Refining cuts edges in two and faces in four; three new edges lie in each old face.
+/// A refinement divides each edge into two and each face into four. Three new edges are inside each
+/// old face.
 Counts refined(const Counts& coarse) {
   return {coarse.vertices + coarse.edges, 2 * coarse.edges + 3 * coarse.faces, 4 * coarse.faces};
 }
@@ -47,8 +48,8 @@ void check_one_digest(Refiner& refiner, const std::vector<Variant>& variants,
   }
 }
 
-/// Every level file of every attribute of a committed store in `pread`: as many records as the
-/// formulas say, each written once, and no byte beside them but the padding of a page.
+/// Checks every level file of every attribute of a committed `pread` store: it has as many records
+/// as the formulas give, each written once, and no other byte except the padding of a page.
 void check_levels(Store& store, int levels) {
   const BaseMesh& base = store.base();
   Counts counts = counts_of(base);
@@ -87,7 +88,7 @@ Refiner refiner_of(const AcceptanceMesh& mesh, int levels) {
   return {BaseMesh::build(mesh.make()), levels};
 }
 
-/// The `turn`-th covering variants on the `turn`-th mesh.
+/// Runs covering_variants(turn) on the mesh number `turn`.
 void check_covering_variants(const std::vector<AcceptanceMesh>& meshes, int levels) {
   for (std::size_t turn = 0; turn < meshes.size(); ++turn) {
     INFO(meshes[turn].name);
@@ -96,7 +97,7 @@ void check_covering_variants(const std::vector<AcceptanceMesh>& meshes, int leve
   }
 }
 
-/// In memory, in plain files in an order of their own, and compressed in yet another.
+/// Refines in memory, in plain files with another layout, and compressed with a third layout.
 void check_counts_bytes_and_content(const AcceptanceMesh& mesh, int levels) {
   INFO(mesh.name << " to level " << levels);
   Refiner refiner = refiner_of(mesh, levels);
@@ -196,7 +197,7 @@ TEST_CASE("CoveringVariants_OverSixMeshes_BringEachBackendToEveryValue") {
   std::vector<Variant> covering;
   for (int turn = 0; turn < 6; ++turn)
     for (const Variant& variant : covering_variants(turn)) covering.push_back(variant);
-  // Compressed counts twice, once a codec.
+  // The compressed backend counts twice, once per codec.
   const std::size_t backends = usable_backends().size() + 1;
   CHECK(covering.size() == 6 * backends);
   CHECK(all_variants().size() == 96 * backends);
@@ -242,7 +243,7 @@ TEST_CASE("Levels_OfGeneratedMeshes_HaveTheCountsBytesAndContentPromised") {
   for (const AcceptanceMesh& mesh : generated_meshes(1500)) check_counts_bytes_and_content(mesh, 5);
 }
 
-// As large as the scans and molecules that plait is for.
+// A mesh of the size that plait is made for.
 TEST_CASE("Levels_OfALargeMolecule_HaveTheCountsBytesAndContentPromised") {
   check_counts_bytes_and_content(generated_meshes(26'016).front(), is_full_run() ? 5 : 4);
 }

@@ -1,4 +1,5 @@
-// Surfaces that lie in a coordinate plane: all tangents have exact zeros, whose signs are bits too.
+// Surfaces in a coordinate plane. All their tangents have exact zeros, and the signs of zeros are
+// part of the bits that must agree.
 #include <catch2/catch.hpp>
 
 #include "acceptance/variants.h"
@@ -11,7 +12,8 @@ TEST_CASE("Digest_SurfaceInACoordinatePlane_IsThatOfEitherExecutor") {
   for (const int axis : {0, 1, 2}) {
     INFO("axis " << axis);
     IndexedMesh mesh = random_sheet(5, 200);
-    // Turned so that the sheet's plane, its first two coordinates, is normal to the axis.
+    // Rotates the sheet, which is in the plane of its first two coordinates, so that this plane is
+    // normal to the axis.
     for (Vector3<double>& position : mesh.positions) {
       Vector3<double> flat{};
       flat[(axis + 1) % 3] = position.x;

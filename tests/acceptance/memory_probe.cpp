@@ -1,12 +1,13 @@
-// The process whose memory memory_test.cpp measures: builds a base mesh, refines it into a scratch
-// store, prints one line of figures. A process of its own, since a peak never goes down again.
+// The program whose memory memory_test.cpp measures. It builds a base mesh, refines it into a
+// scratch store and prints one line of figures. Each measurement needs its own process, because the
+// peak of a process never falls.
 //
 //   plait_memory_probe MESH|icosahedron LEVELS BUDGET BACKEND EXECUTOR THREADS NORMALS(0|1) SCRATCH
 //
-// Output: peak bytes with the base mesh alone, peak bytes at the end, bytes of the base mesh with
-// all that stays beside the budget, raw bytes of the level files, base level, vertices, seconds of
-// refinement and commit. The peak is VmHWM: ru_maxrss would begin with the peak of the process that
-// started it.
+// Output: peak bytes with the base mesh alone, peak bytes at the end, bytes of the base mesh and of
+// other memory that is not part of the budget, raw bytes of the level files, base level, vertices,
+// seconds of refinement and commit. The peak is VmHWM, because ru_maxrss includes the peak of the
+// parent process.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -36,7 +37,7 @@ std::uint64_t peak_rss_bytes() {
   return kibibytes * 1024;
 }
 
-/// The base mesh in the order that the executor likes best.
+/// The base mesh in the automatic layout.
 BaseMesh base_mesh(const std::string& source, int base_level) {
   BaseMesh mesh =
       source == "icosahedron" ? BaseMesh::build(test::icosahedron()) : read_base_mesh(source);

@@ -1,5 +1,5 @@
-// Memory stays within the budget and a constant, whatever the store's size. Each run is a process
-// of its own (memory_probe.cpp).
+// For stores of any size, memory stays within the budget and a constant. Each run is a process
+// (memory_probe.cpp).
 #include <fmt/format.h>
 #include <stdio.h>
 #include <sys/wait.h>
@@ -22,8 +22,8 @@ using namespace plait::test;
 namespace {
 
 constexpr std::uint64_t kMebibyte = 1 << 20;
-/// What may come on top of budget and base mesh: the program itself, threads, tables of blocks,
-/// scratch of a codec.
+/// The memory that a run may use besides the budget and the base mesh: the program itself, threads,
+/// block tables, scratch memory of a codec.
 constexpr std::uint64_t kSlackBytes = 24 * kMebibyte;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -32,7 +32,7 @@ constexpr bool kCanMeasure = false;
 constexpr bool kCanMeasure = true;
 #endif
 
-constexpr const char* kCannotMeasure = "shadow memory of a sanitizer counts too";
+constexpr const char* kCannotMeasure = "the peak would include the shadow memory of the sanitizer";
 
 struct Figures {
   std::uint64_t peak_before_bytes = 0, peak_bytes = 0, base_bytes = 0, level_bytes = 0;
@@ -94,7 +94,7 @@ TEST_CASE("Subdivide_StoreEightTimesTheBudget_StaysWithinIt") {
     for (const std::string executor : {"fused", "sweep", "transparent"})
       for (const int threads : {1, 4}) {
         if (executor == "transparent" && threads > 1)
-          continue;  // it has one, whatever is asked for
+          continue;  // the transparent executor has only one thread
         const Figures figures =
             measure(mesh, levels, budget_bytes, backend, executor, threads, true);
         const std::string text =

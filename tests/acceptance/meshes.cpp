@@ -11,7 +11,7 @@
 namespace plait::test {
 namespace {
 
-/// Without `holes` faces that share no vertex: as many border loops more.
+/// Removes `holes` faces that share no vertex. This adds as many border loops.
 IndexedMesh perforated(IndexedMesh mesh, std::size_t holes) {
   std::vector<bool> beside_a_hole(mesh.positions.size(), false);
   std::vector<std::array<VertexId, 3>> kept;

@@ -1,4 +1,4 @@
-// tests/acceptance/meshes.h: the meshes of the acceptance tests, and how much of them to run.
+// tests/acceptance/meshes.h: the meshes of the acceptance tests, and the switch for full runs.
 #pragma once
 
 #include <cstdlib>
@@ -16,16 +16,17 @@ struct AcceptanceMesh {
   std::function<IndexedMesh()> make;
 };
 
-/// Six meshes of about so many vertices, the same on every machine: closed and open, of genus 0 and
-/// more, of one and of many components, with one and with many border loops, valences 3 to 40.
+/// Six meshes of about `vertices` vertices, the same on every machine: closed and open, of genus 0
+/// and more, of one and of many components, with one and with many border loops, with valences 3 to
+/// 40.
 /// Pinned by AcceptanceMeshes_*.
 std::vector<AcceptanceMesh> generated_meshes(std::uint64_t vertices);
 
-/// Six real ones, closed and open, of genus 0 to 43, of one and of 26 components, valences 2 to 26.
-/// Those that are absent are skipped, and said to be.
+/// Six real meshes, closed and open, of genus 0 to 43, of one and of 26 components, with valences 2
+/// to 26. Skips those that the machine does not have, and prints their names.
 std::vector<AcceptanceMesh> real_meshes();
 
-/// PLAIT_ACCEPTANCE=full: hours instead of minutes.
+/// With PLAIT_ACCEPTANCE=full the tests take hours instead of minutes.
 inline bool is_full_run() {
   const char* value = std::getenv("PLAIT_ACCEPTANCE");
   return value != nullptr && std::string_view(value) == "full";

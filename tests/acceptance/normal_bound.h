@@ -1,6 +1,6 @@
-// tests/acceptance/normal_bound.h: how far float32 positions let a normal be from the true one, per
-// vertex, from the oracle's mesh alone. Derived in docs/kernels.md, "How exact are normals"; the
-// names here are those of that section.
+// tests/acceptance/normal_bound.h: for each vertex, a bound of the angle between a normal computed
+// from float32 positions and the true normal. The bound needs only the oracle's mesh.
+// docs/kernels.md, "How exact are normals", derives it and uses the same names.
 #pragma once
 
 #include <algorithm>
@@ -16,10 +16,10 @@ namespace plait::test {
 inline double float_unit(double size) { return std::ldexp(1.0, std::ilogb(size) - 23); }
 
 struct NormalBound {
-  /// Radians; pi where positions in float32 do not determine the normal at all.
+  /// In radians; pi if float32 positions do not determine the normal at all.
   double angle = std::numbers::pi;
-  /// kappa: 2.5 at a regular vertex amid equilateral triangles; grows as the tangents turn parallel
-  /// or vanish.
+  /// kappa: 2.5 at a regular vertex with equilateral triangles. It grows when the tangents become
+  /// parallel or vanish.
   double condition = INFINITY;
   double shortest_edge = 0;
   bool is_determined() const { return angle < std::numbers::pi; }
@@ -62,13 +62,13 @@ class NormalBounds {
   }
 
  private:
-  /// Growth of the error of a coordinate with each level of Loop's rules in place, in units u.
+  /// By how much the error of a coordinate grows per level of Loop's rules in place, in units u.
   static constexpr double kUnitsPerLevel = 3.3;
 
   struct Tangent {
     naive::Point direction;
-    double weights = 0;  ///< sum of the weights' sizes
-    double spread = 0;   ///< the same, each times its neighbour's distance
+    double weights = 0;  ///< sum of the absolute weights
+    double spread = 0;   ///< sum of absolute weight times distance of the neighbour
   };
 
   Tangent tangent(naive::Index vertex, int which) {

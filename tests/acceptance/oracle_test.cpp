@@ -1,4 +1,5 @@
-// Generated and real meshes against the naive oracle in double: every position, every normal.
+// Compares every position and every normal of generated and real meshes with the naive oracle in
+// double.
 #include "kernels/oracle.h"
 
 #include <fmt/format.h>
@@ -29,7 +30,7 @@ Store refine(const IndexedMesh& mesh, int levels, ExecutorKind executor) {
   return store;
 }
 
-/// Calls compare(oracle vertex, record) once for every vertex. Returns how many there were.
+/// Calls compare(oracle vertex, record) once for every vertex. Returns the number of vertices.
 template <class Compare>
 std::uint64_t for_each_vertex_once(Store& store, const std::string& attribute,
                                    const naive::Mesh& oracle, Compare compare) {
@@ -47,7 +48,7 @@ std::uint64_t for_each_vertex_once(Store& store, const std::string& attribute,
 
 struct NormalFigures {
   std::uint64_t compared = 0, out_of_bounds = 0, of_wrong_length = 0, without_oracle = 0;
-  /// Where the bound says nothing: compared, but with pi.
+  /// Normals with the bound pi, which any normal satisfies.
   std::uint64_t undetermined = 0;
   double worst_undetermined = 0;
   std::uint64_t well_shaped = 0;
@@ -68,7 +69,7 @@ struct NormalFigures {
 };
 
 NormalFigures compare_normals(Store& store, const naive::Mesh& oracle) {
-  /// Twice what a regular vertex amid equilateral triangles has.
+  /// Twice the condition of a regular vertex with equilateral triangles.
   constexpr double kWellShaped = 5;
   const std::vector<naive::Point> expected = naive::loop_limit_normals(oracle);
   NormalBounds bounds(oracle);
@@ -124,14 +125,14 @@ void check_against_oracle(const AcceptanceMesh& named, int levels) {
   CHECK(normals.of_wrong_length == 0);
   CHECK(normals.without_oracle == 0);
   CHECK(normals.rms() < 1e-4);
-  // The bound is that of the worst case. What is found where triangles are well shaped is a
-  // few units over the shortest edge; and that is nearly everywhere.
+  // The bound is for the worst case. With well shaped triangles, the error is only a few units
+  // divided by the shortest edge, and nearly all triangles are well shaped.
   CHECK(normals.worst_well_shaped_units < 4);
   CHECK(normals.well_shaped_share() > 0.998);
-  // A bound that determines nothing must stay a rare case.
+  // A bound of pi must be rare.
   CHECK(static_cast<double>(normals.undetermined) < 2e-4 * static_cast<double>(count));
 
-  // What holds of one executor holds of all that give the same bits.
+  // Executors that give the same bits need no comparison with the oracle.
   const std::string expected = digest(store).to_string();
   for (const ExecutorKind executor : {ExecutorKind::kSweep, ExecutorKind::kTransparent}) {
     Store other = refine(mesh, levels, executor);

@@ -27,7 +27,7 @@ std::vector<BackendChoice> backend_choices() {
   return choices;
 }
 
-constexpr std::uint64_t kLeastBytes = 64 << 10;  ///< a store takes no smaller budget
+constexpr std::uint64_t kLeastBytes = 64 << 10;  ///< the smallest budget of a store
 constexpr std::uint64_t kAmpleBytes = std::uint64_t{2} << 30;
 
 Variant make_variant(const BackendChoice& backend, int executor, int threads, int budget, int block,
@@ -47,7 +47,7 @@ Variant make_variant(const BackendChoice& backend, int executor, int threads, in
   return variant;
 }
 
-/// The passes of a Loop subdivision with normals, as far as they matter for memory.
+/// The passes of a Loop subdivision with normals, without their kernels.
 std::vector<SweepPass> passes_of(int level, AttributeId position, AttributeId normal) {
   std::vector<SweepPass> passes(3);
   passes[0].accesses = {{position, 1, level - 1, Access::kRead, Reach::kFaces},
@@ -146,7 +146,7 @@ std::string Refiner::digest_of(const Variant& variant) {
       smallest_[{variant.layout, variant.executor, variant.threads, variant.block_bytes}];
   if (variant.executor == ExecutorKind::kSweep) {
     if (smallest == 0) smallest = sweep_budget(variant);
-    // A quarter at most is for coders.
+    // Coders take at most a quarter of the budget.
     const bool codes = default_backends().find(variant.backend).traits.compressed;
     return digest_under(variant, codes ? smallest + (smallest + 2) / 3 : smallest);
   }

@@ -1,4 +1,4 @@
-// tests/acceptance/variants.h: everything that must not change a store's content, as one struct.
+// tests/acceptance/variants.h: one struct with all choices that must not change a store's content.
 #pragma once
 
 #include <cstdint>
@@ -27,16 +27,17 @@ struct Variant {
 };
 std::string to_string(const Variant& variant);
 
-/// The full product: all backends that this machine has, compressed with two codecs, x 3 executors
-/// x 2 thread counts x 2 budgets x 2 block sizes x 4 layouts. The backend changes fastest.
+/// All combinations: the backends that this machine can use (compressed with two codecs) x 3
+/// executors x 2 thread counts x 2 budgets x 2 block sizes x 4 layouts. The backend changes
+/// fastest.
 std::vector<Variant> all_variants();
 
-/// Those for the `turn`-th mesh, one a backend and codec. Six turns in a row bring each backend
-/// together with every value of every other factor, and every two values of two factors other than
-/// the layout.
+/// The variants for mesh number `turn`, one per backend and codec. Six turns in a row combine each
+/// backend with every value of every other factor. They also combine every two values of any two
+/// factors other than the layout.
 std::vector<Variant> covering_variants(int turn);
 
-/// One mesh in all layouts, refined with normals as often as asked for.
+/// Refines one mesh with normals, in all layouts.
 class Refiner {
  public:
   Refiner(const BaseMesh& mesh, int levels);
@@ -44,15 +45,17 @@ class Refiner {
   int levels() const { return levels_; }
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
-  /// Makes the store in a scratch directory, commits, reopens, returns the digest, leaves nothing.
-  /// The smallest budget is exact for sweep where no blocks are coded, and for the others the first
-  /// power of two that does.
+  /// Makes the store in a temporary directory, commits and reopens it, and returns the digest. For
+  /// a sweep without compression, Budget::kSmallest is the exact minimum. Otherwise it is the
+  /// smallest power of two that is enough.
   std::string digest_of(const Variant& variant);
 
-  /// Frames that the widest pass of the sweep executor pins at once: nothing less will do.
+  /// The bytes of the frames that the widest pass of the sweep executor pins at the same time,
+  /// which is the smallest possible budget.
   std::uint64_t sweep_budget(const Variant& variant) const;
 
-  /// A new refined store under `budget_bytes`, committed. Empty `path`: only in memory.
+  /// A new refined and committed store with the budget `budget_bytes`. An empty `path` means a
+  /// store in memory.
   Store refine(const Variant& variant, std::uint64_t budget_bytes,
                const std::filesystem::path& path) const;
 
@@ -62,7 +65,7 @@ class Refiner {
 
   int levels_;
   std::map<LayoutKind, BaseMesh> layouts_;
-  /// The backend does not enter: frames are counted alike for all of them.
+  /// The backend is no part of the key, because frames count in the same way for all backends.
   std::map<std::tuple<LayoutKind, ExecutorKind, int, std::uint64_t>, std::uint64_t> smallest_;
 };
 

@@ -63,13 +63,15 @@ class Stress {
  public:
   Stress(const BackendRegistry::Entry& entry, EvictionPolicy policy, int io_threads)
       : entry_(entry), pager_(30 * kBlockBytes, io_threads) {
-    pager_.set_policy(policy, policy == EvictionPolicy::kWindow ? 16 * kBlockBytes : 0);
+    session_ = pager_.open_session(
+        {.policy = policy,
+         .window_bytes = policy == EvictionPolicy::kWindow ? 16 * kBlockBytes : 0});
     file_.geometry = LevelGeometry(kBlocks * kBlockBytes, {}, BaseRelativeLevel(1), 1, kBlockBytes);
     file_.table = BlockTable({}, 2, 1, kBlocks);
     if (entry.traits.durable) directory_ = Directory(place_.path());
     open(OpenMode::kCreate);
     for (std::uint64_t block = 0; block < kBlocks; ++block)
-      fill(pager_.pin(file_, block, Access::kWrite), 0, kBlockBytes);
+      fill(session_.pin(file_, block, Access::kWrite), 0, kBlockBytes);
     pager_.flush();
     volume_->begin_version(2);
   }
@@ -105,7 +107,7 @@ class Stress {
   /// Whether all blocks hold what was last stored.
   bool holds_all() {
     for (std::uint64_t block = 0; block < kBlocks; ++block)
-      if (value_of(pager_.pin(file_, block, Access::kRead)) != expected_[block]) return false;
+      if (value_of(session_.pin(file_, block, Access::kRead)) != expected_[block]) return false;
     return true;
   }
 
@@ -129,7 +131,7 @@ class Stress {
   /// Nothing if it failed for a reason that there is.
   PinnedBlock try_pin(std::uint64_t block, Access access) {
     try {
-      return pager_.pin(file_, block, access);
+      return session_.pin(file_, block, access);
     } catch (const Error& error) {
       const bool allowed = error.code() == ErrorCode::kIo
                                ? faults_.reads.load()
@@ -183,7 +185,7 @@ class Stress {
       const auto access = random() % 2 == 0 ? Access::kUpdate : Access::kWrite;
       const auto what = random() % 10;
       if (what < 2)
-        pager_.prefetch(file_, block);
+        session_.prefetch(file_, block);
       else if (what < 6 || !writing)
         read(block, other);
       else if (what < 9)
@@ -200,6 +202,7 @@ class Stress {
   std::unique_ptr<Volume> volume_;
   LevelFile file_;
   Pager pager_;
+  Session session_;
   std::array<std::shared_mutex, kBlocks> mutexes_;  ///< whoever stores is alone at its block
   std::array<unsigned char, kBlocks> expected_{};
 };

@@ -41,7 +41,7 @@ void fill(Store& store, std::byte value) {
   for (int level = 1; level <= kLevels; ++level) {
     LevelFile& file = store.level_file(0, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.pager().pin(file, block, Access::kWrite);
+      const PinnedBlock pinned = store.open_session().pin(file, block, Access::kWrite);
       std::ranges::fill(pinned.bytes(), value);
     }
   }

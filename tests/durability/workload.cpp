@@ -69,7 +69,7 @@ const std::vector<void (*)(Store&)>& second_steps() {
 void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t step) {
   LevelFile& file = store.level_file(attribute, level);
   for (std::uint64_t block = 0; block < file.geometry.block_count(); block += step) {
-    const PinnedBlock pinned = store.pager().pin(file, block, Access::kUpdate);
+    const PinnedBlock pinned = store.open_session().pin(file, block, Access::kUpdate);
     for (std::byte& byte : pinned.bytes())
       byte = static_cast<std::byte>(std::to_integer<unsigned>(byte) + 1);
   }

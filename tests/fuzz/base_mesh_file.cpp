@@ -1,4 +1,5 @@
-// A file base.mesh whose checksum is right. What is accepted is what the bytes say.
+// A file base.mesh with the right checksum. If the reader accepts it, the mesh is exactly the mesh
+// in the bytes.
 #include "store/base_mesh_file.h"
 
 #include "mesh_target.h"

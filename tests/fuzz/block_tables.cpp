@@ -1,5 +1,5 @@
-// A file of block tables read for levels of any shape. What is accepted is what the bytes say, and
-// each entry is one that a backend can follow.
+// A file of block tables, read for levels of any shape. If the reader accepts it, the entries are
+// exactly those in the bytes, and a backend can use each entry.
 //
 // Input: number of levels, then for each edges, border edges, level, record bytes and block size;
 // the rest is the file.
@@ -57,7 +57,7 @@ bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InputBytes input(data, size);
   std::vector<Level> levels(input.take_below(4));
-  // A level too large for any file is refused before its table is read.
+  // LevelGeometry refuses a level too large for any file, before its table is read.
   if (!accepts({ErrorCode::kInvalidArgument}, [&] {
         for (Level& level : levels) level = take_level(input);
       }))

@@ -1,5 +1,5 @@
-// Any bytes decoded by any pipeline into a block of any size: it is filled, the same
-// way each time, or refused; not a byte outside it is touched.
+// Any bytes decoded by any pipeline into a block of any size: decoding twice gives the same bytes
+// or the same error, and no byte outside the block changes.
 //
 // Input: coding, size of the block, then the stored bytes.
 #include <algorithm>
@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   else
     pipeline.filters[0]->decode(filtered.span(), raw.span());
 
-  // The chain as a block goes through it, with a coder that is used for a second time.
+  // Decodes with a whole coder, which is used twice.
   BlockCoder coder(make(), raw_bytes);
   if (stored.span().size() > max_encoded_bytes(raw_bytes)) return 0;
   for (int round = 0; round < 2; ++round) {

@@ -23,7 +23,7 @@ void check_filter(const Filter& filter, std::span<const std::byte> raw) {
   require(std::ranges::equal(raw, filtered.span()));
 }
 
-/// Compresses into `room` bytes; if that is enough, what is there decodes to `raw`.
+/// Compresses into `room` bytes. If that is enough, the result must decode to `raw`.
 bool check_codec(Codec& codec, std::span<const std::byte> raw, std::size_t room) {
   ExactBytes into(room);
   const std::optional<std::size_t> stored_bytes = codec.compress(raw, into.span());
@@ -65,7 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto& codec = pipeline.codec;
   check_codec(*codec, raw, room);
   require(check_codec(*codec, raw, codec->bound(raw.size())));
-  // The coder is made for blocks that may be larger, and meets more than one.
+  // The coder is made for larger blocks, and codes more than one.
   BlockCoder coder(make(), raw.size() + room);
   check_coder(coder, raw);
   check_coder(coder, raw.first(raw.size() / 2));

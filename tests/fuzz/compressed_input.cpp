@@ -1,5 +1,5 @@
-// A mesh file's layer of decompression against the libraries' own decoders: whole gzip and zstd
-// files give what these give, and one that is damaged or cut short is refused.
+// Compares Input's decompression with the libraries' own decoders. Whole gzip and zstd files give
+// the same bytes, and files that are damaged or cut short are refused.
 #include <zlib.h>
 #include <zstd.h>
 
@@ -20,10 +20,11 @@ using namespace plait::fuzz;
 
 namespace {
 
-/// More is not compared: a small file may hold a few gigabytes of zeros.
+/// Compares at most so many bytes, because a small file may decompress to gigabytes of zeros.
 constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
-/// At most kMaxBytes and a buffer more; nothing if the file is refused on the way.
+/// The decompressed bytes: at most kMaxBytes and one buffer more. Nothing if Input refuses the
+/// file.
 std::optional<std::string> read_input(const std::filesystem::path& path) {
   std::string bytes;
   const bool whole = accepts({ErrorCode::kInvalidArgument}, [&] {
@@ -37,8 +38,8 @@ std::optional<std::string> read_input(const std::filesystem::path& path) {
   return whole ? std::optional(bytes) : std::nullopt;
 }
 
-/// What zlib makes of a file. `unsettled`: it minds what Boost's decoder does not look at, since
-/// the checksum of the bytes settles it: reserved flags and the checksum of a header.
+/// The result of zlib. `unsettled`: zlib refuses the file for reserved flags or for the checksum of
+/// a header. Boost's decoder does not check these, so the two results are not compared.
 struct Gzip {
   std::optional<std::string> bytes;
   bool unsettled = false;
@@ -58,7 +59,8 @@ Gzip decode_gzip(std::string_view file) {
          (result == Z_OK || (result == Z_STREAM_END && stream.avail_in > 0))) {
     if (result == Z_STREAM_END) inflateReset(&stream);  // another member follows
     result = inflate(&stream, Z_NO_FLUSH);
-    // Nor does it look at the length behind the checksum, and there zlib can go on.
+    // Boost does not check the length after the checksum either. zlib can continue after that
+    // error.
     if (result == Z_DATA_ERROR && stopped_by("incorrect length check")) result = Z_STREAM_END;
   }
   const bool unsettled = result == Z_DATA_ERROR && (stopped_by("unknown header flags set") ||
@@ -75,7 +77,7 @@ std::optional<std::string> decode_zstd(std::string_view file) {
   std::string bytes(kMaxBytes + 1, '\0');
   ZSTD_outBuffer out = {bytes.data(), bytes.size(), 0};
   ZSTD_inBuffer in = {file.data(), file.size(), 0};
-  std::size_t wanted = 0;  // bytes until the frame ends; none at its end
+  std::size_t wanted = 0;  // bytes until the end of the frame; 0 at its end
   while (in.pos < in.size || wanted != 0) {
     const std::size_t in_before = in.pos, out_before = out.pos;
     wanted = ZSTD_decompressStream(context.get(), &out, &in);

@@ -1,6 +1,6 @@
-// tests/fuzz/corpus_runner.cpp: stands in for libFuzzer where it is not linked. Feeds the target
-// an empty input and every file named, or in a directory named, in the order of their names. What
-// the target finds ends the program; the last line then names the file.
+// tests/fuzz/corpus_runner.cpp: replaces libFuzzer in builds without it. Runs the target with an
+// empty input and with every given file, and every file in a given directory, in the order of their
+// names. A finding ends the program; then the last line of the output names the file.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -21,7 +21,8 @@ bool feed_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return false;
   const std::string content(std::istreambuf_iterator<char>(file), {});
-  // Memory of exactly that size, so that the address sanitizer sees the first byte beyond.
+  // Memory of exactly that size, so that the address sanitizer detects access to the first byte
+  // after it.
   const auto bytes = std::make_unique<std::uint8_t[]>(content.size());
   std::copy(content.begin(), content.end(), bytes.get());
   LLVMFuzzerTestOneInput(bytes.get(), content.size());
@@ -54,6 +55,6 @@ int main(int argument_count, char** arguments) {
     std::fprintf(stderr, "corpus_runner: no input; usage: PROGRAM FILE_OR_DIRECTORY...\n");
     return 1;
   }
-  std::printf("%d inputs and the empty one in order\n", inputs);
+  std::printf("%d inputs and the empty one passed\n", inputs);
   return 0;
 }

@@ -1,4 +1,4 @@
-// tests/fuzz/input_bytes.h: a target's input taken apart: a few numbers first, then the rest.
+// tests/fuzz/input_bytes.h: splits the input of a target into a few numbers and the rest.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ class InputBytes {
   InputBytes(const std::uint8_t* data, std::size_t size)
       : rest_(std::as_bytes(std::span(data, size))) {}
 
-  /// The next number, little-endian; what the input has not is zero.
+  /// The next number, little-endian. Bytes that the input does not have are zero.
   template <class Number>
   Number take() {
     Number number{};
@@ -34,8 +34,8 @@ class InputBytes {
   std::span<const std::byte> rest_;
 };
 
-/// Memory of exactly `size` bytes, so that the address sanitizer sees the first byte beyond. Unlike
-/// a vector it has an address even if it is empty.
+/// Memory of exactly `size` bytes, so that the address sanitizer detects access to the first byte
+/// after it. Unlike a vector, it has an address even if it is empty.
 class ExactBytes {
  public:
   explicit ExactBytes(std::size_t size)

@@ -1,6 +1,6 @@
-// A rollback journal whose header is right and whose rest is the input, put back into a store of
-// one level file; and the input as the whole journal. Either the journal is refused, or it is gone
-// and the level file is as long as before.
+// Recovers a store of one level file with a rollback journal: first a journal with a right header
+// and the input as its rest, then the input as the whole journal. Either recovery refuses the
+// journal, or afterwards the journal is removed and the level file is as long as before.
 #include <xxhash.h>
 
 #include <cstring>
@@ -25,10 +25,10 @@ namespace {
 
 constexpr std::uint64_t kSequence = 7, kLevelBytes = 4096;
 
-/// A directory with a level file.
+/// A directory that contains a level file.
 struct Place {
   Place() { std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x'); }
-  /// Of one block, as its version names it.
+  /// The level of one block, as the newest version describes it.
   std::vector<StoredLevel> levels() const {
     std::vector<StoredLevel> result(1);
     result[0].level = 1;
@@ -51,7 +51,7 @@ std::vector<std::byte> right_header() {
   return bytes;
 }
 
-/// Gives records, as far as they are whole, the checksums that they should have.
+/// Gives each whole record the right checksum.
 void seal_records(std::span<std::byte> bytes, std::uint64_t seed) {
   while (bytes.size() >= 40) {
     const auto count = load<std::uint64_t>(bytes, 24);
@@ -90,7 +90,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto input = std::as_bytes(std::span(data, size));
   try_journal(place, input);
   std::vector<std::byte> bytes = right_header();
-  // Checksums that are right, for whatever the records say.
+  // With right checksums, whatever the records contain.
   const auto seed = load<std::uint64_t>(bytes, 40);
   bytes.insert(bytes.end(), input.begin(), input.end());
   try_journal(place, bytes);

@@ -1,5 +1,5 @@
-// The geometry of a level of any counts: refused, or slots and blocks that fill it without a gap,
-// as 128-bit arithmetic has them.
+// The geometry of a level with any counts. Either it is refused, or its slots and blocks fill the
+// level without a gap, at the offsets that 128-bit arithmetic gives.
 //
 // Input: edges, level, record bytes, block size, then border edges.
 #include "plait/level_geometry.h"

@@ -1,5 +1,5 @@
-// A manifest slot as it comes, and once more with the magic and the checksum that it should have.
-// What is decoded encodes to the fields that were there, and that decodes to the same again.
+// A manifest slot, unchanged, and again with the right magic and checksum. Encoding the decoded
+// slot must give the same fields, and decoding these must give the same result again.
 #include "store/manifest.h"
 
 #include <algorithm>
@@ -25,7 +25,8 @@ void check_decoded(const Manifest& manifest, const ManifestSlot& slot) {
   const ManifestSlot encoded = encode_manifest(manifest);
   require(is_whole_slot(encoded));
   require(encode_manifest(decode_manifest(encoded, "encoded")) == encoded);
-  // Version, number of attributes, and all before the names; between them are optional flags.
+  // Compares the version, the number of attributes, and everything before the names. The optional
+  // flags in between may differ.
   require(std::ranges::equal(std::span(slot).subspan(8, 4), std::span(encoded).subspan(8, 4)));
   require(
       std::ranges::equal(std::span(slot).subspan(20, 108), std::span(encoded).subspan(20, 108)));
@@ -45,7 +46,7 @@ void check_slot(const ManifestSlot& slot) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // A file of any length, with any two slots.
+  // The input is also a whole file, of any length and with any two slots.
   accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported}, [&] { read_file(data, size); });
 
   ManifestSlot slot{};

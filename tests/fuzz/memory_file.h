@@ -1,4 +1,4 @@
-// tests/fuzz/memory_file.h: a file that is only in memory, for readers that take a path.
+// tests/fuzz/memory_file.h: a file in memory, for readers that take a path.
 #pragma once
 
 #include <sys/mman.h>
@@ -20,7 +20,7 @@ class MemoryFile {
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
 
-  /// Replaces the content, which is the system's and no part of this object.
+  /// Replaces the content of the file. const, because the content is no part of this object.
   void write(std::span<const std::uint8_t> bytes) const {
     check(::ftruncate(descriptor_, 0) == 0);
     while (!bytes.empty()) {
@@ -41,7 +41,7 @@ class MemoryFile {
   int descriptor_;
 };
 
-/// The one file of a program, holding `size` bytes at `data`.
+/// Writes `size` bytes at `data` to the one memory file of the program, and returns its path.
 inline std::filesystem::path path_of(const std::uint8_t* data, std::size_t size) {
   static const MemoryFile file;
   file.write({data, size});

@@ -1,5 +1,6 @@
-// tests/fuzz/mesh_target.h: what the targets of the mesh readers share. A reader gives a mesh that
-// BaseMesh takes or refuses by name, and one that it takes satisfies the relations of its arrays.
+// tests/fuzz/mesh_target.h: the common part of the targets for mesh readers. BaseMesh either
+// accepts the mesh of a reader or refuses it with a named error. The arrays of an accepted mesh
+// satisfy all their relations.
 #pragma once
 
 #include <cmath>

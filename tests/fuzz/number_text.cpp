@@ -1,4 +1,4 @@
-// Words of mesh files as numbers, against the C library's reading of them.
+// Compares the parsing of numbers in mesh files with the C library's.
 #include <cerrno>
 #include <cmath>
 #include <cstdint>
@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(*integer == std::strtoll(word.c_str(), &end, 10) && errno == 0);
     require(end == word.data() + word.size());
   }
-  // What else strtod reads: blanks before a number and hexadecimal ones.
+  // strtod also reads blanks before a number, and hexadecimal numbers. Mesh files have neither.
   const std::size_t x = word.find_first_of("xX");
   const bool is_hexadecimal = x != std::string::npos && x == word.find_first_not_of("+-0");
   const bool is_decimal = !is_hexadecimal && word.find_first_of(" \t\n\v\f\r") == std::string::npos;
@@ -32,7 +32,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::optional<double> number = parse_number(word);
   require(number.has_value() == (is_number && !overflows));
   if (!number || (std::isnan(*number) && std::isnan(expected))) return 0;
-  // The smallest ones may be taken for zero.
+  // The smallest numbers may become zero.
   require(*number == expected || (*number == 0 && std::abs(expected) < 1e-300));
   return 0;
 }

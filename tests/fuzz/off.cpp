@@ -1,4 +1,4 @@
-// A OFF file, plain or compressed, and the base mesh that it gives.
+// An OFF file, plain or compressed, and the base mesh that it gives.
 #include "mesh/readers.h"
 #include "mesh_target.h"
 

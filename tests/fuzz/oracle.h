@@ -1,7 +1,7 @@
-// tests/fuzz/oracle.h: what every target asks of the code under it.
+// tests/fuzz/oracle.h: the checks that all targets share.
 //
-// An exception that is no plait::Error ends the program, std::bad_alloc included: so does an Error
-// of a code that the call does not promise.
+// An exception other than plait::Error ends the program, also std::bad_alloc. So does an Error with
+// a code that the call does not document.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +12,19 @@
 
 namespace plait::fuzz {
 
-/// Ends the program where a relation that must hold does not.
+/// Ends the program if `right` is false.
 inline void require(bool right) {
   if (!right) __builtin_trap();
 }
 
-/// A message goes to terminals and logs as one line, whatever the bytes that it speaks of.
+/// Terminals and logs show a message as one line, so it must be one, whatever bytes it quotes.
 inline bool is_one_short_line(std::string_view message) {
   return message.size() < 1000 &&
          std::all_of(message.begin(), message.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-/// Whether `call` returned; else it threw an Error of one of `codes`.
+/// Returns true if `call` returned, and false if it threw an Error with one of `codes`. Any other
+/// exception ends the program.
 template <class Call>
 bool accepts(std::initializer_list<ErrorCode> codes, Call call) {
   try {

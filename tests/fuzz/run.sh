@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets with libFuzzer and the address and undefined behaviour sanitizers, and
-# runs each for a while on a copy of its corpus.
+# runs each target for some time on a copy of its corpus.
 #
 #   tests/fuzz/run.sh [--seconds N] [TARGET...]      default: 60 seconds for each of all targets
 #
-# Ends with nonzero if a target finds something, after naming the input, which stays in
-# build/fuzz/findings. The corpora grow in build/fuzz/grown, and what is there is used again.
+# Ends with a nonzero status if a target finds something. Then the output names the input, which
+# stays in build/fuzz/findings. New inputs go to build/fuzz/grown, and later runs use them again.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -60,9 +60,9 @@ failed=()
 for target in "${targets[@]}"; do
   corpus=build/fuzz/grown/$target
   mkdir -p "$corpus"
-  # Seeds are only read; what is new goes to the first directory.
+  # libFuzzer writes new inputs to the first directory, and only reads the seeds in the second.
   options=(-max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$findings/$target-")
-  # An input is at most a few KiB. The largest honest request is the window of a zstd frame.
+  # An input has at most a few KiB. The largest legitimate allocation is the window of a zstd frame.
   options+=(-max_len=8192 -timeout=20 -rss_limit_mb=1024 -malloc_limit_mb=256)
   [ ! -f "tests/fuzz/$target.dict" ] || options+=(-dict="tests/fuzz/$target.dict")
   log=$findings/$target.log

@@ -183,7 +183,8 @@ TEST_CASE("Repair_AnotherCodecAndSomethingElseDiffers_IsLost") {
   {
     Store store = victim.open(true);
     {
-      const PinnedBlock pinned = store.pager().pin(store.level_file(0, 3), 1, Access::kUpdate);
+      const PinnedBlock pinned =
+          store.open_session().pin(store.level_file(0, 3), 1, Access::kUpdate);
       pinned.bytes()[3] ^= std::byte{1};
     }
     store.commit();
@@ -298,7 +299,7 @@ TEST_CASE("Repair_BlockChangedInPlaceToTheSameEncodedSize_IsLost") {
     for (std::size_t at = 0; !found && at < 64; ++at) {
       const auto flip = [&] {
         {
-          const PinnedBlock pinned = store.pager().pin(file, changed, Access::kUpdate);
+          const PinnedBlock pinned = store.open_session().pin(file, changed, Access::kUpdate);
           pinned.bytes()[at] ^= std::byte{1};
         }
         store.pager().flush();

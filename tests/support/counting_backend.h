@@ -1,4 +1,4 @@
-// tests/support/counting_backend.h: a backend that forwards to another one and counts.
+// tests/support/counting_backend.h: a backend that forwards to another one and counts the calls.
 #pragma once
 
 #include <atomic>
@@ -58,7 +58,7 @@ class CountingBackend final : public ForwardingBackend {
 using WrapBackend = std::function<std::unique_ptr<Backend>(std::unique_ptr<Backend>)>;
 using WrapLevel = std::function<std::unique_ptr<Backend>(Volume& inner, const LevelSpec&)>;
 
-/// A volume that opens its levels by way of `wrap`.
+/// A volume that applies `wrap` to each level that it opens.
 class WrappedVolume final : public Volume {
  public:
   WrappedVolume(std::unique_ptr<Volume> inner, WrapLevel wrap)
@@ -80,7 +80,7 @@ inline OpenVolume wrapped_volume(OpenVolume open, WrapLevel wrap) {
   };
 }
 
-/// The same names and options, with `wrap` around every backend that is opened.
+/// A registry with the same names and options, which applies `wrap` to every backend that it opens.
 inline BackendRegistry wrapped_registry(const BackendRegistry& registry, const WrapBackend& wrap) {
   BackendRegistry result;
   for (const std::string& name : registry.names()) {
@@ -93,7 +93,7 @@ inline BackendRegistry wrapped_registry(const BackendRegistry& registry, const W
   return result;
 }
 
-/// The same names and options, with every backend that is opened counted in `counts`.
+/// A registry with the same names and options, which counts the calls of every backend in `counts`.
 inline BackendRegistry counting_registry(const BackendRegistry& registry, BackendCounts& counts) {
   return wrapped_registry(registry, [&counts](std::unique_ptr<Backend> inner) {
     return std::make_unique<CountingBackend>(std::move(inner), counts);

@@ -1,5 +1,5 @@
-// tests/support/forwarding_backend.h: a backend that does what another one does, for tests to
-// change a part of.
+// tests/support/forwarding_backend.h: a backend that forwards all calls to another one. A test
+// overrides some of them.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace plait::test {
 
-/// start() is not forwarded: it comes down to read() and write(), whichever override these.
+/// start() is not forwarded. It calls read() and write(), so that overrides of these take effect.
 class ForwardingBackend : public Backend {
  public:
   explicit ForwardingBackend(std::unique_ptr<Backend> inner) : inner_(std::move(inner)) {}

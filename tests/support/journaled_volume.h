@@ -1,5 +1,5 @@
-// tests/support/journaled_volume.h: a volume with the rollback journal around it, where a test has
-// no store. Test programs that use it have engine/ among their include directories.
+// tests/support/journaled_volume.h: adds the rollback journal to a volume, for tests without a
+// store. Test programs that use it have engine/ among their include directories.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace plait::test {
 
-/// The journal is that of the directory in which the first level is opened.
+/// The journal is in the directory of the first level that is opened.
 class JournaledForTest final : public Volume {
  public:
   explicit JournaledForTest(std::unique_ptr<Volume> inner) : inner_(std::move(inner)) {}

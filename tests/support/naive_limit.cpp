@@ -7,7 +7,7 @@ namespace plait::naive {
 namespace {
 
 Point limit_normal(const Mesh& mesh, Index vertex, const Ring& ring) {
-  // Differences to the vertex, so that the weights' own rounding moves nothing.
+  // Uses differences to the vertex, so that rounding of the weights has no effect on the position.
   const Point centre = mesh.points[vertex];
   const auto spoke = [&](std::size_t k) { return mesh.points[ring.neighbours[k]] - centre; };
   const std::size_t n = ring.neighbours.size();

@@ -1,6 +1,6 @@
-// support/naive_limit.h: limit positions and normals of Loop surfaces in double, from the masks of
-// naive rings, and normals that owe nothing to any mask. Part of the oracle: shares no code with
-// the library.
+// support/naive_limit.h: limit positions and normals of Loop surfaces in double, computed with
+// masks on naive rings, and normals computed without any mask. It is a part of the oracle and
+// shares no code with the library.
 //
 // Interior masks: C. Loop, "Smooth subdivision surfaces based on triangles", 1987; H. Hoppe et al.,
 // "Piecewise smooth surface reconstruction", 1994, appendix. Border masks: derived below.
@@ -19,8 +19,8 @@
 // case at k = 4, where lambda = 1/2 and the weights are Hoppe's (-2; -1, 2, 2, -1). For k = 2 there
 // is no y and lambda = 1/4: (-2; 1, 1). The other tangent is p_1 - p_k, eigenvalue 1/2.
 //
-// From k = 8 on a second eigenvalue, 3/8 + cos(2 theta)/4, passes 1/2: this border rule is then not
-// tangent-plane continuous, and the mask gives the plane of the two triangles at the border.
+// From k = 8 on, a second eigenvalue, 3/8 + cos(2 theta)/4, exceeds 1/2. Then this border rule is
+// not tangent-plane continuous, and the mask gives the plane of the two triangles at the border.
 #pragma once
 
 #include <vector>
@@ -29,21 +29,21 @@
 
 namespace plait::naive {
 
-/// Where the vertices of a mesh end after infinitely many Loop steps.
+/// The positions of the vertices after infinitely many Loop steps.
 std::vector<Point> loop_limit_points(const Mesh& mesh);
 
 /// Unit normals of the Loop surface at the limit points, outward for counterclockwise triangles;
 /// zero where the tangents are parallel.
 std::vector<Point> loop_limit_normals(const Mesh& mesh);
 
-/// Unit normals from the triangles at each vertex, weighted by area. No mask enters: on a mesh
-/// refined far enough they check loop_limit_normals() and work for any scheme.
+/// Unit normals from the triangles at each vertex, weighted by area, without any mask. On a mesh
+/// refined often enough they can check loop_limit_normals(), and they are correct for any scheme.
 std::vector<Point> area_weighted_normals(const Mesh& mesh);
 
 double dot(Point a, Point b);
 Point cross(Point a, Point b);
 double length(Point a);
-/// `a` at length one; the zero vector stays zero.
+/// `a` divided by its length; the zero vector stays zero.
 Point unit(Point a);
 /// The angle between two vectors, in radians; accurate near zero and near pi.
 double angle_between(Point a, Point b);

@@ -1,5 +1,5 @@
-// Tests of the oracle's masks: against published weights and against what the triangles round a
-// vertex turn into when the naive steps are repeated.
+// Tests of the oracle's masks. They compare the masks with published weights, and with the
+// triangles around a vertex after many naive steps.
 #include "support/naive_limit.h"
 
 #include <algorithm>
@@ -19,8 +19,9 @@ namespace {
 
 double distance(Point a, Point b) { return naive::length(a - b); }
 
-/// The triangles at vertex 0 of a once refined fan, as a fan again (vertex 0, then its ring),
-/// moved and scaled so that digits last: subdivision commutes with both.
+/// The triangles at vertex 0 of a fan that was refined once, again as a fan (vertex 0, then its
+/// ring). It is moved and scaled so that rounding errors stay small; subdivision commutes with
+/// both.
 Mesh zoomed(const Mesh& fine) {
   const naive::Ring ring = naive::Rings(fine).find(0);
   Mesh fan;
@@ -83,7 +84,8 @@ TEST_CASE("LoopLimitNormals_Border_AreWhatTheTrianglesTurnInto") {
     const Mesh fan = test::to_naive(test::open_fan(k - 1));
     const Point expected = naive::loop_limit_normals(fan)[0];
     CHECK(expected.z > 0);
-    // At k = 2 the fan shrinks by 4 across and by 2 along: 60 levels would leave no digits.
+    // At k = 2 a level shrinks the fan by 4 in one direction and by 2 in the other. After 60 levels
+    // there would be no exact digits.
     const Mesh close = zoomed(fan, k == 2 ? 10 : 60);
     for (std::size_t t = 0; t < close.triangles.size(); ++t)
       CHECK(naive::angle_between(triangle_normal(close, t), expected) < 1e-3);
@@ -91,7 +93,7 @@ TEST_CASE("LoopLimitNormals_Border_AreWhatTheTrianglesTurnInto") {
 }
 
 TEST_CASE("LoopLimitNormals_BorderValenceSeven_AreReachedSlowlyByTheInnerTriangles") {
-  // 3/8 + cos(2 theta)/4 is 1/2 too, so the rest dies as 1/levels and not as a power.
+  // Here 3/8 + cos(2 theta)/4 is 1/2 too, so the error falls as 1/levels and not as a power.
   const Mesh fan = test::to_naive(test::open_fan(6));
   const Point expected = naive::loop_limit_normals(fan)[0];
   const Mesh close = zoomed(fan, 60), closer = zoomed(fan, 120);
@@ -106,7 +108,7 @@ TEST_CASE("LoopLimitNormals_BorderValenceSeven_AreReachedSlowlyByTheInnerTriangl
 }
 
 TEST_CASE("LoopLimitNormals_BorderValenceFromEight_AreThoseOfTheBorderTriangles") {
-  // There the surface has no tangent plane; see naive_limit.h.
+  // At these valences the surface has no tangent plane; see naive_limit.h.
   for (Index k = 8; k <= 12; ++k) {
     INFO("border valence " << k);
     const Mesh fan = test::to_naive(test::open_fan(k - 1));

@@ -24,7 +24,7 @@ Rings::Rings(const Mesh& mesh)
 }
 
 void Rings::find(Index vertex, Ring& ring) const {
-  // Each triangle (vertex, p, q) says that q follows p.
+  // In each triangle (vertex, p, q), q follows p.
   struct Link {
     Index from, to;
   };
@@ -46,7 +46,7 @@ void Rings::find(Index vertex, Ring& ring) const {
   const bool closed = std::all_of(links.begin(), links.end(),
                                   [&](Link link) { return link_from(link.to) != nullptr; });
   Index start = links.front().from;
-  if (!closed) {  // begins at the neighbour that follows nobody
+  if (!closed) {  // the ring begins at the neighbour that follows no other
     thread_local std::vector<Index> followers;
     followers.clear();
     for (const Link& link : links) followers.push_back(link.to);

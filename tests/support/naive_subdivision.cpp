@@ -10,7 +10,7 @@
 namespace plait::naive {
 namespace {
 
-/// Slot 1 of triangle and opposite is kNone on a border.
+/// On a border, triangle[1] and opposite[1] are kNone.
 struct Edge {
   Index low = kNone, high = kNone;
   std::array<Index, 2> triangle{kNone, kNone};
@@ -84,7 +84,8 @@ Edges find_edges(const Mesh& mesh) {
   return edges;
 }
 
-/// The mesh with every triangle cut into four; `points` are the old vertices, then one an edge.
+/// The mesh with every triangle divided into four. `points` are the old vertices, then one vertex
+/// per edge.
 Mesh split(const Mesh& mesh, const Edges& edges, std::vector<Point> points) {
   Mesh fine;
   fine.points = std::move(points);
@@ -99,7 +100,7 @@ Mesh split(const Mesh& mesh, const Edges& edges, std::vector<Point> points) {
     fine.triangles.push_back({a, ab, ca});
     fine.triangles.push_back({ab, b, bc});
     fine.triangles.push_back({ca, bc, c});
-    fine.triangles.push_back({bc, ca, ab});  // the middle one, turned by half a turn
+    fine.triangles.push_back({bc, ca, ab});  // the middle one, rotated by half a turn
   }
   return fine;
 }
@@ -130,7 +131,8 @@ Valences find_valences(const Mesh& mesh, const Edges& edges) {
   return valences;
 }
 
-/// Zorin's weights of the ring of an interior vertex of valence n != 6, from the edge's other end.
+/// Zorin's weights of the ring of an interior vertex of valence n != 6, beginning at the edge's
+/// other end.
 std::vector<double> butterfly_weights(std::size_t n) {
   if (n < 3) throw std::invalid_argument("naive butterfly: interior vertex of valence below 3");
   if (n == 3) return {5.0 / 12, -1.0 / 12, -1.0 / 12};
@@ -143,7 +145,7 @@ std::vector<double> butterfly_weights(std::size_t n) {
   return weights;
 }
 
-/// The point beyond the side of `triangle` opposite its corner x.
+/// The point across the side of `triangle` opposite its corner x.
 Point wing(const Mesh& mesh, const Edges& edges, Index triangle, std::size_t x) {
   const Edge& outer = edges.list[edges.of_triangle[triangle][x]];
   const Triangle& inside = mesh.triangles[triangle];
@@ -169,7 +171,7 @@ Mesh subdivide_loop(const Mesh& mesh) {
 
   std::vector<Point> points(vertex_count);
   points.reserve(vertex_count + edges.list.size());
-  for (const Edge& edge : edges.list) {  // sums of the old neighbours that each vertex listens to
+  for (const Edge& edge : edges.list) {  // sums over the old neighbours that affect each vertex
     if (edge.is_border() || !valences.on_border(edge.low))
       points[edge.low] += mesh.points[edge.high];
     if (edge.is_border() || !valences.on_border(edge.high))

@@ -1,15 +1,16 @@
-// support/naive_subdivision.h: the oracle that the kernels are compared with: subdivision of
-// explicit meshes in double, written for clarity and sharing no code with the library: its own
-// points, its own edges (sorted half-edges), its own rings.
+// support/naive_subdivision.h: the oracle, with which tests compare the kernels. It subdivides
+// explicit meshes in double. It is written for clarity and shares no code with the library: it has
+// its own points, edges (sorted half-edges) and rings.
 //
-// A refined mesh keeps the vertices it was made from at their indices; the vertices on edges
-// follow, one an edge, so the vertices born at a level are those from the coarser mesh's count on.
-// Triangle t becomes triangles 4t .. 4t+3, hence the descendants of input triangle f at level L
-// are f 4^L .. (f+1) 4^L - 1, and vertex_at() finds any lattice point of a patch by descending.
+// In a refined mesh, the vertices of the coarser mesh keep their indices. The new vertices follow,
+// one per edge. So the vertices that a level creates have indices from the coarser mesh's count on.
+// Triangle t becomes triangles 4t .. 4t+3. So the descendants of input triangle f at level L are f
+// 4^L .. (f+1) 4^L - 1, and vertex_at() finds any lattice point of a patch by descending through
+// them.
 //
-// Everything here throws std::invalid_argument on what is not an oriented 2-manifold with or
-// without border, on an index out of range and on a vertex without triangles; several closed fans
-// at one vertex are noticed only where its ring is asked for.
+// All functions throw std::invalid_argument for a mesh that is not an oriented 2-manifold (with or
+// without border), for an index out of range, and for a vertex without triangles. Only
+// Rings::find() detects several closed fans at one vertex.
 #pragma once
 
 #include <array>
@@ -46,13 +47,14 @@ enum class Scheme { kLoop, kButterfly, kMidpoint };
 Mesh subdivide_loop(const Mesh& mesh);
 
 /// One step of modified Butterfly: D. Zorin, P. Schroeder, W. Sweldens, "Interpolating subdivision
-/// for meshes with arbitrary topology", 1996. Vertices on a border count as regular; a wing of the
-/// eight-point stencil that a border cuts off is the in-plane continuation of the triangle inside;
-/// borders follow the four-point curve. Time grows with the square of an irregular valence.
+/// for meshes with arbitrary topology", 1996. Vertices on a border count as regular; if a border
+/// cuts off a wing of the eight-point stencil, the wing is the continuation of the triangle inside
+/// in its plane; border edges use the four-point curve. Time grows with the square of an irregular
+/// valence.
 /// Pinned by "NaiveButterfly_*".
 Mesh subdivide_butterfly(const Mesh& mesh);
 
-/// One step that only halves edges: the surface stays as it is. Pinned by "NaiveMidpoint_*".
+/// One step that only halves edges. The surface does not change. Pinned by "NaiveMidpoint_*".
 Mesh subdivide_midpoint(const Mesh& mesh);
 
 /// `levels` steps of one scheme.
@@ -69,8 +71,8 @@ Index vertex_at(const Mesh& mesh, Index input_triangle, std::int64_t i, std::int
 /// All vertices of a patch, (2^L+1)(2^L+2)/2 of them: for j = 0 .. 2^L, for i = 0 .. 2^L - j.
 std::vector<Index> patch_vertices(const Mesh& mesh, Index input_triangle);
 
-/// The neighbours of a vertex, counterclockwise: from the smallest index round an interior vertex,
-/// from border to border else.
+/// The neighbours of a vertex, counterclockwise. Around an interior vertex they begin at the
+/// smallest index; at a border vertex they go from border to border.
 struct Ring {
   std::vector<Index> neighbours;
   bool closed = false;
@@ -86,7 +88,7 @@ class Rings {
 
  private:
   const Mesh& mesh_;
-  std::vector<Index> first_;      ///< [vertex] where its triangles begin in triangles_
+  std::vector<Index> first_;      ///< [vertex] the index of its first triangle in triangles_
   std::vector<Index> triangles_;  ///< triangles by vertex
 };
 

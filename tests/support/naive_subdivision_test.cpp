@@ -1,6 +1,6 @@
-// Tests of the oracle itself: against numbers worked out by hand, published masks, properties that
-// the schemes must have (reproduction of polynomials, convergence to their limits), never against
-// the library.
+// Tests of the oracle itself. They compare it with numbers computed by hand, with published masks,
+// and with properties that the schemes must have (reproduction of polynomials, convergence to their
+// limits), but never with the library.
 #include "support/naive_subdivision.h"
 
 #include <algorithm>
@@ -23,8 +23,8 @@ namespace {
 
 double distance(Point a, Point b) { return naive::length(a - b); }
 
-/// The new position of `vertex` after one step when vertex `source` alone is at height 1: its
-/// weight in the stencil. The mesh's own positions are not looked at.
+/// The weight of vertex `source` in the stencil of `vertex`: the position of `vertex` after one
+/// step, if only `source` is at height 1. The mesh's own positions are not used.
 double weight(Mesh mesh, naive::Scheme scheme, Index source, Index vertex) {
   for (Point& p : mesh.points) p = {};
   mesh.points[source].z = 1;
@@ -96,7 +96,8 @@ TEST_CASE("NaiveMidpoint_LatticePoint_IsTheBarycentricCombinationOfTheCorners") 
 TEST_CASE("NaiveLoop_Octahedron_HasThePositionsWorkedOutByHand") {
   const Mesh base = test::to_naive(test::octahedron());
   const Mesh fine = naive::subdivide_loop(base);
-  // The neighbours of a vertex cancel, and so do the two wings of an edge. Valence 4: n beta 31/64.
+  // The neighbours of a vertex cancel out, and so do the two wings of an edge. For valence 4, n
+  // beta is 31/64.
   for (Index v = 0; v < 6; ++v) CHECK(distance(fine.points[v], 33.0 / 64 * base.points[v]) < 1e-15);
   const Point odd = fine.points[odd_vertex(base, 0, 2)];
   CHECK(distance(odd, {0.375, 0.375, 0}) < 1e-15);
@@ -108,7 +109,8 @@ TEST_CASE("NaiveLoop_EvenInterior_HasLoopsWeights") {
   CHECK(naive::loop_beta(6) == Approx(1.0 / 16).epsilon(1e-14));
   for (const Index n : {3u, 4u, 5u, 6u, 7u, 12u, 26u}) {
     const Mesh fan = test::to_naive(test::closed_fan(n));
-    // Valence 5 and 7 by the closed forms cos(72 degrees) = (sqrt(5)-1)/4 and the library's cosine.
+    // Valence 5 uses the closed form cos(72 degrees) = (sqrt(5)-1)/4, valence 7 the standard
+    // library's cosine.
     const double root = 0.375 + 0.25 * (n == 5 ? (std::sqrt(5.0) - 1) / 4
                                                : std::cos(2 * std::acos(-1.0) / double(n)));
     const double ring_weight = (0.625 - root * root) / n;
@@ -184,14 +186,16 @@ TEST_CASE("NaiveButterfly_RegularEdge_HasTheEightPointStencil") {
 }
 
 TEST_CASE("NaiveButterfly_MissingWings_AreContinuedInThePlaneOfTheTriangle") {
-  // All four are: 1/2 (A+B) + 1/8 (C+D) - 1/16 (2C + 2D) leaves the middle of the edge.
+  // All four wings are missing: 1/2 (A+B) + 1/8 (C+D) - 1/16 (2C + 2D) gives the middle of the
+  // edge.
   const Mesh mesh = test::to_naive(test::two_triangles());
   const Index odd = odd_vertex(mesh, 0, 2);
   const Mesh fine = naive::subdivide_butterfly(mesh);
   CHECK(distance(fine.points[odd], 0.5 * (mesh.points[0] + mesh.points[2])) < 1e-15);
 
-  // One is: the spoke 0-2 of an open fan of three, ends on the border, wings (0,1), (1,2), (2,3)
-  // cut off and (0,3) there, with vertex 4 beyond.
+  // Only one wing exists: at the spoke 0-2 of an open fan of three triangles, both ends are on the
+  // border, the wings across (0,1), (1,2) and (2,3) are missing, and vertex 4 is the wing across
+  // (0,3).
   const Mesh fan = test::to_naive(test::open_fan(3));
   const double expected[] = {0.5 - (1 - 1 - 1) / 16.0, 0.125 - (1 + 1) / 16.0,
                              0.5 - (-1 + 1 + 1) / 16.0, 0.125 - 1 / 16.0, -1 / 16.0};
@@ -210,7 +214,7 @@ TEST_CASE("NaiveButterfly_BorderEdge_HasTheFourPointStencil") {
 }
 
 TEST_CASE("NaiveButterfly_IrregularEnd_HasZorinsWeightsFromTheOtherEnd") {
-  // The ring of a closed fan lies on the border and so counts as regular.
+  // The ring of a closed fan is on the border, so its vertices count as regular.
   const auto check = [](Index n, const std::vector<double>& expected) {
     const Mesh fan = test::to_naive(test::closed_fan(n));
     for (Index spoke = 1; spoke <= n; ++spoke) {
@@ -232,7 +236,8 @@ TEST_CASE("NaiveButterfly_IrregularEnd_HasZorinsWeightsFromTheOtherEnd") {
 }
 
 TEST_CASE("NaiveButterfly_BothEndsIrregular_TakesTheMeanOfBoth") {
-  // Tetrahedron, edge 0-1: from 0 3/4, 5/12 to 1, -1/12 to 2 and 3; from 1 alike.
+  // Tetrahedron, edge 0-1: end 0 gives the weights 3/4 to 0, 5/12 to 1, and -1/12 to 2 and 3; end 1
+  // gives them likewise.
   const Mesh mesh = test::to_naive(test::tetrahedron());
   const Index odd = odd_vertex(mesh, 0, 1);
   const double end = 0.5 * (3.0 / 4 + 5.0 / 12), wing = -1.0 / 12;
@@ -267,7 +272,7 @@ TEST_CASE("Rings_Find_IsCounterclockwiseAndClosedOnlyInside") {
 
 TEST_CASE("TestMeshes_ClosedOnes_AreOrientedOutwardAndRandomOnesHaveManyValences") {
   for (const auto& [name, indexed] : test::closed_meshes()) {
-    if (name == "seven_vertex_torus") continue;  // crosses itself: no outside
+    if (name == "seven_vertex_torus") continue;  // it crosses itself, so it has no outside
     INFO(name);
     const Mesh mesh = test::to_naive(indexed);
     double volume = 0;

@@ -1,5 +1,5 @@
-// tests/support/real_meshes.h: meshes that are not part of the project. What can be shown on
-// generated meshes is; these come on top where they are.
+// tests/support/real_meshes.h: meshes that are not part of the project. Tests use generated meshes
+// where possible. If the machine has these meshes too, some tests also run on them.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ inline std::filesystem::path real_mesh_path(std::string_view name) {
   return std::filesystem::path(PLAIT_MODELS_DIRECTORY) / (std::string(name) + ".ply");
 }
 
-/// False where the mesh is absent, and the case or section is skipped.
+/// Returns false, and skips the case or section, if the mesh is absent.
 inline bool has_real_mesh(std::string_view name) {
   if (std::filesystem::exists(real_mesh_path(name))) return true;
   skip("no " + real_mesh_path(name).string());

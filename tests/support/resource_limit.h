@@ -1,5 +1,5 @@
-// tests/support/resource_limit.h: a limit of this process, and of those that it starts, for a
-// while.
+// tests/support/resource_limit.h: sets a limit for this process and its children, as long as the
+// object lives.
 #pragma once
 
 #include <sys/resource.h>
@@ -10,14 +10,14 @@
 
 namespace plait::test {
 
-/// Sanitizers take terabytes of addresses for themselves.
+/// Sanitizers need terabytes of address space.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kAddressSpaceCanBeLimited = false;
 #else
 constexpr bool kAddressSpaceCanBeLimited = true;
 #endif
 
-/// Puts the soft limit back when it ends.
+/// Sets the soft limit. The destructor restores the old one.
 class ResourceLimit {
  public:
   ResourceLimit(__rlimit_resource resource, std::uint64_t limit) : resource_(resource) {

@@ -1,4 +1,4 @@
-// tests/support/temporary_directory.h: a directory of the test's own, gone with the object.
+// tests/support/temporary_directory.h: makes a directory for a test. The destructor removes it.
 #pragma once
 
 #include <fcntl.h>
@@ -13,15 +13,17 @@
 
 namespace plait::test {
 
-/// Where a test's files lie.
+/// The kind of file system for a test's files.
 enum class Medium : std::uint8_t {
-  kDisk,    ///< where temporary files lie on this machine
-  kMemory,  ///< in memory if that can be: for tests of many small stores, whose disk is not the
-            ///< point
+  kDisk,  ///< the machine's directory for temporary files
+  /// A file system in memory if there is one: for tests that make many small stores and do not
+  /// test the disk.
+  kMemory,
 };
 
-/// Of this medium. TMPDIR in the environment decides for both. A file system in memory has to have
-/// what the backends use, O_DIRECT (Linux 6.6), and room for what is tested side by side.
+/// The directory for temporary files on this medium. If TMPDIR is set in the environment, it is
+/// used for both. A file system in memory must have O_DIRECT (Linux 6.6), which backends use, and
+/// space for tests that run at the same time.
 inline std::filesystem::path temporary_files(Medium medium) {
   static const bool has_memory = [] {
     constexpr std::uintmax_t kRoomBytes = 1 << 30;

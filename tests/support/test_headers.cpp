@@ -1,2 +1,2 @@
-// The source that CMake wants beside precompiled headers.
+// CMake needs at least one source for a target with precompiled headers.
 #include <catch2/catch.hpp>

@@ -1,4 +1,5 @@
-// The main() of every test program: Catch's, but for what is said of cases that assert nothing.
+// The main() of every test program: that of Catch, but a case without an assertion fails unless it
+// was skipped.
 #define CATCH_CONFIG_RUNNER
 #include <catch2/catch.hpp>
 #include <cstddef>

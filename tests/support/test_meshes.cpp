@@ -42,7 +42,8 @@ void add_cells(IndexedMesh& mesh, std::uint32_t columns, std::uint32_t rows, std
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
-  /// 0 .. count-1. The standard distributions differ between platforms; this does not.
+  /// A number from 0 to count - 1, the same on every platform (the distributions of the standard
+  /// library are not).
   std::uint32_t below(std::size_t count) { return static_cast<std::uint32_t>(engine_() % count); }
   double jitter() { return (below(2001) - 1000.0) / 1000.0; }
   template <class Value>
@@ -54,7 +55,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// [from, to] -> face: the face in which the edge runs that way.
+/// [from, to] -> the face in which the edge runs in this direction.
 using HalfEdges = std::map<std::pair<VertexId, VertexId>, FaceId>;
 
 VertexId opposite(const std::array<VertexId, 3>& face, VertexId from) {

@@ -1,4 +1,4 @@
-// tests/support/usable_backends.h: the built-in backends that this machine has.
+// tests/support/usable_backends.h: the built-in backends that this machine can use.
 #pragma once
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 namespace plait::test {
 
-/// Says so on stderr, once, where the kernel or the build refuses one.
+/// If the kernel or the build refuses a backend, prints that once to standard error.
 inline const std::vector<std::string>& usable_backends() {
   static const std::vector<std::string> usable = [] {
     std::vector<std::string> names = default_backends().names();

@@ -106,7 +106,7 @@ TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
     for (const char* name : {"out.ply.gz", "out.ply.zst", "out.obj", "out.obj.gz", "out.obj.zst"}) {
       CAPTURE(name);
       const BaseMesh read = read_base_mesh(here.write(name), &warnings);
-      // Decimals read as double round to the float that they came from.
+      // A float written as decimals and read as a double rounds to the same float.
       CHECK(std::ranges::equal(read.positions(), ply.positions(), {}, to_float));
       CHECK(std::ranges::equal(read.faces(), ply.faces()));
     }
@@ -183,7 +183,8 @@ TEST_CASE("Export_RefinedBaseMesh_StartsAtTheBaseLevel") {
   const BaseMesh refined = read_base_mesh(here.directory.path() / "r.ply");
   const BaseMesh plain = read_base_mesh(here.directory.path() / "s.ply");
   CHECK(refined.vertex_count() == plain.vertex_count());
-  // Other base vertices mean sums in another order: equal but for rounding.
+  // With other base vertices, sums run in another order. So the positions are equal except for
+  // rounding.
   for (const Vector3<double>& point : refined.positions()) {
     double nearest = 1;
     for (const Vector3<double>& other : plain.positions())

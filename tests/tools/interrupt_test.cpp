@@ -1,4 +1,4 @@
-// Signals in the middle of long work: nothing half-made is left.
+// Signals during long work: the program leaves no half-made file.
 #include <signal.h>
 #include <unistd.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// Waits until a name that contains `part` is in the directory.
+/// Waits until the directory has an entry whose name contains `part`.
 bool appears(const std::filesystem::path& directory, const std::string& part) {
   for (int attempt = 0; attempt < 3000; ++attempt) {
     for (const std::string& name : names_in(directory))
@@ -26,7 +26,7 @@ bool appears(const std::filesystem::path& directory, const std::string& part) {
   return false;
 }
 
-/// Signals the process once its output has begun under its temporary name.
+/// Sends the signal to the process when its output exists under its temporary name.
 Outcome interrupt(const std::filesystem::path& directory, Names arguments, int signal_number) {
   Program program(directory, std::move(arguments));
   CHECK(appears(directory, ".partial-"));
@@ -87,7 +87,7 @@ TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
       ::kill(program.process(), signal_number);
       const Outcome outcome = program.wait();
       CHECK(outcome.status == 128 + signal_number);
-      // Not the words of a run that heard of the signal when the step was done.
+      // The message is that of a run which ended at once, not after the step.
       CHECK(outcome.errors == "plait: cancelled by a signal; no half-made file is left\n");
       CHECK(outcome.json()["error"]["code"] == "cancelled");
       CHECK(names_in(here.path()) == before);

@@ -1,6 +1,7 @@
-// The program killed at random instants: what was committed stays, and the same command goes on.
+// Kills the program at random moments. Committed levels must stay, and the same command must
+// continue.
 //
-// PLAIT_LONG=1 in the environment kills far more often.
+// With PLAIT_LONG=1 in the environment the test kills far more often.
 #include <signal.h>
 
 #include <catch2/catch.hpp>
@@ -22,7 +23,8 @@ using Names = std::vector<std::string>;
 
 int rounds(int short_run) { return std::getenv("PLAIT_LONG") ? 20 * short_run : short_run; }
 
-/// What became of it, killed after `lifetime_us` unless it ended before.
+/// Runs the program and kills it after `lifetime_us`, unless it has ended before. Returns the
+/// outcome.
 Outcome run_and_kill(const std::filesystem::path& directory, const Names& arguments,
                      std::uint64_t lifetime_us) {
   Program program(directory, arguments);

@@ -1,4 +1,4 @@
-// tests/tools/program.h: runs the program as a process of its own and catches what it says.
+// tests/tools/program.h: runs the program as a child process and collects its output.
 #pragma once
 
 #include <fcntl.h>
@@ -24,7 +24,7 @@ struct Outcome {
   int status = -1;  ///< exit status, or 1000 + the signal that ended the process
   std::string output, errors;
 
-  /// All of standard output as one JSON object. Throws if it is anything else.
+  /// Parses all of standard output as one JSON object. Throws if it is anything else.
   nlohmann::json json() const { return nlohmann::json::parse(output); }
   /// Lines of `errors`.
   std::size_t error_lines() const {
@@ -39,8 +39,8 @@ struct Outcome {
   }
 };
 
-/// A process of PLAIT_PROGRAM, working in a directory of its own choice. Standard output goes to a
-/// file unless another one is named.
+/// A process of PLAIT_PROGRAM with `directory` as its working directory. Standard output goes to a
+/// temporary file, unless the caller names another file.
 class Program {
  public:
   Program(const std::filesystem::path& directory, std::vector<std::string> arguments,

@@ -1,4 +1,4 @@
-// The contract of the command line: exit statuses, --json, and that refusals leave nothing.
+// The promises of the command line: exit statuses, --json, and no file left after an error.
 #include "program.h"
 
 #include <catch2/catch.hpp>
@@ -161,7 +161,7 @@ TEST_CASE("Names_InUpperCase_AreTakenAsInLowerCase") {
 TEST_CASE("Errors_OfOutputs_NameWhatTheUserNamed") {
   const Workplace here;
   REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "2"}).status == 0);
-  // Nothing can be made in /proc.
+  // No file can be made in /proc.
   const std::vector<Names> all = {{"generate", "torus", "/proc/x.ply", "--vertices", "100"},
                                   {"subdivide", "mesh.ply", "/proc/x.plait", "--levels", "1"},
                                   {"export", "s.plait", "/proc/x.ply"},

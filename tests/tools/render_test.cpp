@@ -38,7 +38,8 @@ std::string content_of(const std::filesystem::path& path) {
 TEST_CASE("SampleBuffer_FanOfThinTriangles_LeavesNoGap") {
   SampleBuffer samples(64, 64);
   std::mt19937_64 random(5);
-  // Points around a square's outline, in order: the fan from a point inside covers the square.
+  // Points along the outline of a square, in order. The triangles from an inner point to them cover
+  // the square.
   std::vector<RasterVertex> outline;
   for (int side = 0; side < 4; ++side)
     for (int step = 0; step < 500; ++step) {

@@ -1,5 +1,6 @@
-// plait repair: what follows from the base mesh comes back to the last bit, what does not is named,
-// and nothing is written that is not proven. The oracle is the digest from before the damage.
+// plait repair: data that follows from the base mesh is restored to the last bit, other damaged
+// data is named, and repair writes only bytes that a checksum proves. The test compares the digests
+// before the damage and after the repair.
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <map>
@@ -27,7 +28,7 @@ struct Workplace {
   Outcome plait(std::vector<std::string> arguments) const {
     return run(directory.path(), std::move(arguments));
   }
-  /// A store s.plait with blocks of 4 KiB; its digest.
+  /// Makes a store s.plait with blocks of 4 KiB. Returns its digest.
   std::string subdivide(const Names& options) const {
     Names arguments = {"subdivide", "mesh.ply", "s.plait", "--levels",
                        "3",         "--block",  "4KiB",    "--force"};
@@ -50,7 +51,7 @@ struct Workplace {
     stream.seekp(offset);
     stream.put(static_cast<char>(byte ^ 0x20));
   }
-  /// Every file of the store but the lock, in which each writer leaves its number.
+  /// Every file of the store except the lock, into which each writer writes its process number.
   std::map<std::string, std::string> content() const {
     std::map<std::string, std::string> files;
     for (const std::string& name : names_in(path("s.plait"))) {
@@ -60,7 +61,7 @@ struct Workplace {
     }
     return files;
   }
-  /// Repairs with success, and looks whether all is as it was.
+  /// Repairs the store, and checks that its content is the same as before the damage.
   nlohmann::json repaired(const std::string& expected, Names options = {}) const {
     options.insert(options.begin(), {"repair", "s.plait", "--json"});
     const Outcome outcome = plait(options);
@@ -74,7 +75,8 @@ struct Workplace {
   }
 };
 
-/// Every third block of the finest level, one in the coarsest, of positions and of normals.
+/// Damages every third block of the finest level and one block of the coarsest level, of positions
+/// and of normals.
 std::size_t damage_blocks(const Workplace& here) {
   std::vector<std::pair<std::string, std::streamoff>> places;
   {
@@ -96,7 +98,7 @@ void move_positions(Store& store, std::uint64_t first_block, std::uint64_t block
   LevelFile& file = store.level_file(store.attribute("position"), 3);
   for (std::uint64_t block = first_block; block < std::min(block_after, file.table.size());
        ++block) {
-    const PinnedBlock pinned = store.pager().pin(file, block, Access::kUpdate);
+    const PinnedBlock pinned = store.open_session().pin(file, block, Access::kUpdate);
     const std::span<float> numbers(reinterpret_cast<float*>(pinned.bytes().data()),
                                    pinned.bytes().size() / sizeof(float));
     for (float& number : numbers) number *= 1.25f;
@@ -162,7 +164,8 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     const AttributeId mass = store.add_attribute({"mass", ComponentType::kFloat64, 1});
     store.add_level(mass);
     {
-      const PinnedBlock pinned = store.pager().pin(store.level_file(mass, 1), 0, Access::kWrite);
+      const PinnedBlock pinned =
+          store.open_session().pin(store.level_file(mass, 1), 0, Access::kWrite);
       std::ranges::fill(pinned.bytes(), std::byte{0x3f});
     }
     store.commit();

@@ -1,4 +1,5 @@
-// plait subdivide --resume: goes on from what is committed, and refuses what is another work.
+// plait subdivide --resume: continues from the committed levels, and refuses a store of another
+// run.
 #include <signal.h>
 #include <unistd.h>
 
@@ -191,7 +192,7 @@ TEST_CASE("Resume_OfAStoreWithNormals_MakesThemAnewAtTheFinerLevel") {
     CHECK(outcome.json()["digest"] == expected.json()["digest"]);
     const nlohmann::json info = run(here.path(), {"info", "s.plait", "--json"}).json();
     CHECK(info["attributes"].size() == 2);
-    // The levels between them were no version of their own.
+    // The levels in between were not committed separately.
     CHECK(info["sequence"] == 2);
     CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
   }

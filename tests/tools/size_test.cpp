@@ -1,4 +1,5 @@
-// Runs that the machine has no room for are refused before they begin, with both figures.
+// A run that needs more memory or disk than the machine has is refused before it begins. The
+// message has both figures.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
@@ -36,7 +37,7 @@ void check_refusal(const Workplace& here, const Outcome& outcome, const std::str
 
 TEST_CASE("Size_BeyondTheMemory_IsRefusedBeforeAnythingIsMade") {
   const Workplace here;
-  // 24 TiB of positions, and a base mesh of a thousand million faces.
+  // 24 TiB of positions, and a base mesh of 10^9 faces.
   for (const Names& options : std::vector<Names>{{"--backend", "memory"},
                                                  {"--backend", "memory", "--max-slot", "1TiB"},
                                                  {"s.plait", "--backend", "pread"},
@@ -93,7 +94,7 @@ TEST_CASE("Resume_BudgetTooSmallForTheLastLevel_IsRefusedBeforeTheFirst") {
     with.insert(with.end(), {"--executor", executor, "--normals"});
     check_refusal(here, here.plait(with), "budget");
   }
-  // So it is where there are coarser levels already.
+  // The same holds if the store already has coarser levels.
   REQUIRE(here.plait({"subdivide", "m.ply", "s.plait", "--levels", "2"}).status == 0);
   check_refusal(here, here.plait(arguments), "budget", {"m.ply", "s.plait"});
   CHECK(here.plait({"info", "s.plait", "--json"}).json()["finest_level"] == 2);
@@ -123,7 +124,7 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
   overruled.insert(overruled.end(), {"--backend", "pread"});
   nlohmann::json limited, asked;
   {
-    // A sixteenth of what this leaves is less than the 94 MiB of the levels.
+    // A sixteenth of the rest is less than the 94 MiB of the levels.
     const ResourceLimit limit(RLIMIT_AS, 600 * kMebibyte);
     const Outcome outcome = here.plait(large);
     CAPTURE(outcome.errors);

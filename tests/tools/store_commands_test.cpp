@@ -1,4 +1,5 @@
-// What the commands promise about stores: one digest, damage named, replacement at the end.
+// The promises of the commands about stores: one digest for all backends, damage is named, a store
+// is replaced only at the end.
 #include <fmt/format.h>
 
 #include <catch2/catch.hpp>
@@ -37,7 +38,7 @@ struct Workplace {
   }
 };
 
-/// The largest file of a store: a level of its finest attribute.
+/// The largest file of a store: the finest level of an attribute.
 std::filesystem::path largest_file(const std::filesystem::path& store) {
   std::filesystem::path largest;
   for (const auto& entry : std::filesystem::directory_iterator(store))

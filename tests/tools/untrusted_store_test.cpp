@@ -1,4 +1,4 @@
-// Stores from a stranger, and directories that are no stores, as the program meets them.
+// The program opens stores from an untrusted source, and directories that are no stores.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -35,7 +35,7 @@ struct Workplace {
   TemporaryDirectory here;
 };
 
-/// Everything that opens a store, for reading and otherwise.
+/// All commands that open a store, for reading or writing.
 std::vector<std::vector<std::string>> commands() {
   return {{"info", "s.plait"},
           {"verify", "s.plait"},
@@ -49,7 +49,8 @@ std::vector<std::vector<std::string>> commands() {
           {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--resume"}};
 }
 
-/// docs/format.md, "journal": one record, hot, with right checksums.
+/// A journal of one record with right checksums, which recovery would apply: docs/format.md,
+/// "journal".
 std::string forged_journal(const fs::path& store, const std::string& block) {
   const std::string manifest = content_of(store / "manifest");
   std::string header(48, '\0');
@@ -118,11 +119,11 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
     fs::rename(file, aside);
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);
     for (const auto& command : commands()) {
-      if (command[0] == "repair" && command.size() == 2) continue;  // puts the file back
+      if (command[0] == "repair" && command.size() == 2) continue;  // restores the file
       CAPTURE(name, command);
       const Outcome outcome = run(here.here.path(), command);
       if (command[0] != "repair")
-        CHECK(outcome.status != 0);  // a dry run may know how to repair it
+        CHECK(outcome.status != 0);  // a dry run succeeds if the file can be repaired
       CHECK((outcome.errors + outcome.output).find("a FIFO") != std::string::npos);
     }
     fs::remove(file);

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Fails where a file is not as .clang-format and .editorconfig want it.
+# Fails if a file does not have the format of .clang-format and .editorconfig.
 #
 #   tools/dev/check_format.sh          names each place
-#   tools/dev/check_format.sh --fix    lays the C++ files out anew
+#   tools/dev/check_format.sh --fix    formats the C++ files
 #
-# PLAIT_CLANG_FORMAT names another clang-format than clang-format-14.
+# PLAIT_CLANG_FORMAT in the environment names another program than clang-format-14.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 clang_format=${PLAIT_CLANG_FORMAT:-clang-format-14}
 
-# Files not yet added count as well: they are the ones just written.
+# Files that are not yet added to git count too, because they are new.
 list() { git ls-files --cached --others --exclude-standard -z -- "$@"; }
 
 if [ "${1:-}" = --fix ]; then

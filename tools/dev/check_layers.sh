@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Fails on an #include that goes against the layers, and on a source file that is not built.
+# Fails if an #include violates the layers, or if a source file is in no build.
 #
 #   tools, bench, tests, examples -> kernels, backends -> engine
 #   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- execution
 #
-# `base` and the tables below say it exactly. A public header of the engine that is missing from
-# its table is an error: whoever adds one decides its layer here.
+# The tables below have the exact rules. A public header of the engine must be in the first table:
+# if you add a header, choose its layer there.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-# engine/include/plait/: which layer each public header is the face of.
+# The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
   [attribute.h]=base [byte_text.h]=base [error.h]=base [provenance.h]=base [stopwatch.h]=base
   [topology.h]=base [vector3.h]=base
@@ -19,7 +19,8 @@ declare -A layer_of_header=(
   [patch_table.h]=address [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [pager.h]=paging
+  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [level_file.h]=paging
+  [pager.h]=paging [session.h]=paging
   [convert.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
@@ -27,8 +28,8 @@ declare -A layer_of_header=(
   [window_needs.h]=execution
 )
 
-# Folders of engine/, and the other folders, with all that each may include. Layout and address are
-# pure computation, hence no io for them.
+# The layers that each folder of engine/, and each other folder, may include. Layout and address
+# only compute, so they may not include io.
 engine_layers='base io address mesh layout paging store execution'
 declare -A may_include=(
   [base]='base'
@@ -47,8 +48,8 @@ declare -A may_include=(
   [tests]="$engine_layers backends kernels tools tests"
 )
 
-# Headers of the system that a layer must not use: the library never prints, and what is pure does
-# no file operations.
+# System headers that a layer must not include: the library never prints, and layers that only
+# compute do no file operations.
 declare -A forbidden_system_header=(
   [base]='iostream|fstream|cstdio|unistd\.h|fcntl\.h|sys/.*|boost/(iostreams|interprocess)/.*'
   [io]='iostream'
@@ -68,7 +69,7 @@ fail() {
   failures=$((failures + 1))
 }
 
-# layer FILE: sets `found_layer` to the layer of a file of ours, or to nothing.
+# layer FILE: sets `found_layer` to the layer of a file of the project, or to nothing.
 layer() {
   local inner
   found_layer=
@@ -83,11 +84,12 @@ layer() {
   [ -n "${may_include[${found_layer:-none}]:-}" ] || found_layer=
 }
 
-# resolve FROM NAME: sets `found_file` to the file of ours that FROM means by NAME, or to nothing.
+# resolve FROM NAME: sets `found_file` to the file of the project that FROM includes as NAME, or to
+# nothing.
 resolve() {
   local from=$1 name=$2 component=${1%%/*} folder
   local folders=("${from%/*}" engine/include backends/include kernels/include "$component")
-  # Tests look inside what they test, measurements inside what they measure.
+  # Tests and measurements may include private headers.
   [ "$component" != tests ] || folders+=(engine backends kernels tools)
   [ "$component" != bench ] || folders+=(engine kernels)
   found_file=
@@ -130,7 +132,7 @@ check_include() {
   fi
   layer "$found_file"
   if [ -z "$found_layer" ]; then
-    return # reported where the file itself is looked at
+    return # reported when that file itself is checked
   fi
   case " ${may_include[$own_layer]} " in
     *" $found_layer "*) ;;
@@ -157,7 +159,7 @@ while IFS= read -r file; do
   done < <(grep -nE '^[[:blank:]]*#[[:blank:]]*include[[:blank:]]*[<"]' "$file" || true)
 done < <(find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | LC_ALL=C sort)
 
-# A source that no CMakeLists.txt names is never compiled, and a test in it never fails.
+# A source that no CMakeLists.txt names is never compiled, so its tests never run.
 while IFS= read -r file; do
   folder=${file%/*}
   named=no

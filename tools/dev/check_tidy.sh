@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Runs clang-tidy (.clang-tidy) over the sources, and our headers by way of them. Tests are left
-# out to save time unless asked for.
+# Runs clang-tidy (.clang-tidy) on the sources, and on our headers through them. To save time, it
+# checks tests only with --tests.
 #
 #   tools/dev/check_tidy.sh [--tests] [--since COMMIT] [FILE...]      default: all sources
 #
-#   --since COMMIT   only sources that differ from this commit, and for each header that does one
-#                    source that includes it; everything if .clang-tidy differs
+#   --since COMMIT   only sources that differ from this commit, and one source for each header that
+#                    differs; all sources if .clang-tidy differs
 #
-# PLAIT_CLANG_TIDY names another clang-tidy than clang-tidy-14.
+# PLAIT_CLANG_TIDY in the environment names another program than clang-tidy-14.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 clang_tidy=${PLAIT_CLANG_TIDY:-clang-tidy-14}
@@ -26,18 +26,19 @@ while [ $# -gt 0 ]; do
   shift
 done
 
-# A build that is only configured: clang-tidy cannot read what GCC precompiles.
+# This build is configured but not compiled, because clang-tidy cannot read GCC's precompiled
+# headers.
 build=build/tidy
 cmake --preset release -B "$build" -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DPLAIT_TESTS=ON \
   -DPLAIT_TOOLS=ON -DPLAIT_EXAMPLES=ON --log-level=WARNING >/dev/null
 
-# Largest first, so that no processor waits at the end for one that began last.
+# The largest sources come first, so that at the end no processor waits long for the last one.
 built_sources() {
   sed -n "s|^ *\"file\": \"$PWD/\(.*\)\",\{0,1\}\$|\1|p" "$build"/compile_commands.json |
     grep -E "^($folders)/" | sort -u | xargs -r ls -S
 }
 
-# The sources of the list `all` that clang-tidy reads for what changed since a commit.
+# The sources of the list `all` that must be checked for the changes since a commit.
 changed_sources() {
   local changed header includers
   mapfile -t changed < <(git diff --name-only --diff-filter=d "$1" -- '*.cpp' '*.h')
@@ -45,7 +46,7 @@ changed_sources() {
     printf '%s\n' "${changed[@]}" | grep '\.cpp$' || true
     for header in $(printf '%s\n' "${changed[@]}" | grep '\.h$'); do
       includers=$(grep -lE "#include \"([^\"]*/)?${header##*/}\"" "${all[@]}" || true)
-      # The source of the same name, or else the smallest: one is enough to see the header by.
+      # One source is enough to check a header: the source of the same name, or else the smallest.
       printf '%s\n' "$includers" | grep "/$(basename "$header" .h)\.cpp$" ||
         printf '%s\n' "$includers" | tail -n 1
     done
@@ -67,7 +68,7 @@ if [ ${#files[@]} -eq 0 ]; then
 fi
 [ ${#files[@]} -gt 0 ] || exit 0
 
-# Clang counts the warnings in the system's headers, which nobody asked for.
+# Removes clang's count of suppressed warnings in system headers.
 printf '%s\0' "${files[@]}" |
   xargs -0 --max-procs="$(nproc)" --max-args=1 "$clang_tidy" -p "$build" --quiet 2>&1 |
   { grep -avE '^[0-9]+ warnings?( and [0-9]+ errors?)? generated\.$' || true; }

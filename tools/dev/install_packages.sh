@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that plait needs, those only that are missing.
+# Installs the Debian packages that plait needs, as far as they are missing.
 #
 #   tools/dev/install_packages.sh [build] [tests] [checks] [fuzz]     default: build tests
 #
-# This list is the one place where packages are named. It needs root, or sudo, only when something
-# is missing. On a system without dpkg it names the packages and leaves the rest to CMake.
+# This script is the only list of packages. It needs root or sudo only if a package is missing. On a
+# system without dpkg it prints the names of the packages and installs nothing.
 set -euo pipefail
 
 build_packages=(
@@ -14,7 +14,7 @@ build_packages=(
   libcli11-dev nlohmann-json3-dev
 )
 tests_packages=(catch2 libbenchmark-dev)
-# Versions are fixed here: another clang-format lays the same code out differently.
+# The versions are fixed, because another clang-format formats the same code differently.
 checks_packages=(clang-format-14 clang-tidy-14)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
 
@@ -42,7 +42,7 @@ fi
 missing=()
 for package in "${wanted[@]}"; do
   status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
-  # Several architectures of one package give the word once each.
+  # If a package is installed for several architectures, the status appears once for each.
   case $status in
     installed*) ;;
     *) missing+=("$package") ;;

@@ -17,7 +17,7 @@ struct ExportTask {
   Store& store;
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< the attributes to write besides the position
-  int level = 0;                        ///< counted from the mesh the user gave
+  int level = 0;                        ///< counted from the user's mesh
   int refinements = 0;  ///< how often the store's base mesh is refined to give this level
   const VertexNumbering& numbering;
   OutputStream& output;

@@ -25,7 +25,7 @@ ExportFormat export_format(const std::filesystem::path& path);
 
 struct ExportOptions {
   ExportFormat format;
-  int level = 0;  ///< counted from the mesh the user gave
+  int level = 0;  ///< counted from the user's mesh
   /// Attributes besides the position. "normal" becomes nx ny nz (vn in OBJ). Others become PLY
   /// properties NAME, or NAME_0, NAME_1 ...
   std::vector<std::string> attributes;

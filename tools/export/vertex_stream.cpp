@@ -10,7 +10,8 @@ constexpr std::size_t kBaseRecordsAtOnce = 1024;
 /// Slots of one level of one attribute in edge order.
 class SlotReader {
  public:
-  SlotReader(Pager& pager, LevelFile& file) : pager_(pager), file_(file) {}
+  SlotReader(const Store& store, const LevelFile& file)
+      : session_(store.open_session()), file_(file) {}
 
   /// Valid until the next call.
   std::span<const std::byte> slot(EdgeId edge) {
@@ -18,7 +19,7 @@ class SlotReader {
     const std::uint64_t block = geometry.block_of(edge);
     if (!pinned_ || block != block_) {
       pinned_.release();
-      pinned_ = pager_.pin(file_, block, Access::kRead);
+      pinned_ = session_.pin(file_, block);
       block_ = block;
     }
     return pinned_.bytes().subspan(geometry.slot_offset(edge) - geometry.block_offset(block),
@@ -27,8 +28,8 @@ class SlotReader {
   std::size_t record_bytes() const { return file_.geometry.record_bytes(); }
 
  private:
-  Pager& pager_;
-  LevelFile& file_;
+  Session session_;
+  const LevelFile& file_;
   PinnedBlock pinned_;
   std::uint64_t block_ = 0;
 };
@@ -56,7 +57,7 @@ void stream_vertices(Store& store, std::span<const AttributeId> attributes, int 
   for (int finer = store.base_level() + 1; finer <= level; ++finer) {
     std::vector<SlotReader> readers;
     for (const AttributeId attribute : attributes)
-      readers.emplace_back(store.pager(), store.level_file(attribute, finer));
+      readers.emplace_back(store, store.level_file(attribute, finer));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       for (std::size_t i = 0; i < readers.size(); ++i) records[i] = readers[i].slot(edge);
       sink(records, records[0].size() / readers[0].record_bytes());

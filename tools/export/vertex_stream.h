@@ -16,7 +16,7 @@ using VertexSink =
     std::function<void(std::span<const std::span<const std::byte>> records, std::size_t count)>;
 
 /// Calls `sink` with all vertices of levels up to `level` (counted from the user's mesh), at most
-/// one slot per call. Errors: those of Pager::pin and of `sink`.
+/// one slot per call. Errors: those of Session::pin and of `sink`.
 void stream_vertices(Store& store, std::span<const AttributeId> attributes, int level,
                      const VertexSink& sink);
 

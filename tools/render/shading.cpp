@@ -22,8 +22,7 @@ const Light kKey{normalized(Vector3<float>{-0.50f, 0.62f, 0.60f}), {1.00f, 0.95f
 const Light kFill{normalized(Vector3<float>{0.80f, 0.05f, 0.45f}), {0.20f, 0.25f, 0.33f}, 0.35f};
 const Colour kSky{0.46f, 0.50f, 0.56f}, kGround{0.20f, 0.17f, 0.16f};
 const Colour kFront{0.13f, 0.36f, 0.44f};  // sea green
-const Colour kBack{0.60f, 0.38f,
-                   0.22f};  // sand, so that the back of an open surface is easy to see
+const Colour kBack{0.60f, 0.38f, 0.22f};   // sand, so that the back is easy to see
 const Colour kTop{0.945f, 0.950f, 0.955f}, kBottom{0.70f, 0.73f, 0.77f};  // background
 constexpr float kShine = 0.16f, kShininess = 42, kOutlineShine = 0.30f;
 constexpr float kInterreflection = 0.55f;

@@ -19,7 +19,7 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 /// otherwise from the triangles around each vertex. Memory beside the store's budget: two rows of
 /// one patch and, in the second case, one normal per base vertex.
 /// Errors: kInvalidArgument for a level that the store does not have, and for positions that are
-/// not 3 numbers; kCancelled; those of Pager::pin.
+/// not 3 numbers; kCancelled; those of Session::pin.
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
                   const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed);
 

@@ -8,8 +8,8 @@
 
 namespace plait {
 
-/// Puts the first bytes of all components first, then all second bytes, and so on. The bytes after
-/// the last whole component stay where they are. REQUIRES: `component_bytes` is 2, 4 or 8.
+/// Puts the first bytes of all components first, then all second bytes, and so on. Bytes after the
+/// last whole component keep their place. REQUIRES: `component_bytes` is 2, 4 or 8.
 std::unique_ptr<Filter> make_shuffle_filter(std::size_t component_bytes);
 
 }  // namespace plait

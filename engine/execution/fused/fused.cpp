@@ -121,7 +121,6 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
                     "smaller blocks or fewer threads",
                     pass.name, needs.frame_bytes, options.threads, store.pager().budget_bytes(),
                     store.options().block_bytes));
-  store.pager().set_policy(EvictionPolicy::kWindow);
 
   UnfinishedLevels written;
   for (const AttributeId id : pass.outputs)

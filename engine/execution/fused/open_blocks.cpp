@@ -5,7 +5,7 @@
 namespace plait {
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
-    : store_(store),
+    : session_(store.open_session()),
       level_count_(static_cast<std::size_t>(levels)),
       stays_in_memory_(store.backend_traits().in_memory) {
   for (const AttributeId attribute : attributes)
@@ -31,8 +31,7 @@ OpenBlocks::~OpenBlocks() {
 void OpenBlocks::open(EdgeId edge) {
   for (Level& level : levels_) {
     const std::uint64_t block = level.file->geometry.block_of(edge);
-    if (!level.pins[block])
-      level.pins[block] = store_.pager().pin(*level.file, block, Access::kWrite);
+    if (!level.pins[block]) level.pins[block] = session_.pin(*level.file, block, Access::kWrite);
   }
 }
 

@@ -19,7 +19,7 @@ class OpenBlocks {
   OpenBlocks(const OpenBlocks&) = delete;
   OpenBlocks& operator=(const OpenBlocks&) = delete;
 
-  /// Pins the blocks of this edge's slots. Errors: those of Pager::pin.
+  /// Pins the blocks of this edge's slots. Errors: those of Session::pin.
   void open(EdgeId edge);
   /// Where an output's slots of this edge are: slots[level - 1].
   /// REQUIRES: open(edge). May be called while others open and close.
@@ -38,7 +38,7 @@ class OpenBlocks {
     std::vector<std::uint32_t> remaining;  ///< [block] edges to come
   };
 
-  Store& store_;
+  Session session_;
   std::size_t level_count_;
   bool stays_in_memory_;
   std::vector<Level> levels_;  ///< output after output

@@ -53,7 +53,7 @@ class SlotDelivery {
     std::vector<SlotHalves> halves_;    ///< [complete edge] of one output
   };
 
-  /// Takes the refiner's last group, which was of these faces. Errors: those of Pager::pin; after
+  /// Takes the refiner's last group, which was of these faces. Errors: those of Session::pin; after
   /// the first one every thread gets that, not what follows from it.
   void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, Scratch& scratch);
 

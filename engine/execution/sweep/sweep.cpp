@@ -88,7 +88,9 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
                     "{} bytes: raise the budget, take smaller blocks or another layout",
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
                     measure_spans(store.base()).loop.span, store.options().block_bytes));
-  store.pager().set_policy(EvictionPolicy::kWindow, needed_bytes);
+  SessionOptions session;
+  session.window_bytes = needed_bytes;
+  window.open(session);
   UnfinishedLevels written;
   for (const LevelAccess& access : pass.accesses)
     for (int level = access.first_level; level <= access.last_level; ++level)

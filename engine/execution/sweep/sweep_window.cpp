@@ -95,7 +95,7 @@ bool SweepWindow::announce(const LevelAccess& access, Level& level, EdgeId edge)
   for_each_edge_in_reach(store_.base().topology(), edge, access.reach, [&](EdgeId needed) {
     const std::uint64_t block = level.file->geometry.block_of(needed);
     if (!taken || level.announced[block]) return;
-    taken = store_.pager().prefetch(*level.file, block);
+    taken = session_.prefetch(*level.file, block);
     level.announced[block] = taken;
   });
   return taken;
@@ -117,7 +117,7 @@ void SweepWindow::advance() {
       std::vector<std::uintptr_t>& starts = view_.accesses_[access].levels[i].starts;
       for (const std::uint64_t block : level.planned) {
         if (starts[block] != 0) continue;
-        level.pinned.emplace_back(block, store_.pager().pin(*level.file, block, level.access));
+        level.pinned.emplace_back(block, session_.pin(*level.file, block, level.access));
         starts[block] =
             reinterpret_cast<std::uintptr_t>(level.pinned.back().second.bytes().data()) -
             level.file->geometry.block_offset(block);

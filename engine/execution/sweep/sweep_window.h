@@ -21,6 +21,9 @@ class SweepWindow {
   /// to keep `threads` threads busy.
   EdgeId chunk_edges(int threads) const;
 
+  /// Before the first look_ahead() or advance().
+  void open(const SessionOptions& options) { session_ = store_.open_session(options); }
+
   /// Finds the blocks that the edges [first, after) need. The next advance() pins these.
   void plan(EdgeId first, EdgeId after);
   std::uint64_t planned_bytes() const;
@@ -55,6 +58,7 @@ class SweepWindow {
 
   Store& store_;
   const SweepPass& pass_;
+  Session session_;
   std::vector<std::vector<Level>> levels_;  ///< [access][level - first level]
   std::uint32_t plan_number_ = 0;
   EdgeId ahead_ = 0;  ///< the blocks of all edges before it were announced

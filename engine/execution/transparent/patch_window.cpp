@@ -11,6 +11,7 @@
 namespace plait {
 
 struct PatchWindow::Pins {
+  Session session;
   struct Pin {
     std::size_t level;
     std::uint64_t block;
@@ -83,7 +84,7 @@ void PatchWindow::activate(int readable, int first_writable, int last_writable) 
     if (writable(level)) pins_->written.push_back(&file);
   }
   table_.set_levels(base_level, relative_to_base(readable, base_level));
-  store_->pager().set_policy(EvictionPolicy::kWindow);
+  pins_->session = store_->open_session();
 }
 
 void PatchWindow::need(EdgeId edge) {
@@ -106,7 +107,7 @@ void PatchWindow::need(EdgeId edge) {
       pin = pins_->in_order.erase(pin);
     }
     pins_->in_order.push_back(
-        {number, block, store_->pager().pin(*level.file, block, pins_->access[number])});
+        {number, block, pins_->session.pin(*level.file, block, pins_->access[number])});
     level.starts[block] =
         reinterpret_cast<std::uintptr_t>(pins_->in_order.back().pinned.bytes().data()) -
         geometry.block_offset(block);

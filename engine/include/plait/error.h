@@ -12,7 +12,7 @@
 namespace plait {
 
 enum class ErrorCode : std::uint8_t {
-  kNotFound,         ///< a file, store, attribute or level that is not there
+  kNotFound,         ///< a file, store, attribute or level does not exist
   kInvalidArgument,  ///< an argument out of its range, or a refused input file
   kCorruption,       ///< stored bytes that fail their checksum or contradict each other
   kNotSupported,     ///< a backend, codec or feature that this build or machine lacks
@@ -22,7 +22,7 @@ enum class ErrorCode : std::uint8_t {
   kBudget,           ///< the memory budget is too small; the message says how much is enough
   kBusy,             ///< another process holds the store
   kBadState,         ///< a call that the object's state forbids
-  kCancelled,        ///< the caller asked to stop
+  kCancelled,        ///< the caller cancelled the work
 };
 
 /// The name of a code in messages and JSON ("not_found", "no_space", ...).

@@ -88,7 +88,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
 /// Runs the pass: fills all levels to pass.finest_level of every output, without reading any.
 /// Base records are the rule's own affair. Errors: kBudget before anything is touched, saying what
 /// is needed; kInvalidArgument, kNotSupported and kBadState likewise; kCancelled; those of
-/// Pager::pin; what a refiner throws.
+/// Session::pin; what a refiner throws.
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options);
 
 }  // namespace plait

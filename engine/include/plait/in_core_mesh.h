@@ -23,7 +23,7 @@ class InCoreMesh {
 
   using Patch = TabledPatch<InCoreMesh>;
 
-  /// Levels count from `base`, which must outlive this object. Base records start as zeros.
+  /// Level 0 is `base`, which must outlive this object. Base records are zeros at first.
   InCoreMesh(const BaseMesh& base, int levels)
       : topology_(base.topology()), base_records_(base.vertex_count()) {
     for (int level = 1; level <= levels; ++level)

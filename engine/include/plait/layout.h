@@ -32,8 +32,8 @@ std::vector<FaceId> face_order(const BaseMesh& mesh, LayoutKind kind);
 struct StencilSpan {
   std::uint64_t span = 0;  ///< the largest
   double mean_width = 0;   ///< the average
-  std::uint64_t median_width =
-      0;  ///< for an even number of stencils, the lower of the two middle values
+  /// For an even number of stencils, the lower of the two middle values.
+  std::uint64_t median_width = 0;
 };
 
 struct LayoutSpans {

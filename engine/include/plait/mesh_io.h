@@ -1,4 +1,4 @@
-// plait/mesh_io.h: base meshes from and to files.
+// plait/mesh_io.h: reads and writes base meshes as files.
 #pragma once
 
 #include <filesystem>

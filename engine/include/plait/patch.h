@@ -52,7 +52,7 @@ class PatchWindow {
   /// that of the base mesh is always active, and those before it are in no grid of a face. Ends all
   /// pins. Errors: kInvalidArgument for levels that are not there, kBadState.
   void activate(int readable, int first_writable, int last_writable);
-  /// Makes `face` current. Errors: kBudget, and those of Pager::pin.
+  /// Makes `face` current. Errors: kBudget, and those of Session::pin.
   void enter(FaceId face);
   const PatchTable& table() const { return table_; }
 

@@ -1,7 +1,8 @@
 // plait/store.h: a semi-regular mesh in a directory: base mesh in memory, one file per level and
 // attribute, paged under one budget.
 //
-// Threads: one thread at a time may call non-const functions; executors use threads of their own.
+// Threads: while a thread calls a non-const function, no other thread calls any; const functions
+// and sessions may be called from several threads. Executors use threads of their own.
 #pragma once
 
 #include <cstdint>
@@ -107,7 +108,14 @@ class Store {
     const std::span<std::byte> bytes = base_bytes(attribute);
     return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
   }
+  template <class Record>
+  std::span<const Record> base_records(AttributeId attribute) const {
+    check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
+    const std::span<const std::byte> bytes = base_bytes(attribute);
+    return {reinterpret_cast<const Record*>(bytes.data()), bytes.size() / sizeof(Record)};
+  }
   std::span<std::byte> base_bytes(AttributeId attribute);
+  std::span<const std::byte> base_bytes(AttributeId attribute) const;
 
   /// The open file of a level. REQUIRES: base_level() < level <= finest level of the attribute.
   LevelFile& level_file(AttributeId attribute, int level);
@@ -115,7 +123,11 @@ class Store {
   /// Errors: kInvalidArgument naming both types.
   void check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const;
 
+  /// For one reader, sweep or walk: several may be open at once, in several threads. What a const
+  /// store gives out can only be read. Errors: kOutOfMemory.
+  Session open_session(const SessionOptions& options = {}) const;
   Pager& pager();
+  const Pager& pager() const;
 
   /// Publishes all levels and attributes as the next version, durably unless options().durability
   /// is kNone: after a crash at any moment open() gives the version before, or this one, whole.

@@ -78,7 +78,7 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
 /// Runs the pass over all edges. Every block is read at most once as long as the budget covers the
 /// window and the span of the layout; write-only blocks are never read.
 /// Errors: kBudget before anything is touched, saying what is needed and for which span;
-/// kCancelled; those of Pager::pin.
+/// kCancelled; those of Session::pin.
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
 
 }  // namespace plait

@@ -140,7 +140,8 @@ TEST_CASE("Digest_OtherContent_IsAnother") {
 
   Store flipped = in_memory(base);
   {
-    const PinnedBlock pinned = flipped.pager().pin(flipped.level_file(2, 3), 0, Access::kUpdate);
+    const PinnedBlock pinned =
+        flipped.open_session().pin(flipped.level_file(2, 3), 0, Access::kUpdate);
     pinned.bytes()[17] ^= std::byte{1};
   }
   CHECK(digest(flipped) != expected);
@@ -149,7 +150,7 @@ TEST_CASE("Digest_OtherContent_IsAnother") {
   Store exchanged = in_memory(base);  // the slots of two edges
   {
     LevelFile& file = exchanged.level_file(0, 1);
-    const PinnedBlock pinned = exchanged.pager().pin(file, 0, Access::kUpdate);
+    const PinnedBlock pinned = exchanged.open_session().pin(file, 0, Access::kUpdate);
     const auto slot = pinned.bytes().begin();
     std::swap_ranges(slot, slot + 12, slot + 12);
   }

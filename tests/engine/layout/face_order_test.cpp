@@ -25,7 +25,7 @@ bool is_permutation_of_faces(std::vector<FaceId> order, std::size_t face_count) 
   return order == expected;
 }
 
-/// A grid of triangles that touch nothing: as many components as faces.
+/// A grid of separate triangles, so each face is a component.
 IndexedMesh dust(std::uint32_t count) {
   IndexedMesh mesh;
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -93,7 +93,7 @@ TEST_CASE("FaceOrder_Hilbert_FollowsTheCurveThroughTheEightOctants") {
 }
 
 TEST_CASE("FaceOrder_Rcm_OfAStripOfTriangles_WalksFromEndToEnd") {
-  // Each face of the open fan touches the next one; in the input they are shuffled.
+  // Each face of the open fan touches the next one. The input has the faces in another order.
   IndexedMesh input = test::open_fan(40);
   std::vector<std::array<VertexId, 3>> shuffled;
   for (std::size_t i = 0; i < 40; ++i) shuffled.push_back(input.faces[(i * 7 + 20) % 40]);
@@ -120,7 +120,7 @@ TEST_CASE("FaceOrder_Rcm_IsABreadthFirstSearchByDegreeReversed") {
     std::ranges::reverse(order);
     std::vector<std::size_t> place(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
-    // A face was found by its first neighbour, where that one stands before it.
+    // The search found a face from its first neighbour in the order.
     std::size_t last_finder = 0, last_degree = 0, faces_of_other_degrees = 0;
     for (std::size_t i = 1; i < order.size(); ++i) {
       INFO("face " << order[i] << " at place " << i);
@@ -136,7 +136,7 @@ TEST_CASE("FaceOrder_Rcm_IsABreadthFirstSearchByDegreeReversed") {
       last_finder = finder;
       last_degree = neighbours.size();
     }
-    // Else the order by degree would be seen nowhere.
+    // Otherwise this case would not test the order by degree.
     if (mesh.border_edge_count() > 0) CHECK(faces_of_other_degrees > 5);
   }
 }

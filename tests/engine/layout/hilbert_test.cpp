@@ -12,7 +12,7 @@ namespace {
 
 using Cell = std::array<std::uint32_t, 3>;
 
-/// The cells of the cube of `side` at `corner`, by key.
+/// The cells of a cube with `side` cells per axis and its lowest cell at `corner`, by key.
 std::map<std::uint64_t, Cell> cube_by_key(std::uint32_t corner, std::uint32_t side) {
   std::map<std::uint64_t, Cell> cells;
   for (std::uint32_t x = corner; x < corner + side; ++x)

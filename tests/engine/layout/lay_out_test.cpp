@@ -22,7 +22,7 @@ struct NamedEdge {
   friend auto operator<=>(const NamedEdge&, const NamedEdge&) = default;
 };
 
-/// What a mesh is apart from the numbers of its faces and edges: edges by their frames.
+/// The edges of a mesh, described without the numbers of faces and edges.
 std::vector<NamedEdge> edges_of(const BaseMesh& mesh) {
   std::vector<NamedEdge> edges;
   for (const Edge& edge : mesh.edges())

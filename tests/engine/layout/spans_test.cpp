@@ -22,7 +22,7 @@ StencilSpan spans_of(const std::vector<std::set<EdgeId>>& stencils) {
   return {widths.back(), sum / static_cast<double>(widths.size()), widths[(widths.size() - 1) / 2]};
 }
 
-/// From the definition, by searching all faces for those of an edge.
+/// Computes the spans by the definition: searches all faces for the faces of an edge.
 LayoutSpans naive_spans(const BaseMesh& mesh) {
   std::vector<std::set<EdgeId>> faces, loops;
   for (const auto& edges : mesh.face_edges()) faces.emplace_back(edges.begin(), edges.end());

@@ -159,7 +159,7 @@ TEST_CASE("BaseMeshBuild_BadElement_IsRefusedByName") {
 TEST_CASE("BaseMeshBuild_NonManifoldEdge_IsRefusedWithItsFaces") {
   CHECK(refusal_of(with_any_positions(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}})) ==
         "shape.ply: edge 0-1: expected at most two faces, found 3: faces 0, 1, 2");
-  // A page of a thousand sheets: bounded message.
+  // A thousand faces at one edge: the message must stay short.
   shapes::Faces sheets;
   for (VertexId v = 2; v < 1002; ++v) sheets.push_back({0, 1, v});
   CHECK_THAT(refusal_of(with_any_positions(1002, sheets)),

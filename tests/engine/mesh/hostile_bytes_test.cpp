@@ -1,5 +1,5 @@
-// Files cut at every byte and files with bytes changed at random: the outcome is a named error or
-// a mesh that satisfies every relation, never anything else.
+// Files that end at any byte, and files with random changes. The result must be a named error or a
+// mesh that satisfies every relation.
 
 #include <catch2/catch.hpp>
 #include <random>
@@ -49,9 +49,9 @@ TEST_CASE("ReadBaseMesh_FileCutAnywhere_IsRefusedOrStillAMesh") {
         ++meshes;
     INFO(sample.name << ": " << meshes << " cuts leave a mesh");
     if (sample.name == "text.obj")
-      CHECK(meshes > 8);  // every whole line is a whole file
+      CHECK(meshes > 8);  // each whole line ends a valid file
     else if (sample.ascii)
-      CHECK(meshes == 1);  // the last line end is not missed
+      CHECK(meshes == 1);  // the last line end may be missing
     else
       CHECK(meshes == 0);
   }

@@ -1,5 +1,5 @@
-// Meshes large enough to be built in many parts at once: what comes out, and which error, is what
-// one loop over all of it gives.
+// Meshes large enough to be built in many parts at the same time. The mesh, or the error, must be
+// the same as from one loop over all parts.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
@@ -30,7 +30,7 @@ std::string refusal(const IndexedMesh& mesh) {
   return "none";
 }
 
-/// Edges by first use, numbered with a map.
+/// Checks the edges: numbers them by first use with a map.
 void check_edges(const BaseMesh& mesh) {
   std::map<std::pair<VertexId, VertexId>, EdgeId> numbers;
   std::map<std::pair<VertexId, VertexId>, FaceSide> half_edges;
@@ -63,7 +63,7 @@ void check_edges(const BaseMesh& mesh) {
   CHECK(std::ranges::equal(borders, mesh.border_edges()));
 }
 
-/// Every vertex's corner is where the promise in Topology says.
+/// Checks that the corner of every vertex is the one that Topology promises.
 void check_corners(const BaseMesh& mesh) {
   const Topology topology = mesh.topology();
   std::vector<FaceSide> expected(mesh.vertex_count());

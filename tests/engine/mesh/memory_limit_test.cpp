@@ -1,5 +1,5 @@
-// Address space limited in a child process: what a header promises costs nothing, and a real
-// mesh needs a few times its file.
+// Reads meshes in a child process with limited address space. Large counts in a header must cost no
+// memory, and a real mesh must need only a few times the size of its file.
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -18,15 +18,15 @@ using namespace plait::mesh_files;
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kCanLimit = false;  // shadow memory is address space too
+constexpr bool kCanLimit = false;  // shadow memory needs address space too
 #else
 constexpr bool kCanLimit = true;
 #endif
 
 constexpr int kMesh = 0, kOther = 100;
 
-/// Reads a mesh in a child that may take `more_bytes` of address space beyond what it has: kMesh,
-/// 1 + the error's code, or kOther.
+/// Reads a mesh in a child process that may allocate `more_bytes` more of address space. Returns
+/// kMesh, 1 + the error's code, or kOther.
 int read_within(const std::filesystem::path& path, std::uint64_t more_bytes) {
   const pid_t child = ::fork();
   REQUIRE(child >= 0);

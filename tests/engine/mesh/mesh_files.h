@@ -1,4 +1,4 @@
-// mesh_files.h: meshes as bytes of every format, whole files of such bytes, and their compression.
+// mesh_files.h: writes meshes as bytes of every format, compresses them, and makes files of them.
 #pragma once
 
 #include <algorithm>
@@ -15,10 +15,11 @@
 
 namespace plait::mesh_files {
 
-/// With files of meshes in it.
+/// A directory for mesh files.
 class MeshDirectory : public test::TemporaryDirectory {
  public:
-  /// A new file each time: ext4 sends one that was cut to nothing and written again to the disk.
+  /// Makes a new file each time, which is faster: ext4 writes a file to the disk at once if it was
+  /// truncated and rewritten.
   std::filesystem::path file(const std::string& name, const std::string& bytes) const {
     std::filesystem::remove(path() / name);
     std::ofstream(path() / name, std::ios::binary) << bytes;

@@ -14,7 +14,7 @@ using shapes::refusal;
 
 TEST_CASE("ReadIndexedMesh_EveryFormatAndCompression_GivesTheSameMesh") {
   const MeshDirectory directory;
-  // Large enough that the buffer is filled several times.
+  // The second mesh is large enough to fill the buffer several times.
   for (const IndexedMesh& mesh : {shapes::octahedron(), shapes::torus(100, 150)})
     for (const Sample& sample : samples(mesh)) {
       INFO(sample.name);
@@ -48,8 +48,8 @@ TEST_CASE("ReadIndexedMesh_ConcatenatedAndSkippableFrames_AreOneFile") {
 }
 
 TEST_CASE("ReadIndexedMesh_ZstdWithEveryHeaderForm_IsReadToItsEnd") {
-  // One raw block after each form of frame header: content size of 0, 1, 2, 4 and 8 bytes, and
-  // with a dictionary number of zero.
+  // One raw block after each form of frame header: with a content size of 0, 1, 2, 4 and 8 bytes,
+  // and with a dictionary number of zero.
   const MeshDirectory directory;
   const IndexedMesh mesh = shapes::torus(6, 7);
   const std::string bytes = obj(mesh);
@@ -81,7 +81,7 @@ TEST_CASE("ReadIndexedMesh_ZstdWithEveryHeaderForm_IsReadToItsEnd") {
                }),
                Contains("expected whole zstd data"));
   }
-  // A checksum is promised and does not come, or is wrong.
+  // The header announces a checksum, but it is missing or wrong.
   const std::string checked = magic + little(0x04, 1) + window + block;
   for (const std::string& end : {std::string(), std::string(4, 'x')})
     CHECK_THAT(refusal([&] { read_indexed_mesh(directory.file("a.obj", checked + end)); }),

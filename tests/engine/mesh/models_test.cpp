@@ -1,4 +1,4 @@
-// Real meshes against the table that lies beside them. Skipped where they are absent.
+// Compares real meshes with the table in their folder. Skipped if the machine does not have them.
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -55,7 +55,8 @@ std::uint64_t count_components(const BaseMesh& mesh) {
   return components;
 }
 
-/// Border edges run start to end in their face, so each border vertex starts just one.
+/// A border edge runs from start to end in its face, so each border vertex is the start of exactly
+/// one.
 std::uint64_t count_border_loops(const BaseMesh& mesh) {
   std::map<VertexId, VertexId> next;
   for (const EdgeId edge : mesh.border_edges())

@@ -28,7 +28,7 @@ std::string refused(const std::string& bytes) {
 
 const IndexedMesh kTriangle = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
 
-/// A file of every type, with lists and unknown elements about, in either byte order.
+/// A file with properties of every type, with lists and unknown elements, in either byte order.
 std::string motley_binary(bool big, bool faces_first) {
   const std::string header = std::string("ply\r\nformat ") +
                              (big ? "binary_big_endian" : "binary_little_endian") + " 1.0\r\n";
@@ -140,7 +140,7 @@ TEST_CASE("ReadPly_AsciiVariants_AreRead") {
 }
 
 TEST_CASE("ReadPly_AnotherListBeforeTheCorners_IsNotTakenForThem") {
-  // The other list's only entry is a 3, and what follows would pass for the rest of a face.
+  // The other list's only entry is a 3, and the bytes after it look like the rest of a face.
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty uchar x\n"
       "property uchar y\nproperty uchar z\nelement face 2\nproperty list uchar uchar other\n"
@@ -180,7 +180,7 @@ TEST_CASE("ReadPly_BytesAfterTheLastElement_AreIgnoredWithAWarning") {
   std::vector<std::string> warnings;
   read(ascii + "\n \r\n", &warnings);
   CHECK(warnings.empty());
-  // The rest is read, so that a compressed file that was cut short there is found out.
+  // The reader reads the rest too, so that it detects a compressed file that was cut short there.
   const std::string whole = zstd(ascii + rest);
   CHECK_THAT(refused(whole.substr(0, whole.size() - 5)), Contains("cut short"));
 }

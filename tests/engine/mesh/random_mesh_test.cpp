@@ -1,5 +1,5 @@
-// Random meshes: grown ones, whose topology is known, and triangle soups, which are judged by a
-// definition so naive that it can be seen to be right.
+// Random meshes of two kinds: grown meshes, whose topology is known; and random triangles, which a
+// naive and obviously correct definition accepts or refuses.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -20,9 +20,9 @@ using Face = std::array<VertexId, 3>;
 
 std::size_t below(Random& random, std::size_t bound) { return random() % bound; }
 
-/// A torus with faces split in three (new vertices of valence 3, old ones of any), and holes
-/// where faces that share no vertex are taken out; then faces and vertices shuffled, faces
-/// rotated and some flipped. `holes` gets how many there are.
+/// A torus with some faces divided into three, which gives vertices of valence 3 and higher, and
+/// with holes where faces that share no vertex are removed. Then faces and vertices are shuffled,
+/// faces are rotated, and some are flipped. `holes` receives the number of holes.
 IndexedMesh grow_mesh(Random& random, std::size_t& holes) {
   IndexedMesh mesh = shapes::torus(static_cast<VertexId>(3 + below(random, 6)),
                                    static_cast<VertexId>(3 + below(random, 6)));
@@ -35,7 +35,7 @@ IndexedMesh grow_mesh(Random& random, std::size_t& holes) {
     mesh.faces.push_back({old[1], old[2], middle});
     mesh.faces.push_back({old[2], old[0], middle});
   }
-  // A hole takes all that its corners touch out of the choice, so two holes never meet.
+  // After a hole is made, no face at its corners can become another hole. So two holes never touch.
   std::vector<bool> used(vertices, false);
   holes = 0;
   for (std::size_t tries = below(random, 20); tries > 0; --tries) {
@@ -69,7 +69,8 @@ bool contains(const Face& face, VertexId vertex) {
   return std::find(face.begin(), face.end(), vertex) != face.end();
 }
 
-/// Whether faces at a vertex hang together by edges at that vertex, by growing from one of them.
+/// Whether the faces at a vertex are connected across edges at that vertex. Grows a set from one
+/// face.
 bool has_one_fan(const std::vector<Face>& faces, VertexId vertex) {
   std::vector<Face> apart;
   std::copy_if(faces.begin(), faces.end(), std::back_inserter(apart),

@@ -1,4 +1,5 @@
-// shapes.h: small base meshes by name, and the relations that every base mesh has to satisfy.
+// shapes.h: small named base meshes, and a check of the relations that every base mesh must
+// satisfy.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +16,7 @@ namespace plait::shapes {
 
 using Faces = std::vector<std::array<VertexId, 3>>;
 
-/// No two positions alike, all short numbers in text and exact in float32: for tests of
+/// A mesh with positions that are all different, short as text and exact in float32. For tests of
 /// connectivity and of files.
 inline IndexedMesh with_any_positions(VertexId vertices, Faces faces) {
   IndexedMesh mesh;
@@ -55,7 +56,7 @@ inline IndexedMesh open_fan(VertexId spokes) {
   return with_any_positions(spokes + 2, std::move(faces));
 }
 
-/// Two apices, 0 and 1, over one ring: both of valence `ring`.
+/// A ring of vertices with two apices, 0 and 1, both of valence `ring`.
 inline IndexedMesh double_cone(VertexId ring) {
   Faces faces;
   for (VertexId s = 0; s < ring; ++s) {
@@ -66,7 +67,7 @@ inline IndexedMesh double_cone(VertexId ring) {
   return with_any_positions(2 + ring, std::move(faces));
 }
 
-/// A band of `faces` triangles with a half twist: one side only. REQUIRES: an odd number >= 5.
+/// A Moebius strip of `faces` triangles. REQUIRES: an odd number >= 5.
 inline IndexedMesh moebius_strip(VertexId faces) {
   Faces strip;
   for (VertexId v = 0; v < faces; ++v) strip.push_back({v, (v + 1) % faces, (v + 2) % faces});
@@ -86,8 +87,8 @@ std::string refusal(Call&& call) {
   return {};
 }
 
-/// Checks all that topology.h and base_mesh.h promise. Plain ifs, one REQUIRE per failure: large
-/// meshes would drown in assertions.
+/// Checks all promises of topology.h and base_mesh.h. Uses plain ifs and one REQUIRE per failure,
+/// because millions of assertions would be slow on large meshes.
 inline void check_topology(const BaseMesh& mesh) {
   const auto require = [](bool holds, const char* relation, std::uint64_t element) {
     if (holds) return;

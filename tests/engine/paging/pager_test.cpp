@@ -3,7 +3,6 @@
 
 #include <pthread.h>
 
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <functional>
@@ -12,97 +11,19 @@
 #include <random>
 #include <vector>
 
+#include "engine/paging/fake_level.h"
 #include "plait/error.h"
 
 using namespace plait;
+using namespace plait::test;
 
 namespace {
-
-/// Keeps blocks in memory, behind copies or behind addresses, counts and fails on demand.
-class FakeBackend final : public Backend {
- public:
-  explicit FakeBackend(const LevelSpec& spec) : spec_(spec), bytes_(spec.geometry.total_bytes()) {}
-
-  void read(BlockRange blocks, std::span<std::byte> into) override {
-    ++reads;
-    if (into.data() != address_of(blocks.first))
-      std::memcpy(into.data(), address_of(blocks.first), into.size());
-    spec_.table.check(blocks.first, into, "fake");
-  }
-  void write(BlockRange blocks, std::span<const std::byte> from) override {
-    ++writes;
-    if (fail_writes) throw Error(ErrorCode::kNoSpace, "fake: full");
-    if (from.data() != address_of(blocks.first))
-      std::memcpy(address_of(blocks.first), from.data(), from.size());
-    spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
-                     from);
-  }
-  std::byte* address(std::uint64_t block) override { return address_of(block); }
-  void advise(BlockRange, Advice advice) noexcept override {
-    if (advice == Advice::kWillNeed) ++prefetches;
-  }
-  void sync(bool) override {}
-  std::uint64_t stored_bytes() const override { return bytes_.size(); }
-
-  std::byte* address_of(std::uint64_t block) {
-    return bytes_.data() + spec_.geometry.block_offset(block);
-  }
-  std::atomic<int> reads = 0, writes = 0, prefetches = 0;
-  std::atomic<bool> fail_writes = false;
-
- private:
-  LevelSpec spec_;
-  std::vector<std::byte> bytes_;
-};
-
-constexpr std::uint64_t kBlockBytes = 4096;
-
-/// Frames, frames that are the blocks themselves, and a mapping that is only read.
-constexpr BackendTraits kFramed{.durable = true}, kInMemory{.in_memory = true},
-    kMapped{.durable = true, .maps_for_reading = true};
-
-/// A level of one-byte records: 4096 edges a block at level 1, 1024 at level 2, ...
-struct TestLevel {
-  TestLevel(Pager& its_pager, int level, std::uint64_t edges, const BackendTraits& traits = kFramed)
-      : pager(its_pager) {
-    file.path = "fake";
-    file.traits = traits;
-    file.writable = !traits.maps_for_reading;
-    file.geometry = LevelGeometry(edges, {}, BaseRelativeLevel(level), 1, kBlockBytes);
-    file.table = BlockTable({}, 0, level, file.geometry.block_count());
-    auto made = std::make_unique<FakeBackend>(
-        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});
-    backend = made.get();
-    file.backend = std::move(made);
-    pager.attach(file);
-  }
-  ~TestLevel() { pager.detach(file); }
-  TestLevel(const TestLevel&) = delete;
-  TestLevel& operator=(const TestLevel&) = delete;
-  void put_on_disk(std::uint64_t block, unsigned char value) const {
-    backend->write({block, 1}, std::vector<std::byte>(kBlockBytes, static_cast<std::byte>(value)));
-  }
-  Directory directory;
-  LevelFile file;
-  FakeBackend* backend = nullptr;
-  Pager& pager;
-};
-
-void fill(const PinnedBlock& pinned, unsigned char value) {
-  std::memset(pinned.bytes().data(), value, pinned.bytes().size());
-}
-
-bool holds(const PinnedBlock& pinned, unsigned char value) {
-  for (const std::byte byte : pinned.bytes())
-    if (byte != static_cast<std::byte>(value)) return false;
-  return true;
-}
 
 void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_threads,
                  unsigned seed) {
   constexpr std::uint64_t kBudget = 8 * kBlockBytes;
   Pager pager(kBudget, io_threads);
-  pager.set_policy(policy);
+  Session session = pager.open_session({.policy = policy});
   TestLevel level(pager, 3, 256 * 32, traits);
   const std::uint64_t blocks = level.file.geometry.block_count();
   REQUIRE(blocks == 32);
@@ -112,7 +33,7 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
   std::mt19937 random(seed);
   for (int step = 0; step < 20'000; ++step) {
     const std::uint64_t block = random() % blocks;
-    if (random() % 4 == 0) pager.prefetch(level.file, random() % blocks);
+    if (random() % 4 == 0) session.prefetch(level.file, random() % blocks);
     if (random() % 2 == 0 && !held.empty()) {
       const auto victim =
           std::next(held.begin(), static_cast<std::ptrdiff_t>(random() % held.size()));
@@ -124,11 +45,11 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
       continue;
     }
     if (held.size() == 8 && !held.contains(block)) {
-      REQUIRE_THROWS_AS(pager.pin(level.file, block, Access::kRead), Error);
+      REQUIRE_THROWS_AS(session.pin(level.file, block, Access::kRead), Error);
       continue;
     }
     const auto access = static_cast<Access>(random() % 3);
-    PinnedBlock pinned = pager.pin(level.file, block, access);
+    PinnedBlock pinned = session.pin(level.file, block, access);
     // Invariants 2 and 3.
     const auto [known, fresh] = addresses.try_emplace(block, pinned.bytes().data());
     REQUIRE((fresh || known->second == pinned.bytes().data()));
@@ -143,7 +64,7 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
   held.clear();
   pager.flush();
   for (std::uint64_t block = 0; block < blocks; ++block)
-    REQUIRE(holds(pager.pin(level.file, block, Access::kRead), expected[block]));
+    REQUIRE(holds(session.pin(level.file, block, Access::kRead), expected[block]));
   pager.discard();
   pager.detach(level.file);
 }
@@ -159,9 +80,10 @@ TEST_CASE("Pager_RandomPins_ServesWhatWasWrittenWithinTheBudget") {
 
 TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 16 * 4096);
   for (std::uint64_t block = 0; block < 16; ++block)
-    fill(pager.pin(level.file, block, Access::kWrite), 7);
+    fill(session.pin(level.file, block, Access::kWrite), 7);
   pager.flush();
   CHECK(level.backend->reads == 0);
   CHECK(level.backend->writes == 16);
@@ -170,30 +92,33 @@ TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
 
 TEST_CASE("PagerWindow_NextSweep_EvictsWhatTheLastOneLeftAhead") {
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 16 * 4096);
-  for (std::uint64_t block = 0; block < 16; ++block) pager.pin(level.file, block, Access::kWrite);
+  for (std::uint64_t block = 0; block < 16; ++block) session.pin(level.file, block, Access::kWrite);
   pager.flush();  // what is being written goes later
-  pager.set_policy(EvictionPolicy::kWindow);
-  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  session = pager.open_session();
+  for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.file, block, Access::kRead);
   level.backend->reads = 0;
-  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.file, block, Access::kRead);
   CHECK(level.backend->reads == 0);
 }
 
 TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
   Pager pager(kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 2 * 4096);
-  fill(pager.pin(level.file, 0, Access::kWrite), 9);
-  CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
+  fill(session.pin(level.file, 0, Access::kWrite), 9);
+  CHECK(holds(session.pin(level.file, 1, Access::kRead), 0));
   CHECK(level.backend->reads == 0);
 }
 
 TEST_CASE("PagerPin_NeverWrittenBlockWithAnAddress_IsZeroWhateverIsThere") {
   for (const BackendTraits& traits : {kInMemory, kMapped}) {
     Pager pager(2 * kBlockBytes, 1);
+    Session session = pager.open_session();
     TestLevel level(pager, 1, 2 * 4096, traits);
     std::memset(level.backend->address_of(0), 1, kBlockBytes);
-    CHECK(holds(pager.pin(level.file, 0, Access::kRead), 0));
+    CHECK(holds(session.pin(level.file, 0, Access::kRead), 0));
     CHECK((*level.backend->address_of(0) == std::byte{0}) == traits.in_memory);
   }
 }
@@ -201,34 +126,36 @@ TEST_CASE("PagerPin_NeverWrittenBlockWithAnAddress_IsZeroWhateverIsThere") {
 TEST_CASE("PagerPin_ForWritingALevelOpenedForReading_IsRefusedAndReadsOn") {
   for (const BackendTraits& traits : {kFramed, kMapped}) {
     Pager pager(2 * kBlockBytes, 1);
+    Session session = pager.open_session();
     TestLevel level(pager, 1, 2 * 4096, traits);
     level.file.writable = false;
     level.put_on_disk(0, 5);
     for (const Access access : {Access::kWrite, Access::kUpdate}) {
       try {
-        pager.pin(level.file, 0, access);
+        session.pin(level.file, 0, access);
         FAIL("expected an error");
       } catch (const Error& error) {
         CHECK(error.code() == ErrorCode::kBadState);
         CHECK(std::string_view(error.what()) == "write fake: the level was opened for reading");
       }
     }
-    CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
+    CHECK(holds(session.pin(level.file, 0, Access::kRead), 5));
   }
 }
 
 TEST_CASE("PagerPin_MappedLevel_IsServedWhereItLiesUnlessItIsWritten") {
   for (const bool writable : {false, true}) {
     Pager pager(2 * kBlockBytes, 1);
+    Session session = pager.open_session();
     TestLevel level(pager, 1, 2 * 4096, kMapped);
     level.file.writable = writable;
     level.put_on_disk(1, 6);
-    const PinnedBlock pinned = pager.pin(level.file, 1, Access::kRead);
+    const PinnedBlock pinned = session.pin(level.file, 1, Access::kRead);
     CHECK(holds(pinned, 6));
     CHECK((pinned.bytes().data() == level.backend->address_of(1)) == !writable);
     if (!writable) continue;
     // One frame for all pins of a block: whoever reads sees what whoever writes has stored.
-    fill(pager.pin(level.file, 1, Access::kUpdate), 7);
+    fill(session.pin(level.file, 1, Access::kUpdate), 7);
     CHECK(holds(pinned, 7));
     pager.flush();
     CHECK(*level.backend->address_of(1) == std::byte{7});
@@ -239,11 +166,12 @@ TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfini
   for (const BackendTraits& traits : {kFramed, kInMemory})
     for (const Access access : {Access::kWrite, Access::kUpdate}) {
       Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+      Session session = pager.open_session();
       TestLevel level(pager, 1, 4 * 4096, traits);
-      fill(pager.pin(level.file, 0, Access::kWrite), 1);
+      fill(session.pin(level.file, 0, Access::kWrite), 1);
       pager.flush();
       const int writes = level.backend->writes;
-      PinnedBlock half = pager.pin(level.file, 1, access);
+      PinnedBlock half = session.pin(level.file, 1, access);
       fill(half, 9);
       CHECK(level.file.is_finished());
       half.abandon();
@@ -251,10 +179,10 @@ TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfini
       CHECK_FALSE(level.file.is_finished());
       pager.flush();
       CHECK(level.backend->writes == writes);
-      CHECK(holds(pager.pin(level.file, 1, Access::kRead), 0));
-      CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
+      CHECK(holds(session.pin(level.file, 1, Access::kRead), 0));
+      CHECK(holds(session.pin(level.file, 0, Access::kRead), 1));
       level.file.left_unfinished = false;
-      pager.pin(level.file, 0, Access::kRead).abandon();
+      session.pin(level.file, 0, Access::kRead).abandon();
       CHECK(level.file.is_finished());
       pager.detach(level.file);
     }
@@ -262,32 +190,35 @@ TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfini
 
 TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
   Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 3 * 4096);
-  PinnedBlock first = pager.pin(level.file, 0, Access::kRead);
-  const PinnedBlock second = pager.pin(level.file, 1, Access::kRead);
+  PinnedBlock first = session.pin(level.file, 0, Access::kRead);
+  const PinnedBlock second = session.pin(level.file, 1, Access::kRead);
   try {
-    pager.pin(level.file, 2, Access::kRead);
+    session.pin(level.file, 2, Access::kRead);
     FAIL("expected an error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kBudget);
   }
   first.release();
-  CHECK(pager.pin(level.file, 2, Access::kRead));
+  CHECK(session.pin(level.file, 2, Access::kRead));
 }
 
 TEST_CASE("PagerSetAside_PartOfTheBudget_IsNotForFrames") {
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 8 * 4096);
-  for (std::uint64_t block = 0; block < 4; ++block) pager.pin(level.file, block, Access::kRead);
+  for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.file, block, Access::kRead);
   pager.set_aside(2 * kBlockBytes);
   CHECK(pager.budget_bytes() == 2 * kBlockBytes);
-  const PinnedBlock first = pager.pin(level.file, 4, Access::kRead);
-  const PinnedBlock second = pager.pin(level.file, 5, Access::kRead);
-  CHECK_THROWS_AS(pager.pin(level.file, 6, Access::kRead), Error);
+  const PinnedBlock first = session.pin(level.file, 4, Access::kRead);
+  const PinnedBlock second = session.pin(level.file, 5, Access::kRead);
+  CHECK_THROWS_AS(session.pin(level.file, 6, Access::kRead), Error);
 }
 
 TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
   Pager pager(2 * kBlockBytes, 0);
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 4096);
   {
     UnfinishedLevels pass;
@@ -323,6 +254,7 @@ TEST_CASE("PagerAttach_ThreadsThatCannotBeHad_IsOutOfMemory") {
   std::optional<ErrorCode> code;
   {
     Pager pager(2 * kBlockBytes, 2);
+    Session session = pager.open_session();
     try {
       TestLevel level(pager, 1, 4096);
     } catch (const Error& error) {
@@ -335,46 +267,48 @@ TEST_CASE("PagerAttach_ThreadsThatCannotBeHad_IsOutOfMemory") {
 
 TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel coarse(pager, 1, 8 * 4096), fine(pager, 2, 8 * 4096);
   // One coarse block spans four fine ones; it came first, but it ends furthest ahead.
-  pager.pin(coarse.file, 0, Access::kWrite);
-  for (std::uint64_t block = 0; block < 3; ++block) pager.pin(fine.file, block, Access::kWrite);
+  session.pin(coarse.file, 0, Access::kWrite);
+  for (std::uint64_t block = 0; block < 3; ++block) session.pin(fine.file, block, Access::kWrite);
   pager.flush();
-  pager.pin(fine.file, 3, Access::kWrite);
-  pager.pin(coarse.file, 0, Access::kRead);
+  session.pin(fine.file, 3, Access::kWrite);
+  session.pin(coarse.file, 0, Access::kRead);
   CHECK(coarse.backend->reads == 0);
-  pager.pin(fine.file, 0, Access::kRead);
+  session.pin(fine.file, 0, Access::kRead);
   CHECK(fine.backend->reads == 1);
 }
 
 TEST_CASE("PagerClock_BlockUsedAgain_OutlivesOneThatWasNot") {
   Pager pager(3 * kBlockBytes, GENERATE(0, 1));
-  pager.set_policy(EvictionPolicy::kClock);
+  Session session = pager.open_session({.policy = EvictionPolicy::kClock});
   TestLevel level(pager, 1, 8 * 4096);
-  for (std::uint64_t block = 0; block < 8; ++block) pager.pin(level.file, block, Access::kWrite);
+  for (std::uint64_t block = 0; block < 8; ++block) session.pin(level.file, block, Access::kWrite);
   pager.flush();
   pager.discard();
   level.backend->reads = 0;
   for (std::uint64_t block = 0; block < 4; ++block)
-    pager.pin(level.file, block, Access::kRead);  // evicts one
-  pager.pin(level.file, 2, Access::kRead);
-  pager.pin(level.file, 4, Access::kRead);
-  pager.pin(level.file, 2, Access::kRead);
+    session.pin(level.file, block, Access::kRead);  // evicts one
+  session.pin(level.file, 2, Access::kRead);
+  session.pin(level.file, 4, Access::kRead);
+  session.pin(level.file, 2, Access::kRead);
   CHECK(level.backend->reads == 5);
 }
 
 TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invariant 7
   Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
-  fill(pager.pin(level.file, 0, Access::kWrite), 1);
+  fill(session.pin(level.file, 0, Access::kWrite), 1);
   pager.flush();
-  fill(pager.pin(level.file, 1, Access::kWrite), 2);
+  fill(session.pin(level.file, 1, Access::kWrite), 2);
   level.backend->fail_writes = true;
   CHECK_THROWS_AS(pager.flush(), Error);
   level.backend->fail_writes = false;
   for (const auto& attempt :
        {std::function<void()>([&] { pager.flush(); }),
-        std::function<void()>([&] { pager.pin(level.file, 2, Access::kWrite); })}) {
+        std::function<void()>([&] { session.pin(level.file, 2, Access::kWrite); })}) {
     try {
       attempt();
       FAIL("expected an error");
@@ -382,33 +316,35 @@ TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invarian
       CHECK(error.code() == ErrorCode::kBadState);
     }
   }
-  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
-  CHECK(holds(pager.pin(level.file, 1, Access::kRead), 2));
+  CHECK(holds(session.pin(level.file, 0, Access::kRead), 1));
+  CHECK(holds(session.pin(level.file, 1, Access::kRead), 2));
 }
 
 TEST_CASE("PagerPin_MappedBlockWithAFlippedByte_IsCorruption") {  // invariant 6
   Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096, kMapped);
   level.put_on_disk(0, 5);
   level.backend->address_of(0)[17] ^= std::byte{4};
   try {
-    pager.pin(level.file, 0, Access::kRead);
+    session.pin(level.file, 0, Access::kRead);
     FAIL("expected an error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kCorruption);
   }
   level.backend->address_of(0)[17] ^= std::byte{4};
-  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 5));
+  CHECK(holds(session.pin(level.file, 0, Access::kRead), 5));
 }
 
 // A system that is told as well begins the same reads, and whoever reads waits for them.
 TEST_CASE("PagerPrefetch_NoThreads_NeitherReadsNorAnnounces") {
   Pager pager(2 * kBlockBytes, 0);
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
   for (std::uint64_t block = 0; block < 3; ++block)
-    fill(pager.pin(level.file, block, Access::kWrite), 1);
+    fill(session.pin(level.file, block, Access::kWrite), 1);
   // 0 is evicted, 1 and 2 are resident, 3 was never written.
-  for (std::uint64_t block = 0; block < 4; ++block) CHECK(pager.prefetch(level.file, block));
+  for (std::uint64_t block = 0; block < 4; ++block) CHECK(session.prefetch(level.file, block));
   CHECK(level.backend->reads == 0);
   CHECK(level.backend->prefetches == 0);
   CHECK(pager.statistics().blocks_prefetched == 0);
@@ -416,12 +352,13 @@ TEST_CASE("PagerPrefetch_NoThreads_NeitherReadsNorAnnounces") {
 
 TEST_CASE("PagerPrefetch_WithAThread_ReadsTheBlockAndAnnouncesNothing") {
   Pager pager(2 * kBlockBytes, 1);
+  Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
-  fill(pager.pin(level.file, 0, Access::kWrite), 1);
+  fill(session.pin(level.file, 0, Access::kWrite), 1);
   pager.flush();
   pager.discard();
-  CHECK(pager.prefetch(level.file, 0));
-  CHECK(holds(pager.pin(level.file, 0, Access::kRead), 1));
+  CHECK(session.prefetch(level.file, 0));
+  CHECK(holds(session.pin(level.file, 0, Access::kRead), 1));
   CHECK(level.backend->reads == 1);
   CHECK(level.backend->prefetches == 0);
   CHECK(pager.statistics().blocks_prefetched == 1);

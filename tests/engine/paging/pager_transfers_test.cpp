@@ -99,7 +99,8 @@ class HeldBackend final : public Backend {
 
 /// One level of blocks of 4096 one-byte records, block b filled with b + 1 on the "disk".
 struct HeldLevel {
-  HeldLevel(Pager& its_pager, std::uint64_t blocks) : pager(its_pager) {
+  HeldLevel(Pager& its_pager, std::uint64_t blocks, const SessionOptions& options = {})
+      : pager(its_pager), session(pager.open_session(options)) {
     file.geometry = LevelGeometry(blocks * 4096, {}, BaseRelativeLevel(1), 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
@@ -114,7 +115,7 @@ struct HeldLevel {
   HeldLevel(const HeldLevel&) = delete;
   HeldLevel& operator=(const HeldLevel&) = delete;
   static std::byte value(std::uint64_t block) { return static_cast<std::byte>(block + 1); }
-  PinnedBlock pin(std::uint64_t block, Access access) { return pager.pin(file, block, access); }
+  PinnedBlock pin(std::uint64_t block, Access access) { return session.pin(file, block, access); }
   void put(std::uint64_t block, int byte) {
     std::memset(pin(block, Access::kWrite).bytes().data(), byte, kBlockBytes);
   }
@@ -123,6 +124,7 @@ struct HeldLevel {
   LevelFile file;
   HeldBackend* backend = nullptr;
   Pager& pager;
+  Session session;
 };
 
 template <class Call>
@@ -211,17 +213,16 @@ TEST_CASE("PagerPin_SameBlockFromTwoThreads_IsReadOnce") {  // 3
 
 TEST_CASE("PagerPrefetch_Thread_ReadsAheadWithoutTakingWhatIsNeeded") {
   Pager pager(6 * kBlockBytes, 1);
-  HeldLevel level(pager, 16);
-  pager.set_policy(EvictionPolicy::kWindow, 2 * kBlockBytes);
+  HeldLevel level(pager, 16, {.window_bytes = 2 * kBlockBytes});
   const PinnedBlock current = level.pin(0, Access::kRead);
   std::uint64_t ahead = 1;
-  while (pager.prefetch(level.file, ahead)) ++ahead;
+  while (level.session.prefetch(level.file, ahead)) ++ahead;
   CHECK(ahead == 5);  // six frames, two of them for pins
   for (std::uint64_t block = 1; block < ahead; ++block)
     CHECK(level.pin(block, Access::kRead).bytes()[1] == HeldLevel::value(block));
   CHECK(level.backend->started_reads == 5);
   CHECK(pager.statistics().blocks_prefetched == 4);
-  CHECK(pager.prefetch(level.file, ahead));  // those behind make room
+  CHECK(level.session.prefetch(level.file, ahead));  // those behind make room
   pager.discard();
 }
 
@@ -230,10 +231,10 @@ TEST_CASE("PagerPrefetch_ManyBlocks_KeepsToTheBoundInFlight") {
   HeldLevel level(pager, 32);
   level.backend->hold();
   std::uint64_t ahead = 0;
-  while (pager.prefetch(level.file, ahead)) ++ahead;
+  while (level.session.prefetch(level.file, ahead)) ++ahead;
   CHECK(ahead == Pager::kInFlight);
   level.backend->let_go(Direction::kRead, 3);
-  CHECK(pager.prefetch(level.file, ahead));
+  CHECK(level.session.prefetch(level.file, ahead));
   level.backend->let_all_go();
   CHECK(level.pin(3, Access::kRead).bytes()[0] == HeldLevel::value(3));
   pager.detach(level.file);
@@ -284,7 +285,7 @@ TEST_CASE("PagerPrefetch_ReadFails_IsReportedByThePinThatNeedsTheBlock") {
   Pager pager(4 * kBlockBytes, 1);
   HeldLevel level(pager, 8);
   level.file.table.entries()[2].checksum ^= 1;
-  CHECK(pager.prefetch(level.file, 2));
+  CHECK(level.session.prefetch(level.file, 2));
   CHECK(error_of([&] { level.pin(2, Access::kRead); }) == ErrorCode::kCorruption);
   level.file.table.entries()[2].checksum ^= 1;
   CHECK(level.pin(2, Access::kRead).bytes()[0] == HeldLevel::value(2));
@@ -356,13 +357,12 @@ TEST_CASE("PagerEvict_BlockWhoseWriteFailed_StaysSinceItIsTheOnlyCopy") {  // 4,
   const auto policy = GENERATE(EvictionPolicy::kWindow, EvictionPolicy::kClock);
   const bool announced = GENERATE(false, true);
   Pager pager(3 * kBlockBytes, io_threads);
-  pager.set_policy(policy);
-  HeldLevel level(pager, 16);
+  HeldLevel level(pager, 16, {.policy = policy});
   level.backend->fail_writes = true;
   level.put(3, 42);
-  if (announced) pager.prefetch(level.file, 3);
+  if (announced) level.session.prefetch(level.file, 3);
   CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kNoSpace);
-  if (announced) pager.prefetch(level.file, 3);
+  if (announced) level.session.prefetch(level.file, 3);
   level.backend->fail_writes = false;
   for (int round = 0; round < 2; ++round)
     for (std::uint64_t block = 4; block < 16; ++block)
@@ -398,7 +398,7 @@ TEST_CASE("PagerDiscard_TransfersOnTheirWay_AreWaitedFor") {
   HeldLevel level(pager, 16);
   level.backend->hold();
   level.put(0, 1);
-  CHECK(pager.prefetch(level.file, 4));
+  CHECK(level.session.prefetch(level.file, 4));
   level.backend->wait_until_started(1, 1);
   auto discarded = std::async(std::launch::async, [&] { pager.discard(); });
   CHECK(is_waiting(discarded));

@@ -1,4 +1,5 @@
-// A store put in place of another one: not while anybody has that open, and nothing made is lost.
+// Replaces a store by another one. This must not happen while another process has the old store
+// open, and the new store must never be lost.
 #include "plait/partial_store.h"
 
 #include <catch2/catch.hpp>
@@ -44,7 +45,7 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
         FAIL("expected an error");
       } catch (const Error& error) {
         CHECK(error.code() == ErrorCode::kBusy);
-        made = output.path();  // a name that no run of later takes for left over
+        made = output.path();  // no later run removes this name as left over
         CHECK_THAT(error.what(), Catch::Contains(made.native()));
       }
     }

@@ -83,8 +83,9 @@ AttributeId add_sample(Store& store, const AttributeSchema& schema, int levels) 
 void write_level(Store& store, AttributeId attribute, int level, std::span<const std::byte> bytes) {
   LevelFile& file = store.level_file(attribute, level);
   REQUIRE(bytes.size() == file.geometry.total_bytes());
+  Session session = store.open_session();
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-    const PinnedBlock pinned = store.pager().pin(file, block, Access::kWrite);
+    const PinnedBlock pinned = session.pin(file, block, Access::kWrite);
     std::ranges::copy(bytes.first(pinned.bytes().size()), pinned.bytes().begin());
     bytes = bytes.subspan(pinned.bytes().size());
   }
@@ -93,8 +94,9 @@ void write_level(Store& store, AttributeId attribute, int level, std::span<const
 std::vector<std::byte> read_level(Store& store, AttributeId attribute, int level) {
   LevelFile& file = store.level_file(attribute, level);
   std::vector<std::byte> bytes;
+  Session session = store.open_session();
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-    const PinnedBlock pinned = store.pager().pin(file, block, Access::kRead);
+    const PinnedBlock pinned = session.pin(file, block, Access::kRead);
     bytes.insert(bytes.end(), pinned.bytes().begin(), pinned.bytes().end());
   }
   return bytes;

@@ -619,7 +619,8 @@ TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {
     }
     Store reader = Store::open(place.path, {}, default_backends());
     for (const Access access : {Access::kWrite, Access::kUpdate}) {
-      const Error error = error_of([&] { reader.pager().pin(reader.level_file(0, 2), 0, access); });
+      const Error error =
+          error_of([&] { reader.open_session().pin(reader.level_file(0, 2), 0, access); });
       CHECK(error.code() == ErrorCode::kBadState);
       CHECK(names(error, {reader.level_file(0, 2).path.string(), "opened for reading"}));
     }

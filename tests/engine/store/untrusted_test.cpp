@@ -237,7 +237,8 @@ TEST_CASE("Store_MovedWhileItIsWritten_GoesOnInItsOwnDirectory") {
       // Levels are made, blocks overwritten in place, files of older versions removed.
       add_sample(writer, sample_schemas()[1], 2);
       {
-        const PinnedBlock block = writer.pager().pin(writer.level_file(0, 1), 0, Access::kUpdate);
+        const PinnedBlock block =
+            writer.open_session().pin(writer.level_file(0, 1), 0, Access::kUpdate);
         for (std::byte& byte : block.bytes()) byte ^= std::byte{1};
       }
       writer.commit();

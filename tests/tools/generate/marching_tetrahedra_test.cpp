@@ -46,7 +46,7 @@ TEST_CASE("MarchTetrahedra_Ball_IsASphereOrientedOutwards") {
 }
 
 TEST_CASE("MarchTetrahedra_Noise_IsAClosedManifoldWhateverTheSigns") {
-  // Every combination of signs around a cube turns up many times.
+  // Every combination of signs around a cube occurs many times.
   constexpr std::size_t kPoints = 14;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Random random(seed);

@@ -34,7 +34,7 @@ TEST_CASE("CanCollapse_SurfacesThatAreAsSmallAsTheyGet_IsFalseEverywhere") {
 }
 
 TEST_CASE("CanCollapse_InnerEdgeBetweenBorderVertices_IsFalse") {
-  // The two triangles' shared edge; their four border edges may go.
+  // Only the edge that the two triangles share cannot be collapsed. The four border edges can.
   const SurfaceEditor editor(test::two_triangles());
   for (SurfaceEditor::Side side = 0; side < editor.side_limit(); ++side)
     CHECK(editor.can_collapse(side) == editor.is_border(side));

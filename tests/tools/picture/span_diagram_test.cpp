@@ -32,7 +32,7 @@ TEST_CASE("SpanDiagram_EveryMesh_IsOfBoundedSizeAndNotBlank") {
 }
 
 TEST_CASE("SpanDiagram_SingleTriangle_FillsBothPanels") {
-  // Every stencil uses all three edges: no paper is left inside the frames.
+  // Every stencil uses all three edges, so the dots fill the panels.
   const Image image = span_diagram(BaseMesh::build(test::single_triangle()));
   const std::size_t y = image.height() / 2;
   std::size_t inked = 0;
@@ -44,7 +44,7 @@ TEST_CASE("SpanDiagram_SingleTriangle_FillsBothPanels") {
 TEST_CASE("SpanDiagram_NarrowLayout_HasDotsNearTheDiagonalOnly") {
   const BaseMesh scattered = BaseMesh::build(test::random_torus(9, 3000));
   const BaseMesh narrow = lay_out(scattered, LayoutKind::kRcm).mesh;
-  // The last quarter of the edges in the first quarter of the Loop stencils.
+  // Looks for dots in the last quarter of the edges and the first quarter of the Loop stencils.
   const auto has_dots_far_out = [](const Image& image) {
     constexpr std::size_t kPanel = 1200, kMarginAndFrame = 25;
     const std::size_t right = image.width() - kMarginAndFrame;

@@ -1,6 +1,7 @@
-// liburing maps its queues by system calls of its own, which the thread sanitizer does not see: a
-// ring that lies where an earlier one was would seem to race with it. What the kernel orders, the
-// end of the one before the beginning of the other, is said here.
+// liburing maps its queues with system calls that the thread sanitizer does not see. If a ring gets
+// the addresses of an earlier ring, the sanitizer would report a race between them. The kernel
+// orders the end of the earlier ring before the beginning of the later one. These functions tell
+// the sanitizer so.
 #pragma once
 
 #include_next <liburing.h>

@@ -1,6 +1,6 @@
 // plait/backends/pipeline.h: how the compressed backend encodes a block: filters, one after
-// another, then a codec. Both are registered by name, as backends are; a program adds its own to a
-// copy of default_pipelines() and opens stores with default_backends(copy).
+// another, then a codec. Both are registered by name, as backends are. A program adds its own to a
+// copy of default_pipelines(), and opens stores with default_backends(copy).
 //
 // A pipeline is written as a string:
 //
@@ -8,9 +8,9 @@
 //
 //   shuffle,zstd:3      lz4      shuffle,none      x-delta:stride=3+shuffle,zstd
 //
-// The first comma ends the filters. So a codec's options may hold commas, and a filter's options
-// hold neither a comma nor a plus sign. "none" is the codec that copies, and as a filter stands for
-// no filter.
+// The first comma ends the filters. So a codec's options may contain commas, and a filter's options
+// contain neither a comma nor a plus sign. The codec "none" copies; the filter "none" stands for no
+// filter.
 #pragma once
 
 #include <cstddef>
@@ -25,32 +25,33 @@
 
 namespace plait {
 
-/// A reversible compressor of one block. One thread at a time uses an object, which may therefore
+/// A reversible compressor of one block. Only one thread uses an object at a time, so an object may
 /// keep working memory.
 class Codec {
  public:
   virtual ~Codec() = default;
 
-  /// The most bytes that compress() can need for `raw_bytes`.
+  /// The largest size of the result of compress() for `raw_bytes`.
   virtual std::size_t bound(std::size_t raw_bytes) const = 0;
 
-  /// The most memory, in bytes, that the object keeps once it has coded blocks of up to
-  /// `raw_bytes`. The store takes this memory off its budget.
+  /// The most memory, in bytes, that the object keeps after coding blocks of up to `raw_bytes`. The
+  /// store subtracts this memory from its budget.
   virtual std::size_t memory_bytes(std::size_t raw_bytes) const = 0;
 
-  /// The number of bytes of `into` that the encoded block takes, or nothing if the encoded block
-  /// does not fit. The caller makes `into` small in order to find a block early that saves too
-  /// little. Errors: kOutOfMemory.
+  /// Returns the number of bytes written to `into`, or nothing if the encoded block does not fit.
+  /// The caller makes `into` so small that a block which saves too little does not fit. Errors:
+  /// kOutOfMemory.
   virtual std::optional<std::size_t> compress(std::span<const std::byte> raw,
                                               std::span<std::byte> into) = 0;
 
-  /// Fills exactly `raw`, or throws, whatever `stored` holds: the bytes come from a disk. Touches
-  /// no byte outside its spans. Errors: kCorruption unless `stored` decodes to raw.size() bytes.
+  /// Fills exactly `raw` or throws, for any bytes in `stored`: they come from a disk and may be
+  /// damaged. Accesses no byte outside its spans. Errors: kCorruption unless `stored` decodes to
+  /// raw.size() bytes.
   virtual void decompress(std::span<const std::byte> stored, std::span<std::byte> raw) = 0;
 };
 
-/// A reversible transform of one block that keeps its size and makes it easier to compress.
-/// Stateless: safe from any number of threads.
+/// A reversible transform of one block. It keeps the size and makes the block compress better. A
+/// filter has no state, so any number of threads may use it.
 class Filter {
  public:
   virtual ~Filter() = default;
@@ -60,14 +61,15 @@ class Filter {
   virtual void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const = 0;
 };
 
-/// One pipeline, ready for blocks of one attribute. Blocks are encoded by filters.front() first and
-/// decoded by it last.
+/// One pipeline for blocks of one attribute. Encoding applies filters.front() first, decoding
+/// applies it last.
 struct Pipeline {
   std::vector<std::unique_ptr<Filter>> filters;
   std::unique_ptr<Codec> codec;
 };
 
-/// Names to codecs and filters. Adding is for one thread; the rest is safe from any number.
+/// Finds codecs and filters by name. Only one thread may call add(); all other calls are safe from
+/// any number of threads.
 class PipelineRegistry {
  public:
   struct CodecEntry {
@@ -80,8 +82,8 @@ class PipelineRegistry {
   struct FilterEntry {
     std::string name = {};
     std::string summary = {};
-    /// The same. `component_bytes` is the size of one number of the attribute: 1, 2, 4 or 8.
-    /// nullptr: the filter would change nothing there.
+    /// As in CodecEntry. `component_bytes` is the size of one number of the attribute: 1, 2, 4 or
+    /// 8. Returns nullptr if the filter would change nothing for this size.
     std::function<std::unique_ptr<Filter>(std::string_view options, std::size_t component_bytes)>
         make = {};
   };
@@ -94,7 +96,7 @@ class PipelineRegistry {
   std::vector<std::string> codec_names() const;
   std::vector<std::string> filter_names() const;
 
-  /// Errors: kNotSupported for a name that is not registered, naming those that are;
+  /// Errors: kNotSupported for a name that is not registered (the message lists the known names);
   /// kInvalidArgument for text that is no pipeline, for options that are refused, and for
   /// `component_bytes` other than 1, 2, 4 and 8.
   Pipeline make(std::string_view pipeline, std::size_t component_bytes) const;

@@ -10,7 +10,7 @@ namespace plait {
 /// it. The registry is built once and is safe from any thread. To add your own backend, copy it.
 const BackendRegistry& default_backends();
 
-/// The same backends, where `compressed` knows these codecs and filters. Copies `pipelines`.
+/// The same backends, but with these codecs and filters for `compressed`. Copies `pipelines`.
 BackendRegistry default_backends(const PipelineRegistry& pipelines);
 
 }  // namespace plait

@@ -1,5 +1,5 @@
-// Catch2 version 3 under the names of version 2, which the tests use. On the include path only where
-// CMake found version 3.
+// Gives Catch2 version 3 the names of version 2, which the tests use. CMake adds this folder to the
+// include path only if it found version 3.
 #pragma once
 
 #include <catch2/catch_all.hpp>

@@ -13,7 +13,7 @@ void parallel_for(Index first, Index last, const Body& body) {
                [&](std::size_t i) { body(static_cast<Index>(first + static_cast<Index>(i))); });
 }
 
-/// Ranges of one grain each: the most and smallest pieces that TBB may cut.
+/// Divides the range into ranges of one grain each, the smallest that TBB may make.
 template <class Value, class Body>
 void parallel_for(const blocked_range<Value>& range, const Body& body) {
   if (range.empty()) return;

@@ -1,4 +1,4 @@
-// See plain_threads.h. Sorting orders what one thread holds: nothing to look at.
+// See plain_threads.h. Sorts on one thread, because sorting has no race to detect.
 #pragma once
 
 #include <algorithm>

@@ -1,10 +1,10 @@
-// The part of TBB that plait uses, written with std::thread, for the thread sanitizer alone.
+// The part of TBB that plait uses, written with std::thread. Only builds with the thread sanitizer
+// use it.
 //
-// The distribution's libtbb is not instrumented, so the sanitizer does not see how its tasks hand
-// over to each other: every parallel loop is reported as a race, and suppressions wide enough to
-// silence that hide the races that are ours. The preset "tsan" puts this folder before TBB's
-// headers, and what is left to report is real. It promises what TBB promises, but not its speed,
-// and is used by no other build.
+// The distribution's libtbb is not instrumented, so the sanitizer does not see how its tasks
+// synchronize. It would report every parallel loop as a race, and suppressions for that would also
+// hide our own races. The preset "tsan" puts this folder before TBB's headers, so that the
+// sanitizer reports only real races. This code makes the same promises as TBB, except for speed.
 #pragma once
 
 #include <algorithm>
@@ -19,18 +19,20 @@
 
 namespace tbb {
 
-/// Threads that a loop started here may use; task_arena sets it for what it executes. At least two
-/// by default, or there would be nothing to look at on a small machine.
+/// The number of threads of a loop that this thread starts. task_arena sets it for the function
+/// that it executes. The default is at least two, so that the sanitizer has something to check on a
+/// small machine.
 inline thread_local int concurrency =
     std::max(2, static_cast<int>(std::thread::hardware_concurrency()));
 
-/// Which of a loop's threads this one is: 0 for the one that began it.
+/// The number of this thread in its loop; 0 is the thread that started the loop.
 inline thread_local int thread_index = 0;
 
-/// Calls body(i) for all i in [0, count), in any order, from as many threads as there may be. All
-/// calls have ended on return. The first exception thrown is thrown on; calls not begun are left.
+/// Calls body(i) for all i in [0, count), in any order, on up to `concurrency` threads. All calls
+/// have ended on return. If a call throws, no further calls begin, and the first exception is
+/// thrown here.
 inline void call_for_all(std::size_t count, const std::function<void(std::size_t)>& body) {
-  // Relaxed on purpose: drawing a number must not order one call's accesses before another's.
+  // Relaxed on purpose: taking a number must not order the memory accesses of two calls.
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::exception_ptr failure;

@@ -1,4 +1,4 @@
-#include "plait/pager.h"
+#include "plait/level_file.h"
 
 namespace plait {
 

@@ -1,0 +1,220 @@
+// Several sessions on one pager: whose frames go first, and who waits for whom (plait/session.h).
+#include "plait/session.h"
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <future>
+#include <optional>
+#include <thread>
+
+#include "engine/paging/fake_level.h"
+#include "plait/error.h"
+#include "plait/pager.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+/// Blocks of one-byte records, block b filled with b + 1.
+struct FilledLevel : TestLevel {
+  FilledLevel(Pager& its_pager, std::uint64_t blocks)
+      : TestLevel(its_pager, 1, blocks * kBlockBytes) {
+    for (std::uint64_t block = 0; block < blocks; ++block)
+      put_on_disk(block, static_cast<unsigned char>(block + 1));
+    backend->writes = 0;
+  }
+  const LevelFile& read_only() const { return file; }
+};
+
+bool holds_own_number(const PinnedBlock& pinned, std::uint64_t block) {
+  return holds(pinned, static_cast<unsigned char>(block + 1));
+}
+
+template <class Call>
+std::string budget_error(Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    REQUIRE(error.code() == ErrorCode::kBudget);
+    return error.what();
+  }
+  return {};
+}
+
+template <class Result>
+bool is_waiting(const std::future<Result>& future) {
+  return future.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
+}
+
+}  // namespace
+
+TEST_CASE("SessionPin_SweepBesideAWalkWithinItsShare_LeavesTheWalksBlocks") {
+  const auto policy = GENERATE(EvictionPolicy::kWindow, EvictionPolicy::kClock);
+  Pager pager(8 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 64);
+  Session walk = pager.open_session({.policy = policy, .share_bytes = 4 * kBlockBytes});
+  Session sweep = pager.open_session();
+  for (std::uint64_t block = 0; block < 4; ++block) walk.pin(level.read_only(), block);
+  for (std::uint64_t block = 8; block < 64; ++block) {
+    CHECK(holds_own_number(sweep.pin(level.read_only(), block), block));
+    sweep.prefetch(level.read_only(), block + 1 < 64 ? block + 1 : block);
+  }
+  const std::uint64_t read = walk.statistics().blocks_read;
+  for (std::uint64_t block = 0; block < 4; ++block)
+    CHECK(holds_own_number(walk.pin(level.read_only(), block), block));
+  CHECK(walk.statistics().blocks_read == read);
+  CHECK(walk.statistics().blocks_evicted == 0);
+  CHECK(sweep.statistics().blocks_evicted >= 50);
+}
+
+TEST_CASE("SessionPin_WhileNobodyElseNeedsIt_TakesMoreThanItsShare") {
+  Pager pager(8 * kBlockBytes, 0);
+  FilledLevel level(pager, 16);
+  Session walk = pager.open_session({.share_bytes = 2 * kBlockBytes});
+  for (std::uint64_t block = 0; block < 8; ++block) walk.pin(level.read_only(), block);
+  CHECK(walk.statistics().blocks_evicted == 0);
+  CHECK(walk.statistics().peak_frame_bytes == 8 * kBlockBytes);
+  // Then it is the one that is furthest over its share.
+  Session other = pager.open_session({.share_bytes = 6 * kBlockBytes});
+  for (std::uint64_t block = 8; block < 14; ++block) other.pin(level.read_only(), block);
+  CHECK(walk.statistics().blocks_evicted == 6);
+  CHECK(other.statistics().blocks_evicted == 0);
+}
+
+TEST_CASE("SessionEnd_WhatItLeft_IsTakenBeforeWhatOthersUse") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 16);
+  Session staying = pager.open_session({.share_bytes = kBlockBytes});
+  staying.pin(level.read_only(), 0);
+  staying.pin(level.read_only(), 1);
+  {
+    Session ending = pager.open_session();
+    ending.pin(level.read_only(), 2);
+    ending.pin(level.read_only(), 3);
+  }
+  Session next = pager.open_session();
+  next.pin(level.read_only(), 4);
+  next.pin(level.read_only(), 5);
+  const int reads = level.backend->reads;
+  for (const std::uint64_t block : {0u, 1u, 4u, 5u}) next.pin(level.read_only(), block);
+  CHECK(level.backend->reads == reads);
+}
+
+TEST_CASE("SessionPin_BlockOfAnotherSession_BelongsToWhoUsedItLast") {
+  Pager pager(4 * kBlockBytes, 0);
+  FilledLevel level(pager, 16);
+  Session first = pager.open_session({.share_bytes = 2 * kBlockBytes});
+  Session second = pager.open_session({.share_bytes = 2 * kBlockBytes});
+  for (std::uint64_t block = 0; block < 4; ++block) first.pin(level.read_only(), block);
+  for (std::uint64_t block = 0; block < 4; ++block) second.pin(level.read_only(), block);
+  CHECK(level.backend->reads == 4);
+  first.pin(level.read_only(), 9);  // which is not over its share any more
+  CHECK(first.statistics().blocks_evicted == 0);
+  CHECK(second.statistics().blocks_evicted == 1);
+}
+
+TEST_CASE("SessionEnd_PinsThatAreLeft_StayValidUntilTheyEnd") {
+  Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 8);
+  PinnedBlock left = pager.open_session().pin(level.read_only(), 3);
+  Session session = pager.open_session();
+  for (std::uint64_t block = 4; block < 8; ++block) session.pin(level.read_only(), block);
+  CHECK(holds_own_number(left, 3));
+  left.release();
+  const PinnedBlock one = session.pin(level.read_only(), 0),
+                    two = session.pin(level.file, 1, Access::kUpdate);
+  CHECK(holds_own_number(one, 0));
+  CHECK(holds_own_number(two, 1));
+}
+
+TEST_CASE("SessionPinMany_SomeThatCannotBeHad_PinsNone") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 16);
+  Session session = pager.open_session();
+  std::vector<BlockRequest> requests;
+  for (std::uint64_t block = 0; block < 4; ++block) requests.emplace_back(level.read_only(), block);
+  requests.emplace_back(level.read_only(), 2);  // twice
+  std::vector<PinnedBlock> pinned(requests.size());
+  session.pin_many(requests, pinned);
+  for (std::size_t i = 0; i < requests.size(); ++i)
+    CHECK(holds_own_number(pinned[i], requests[i].block()));
+  CHECK(level.backend->reads == 4);
+
+  requests.emplace_back(level.read_only(), 9);
+  pinned.resize(requests.size());
+  CHECK_FALSE(budget_error([&] { session.pin_many(requests, pinned); }).empty());
+  for (const PinnedBlock& none : pinned) CHECK_FALSE(none);
+
+  level.backend->address_of(5)[100] ^= std::byte{1};
+  const std::vector<BlockRequest> damaged{
+      {level.read_only(), 4}, {level.read_only(), 5}, {level.file, 6, Access::kWrite}};
+  pinned.resize(3);
+  CHECK_THROWS_AS(session.pin_many(damaged, pinned), Error);
+  for (const PinnedBlock& none : pinned) CHECK_FALSE(none);
+  // Nothing is held, and nothing that was to be written exists.
+  pager.flush();
+  CHECK(level.backend->writes == 0);
+  CHECK(level.file.is_finished());
+  CHECK(holds_own_number(session.pin(level.read_only(), 6), 6));
+  pinned.resize(4);
+  session.pin_many(std::span(requests).first(4), pinned);
+}
+
+TEST_CASE("SessionPin_AllFramesPinnedByAnotherSession_WaitsUntilOneIsFree") {
+  Pager pager(2 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 8);
+  Session holding = pager.open_session(), asking = pager.open_session();
+  PinnedBlock one = holding.pin(level.read_only(), 0);
+  const PinnedBlock two = holding.pin(level.read_only(), 1);
+  auto waiting = std::async(std::launch::async,
+                            [&] { return holds_own_number(asking.pin(level.read_only(), 2), 2); });
+  CHECK(is_waiting(waiting));
+  one.release();
+  CHECK(waiting.get());
+}
+
+TEST_CASE("SessionPin_TwoThatHoldHalfAndAskForMore_OneGetsBudgetAndTheOtherGoesOn") {
+  Pager pager(4 * kBlockBytes, GENERATE(0, 1));
+  FilledLevel level(pager, 8);
+  Session first = pager.open_session(), second = pager.open_session();
+  auto held = std::make_optional(
+      std::pair(second.pin(level.read_only(), 2), second.pin(level.read_only(), 3)));
+  auto waiting = std::async(std::launch::async, [&] {
+    const PinnedBlock one = first.pin(level.read_only(), 0), two = first.pin(level.read_only(), 1);
+    return holds_own_number(first.pin(level.read_only(), 4), 4);
+  });
+  CHECK(is_waiting(waiting));
+  const std::string message = budget_error([&] { second.pin(level.read_only(), 5); });
+  CHECK(message ==
+        "page in fake: a frame of 4096 bytes is needed, and 0 of 16384 bytes are available: all "
+        "others are pinned");
+  CHECK(is_waiting(waiting));
+  held.reset();
+  CHECK(waiting.get());
+}
+
+TEST_CASE("SessionPin_AllFramesPinnedByTheSameThread_IsRefusedInWhateverSession") {
+  Pager pager(2 * kBlockBytes, 1);
+  FilledLevel level(pager, 8);
+  Session first = pager.open_session(), second = pager.open_session();
+  const PinnedBlock one = first.pin(level.read_only(), 0), two = first.pin(level.read_only(), 1);
+  CHECK_FALSE(budget_error([&] { first.pin(level.read_only(), 2); }).empty());
+  CHECK_FALSE(budget_error([&] { second.pin(level.read_only(), 2); }).empty());
+}
+
+TEST_CASE("SessionPin_WhoWaitedForAPinThatEndsInVain_IsRefusedThen") {
+  Pager pager(3 * kBlockBytes, 1);
+  FilledLevel level(pager, 8);
+  Session first = pager.open_session(), second = pager.open_session(), third = pager.open_session();
+  PinnedBlock held = second.pin(level.read_only(), 2);
+  auto waiting = std::async(std::launch::async, [&] {
+    const PinnedBlock one = first.pin(level.read_only(), 0), two = first.pin(level.read_only(), 1);
+    const std::vector<BlockRequest> more{{level.read_only(), 4}, {level.read_only(), 5}};
+    std::vector<PinnedBlock> pinned(2);
+    return budget_error([&] { first.pin_many(more, pinned); });
+  });
+  CHECK(is_waiting(waiting));
+  held.release();
+  CHECK_FALSE(waiting.get().empty());
+}
