@@ -104,7 +104,7 @@ class UringBackend final : public Backend {
       std::vector<Transfer> transfers(count);
       for (std::uint64_t i = 0; i < count; ++i) {
         const std::uint64_t block = blocks.first + done + i;
-        transfers[i] = {direction, block, memory.first(geometry_.block_bytes(block)), &all};
+        transfers[i] = {direction, block, memory.first(geometry_.block_bytes(block)), {}, &all};
         memory = memory.subspan(transfers[i].memory.size());
       }
       for (Transfer& transfer : transfers) start(transfer);

@@ -102,8 +102,8 @@ void Pager::Implementation::let_go(Frame& frame) noexcept {
 void Pager::Implementation::settle(Frame& frame) noexcept {
   Frame::Content& content = frame.content;
   if (content.state == State::kClaimed || content.state == State::kDetached) return drop(frame);
-  if (content.state == State::kDirty && content.level->traits.in_memory) write_in_memory(frame);
   if (content.state == State::kDirty && transfers_.failed()) become(frame, State::kStuck);
+  if (content.state == State::kDirty && content.level->traits.in_memory) write_in_memory(frame);
   if (content.state == State::kDirty && writes_behind(content.session))
     transfers_.queue_write(frame);
   else if (content.state == State::kClean || content.state == State::kDirty)
