@@ -1,10 +1,14 @@
 #include "plait/pager.h"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <memory>
 #include <new>
 #include <utility>
 
 #include "paging/pager_implementation.h"
+#include "paging/pin_call.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -21,7 +25,7 @@ void Pager::Implementation::attach(LevelFile& level) {
     table_.attach(level);
   } catch (const std::bad_alloc&) {
     throw Error(ErrorCode::kOutOfMemory,
-                "open " + level.path.native() + ": no memory for the table of its blocks");
+                fmt::format("open {}: no memory for the table of its blocks", level.path.native()));
   }
 }
 
@@ -77,6 +81,41 @@ void Pager::Implementation::end_session(SessionState& session) noexcept {
   sessions_.end(session);
   if (session.pins() == 0) delete &session;
   tell_of_change();
+}
+
+std::uint32_t Pager::Implementation::pin(SessionState& session,
+                                         std::span<const BlockRequest> requests,
+                                         std::span<Frame*> frames) try {
+  for (const BlockRequest& request : requests)
+    if (request.written() && !request.level().writable)
+      throw Error(ErrorCode::kBadState, fmt::format("write {}: the level was opened for reading",
+                                                    request.level().path.native()));
+  Lock lock(mutex_);
+  const std::uint32_t caller = session.caller();
+  Frame* const ready = requests.size() == 1 ? find_ready(requests[0]) : nullptr;
+  if (ready) {
+    hold(session, *ready);
+    if (requests[0].written()) add_writer(*ready);
+    frames[0] = ready;
+  } else {
+    PinCall(*this, lock, session, requests).run(frames);
+  }
+  for (std::size_t i = 0; i < requests.size(); ++i) session.add_pin(caller);
+  return caller;
+} catch (const std::bad_alloc&) {
+  throw Error(ErrorCode::kOutOfMemory, fmt::format("page in {}: no memory for its frame",
+                                                   requests[0].level().path.native()));
+}
+
+Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
+  Frame* const frame = table_.find(request.level(), request.block());
+  if (!frame || !is_filled(frame->content.state)) return nullptr;
+  if (!request.written()) return frame;
+  if (is_being_written(frame->content.state) || transfers_.failed()) return nullptr;
+  std::array<ContextBlock, kMostContextBlocks> context;
+  const bool has_context = frame->content.context_count > 0 || request.level().traits.in_memory ||
+                           request.level().backend->context(request.block(), context) == 0;
+  return has_context ? frame : nullptr;
 }
 
 void Pager::Implementation::unpin(SessionState& session, std::uint32_t caller, Frame& frame,

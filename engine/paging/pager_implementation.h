@@ -2,8 +2,8 @@
 // whose frames go first, Transfers what is on its way. All of them are under one lock, which is let
 // go while bytes move.
 //
-// Its sources: pager.cpp (sessions, levels), pin.cpp (blocks are pinned), room.cpp (frames are had
-// and given up), pager_transfers.cpp (transfers end, reading ahead, flush).
+// Its sources: pager.cpp (levels, sessions, pins), pager_frames.cpp (frames are had and given up),
+// pager_transfers.cpp (transfers end, reading ahead, flush). A pin that must wait is a PinCall.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,6 @@
 #include <mutex>
 
 #include "paging/frame_table.h"
-#include "paging/pin_batch.h"
 #include "paging/sessions.h"
 #include "paging/transfers.h"
 #include "plait/pager.h"
@@ -38,6 +37,7 @@ class Pager::Implementation final : public TransferListener {
   SessionState& open_session(const SessionOptions& options);
   void end_session(SessionState& session) noexcept;
   /// Pins requests[i] in frames[i], for the caller with the number that it returns.
+  /// Errors: those of Session::pin_many.
   std::uint32_t pin(SessionState& session, std::span<const BlockRequest> requests,
                     std::span<Frame*> frames);
   /// `written`: the level, of a pin for writing.
@@ -57,35 +57,22 @@ class Pager::Implementation final : public TransferListener {
   /// too unless that is nullptr.
   class Wait;
 
-  // pin.cpp
+  class PinCall;
   /// The frame, if the block can be pinned without waiting and without any other block.
   Frame* find_ready(const BlockRequest& request) noexcept;
-  /// Takes a frame for each of the batch, and adds their context. False: it took none, and let go
-  /// of the lock.
-  bool take_frames(Lock& lock, SessionState& session, PinBatch& batch);
-  void add_context(PinBatch& batch, std::size_t at);
-  /// Begins all reads, then waits. False: the read of another caller failed, begin anew.
-  /// Errors: that of a read that this call began.
-  bool bring_in(Lock& lock, SessionState& session, PinBatch& batch);
-  void read(Lock& lock, SessionState& session, PinBatch& batch);
-  void read_with_context(Lock& lock, SessionState& session, PinBatch& batch) noexcept;
-  void fill_with_zeros(Lock& lock, PinBatch& batch) noexcept;
-  void add_writer(PinBatch& batch, std::size_t at) noexcept;
-  /// What was taken and brought in for the batch is given up.
-  void let_go(PinBatch& batch) noexcept;
 
-  // room.cpp
+  // pager_frames.cpp
   /// A frame for a block that has none, or nullptr. Errors: those of Backend::address;
   /// std::bad_alloc.
   Frame* take_frame(SessionState& session, const LevelFile& level, std::uint64_t block);
-  /// Frees a frame, or waits for what may free one, without the lock; the batch keeps what it took.
-  /// False: it has let go of it.
-  bool make_room(Lock& lock, SessionState& session, PinBatch& batch, const LevelFile& wanted_by);
-  [[noreturn]] void refuse_room(std::uint64_t needed_bytes, const LevelFile& wanted_by);
   /// The next to be evicted if it is clean; otherwise nullptr.
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
+  /// The frame is pinned once more, and belongs to this session.
   void hold(SessionState& session, Frame& frame) noexcept;
+  /// A pin of it is for writing: it is dirty.
+  void add_writer(Frame& frame) noexcept;
+  /// Pinned once less.
   void let_go(Frame& frame) noexcept;
   /// Nobody pins the frame: where does it go?
   void settle(Frame& frame) noexcept;

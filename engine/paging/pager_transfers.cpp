@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "paging/pager_implementation.h"
+#include "paging/pin_batch.h"
 #include "plait/error.h"
 
 namespace plait {

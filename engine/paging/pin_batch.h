@@ -64,6 +64,10 @@ class PinBatch {
       if (entry.frame == &frame && entry.brings_in && entry.access == Access::kWrite) return true;
     return false;
   }
+  void read_before_writing(const Frame& frame) noexcept {
+    for (Entry& entry : entries_)
+      if (entry.frame == &frame && entry.access == Access::kWrite) entry.access = Access::kUpdate;
+  }
   /// Bytes of frames that all of them take together.
   std::uint64_t frame_bytes() const noexcept;
 

@@ -264,6 +264,18 @@ TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
     CHECK(holds_its_values(session.pin(f.level(3), block), 3, block));
 }
 
+TEST_CASE("Context_BlockThatTheSameCallOverwrites_IsReadBefore") {
+  Fixture f(4, GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  const bool coarser_first = GENERATE(false, true);
+  std::vector<BlockRequest> requests{{f.level(2), 7}, {f.levels.at(1), 1, Access::kWrite}};
+  if (coarser_first) std::swap(requests[0], requests[1]);
+  std::vector<PinnedBlock> pinned(2);
+  session.pin_many(requests, pinned);
+  CHECK(holds_its_values(pinned[coarser_first ? 1 : 0], 2, 7));
+  CHECK(holds_its_values(pinned[coarser_first ? 0 : 1], 1, 1));
+}
+
 TEST_CASE("Context_BlockThatDoesNotComeEarlier_IsRefused") {
   Fixture f(3, 0);
   Session session = f.pager.open_session();

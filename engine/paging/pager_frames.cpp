@@ -1,10 +1,5 @@
 // Frames are had and given up.
-#include <fmt/format.h>
-
-#include <algorithm>
-
 #include "paging/pager_implementation.h"
-#include "plait/error.h"
 
 namespace plait {
 
@@ -17,57 +12,6 @@ Frame* Pager::Implementation::take_frame(SessionState& session, const LevelFile&
       table_.claim(level, block, addressed ? level.backend->address(block) : nullptr);
   if (frame) sessions_.give(*frame, &session);
   return frame;
-}
-
-bool Pager::Implementation::make_room(Lock& lock, SessionState& session, PinBatch& batch,
-                                      const LevelFile& wanted_by) {
-  const std::uint64_t wanted_bytes = FrameTable::frame_bytes(wanted_by);
-  if (Frame* const clean = clean_victim(session, wanted_bytes)) {
-    evict(lock, *clean);
-    return true;
-  }
-  if (Frame* const dirty = sessions_.victim(session, wanted_bytes)) {
-    write_here(lock, &session, *dirty);
-    return true;
-  }
-  if (transfers_.writes() > 0) {
-    wait_for_any(lock, &session, Direction::kWrite);
-    return true;
-  }
-  if (Frame* const last = sessions_.last_announced(session, wanted_bytes)) {
-    if (last->content.state == State::kDirty)
-      write_here(lock, &session, *last);
-    else
-      evict(lock, *last);
-    return true;
-  }
-  // From here on this call waits for others, who may wait for what it has taken.
-  const std::uint64_t needed_bytes = batch.frame_bytes();
-  let_go(batch);
-  const bool fits = needed_bytes <= table_.pool().budget_bytes();
-  if (!fits ||
-      (transfers_.reads() == 0 && bringing_in_ == 0 && !sessions_.may_come_free(session))) {
-    if (fits && transfers_.failed())
-      transfers_.refuse(fmt::format("page in {}", batch[0].level->path.native()));
-    refuse_room(needed_bytes, *batch[0].level);
-  }
-  const Sessions::Waiter waiter(sessions_, session);
-  wait_for_any(lock, &session, Direction::kRead);
-  return false;
-}
-
-void Pager::Implementation::refuse_room(std::uint64_t needed_bytes, const LevelFile& wanted_by) {
-  std::uint64_t pinned_bytes = 0;
-  for (const Frame& frame : table_.frames())
-    if (frame.content.pins > 0 || frame.content.state == State::kStuck)
-      pinned_bytes += frame.content.frame_bytes;
-  const std::uint64_t budget = table_.pool().budget_bytes();
-  throw Error(
-      ErrorCode::kBudget,
-      fmt::format("page in {}: at least {} bytes of frames are needed and {} of {} are available; "
-                  "the others are pinned",
-                  wanted_by.path.native(), needed_bytes, budget - std::min(pinned_bytes, budget),
-                  budget));
 }
 
 Frame* Pager::Implementation::clean_victim(const SessionState& asking,
@@ -95,6 +39,11 @@ void Pager::Implementation::hold(SessionState& session, Frame& frame) noexcept {
   ++frame.content.pins;
 }
 
+void Pager::Implementation::add_writer(Frame& frame) noexcept {
+  ++frame.content.writers;
+  if (frame.content.state != State::kDirty) become(frame, State::kDirty);
+}
+
 void Pager::Implementation::let_go(Frame& frame) noexcept {
   if (--frame.content.pins == 0) settle(frame);
 }
@@ -102,8 +51,8 @@ void Pager::Implementation::let_go(Frame& frame) noexcept {
 void Pager::Implementation::settle(Frame& frame) noexcept {
   Frame::Content& content = frame.content;
   if (content.state == State::kClaimed || content.state == State::kDetached) return drop(frame);
-  if (content.state == State::kDirty && content.level->traits.in_memory) write_in_memory(frame);
   if (content.state == State::kDirty && transfers_.failed()) become(frame, State::kStuck);
+  if (content.state == State::kDirty && content.level->traits.in_memory) write_in_memory(frame);
   if (content.state == State::kDirty && writes_behind(content.session))
     transfers_.queue_write(frame);
   else if (content.state == State::kClean || content.state == State::kDirty)
