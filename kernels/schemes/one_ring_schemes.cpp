@@ -41,7 +41,7 @@ const OneRingScheme& midpoint_scheme() {
 }
 
 void check_own_scheme(const OneRingScheme& scheme) {
-  constexpr std::size_t kLongestName = 32;
+  constexpr std::size_t kLongestName = 15;  // what a manifest keeps
   const std::string& name = scheme.name();
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||

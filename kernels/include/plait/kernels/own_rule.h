@@ -127,8 +127,8 @@ OneRingFunctions<Real> functions_of() {
   return made;
 }
 
-/// A scheme of a copy of `rule`. `name` is what a store's provenance will say: letters, digits, '-'
-/// and '_'. Errors: those of check_own_scheme().
+/// A scheme of a copy of `rule`. `name` is what a store's provenance will say: 1 to 15 letters,
+/// digits, '-' and '_'. Errors: those of check_own_scheme().
 template <OneRingRule Rule>
 OneRingScheme own_scheme(std::string name, const Rule& rule) {
   const auto shared = std::make_shared<const Rule>(rule);
