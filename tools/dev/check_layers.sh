@@ -20,11 +20,11 @@ declare -A layer_of_header=(
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
   [backend.h]=paging [block_table.h]=paging [level_file.h]=paging [pager.h]=paging
-  [session.h]=paging
+  [session.h]=paging [pinned_level.h]=paging [level_cursor.h]=paging
   [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
-  [window_needs.h]=execution
+  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pinned_patch.h]=execution [sweep.h]=execution
+  [pin_needs.h]=execution
 )
 
 # The layers that each folder of engine/, and each other folder, may include. Layout and address
