@@ -65,13 +65,21 @@ LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
   max_block_bytes_ = std::min(whole_bytes_ << shift_, total_bytes_);
 }
 
+Slot LevelGeometry::shaped_slot(EdgeId edge) const {
+  const SlotShape shape = shapes_.shape(edge);
+  const std::uint64_t bytes = shape == SlotShape::kWhole  ? whole_bytes_
+                              : shape == SlotShape::kHalf ? whole_bytes_ - half_saving_bytes_
+                                                          : 0;
+  return {offset_of(edge), bytes, shape};
+}
+
 EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
   if (block >= block_count_) return static_cast<EdgeId>(edge_count());
   const std::uint64_t slots_before = block << shift_;
   if (shapes_.absent().empty()) return static_cast<EdgeId>(slots_before);
   const auto edges = std::views::iota(EdgeId{0}, static_cast<EdgeId>(edge_count()));
   return *std::ranges::partition_point(
-      edges, [&](EdgeId edge) { return edge - shapes_.absent().rank(edge) < slots_before; });
+      edges, [&](EdgeId edge) { return present_before(edge) < slots_before; });
 }
 
 }  // namespace plait

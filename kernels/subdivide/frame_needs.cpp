@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "plait/kernels/subdivide.h"
-#include "plait/window_needs.h"
+#include "plait/pin_needs.h"
 #include "schemes/table.h"
 
 namespace plait {
@@ -17,7 +17,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
   const int first = store.base_level() + 1, last = options.levels;
   const SchemeTraits scheme = traits_of(options);
   const Reach coarse_reach = scheme.reach == 2 ? Reach::kRing : Reach::kFaces;
-  std::vector<std::vector<WindowAccess>> passes;
+  std::vector<std::vector<AccessedLevels>> passes;
   if (makes_levels) {
     passes.push_back({{record_bytes, first, last - 1, coarse_reach}, {record_bytes, last, last}});
     if (scheme.moves_even)
@@ -30,7 +30,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
     if (options.limit) passes.back().push_back({record_bytes, first, last});
   }
   std::uint64_t most = 0;
-  for (const std::vector<WindowAccess>& accesses : passes)
+  for (const std::vector<AccessedLevels>& accesses : passes)
     most = std::max(most, sweep_needs(store, accesses, options.threads));
   return most;
 }

@@ -20,13 +20,13 @@ declare -A layer_of_header=(
   [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [level_file.h]=paging
-  [pager.h]=paging [session.h]=paging
+  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [level_cursor.h]=paging
+  [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
   [convert.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
-  [window_needs.h]=execution
+  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
+  [pinned_patch.h]=execution [sweep.h]=execution
 )
 
 # The layers that each folder of engine/, and each other folder, may include. Layout and address

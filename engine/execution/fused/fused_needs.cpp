@@ -15,7 +15,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const int levels = fused_levels(store, pass);
   const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
-  const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
+  const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
 
   // Edges are numbered by their first face: a run of faces, taken from the last to the first, ends
   // with the edges that are new in it and begins with all others that it has.
@@ -40,7 +40,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   }
   // One half of each waits; threads out of turn may begin more.
   const std::uint64_t most_halves =
-      most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
+      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
                      HalfLayout::table_bytes(store, pass.outputs, levels);
 
@@ -51,7 +51,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
                               store.attributes()[id].schema.record_bytes(),
                               store.options().block_bytes);
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
-    const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
+    const EdgeId first_edge = edges_before[after - std::min(after, faces_under_way)],
                  edge_after = edges_before[after];
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;

@@ -1,7 +1,5 @@
 #include "execution/fused/open_blocks.h"
 
-#include <span>
-
 namespace plait {
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
@@ -10,45 +8,31 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
       stays_in_memory_(store.backend_traits().in_memory) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
-      Level& level = levels_.emplace_back();
-      level.file =
-          &store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
-      const LevelGeometry& geometry = level.file->geometry;
-      level.pins.resize(geometry.block_count());
-      level.remaining.resize(geometry.block_count());
-      for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
-        level.offsets.push_back(geometry.block_offset(block));
-        level.remaining[block] = geometry.edge_after(block) - geometry.first_edge(block);
-      }
+      LevelFile& file =
+          store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
+      levels_.emplace_back(file, Access::kWrite);
+      std::vector<std::uint32_t>& to_fill = to_fill_.emplace_back();
+      for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
+        to_fill.push_back(static_cast<std::uint32_t>(file.geometry.slot_count(block)));
     }
 }
 
-OpenBlocks::~OpenBlocks() {
-  for (Level& level : levels_)
-    for (PinnedBlock& pin : level.pins) pin.abandon();
-}
-
-void OpenBlocks::open(EdgeId edge) {
-  for (Level& level : levels_) {
-    const std::uint64_t block = level.file->geometry.block_of(edge);
-    if (!level.pins[block]) level.pins[block] = session_.pin(*level.file, block, Access::kWrite);
+void OpenBlocks::open(std::span<const EdgeId> edges) {
+  for (PinnedLevel& level : levels_) {
+    level.begin_step();
+    for (const EdgeId edge : edges) level.need(edge);
   }
+  PinnedLevel::pin_needed(session_, levels_);
 }
 
 void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::byte** slots) const {
-  for (const Level& level : std::span(levels_).subspan(output * level_count_, level_count_)) {
-    const LevelGeometry& geometry = level.file->geometry;
-    const std::uint64_t block = geometry.block_of(edge);
-    *slots++ =
-        level.pins[block].bytes().data() + (geometry.slot(edge).offset - level.offsets[block]);
-  }
+  for (const PinnedLevel& level : std::span(levels_).subspan(output * level_count_, level_count_))
+    *slots++ = level.slot(edge).bytes.data();
 }
 
 void OpenBlocks::close(EdgeId edge) {
-  for (Level& level : levels_) {
-    const std::uint64_t block = level.file->geometry.block_of(edge);
-    if (--level.remaining[block] == 0) level.pins[block].release();
-  }
+  for (std::size_t i = 0; i < levels_.size(); ++i)
+    if (--to_fill_[i][levels_[i].geometry().block_of(edge)] == 0) levels_[i].release(edge);
 }
 
 }  // namespace plait

@@ -15,14 +15,6 @@
 
 namespace plait {
 
-std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge) const noexcept {
-  const Attribute& attribute = accesses_[access];
-  const Level& at = attribute.levels[static_cast<std::size_t>(level - attribute.first_level)];
-  const Slot slot = at.geometry->slot(edge);
-  return {reinterpret_cast<std::byte*>(at.starts[at.geometry->block_of(edge)] + slot.offset),
-          slot.bytes};
-}
-
 namespace {
 
 void check_accesses(const Store& store, const SweepPass& pass) {
@@ -119,7 +111,6 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
     if (options.proceed && !options.proceed(first, edge_count))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
-  window.finish();
   written.finish();
 }
 

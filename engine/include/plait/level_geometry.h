@@ -8,6 +8,7 @@
 // Pinned by tests/engine/address/level_geometry_test.cpp.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -40,16 +41,18 @@ class LevelGeometry {
 
   /// In constant time.
   Slot slot(EdgeId edge) const {
-    if (all_whole_) return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
-    const SlotShape shape = shapes_.shape(edge);
-    return {offset_of(edge), slot_bytes(shape), shape};
+    if (!all_whole_) [[unlikely]]
+      return shaped_slot(edge);
+    return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
   }
 
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
-  /// In constant time. REQUIRES: the edge's slot is not absent.
+  /// The block whose range of edges has this edge, in constant time. REQUIRES: there is a block.
   std::uint64_t block_of(EdgeId edge) const {
-    return (all_whole_ ? edge : edge - shapes_.absent().rank(edge)) >> shift_;
+    if (!all_whole_) [[unlikely]]
+      return std::min(present_before(edge) >> shift_, block_count_ - 1);
+    return std::uint64_t{edge} >> shift_;
   }
   EdgeId first_edge(std::uint64_t block) const;  ///< first edge of the block
   EdgeId edge_after(std::uint64_t block) const { return first_edge(block + 1); }
@@ -57,6 +60,10 @@ class LevelGeometry {
     return offset_of(first_edge(block));
   }
   std::uint64_t block_bytes(std::uint64_t block) const { return range_bytes(block, 1); }
+  /// Slots of the block that are not absent.
+  std::uint64_t slot_count(std::uint64_t block) const {
+    return present_before(edge_after(block)) - present_before(first_edge(block));
+  }
   std::uint64_t max_block_bytes() const { return max_block_bytes_; }
   std::uint64_t total_bytes() const { return total_bytes_; }
   /// Bytes of `count` blocks from `first` on.
@@ -65,15 +72,13 @@ class LevelGeometry {
   }
 
  private:
-  std::uint64_t slot_bytes(SlotShape shape) const {
-    return shape == SlotShape::kWhole  ? whole_bytes_
-           : shape == SlotShape::kHalf ? whole_bytes_ - half_saving_bytes_
-                                       : 0;
+  /// Out of the way of those who ask for slots that are all whole.
+  Slot shaped_slot(EdgeId edge) const;
+  std::uint64_t present_before(std::uint64_t edge) const {
+    return edge - shapes_.absent().rank(edge);
   }
   std::uint64_t offset_of(std::uint64_t edge) const {
-    if (all_whole_) return edge * whole_bytes_;
-    return (edge - shapes_.absent().rank(edge)) * whole_bytes_ -
-           shapes_.half().rank(edge) * half_saving_bytes_;
+    return present_before(edge) * whole_bytes_ - shapes_.half().rank(edge) * half_saving_bytes_;
   }
 
   // First what every look-up of a slot reads: on a closed mesh all of it is in one cache line.

@@ -37,12 +37,6 @@
 
 namespace plait {
 
-/// A slot in memory.
-struct LocatedSlot {
-  std::byte* address = nullptr;
-  SlotShape shape = SlotShape::kWhole;
-};
-
 /// One thread. Addresses are valid as long as the caller keeps them so.
 class PatchTable {
  public:
@@ -125,7 +119,7 @@ class PatchTable {
   void set(std::size_t which, int side, int level, const LocatedSlot& slot, bool own) {
     const bool half = slot.shape == SlotShape::kHalf, forwards = own || half;
     const std::int64_t n = slot_side(level), record = forwards ? record_bytes_ : -record_bytes_;
-    std::byte* const first = forwards ? slot.address : slot.address + (n * n - 1) * record_bytes_;
+    std::byte* const first = slot.bytes.data() + (forwards ? 0 : (n * n - 1) * record_bytes_);
     const std::int64_t triangle_step = half ? record_bytes_ : 0;
     auto& steps = steps_[which][static_cast<std::size_t>(level)];
     switch (side) {

@@ -6,7 +6,9 @@
 // tells what changes when faces are refined to different depths.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "plait/edge_set.h"
 
@@ -16,6 +18,12 @@ enum class SlotShape : std::uint8_t {
   kWhole,   ///< n x n records, n = 2^(level-1)
   kHalf,    ///< n(n+1)/2 records: the triangle of the one face that has the level
   kAbsent,  ///< none: the slot has no bytes
+};
+
+/// A slot in memory. An absent slot has no bytes.
+struct LocatedSlot {
+  std::span<std::byte> bytes;
+  SlotShape shape = SlotShape::kWhole;
 };
 
 /// The shapes of the slots of all edges. Immutable and cheap to copy; safe from any number of

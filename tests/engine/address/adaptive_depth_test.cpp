@@ -70,9 +70,9 @@ class AdaptiveLevels {
                 reinterpret_cast<std::byte*>(base_records_.data()),
                 [&](EdgeId edge, BaseRelativeLevel level) {
                   const Slot slot = geometry(level.refinements).slot(edge);
-                  return LocatedSlot{
-                      reinterpret_cast<std::byte*>(records(level.refinements).data()) + slot.offset,
-                      slot.shape};
+                  return LocatedSlot{std::as_writable_bytes(std::span(records(level.refinements)))
+                                         .subspan(slot.offset, slot.bytes),
+                                     slot.shape};
                 });
     bool right = true;
     const std::int64_t size = std::int64_t{1} << depth;

@@ -51,11 +51,14 @@ void check_against_walk(const LevelGeometry& geometry, const std::vector<SlotSha
     REQUIRE(slot.bytes == bytes_of(shapes[edge], geometry));
     REQUIRE(slot.shape == shapes[edge]);
     offset += slot.bytes;
+    if (geometry.block_count() != 0) {
+      const std::uint64_t block = geometry.block_of(edge);
+      REQUIRE(geometry.first_edge(block) <= edge);
+      REQUIRE(edge < geometry.edge_after(block));
+    }
     if (slot.shape == SlotShape::kAbsent) continue;
     const std::uint64_t block = slots / slots_per_block;
     REQUIRE(geometry.block_of(edge) == block);
-    REQUIRE(geometry.first_edge(block) <= edge);
-    REQUIRE(edge < geometry.edge_after(block));
     if (++slots % slots_per_block != 0 && slots != geometry.block_count() * slots_per_block)
       continue;
     // The slot is the last one of its block.
@@ -63,6 +66,7 @@ void check_against_walk(const LevelGeometry& geometry, const std::vector<SlotSha
     REQUIRE(geometry.block_offset(block) == block_begin);
     REQUIRE(geometry.block_bytes(block) == offset - block_begin);
     REQUIRE(geometry.block_bytes(block) > 0);
+    REQUIRE(geometry.slot_count(block) == slots - block * slots_per_block);
     REQUIRE(geometry.block_bytes(block) <= geometry.max_block_bytes());
     block_first = edge + 1;
     block_begin = offset;

@@ -1,5 +1,5 @@
 // What passes will need, against what they are told to need, and get, where the levels are there.
-#include "plait/window_needs.h"
+#include "plait/pin_needs.h"
 
 #include <catch2/catch.hpp>
 #include <vector>
@@ -38,7 +38,7 @@ TEST_CASE("SweepNeeds_OfLevelsToCome_AreTheWindowOfThoseThatAreThere") {
     for (const int base_level : {0, 2}) {
       const TemporaryDirectory directory(Medium::kMemory);
       Store store = make_store(directory.path() / "s.plait", some_mesh(seed), base_level, 16 << 20);
-      const std::vector<std::vector<WindowAccess>> passes = {
+      const std::vector<std::vector<AccessedLevels>> passes = {
           {{12, base_level + 1, base_level + kLevels, Reach::kFaces}},
           {{12, base_level + 1, base_level + kLevels - 1, Reach::kRing},
            {12, base_level + kLevels, base_level + kLevels, Reach::kOwn}},
@@ -53,7 +53,7 @@ TEST_CASE("SweepNeeds_OfLevelsToCome_AreTheWindowOfThoseThatAreThere") {
       for (const auto& accesses : passes)
         for (const int threads : {1, 2, 17}) {
           SweepPass pass;
-          for (const WindowAccess& access : accesses)
+          for (const AccessedLevels& access : accesses)
             pass.accesses.push_back(
                 {position, access.first_level, access.last_level, Access::kRead, access.reach});
           CAPTURE(seed, base_level, threads, at);
