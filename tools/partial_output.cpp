@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "console.h"
 #include "left_overs.h"
@@ -90,7 +91,7 @@ void PartialOutput::publish(bool durable) {
 /// stays.
 void PartialOutput::replace_store() {
   const Directory replaced = open_replaceable(parent_, name_, final_path_);
-  File held;
+  std::vector<File> held;
   try {
     held = hold_store(replaced);
   } catch (const Error& error) {
