@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
@@ -40,16 +41,32 @@ File open_file(const LevelSpec& level) {
   return {level.directory, level.name, level.mode};
 }
 
+class CompressedBackend;
+/// The open levels of a volume. The volume tells them of versions.
+using OpenLevels = std::vector<CompressedBackend*>;
+
 class CompressedBackend final : public Backend {
  public:
-  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders)
+  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders,
+                    OpenLevels& open_levels)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
-        extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
+        extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
         coding_(std::move(coding)),
-        coders_(coders) {}
+        coders_(coders),
+        open_levels_(open_levels) {
+    open_levels_.push_back(this);
+  }
+  ~CompressedBackend() override { std::erase(open_levels_, this); }
+  CompressedBackend(const CompressedBackend&) = delete;
+  CompressedBackend& operator=(const CompressedBackend&) = delete;
+
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
+    const std::lock_guard lock(mutex_);
+    extents_.begin_version(sequence, held);
+  }
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
@@ -105,8 +122,6 @@ class CompressedBackend final : public Backend {
 
   void sync(bool durable) override {
     if (durable) file_.sync();
-    const std::lock_guard lock(mutex_);
-    extents_.hold(std::as_const(table_).entries());
   }
 
   std::uint64_t stored_bytes() const override {
@@ -154,6 +169,7 @@ class CompressedBackend final : public Backend {
   ExtentAllocator extents_;
   Coding coding_;
   CoderPool& coders_;
+  OpenLevels& open_levels_;
 };
 
 class CompressedVolume final : public Volume {
@@ -163,16 +179,20 @@ class CompressedVolume final : public Volume {
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     const Coding coding{level.pipeline, level.component_bytes};
-    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_);
+    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_, open_levels_);
     coders_.make_room_for(coding, level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
-  void begin_version(std::uint64_t, std::span<const std::uint64_t>) override { coders_.shrink(); }
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override {
+    for (CompressedBackend* const level : open_levels_) level->begin_version(sequence, held);
+    coders_.shrink();
+  }
 
  private:
   std::shared_ptr<const PipelineRegistry> pipelines_;
   CoderPool coders_;
+  OpenLevels open_levels_;
 };
 
 }  // namespace

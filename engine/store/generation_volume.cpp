@@ -78,7 +78,7 @@ class GenerationLevel final : public Backend {
 
   void start(Transfer& transfer) noexcept override;
   void advise(BlockRange blocks, Advice advice) noexcept override {
-    old_->advise(blocks, advice);  // what is new is not read again soon
+    home_of(std::min(blocks.first, renewed_.size() - 1)).advise(blocks, advice);
   }
   void sync(bool durable) override {
     if (!new_) return old_->sync(durable);

@@ -62,7 +62,10 @@ Store::Implementation::~Implementation() {
   if (sequence == 0)
     remove_uncommitted(directory);
   else if (!failed)  // a commit that failed may yet turn out to have reached the disk
-    remove_left_over_files(directory);
+    try {
+      remove_old_versions(directory);
+    } catch (...) {  // what stays is in nobody's way
+    }
 }
 
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
@@ -76,8 +79,13 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   file->traits = backend.traits;
   file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
-  file->backend = volume->open_level({directory, name, mode, file->geometry, file->table,
-                                      component_bytes(schema.type), file->pipeline});
+  LevelSpec spec{directory,      name,        mode,
+                 file->geometry, file->table, component_bytes(schema.type),
+                 file->pipeline};
+  for (const HeldVersion& older : held)
+    for (const StoredLevel& same : older.levels)
+      if (same.file_name() == name) spec.held.push_back({older.version, &same.table});
+  file->backend = volume->open_level(spec);
   pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
   return file;
@@ -89,10 +97,15 @@ void Store::Implementation::make_ready() {
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
   volume = backend.open({std::string(BackendRegistry::options_in(options.backend)),
                          options.budget_bytes / kScratchShare, std::max(processors, io_threads)});
-  if (on_disk() && writable && backend.traits.overwrites_in_place &&
-      options.durability == Durability::kCommit) {
-    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
-    volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
+  if (overwrites_in_place()) {
+    if (options.durability == Durability::kCommit) {
+      journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
+      volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
+    }
+  } else if (on_disk() && writable && backend.traits.overwrites_in_place) {
+    auto made = std::make_unique<GenerationVolume>(std::move(volume), directory, sequence);
+    generations = made.get();
+    volume = std::move(made);
   }
   pager = std::make_unique<Pager>(options.budget_bytes, io_threads);
 }
@@ -141,8 +154,13 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->path = path;
   state->directory = open_store_directory(path);
   state->writable = false;
-  state->lock = lock_recovered(state->directory, options.writable, options.durability);
-  const StoredVersion version(state->directory);
+  std::vector<std::uint64_t> held;
+  if (options.writable) {
+    state->lock = lock_for_writing(state->directory, options.durability);
+    held = remove_old_versions(state->directory);
+  }
+  StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)
+                                                           : open_for_reading(state->directory));
   const VersionDescription& description = version.description();
   state->sequence = version.manifest().sequence;
   state->uuid = version.manifest().uuid;
@@ -151,12 +169,19 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->provenance = description.provenance;
   state->options = version.options();
   state->options.durability = options.durability;
+  state->options.overwriting = options.overwriting;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
   state->backend = version.find_backend(backends);
   state->writable = options.writable;
+  if (state->overwrites_in_place())
+    state->version_file = keep_readers_out(state->directory, state->sequence);
   state->make_ready();
+  state->base = version.read_base_mesh();
+  state->hold_versions(held);
   state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
+  state->held.clear();
+  if (!options.writable) state->version_file = std::move(version).release_file();
   return Store(std::move(state));
 }
 

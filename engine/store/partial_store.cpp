@@ -64,7 +64,7 @@ void PartialStore::publish(bool durable, const std::function<void(const std::str
 /// stays.
 void PartialStore::replace_store(const std::function<void(const std::string&)>& warn) {
   const Directory replaced = open_replaceable(output_);
-  File held;
+  std::vector<File> held;
   try {
     held = hold_store(replaced);
   } catch (const Error& error) {

@@ -153,14 +153,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("replace attribute '{}': expected another one in its place", name));
   Implementation::Attribute& old = state.attributes[attribute];
-  for (auto& level : old.levels) {
-    state.pager->detach(*level);
-    if (state.on_disk()) state.obsolete.push_back(level->path.filename());
-  }
-  // Both versions that the manifest names have a file of base records.
-  if (state.on_disk() && state.sequence > 0)
-    for (const std::uint64_t version : {state.sequence, state.sequence - 1})
-      state.obsolete.push_back(base_file_name(old.record.number, version));
+  for (auto& level : old.levels) state.pager->detach(*level);
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "plait/directory.h"
 #include "plait/store.h"
 #include "store/base_mesh_file.h"
+#include "store/generation_volume.h"
 #include "store/lock.h"
 #include "store/manifest.h"
 #include "store/rollback_journal.h"
@@ -38,7 +38,15 @@ struct Store::Implementation {
   /// Of what there is now; the checksums of base records are not in it yet.
   VersionDescription description() const;
   void write_version();
+  /// The generation that the version on its way has of levels with a new file.
+  void enter_renewed_levels();
   void read_version(const StoredVersion& version, OpenMode mode);
+  /// Block tables of older versions that readers have open, so that their blocks stay.
+  void hold_versions(const std::vector<std::uint64_t>& versions);
+  bool overwrites_in_place() const {
+    return on_disk() && writable && backend.traits.overwrites_in_place &&
+           options.overwriting == Overwriting::kInPlace;
+  }
 
   std::filesystem::path path;  ///< as the user gave it
   Directory directory;         ///< by which all in it is reached; not open without a path
@@ -53,13 +61,20 @@ struct Store::Implementation {
   bool writable = false;
   bool name_is_durable = false;  ///< this writer has synced the directory that the store is in
   bool failed = false;           ///< a commit did: what is on the disk is not known
-  StoreLock lock;
+  StoreLock lock;                ///< a writer's
+  File
+      version_file;  ///< locked: a reader's version, or the one that a writer in place keeps closed
   std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
   std::unique_ptr<Volume> volume;
+  GenerationVolume* generations = nullptr;  ///< `volume`, for a writer that makes new files
+  struct HeldVersion {
+    std::uint64_t version;
+    std::vector<StoredLevel> levels;
+  };
+  std::vector<HeldVersion> held;  ///< only while a version is read
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
-  std::vector<std::string> obsolete;  ///< names of files to remove after the next commit
-  std::unique_ptr<Pager> pager;       ///< last: it refers to the level files
+  std::unique_ptr<Pager> pager;  ///< last: it refers to the level files
 };
 
 }  // namespace plait

@@ -14,13 +14,12 @@
 
 namespace plait {
 
-StoredVersion::StoredVersion(const Directory& store)
+StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
     : store_(store),
-      manifest_(read_manifest(store)),
-      file_(store, version_file_name(manifest_.sequence), OpenMode::kRead),
-      description_bytes_(read_description(file_)) {
-  description_ = decode_description(description_bytes_, manifest_.sequence, file_.path());
-}
+      manifest_(version.manifest),
+      file_(std::move(version.file)),
+      description_bytes_(read_description(file_)),
+      description_(decode_description(description_bytes_, manifest_.sequence, file_.path())) {}
 
 StoreOptions StoredVersion::options() const {
   StoreOptions options;

@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "plait/backend.h"
@@ -20,6 +21,7 @@
 #include "store/file_names.h"
 #include "store/manifest.h"
 #include "store/version_description.h"
+#include "store/version_locks.h"
 
 namespace plait {
 
@@ -37,9 +39,8 @@ struct StoredLevel {
 
 class StoredVersion {
  public:
-  /// The newest version. `store` outlives this object. Errors: those of read_manifest, and
-  /// kNotFound, kCorruption, kNotSupported, kIo for version.S.
-  explicit StoredVersion(const Directory& store);
+  /// `store` outlives this object. Errors: kCorruption, kNotSupported, kIo for version.S.
+  StoredVersion(const Directory& store, OpenVersion version);
 
   const Manifest& manifest() const { return manifest_; }
   const VersionDescription& description() const { return description_; }
@@ -68,6 +69,8 @@ class StoredVersion {
   std::string base_records_name(const AttributeRecord& attribute) const;
   /// Of all files that belong to this version alone or with others, but for the base mesh.
   std::set<std::string> file_names() const;
+  /// version.S, with the reader's lock where there is one. No other call after this.
+  File release_file() && { return std::move(file_); }
 
  private:
   const Directory& store_;

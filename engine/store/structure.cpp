@@ -162,15 +162,16 @@ void find_left_overs(const Directory& store, const StoredVersion& version,
 
 StoreStructure check_structure(const fs::path& path, const BackendRegistry& backends) {
   const Directory store = open_store_directory(path);
-  const StoreLock lock = lock_recovered(store, false, Durability::kCommit);
   StoreStructure result;
-  result.sequence = read_manifest(store).sequence;
   result.files = 1;
-  const auto older = look_at_other_slot(store, result.sequence, result);
+  const std::uint64_t newest = read_manifest(store).sequence;
   std::optional<StoredVersion> opened;
-  if (auto reason = reason_of([&] { opened.emplace(store); })) {
+  const auto reason = reason_of([&] { opened.emplace(store, open_for_reading(store)); });
+  result.sequence = opened ? opened->manifest().sequence : newest;
+  const auto older = look_at_other_slot(store, result.sequence, result);
+  if (reason) {
     DamagedFile file = named(StoreFile::kDescription, version_file_name(result.sequence));
-    file.reason = std::move(*reason);
+    file.reason = *reason;
     result.damaged.push_back(std::move(file));
     return result;
   }
@@ -193,7 +194,9 @@ bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes) {
 void replace_file(const fs::path& path, std::uint64_t sequence, const std::string& name,
                   const Directory& from_directory, const std::string& from) {
   const Directory store = open_store_directory(path);
-  const StoreLock lock = lock_recovered(store, true, Durability::kCommit);
+  const StoreLock lock = lock_for_writing(store, Durability::kCommit);
+  // A reader locks the very file that may be replaced.
+  const std::vector<File> alone = keep_all_readers_out(store);
   if (const std::uint64_t found = read_manifest(store).sequence; found != sequence)
     throw Error(
         ErrorCode::kBusy,

@@ -30,7 +30,7 @@ std::optional<std::vector<std::byte>> tables_from_levels(
     const std::filesystem::path& path, const StoreStructure& structure,
     const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
   const Directory store(path);
-  const StoredVersion version(store);
+  const StoredVersion version(store, open_newest_version(store));
   std::vector<StoredLevel> levels = version.levels(structure.base);
   std::vector<const BlockTable*> tables;
   for (StoredLevel& level : levels) {

@@ -5,6 +5,7 @@
 #include "plait/error.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
+#include "store/recovery.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
 #include "store/version_description.h"
@@ -49,6 +50,7 @@ void Store::Implementation::write_version() {
   const bool durable = options.durability == Durability::kCommit;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) level->backend->sync(durable);
+  enter_renewed_levels();
 
   if (sequence == kMaxSequence)
     throw Error(ErrorCode::kNotSupported,
@@ -69,6 +71,14 @@ void Store::Implementation::write_version() {
   const std::vector<std::byte> described =
       encode_version_file(encode_description(content), all_tables);
   write_whole_file(directory, version_file_name(next.sequence), described, durable);
+  // Both versions stay closed to readers until the manifest names the new one.
+  File next_file;
+  if (overwrites_in_place()) {
+    next_file = File(directory, version_file_name(next.sequence), OpenMode::kRead);
+    if (!next_file.lock(true))
+      throw Error(ErrorCode::kBusy, fmt::format("commit {}: somebody has locked {}", path.native(),
+                                                next_file.path().native()));
+  }
   next.version_bytes = described.size();
   next.version_checksum = checksum_of(described);
   if (durable) directory.sync();
@@ -83,19 +93,33 @@ void Store::Implementation::write_version() {
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.
-  volume->begin_version(next.sequence, {});
-  if (sequence > 0) {
-    directory.remove_if_possible(version_file_name(sequence - 1));
-    for (const Attribute& attribute : attributes)
-      directory.remove_if_possible(base_file_name(attribute.record.number, sequence - 1));
-  }
-  for (const std::string& name : obsolete) directory.remove_if_possible(name);
-  obsolete.clear();
   sequence = next.sequence;
+  version_file = std::move(next_file);
+  volume->begin_version(sequence, remove_old_versions(directory));
+}
+
+void Store::Implementation::enter_renewed_levels() {
+  if (generations == nullptr) return;
+  for (const GenerationVolume::Level& renewed : generations->renewed_levels())
+    for (Attribute& attribute : attributes) {
+      if (attribute.record.number != renewed.attribute) continue;
+      const auto at = static_cast<std::size_t>(renewed.level - options.base_level - 1);
+      attribute.record.levels[at].generation = sequence + 1;
+      attribute.levels[at]->path =
+          directory.path_of(level_file_name(renewed.attribute, renewed.level, sequence + 1));
+    }
+}
+
+void Store::Implementation::hold_versions(const std::vector<std::uint64_t>& versions) {
+  if (backend.traits.overwrites_in_place) return;  // nobody changes what these versions have
+  for (const std::uint64_t number : versions) {
+    const StoredVersion older(directory, open_older_version(directory, uuid, number));
+    held.push_back({number, older.levels(base)});
+    older.read_tables_into(held.back().levels);
+  }
 }
 
 void Store::Implementation::read_version(const StoredVersion& version, OpenMode mode) {
-  base = version.read_base_mesh();
   std::vector<StoredLevel> levels = version.levels(base);
   version.read_tables_into(levels);
   for (const AttributeRecord& stored : version.description().attributes) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "plait/error.h"
 #include "store/checksum.h"
@@ -75,14 +76,31 @@ std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint
   return versions;
 }
 
+std::vector<File> keep_all_readers_out(const Directory& store) {
+  std::vector<File> files;
+  for (const std::uint64_t version : versions_there(store)) {
+    File file;
+    try {
+      file = File(store, version_file_name(version), OpenMode::kRead);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
+      continue;  // no regular file: nobody has it open
+    }
+    if (!file.lock(true))
+      throw Error(ErrorCode::kBusy,
+                  fmt::format("open {} for itself alone: readers have version {} open",
+                              store.path().native(), version));
+    files.push_back(std::move(file));
+  }
+  return files;
+}
+
 File keep_readers_out(const Directory& store, std::uint64_t newest) {
-  File file(store, version_file_name(newest), OpenMode::kRead);
-  bool alone = file.lock(true);
-  for (const std::uint64_t version : versions_there(store))
-    if (version != newest) alone = alone && !is_being_read(store, version);
-  if (alone) return file;
-  throw Error(ErrorCode::kBusy, fmt::format("open {} to change it in place: in use by readers",
-                                            store.path().native()));
+  std::vector<File> files = keep_all_readers_out(store);
+  const auto name = store.path_of(version_file_name(newest));
+  const auto found = std::ranges::find(files, name, &File::path);
+  if (found != files.end()) return std::move(*found);
+  throw Error(ErrorCode::kNotFound, fmt::format("open {}: not there", name.native()));
 }
 
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,

@@ -35,8 +35,12 @@ std::optional<OpenVersion> share_newest_version(const Directory& store);
 /// Older versions than `newest` that readers have open, ascending. Errors: kIo.
 std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint64_t newest);
 
-/// Keeps readers out as long as the file is open. Errors: kBusy if readers have any version open;
-/// kNotFound, kIo. REQUIRES: the writer's lock.
+/// Locks every version that has a file: readers stay out as long as the files are open. Errors:
+/// kBusy if readers have a version open; kIo. REQUIRES: the writer's lock.
+std::vector<File> keep_all_readers_out(const Directory& store);
+
+/// The file of version `newest`, locked likewise. A reader opens no older version, so this one lock
+/// is enough. Errors: those of keep_all_readers_out, kNotFound.
 File keep_readers_out(const Directory& store, std::uint64_t newest);
 
 /// A version that is not the newest one, as its file stands there. Errors: kNotFound, kIo.

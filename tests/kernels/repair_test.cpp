@@ -359,10 +359,20 @@ TEST_CASE("Repair_LevelThatCannotBeReadAfterwards_IsLost") {
   CHECK(report.lost_files.size() == 1);
 }
 
-TEST_CASE("Repair_StoreInUse_IsRefused") {
+TEST_CASE("Repair_BlocksWhileAReaderHasTheStore_AreRebuiltInANewVersion") {
   const Victim victim("pread");
   victim.damage(0, 3, 1);
   const Store reader = victim.open();
+  CHECK(repair(victim.path(), {}, default_backends()).rebuilt_count == 1);
+  CHECK(victim.damaged_count() == 0);
+}
+
+TEST_CASE("Repair_StoreThatAWriterHas_IsRefused") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 1);
+  OpenOptions open;
+  open.writable = true;
+  const Store writer = Store::open(victim.path(), open, default_backends());
   try {
     repair(victim.path(), {}, default_backends());
     FAIL("expected an error");

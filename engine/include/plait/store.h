@@ -53,7 +53,7 @@ class Store {
   static Store create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
                       const BackendRegistry& backends);
 
-  /// The last committed version. One writer or many readers.
+  /// The last committed version. One writer, and any number of readers beside it.
   /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming
   /// the holder.
   static Store open(const std::filesystem::path& path, const OpenOptions& options,

@@ -163,6 +163,9 @@ TEST_CASE("Structure_WhatIsNoStore_IsTheErrorOfOpening") {
   CHECK(error_of([&] { check_structure(directory.path(), default_backends()); }).code() ==
         ErrorCode::kNotFound);
   const Sample sample("pread");
-  const Store writer = Store::open(sample.path(), {true, 1 << 20}, default_backends());
+  OpenOptions in_place;
+  in_place.writable = true;
+  in_place.overwriting = Overwriting::kInPlace;
+  const Store writer = Store::open(sample.path(), in_place, default_backends());
   CHECK(error_of([&] { sample.check(); }).code() == ErrorCode::kBusy);
 }
