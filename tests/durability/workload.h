@@ -24,6 +24,7 @@ class CommitObserver {
 
 /// A backend, and what happens to blocks of a committed version.
 struct Setup {
+  Setup(const char* backend_name) : Setup(std::string(backend_name)) {}
   Setup(std::string backend_name, Overwriting how = Overwriting::kNewGeneration)
       : backend(std::move(backend_name)), overwriting(how) {}
   bool in_place() const { return overwriting == Overwriting::kInPlace; }

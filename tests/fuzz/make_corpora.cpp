@@ -227,11 +227,22 @@ void seed_descriptions() {
   version.next_attribute_number = 4;
   const LevelRecord raw{"none", Representation::kValues, 3},
       coded{"lz4", Representation::kValues, 7};
-  // One by one: GCC 12 warns of temporaries in a list of records.
-  version.attributes.push_back(
-      {{"position", ComponentType::kFloat32, 3}, 0, 11, "shuffle,zstd:19", {raw, raw, coded}});
-  version.attributes.push_back({{"normal-2_x", ComponentType::kFloat64, 3}, 3, 12, "none", {}});
-  version.attributes.push_back({{"wide", ComponentType::kUint16, 255}, 1, 13, "lz4", {coded}});
+  const auto add = [&](const char* name, ComponentType type, std::uint32_t components) {
+    AttributeRecord& record = version.attributes.emplace_back();
+    record.schema.name = name;
+    record.schema.type = type;
+    record.schema.components = components;
+    record.number = static_cast<std::uint32_t>(version.attributes.size());
+    record.base_checksum = 10 + record.number;
+    return &record;
+  };
+  AttributeRecord* record = add("position", ComponentType::kFloat32, 3);
+  record->pipeline = "shuffle,zstd:19";
+  record->levels = {raw, raw, coded};
+  add("normal-2_x", ComponentType::kFloat64, 3);
+  record = add("wide", ComponentType::kUint16, 255);
+  record->pipeline = "lz4";
+  record->levels = {coded};
   const std::string full = file(version);
   seed("version_description", "three_attributes", full);
   seed("version_description", "cut", full.substr(0, full.size() / 2));

@@ -161,7 +161,7 @@ TEST_CASE("Generation_NewFileThatCannotBeMade_IsAnErrorAndLeavesTheVersion") {
 }
 
 TEST_CASE("GenerationFreeSpace_LessThanTheFileNeeds_IsRefusedWithBothFigures") {
-  const LevelGeometry geometry(100, {}, BaseRelativeLevel(1), 12, 4096);
+  const LevelGeometry geometry(SlotShapes(100), BaseRelativeLevel(1), 12, 4096);
   BlockTable table({}, 5, 3, geometry.block_count());
   const Directory directory;
   const LevelSpec level{directory, "attribute5.level03.1", OpenMode::kReadWrite, geometry, table};
