@@ -390,7 +390,6 @@ TEST_CASE("PagerPin_AllFramesPinnedButOneIsBeingRead_WaitsForTheRead") {
   level.backend->let_go(Direction::kRead, 2);
   waiting.get();
   level.backend->let_all_go();
-  pager.detach(level.file);
 }
 
 TEST_CASE("PagerDiscard_TransfersOnTheirWay_AreWaitedFor") {

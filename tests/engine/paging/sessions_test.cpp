@@ -17,6 +17,12 @@ constexpr std::uint64_t kFrameBytes = 4096;
 struct Fixture {
   explicit Fixture(std::uint64_t frames_in_budget)
       : pool(frames_in_budget * kFrameBytes), sessions(pool) {}
+  ~Fixture() {
+    for (SessionState& session : opened)
+      if (!session.ended) sessions.end(session);
+  }
+  Fixture(const Fixture&) = delete;
+  Fixture& operator=(const Fixture&) = delete;
   SessionState& open(const SessionOptions& options = {}) {
     SessionState& session = opened.emplace_back(nullptr, options);
     sessions.add(session);
