@@ -19,13 +19,14 @@ OneRingScheme library_scheme(std::string_view name) {
 }
 
 template <class Real>
-bool is_symmetric(const OneRing<Real>& rule) {
+bool keeps_promises(const OneRing<Real>& rule) {
   // Numbers whose sums and products have to be rounded, differently in every order.
   const Vector3<Real> a{Real(0.1), Real(-7.3), Real(1e5)}, b{Real(3.7), Real(0.013), Real(-0.6)},
       c{Real(-1.9), Real(511.1), Real(1e-3)}, d{Real(0.77), Real(-2.3), Real(41.7)};
   const Vector3<Real> made = rule.odd(a, b, c, d);
   return rule.odd(b, a, c, d) == made && rule.odd(a, b, d, c) == made &&
-         rule.odd(b, a, d, c) == made && rule.odd_border(a, b) == rule.odd_border(b, a);
+         rule.odd(b, a, d, c) == made && rule.odd_border(a, b) == rule.odd_border(b, a) &&
+         (!rule.reads_ends_only() || rule.odd_border(a, b) == made);
 }
 
 }  // namespace
@@ -55,11 +56,14 @@ void check_own_scheme(const OneRingScheme& scheme) {
   if (std::ranges::any_of(schemes(), [&](const SchemeTraits& of) { return of.name == name; }))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("own scheme '{}': the library has a scheme of this name", name));
-  if (!is_symmetric(scheme.rule<float>()) || !is_symmetric(scheme.rule<double>()))
+  if (!keeps_promises(scheme.rule<float>()) || !keeps_promises(scheme.rule<double>()))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("own scheme '{}': odd or odd_border gives other bits when the ends of "
-                            "the edge, or the vertices opposite it, change places",
-                            name));
+                            "the edge, or the vertices opposite it, change places{}",
+                            name,
+                            scheme.rule<float>().reads_ends_only()
+                                ? ", or odd is not odd_border though the rule reads ends only"
+                                : ""));
 }
 
 }  // namespace plait

@@ -78,8 +78,9 @@ TEMPLATE_TEST_CASE("Numbers_EveryOperator_HasTheBitsOfPlainArithmetic", "", (Num
                  [](Real a, Real b) { return b < a ? b : a; }));
   CHECK(agree<V>([](V a, V b) { return larger(a, b); },
                  [](Real a, Real b) { return b < a ? a : b; }));
-  CHECK(agree<V>([](V a, V b) { return narrowed<Real>(0.1 * widened(a) + widened(b)); },
-                 [](Real a, Real b) { return Real(0.1 * double(a) + double(b)); }));
+  if constexpr (V::kCount <= RegisterNumbers<double>::kCount)
+    CHECK(agree<V>([](V a, V b) { return narrowed<Real>(0.1 * widened(a) + widened(b)); },
+                   [](Real a, Real b) { return Real(0.1 * double(a) + double(b)); }));
 }
 
 TEMPLATE_TEST_CASE("RingSum_TurnedAndReversed_HasTheSameBits", "", float, double) {

@@ -70,6 +70,8 @@ struct CopyOfLoop : TensionRule {
 
 /// Even vertices stay.
 struct CopyOfMidpoint {
+  static constexpr bool kReadsEndsOnly = true;
+
   template <class V>
   V odd(V a, V b, V, V) const {
     return 0.5 * (a + b);
@@ -90,6 +92,11 @@ struct LopsidedRule {
   V odd_border(V a, V b) const {
     return 0.5 * (a + b);
   }
+};
+
+/// Says that it reads the ends only, and reads more.
+struct DeceitfulRule : TensionRule {
+  static constexpr bool kReadsEndsOnly = true;
 };
 
 constexpr std::array kExecutors = {ExecutorKind::kFused, ExecutorKind::kSweep,
@@ -220,6 +227,8 @@ TEST_CASE("OwnRule_WithTheFormulasOfALibraryScheme_HasItsDigest") {
 
 TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
   CHECK(refusal([] { own_scheme("lopsided", LopsidedRule{}); }, "change places") ==
+        ErrorCode::kInvalidArgument);
+  CHECK(refusal([] { own_scheme("deceitful", DeceitfulRule{}); }, "change places") ==
         ErrorCode::kInvalidArgument);
   for (const char* name : {"", "two words", "loop/1", "sixteen-letters-"})
     CHECK(refusal([&] { own_scheme(name, TensionRule{}); }, "expected a name") ==

@@ -82,6 +82,7 @@ template <class Real, class Vector>
 template <class RealType, int kNumbers>
 struct Numbers {
   static_assert(std::is_same_v<RealType, float> || std::is_same_v<RealType, double>);
+  static_assert(kNumbers * sizeof(RealType) <= __BIGGEST_ALIGNMENT__, "no register holds as many");
   using Real = RealType;
   using Vector = typename NumberVector<Real, kNumbers>::Type;
   static constexpr int kCount = kNumbers;

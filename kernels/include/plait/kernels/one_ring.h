@@ -22,6 +22,7 @@ struct OneRingFunctions {
   using WidePoint = Vector3<double>;
   using Grid = EdgeGrid<Point>;
 
+  bool reads_ends_only;
   // One vertex.
   Point (*odd)(const void* rule, const Point& a, const Point& b, const Point& c, const Point& d);
   Point (*odd_border)(const void* rule, const Point& a, const Point& b);
@@ -59,6 +60,8 @@ class OneRing {
 
   bool moves_even() const { return functions_.even != nullptr; }
   bool has_limits() const { return functions_.limit != nullptr; }
+  /// odd() is odd_border() of its first two points.
+  bool reads_ends_only() const { return functions_.reads_ends_only; }
 
   /// A new vertex between `a` and `b`, opposite `c` and `d`; on a border between `a` and `b`.
   Point odd(const Point& a, const Point& b, const Point& c, const Point& d) const {

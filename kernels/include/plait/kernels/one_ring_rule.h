@@ -16,6 +16,10 @@
 //   double even_weight(int n)      w: a base vertex with n new neighbours goes to (1 - n w) v + w
 //                                  times their sum, evaluated in double
 //
+// A rule whose odd() looks at `a` and `b` only, and is odd_border(), may say so: with
+// `static constexpr bool kReadsEndsOnly = true;` no executor fetches `c` and `d` for their own
+// sake.
+//
 // If the rule knows where its vertices go in the limit: limit(v, ring), limit_border(v, p, q) and
 // limit_weight(n), likewise, from the neighbours at the finest level.
 #pragma once
@@ -37,6 +41,10 @@ constexpr bool kMovesEven = requires(const Rule& rule, Number<float> v) {
   { rule.even(v, v) } -> std::same_as<Number<float>>;
   { rule.even_border(v, v, v) } -> std::same_as<Number<float>>;
   { rule.even_weight(6) } -> std::same_as<double>;
+};
+template <class Rule>
+constexpr bool kReadsEndsOnly = requires {
+  requires Rule::kReadsEndsOnly;
 };
 template <class Rule>
 constexpr bool kHasLimits = requires(const Rule& rule, Number<float> v) {

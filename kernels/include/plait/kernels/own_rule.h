@@ -105,6 +105,7 @@ OneRingFunctions<Real> functions_of() {
                 "limit_border and limit_weight");
   using Of = RuleFunctions<Rule, Real>;
   OneRingFunctions<Real> made{};
+  made.reads_ends_only = kReadsEndsOnly<Rule>;
   made.odd = Of::odd;
   made.odd_border = Of::odd_border;
   made.odd_slot = Of::odd_slot;

@@ -43,6 +43,7 @@ void odd_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
                  RingTable<typename Mesh::Record>& rings, const BeforeFace& before_face = {}) {
   using Record = typename Mesh::Record;
   const Topology topology = mesh.topology();
+  const bool ends_only = rule.reads_ends_only();
   mesh.activate(level, level, level);
   for (FaceId face = 0; face < topology.faces.size(); ++face) {
     if (before_face) before_face(face);
@@ -52,8 +53,9 @@ void odd_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
           const PatchFrame frame(patch, side, level, row, column, level);
           const Record& a = frame.coarse_at(-1, 1);
           const Record& b = frame.coarse_at(1, -1);
-          frame.at(0, 0) = border ? rule.odd_border(a, b)
-                                  : rule.odd(a, b, frame.coarse_at(-1, -1), frame.coarse_at(1, 1));
+          frame.at(0, 0) = border || ends_only
+                               ? rule.odd_border(a, b)
+                               : rule.odd(a, b, frame.coarse_at(-1, -1), frame.coarse_at(1, 1));
         });
     collect_rings(patch, topology, level, rings);
   }
