@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -133,7 +134,8 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
     SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
     request.backend = backend;
     const std::string expected = uninterrupted_digest(here.path(), ExistingStore::kResume);
-    int level = 0, resumed = 0;
+    int level = 0;
+    std::set<int> committed;
     for (int calls = 0; run_and_cancel(request, calls); ++calls) {
       CAPTURE(backend, calls);
       const SubdivisionJob next(request, default_backends());
@@ -143,9 +145,9 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
       }
       CHECK(next.plan().earlier->level >= level);
       level = next.plan().earlier->level;
-      ++resumed;
+      committed.insert(level);
     }
-    CHECK(resumed > 2);
+    CHECK(committed == std::set{2, 3, 4});  // the base level, and each level by itself
     CHECK(digest_of(here.path() / "s.plait") == expected);
     SubdivisionJob again(request, default_backends());
     REQUIRE(again.plan().earlier.has_value());
@@ -220,6 +222,13 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.ignore_size = true;
   CHECK(refused_fields(request).empty());
   CHECK_FALSE(fs::exists(request.store));
+  request.ignore_size = false;
+  request.existing = ExistingStore::kRefuse;
+  request.store.clear();
+  request.backend = "memory";
+  const SubdivisionJob in_memory(request, default_backends());
+  REQUIRE(in_memory.plan().refusals.size() == 1);
+  CHECK(in_memory.plan().refusals[0].code == ErrorCode::kOutOfMemory);
 }
 
 TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {
