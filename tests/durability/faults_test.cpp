@@ -216,7 +216,7 @@ TEST_CASE("StoreOpen_ForWriting_MakesTheNewestSlotDurableBeforeAnythingGoes") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, "pread");
+    Store store = create_store(path, Setup("pread"));
     add_sample(store, sample_schemas()[0], 1);
     store.commit();
   }
@@ -232,7 +232,7 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, "mmap");
+    Store store = create_store(path, Setup("mmap"));
     add_sample(store, sample_schemas()[0], 3);
     store.commit();
   }
