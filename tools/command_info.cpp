@@ -69,7 +69,8 @@ Json store_report(Store& store) {
   const StoreOptions& options = store.options();
   const bool compressed = store.backend_traits().compressed;
   const PipelineParts pipeline = PipelineParts::of(options.pipeline);
-  const LevelCounts finest = counts_at_level(base, store.finest_level() - store.base_level());
+  const LevelCounts finest =
+      counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
   std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels: nothing else is compressed
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {

@@ -68,7 +68,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   throw_if_interrupted();
   output.publish();
 
-  const std::uint64_t triangles = store.base().face_count() << (2 * (level - store.base_level()));
+  const std::uint64_t triangles = store.base().face_count()
+                                  << (2 * relative_to_base(level, store.base_level()).refinements);
   if (!context.json) {
     print(fmt::format("{}: {} x {} pixels, level {}, {} triangles, {:.2f} s\n",
                       output.final_path().native(), size.width, size.height, level,

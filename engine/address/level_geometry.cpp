@@ -32,6 +32,7 @@ std::uint64_t checked_product(std::uint64_t a, std::uint64_t b, std::int64_t sid
 LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
                              std::size_t record_bytes, std::uint64_t block_bytes)
     : all_whole_(shapes.half().empty() && shapes.absent().empty()),
+      has_absent_(!shapes.absent().empty()),
       level_(level),
       record_bytes_(record_bytes),
       shapes_(shapes) {
@@ -66,11 +67,11 @@ LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
 }
 
 Slot LevelGeometry::shaped_slot(EdgeId edge) const {
-  const SlotShape shape = shapes_.shape(edge);
-  const std::uint64_t bytes = shape == SlotShape::kWhole  ? whole_bytes_
-                              : shape == SlotShape::kHalf ? whole_bytes_ - half_saving_bytes_
-                                                          : 0;
-  return {offset_of(edge), bytes, shape};
+  const std::uint64_t offset = offset_of(edge);
+  if (shapes_.half().contains(edge))
+    return {offset, whole_bytes_ - half_saving_bytes_, SlotShape::kHalf};
+  if (has_absent_ && shapes_.absent().contains(edge)) return {offset, 0, SlotShape::kAbsent};
+  return {offset, whole_bytes_, SlotShape::kWhole};
 }
 
 EdgeId LevelGeometry::first_edge(std::uint64_t block) const {

@@ -170,13 +170,13 @@ std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
 }
 
 const LevelFile& Store::level_file(AttributeId attribute, int level) const {
-  return *implementation_->attributes[attribute]
-              .levels[static_cast<std::size_t>(level - base_level() - 1)];
+  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
+      relative_to_base(level, base_level()).refinements - 1)];
 }
 
 LevelFile& Store::level_file(AttributeId attribute, int level) {
-  return *implementation_->attributes[attribute]
-              .levels[static_cast<std::size_t>(level - base_level() - 1)];
+  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
+      relative_to_base(level, base_level()).refinements - 1)];
 }
 
 void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const {

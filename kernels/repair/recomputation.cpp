@@ -53,7 +53,8 @@ Recomputation::Recomputation(const StoreStructure& structure, const RepairOption
     }
   }
   if (!refusal_.empty()) return;
-  const int levels = position->finest_level - structure.options.base_level;
+  const int levels =
+      relative_to_base(position->finest_level, structure.options.base_level).refinements;
   const bool fused = levels >= 1 && levels <= kMostFusedLevels;
   subdivide_.executor = fused ? ExecutorKind::kFused : ExecutorKind::kSweep;
   subdivide_.levels = position->finest_level;
@@ -81,7 +82,9 @@ std::uint64_t Recomputation::level_bytes() const {
       position + (subdivide_.normals ? 3 * sizeof(float) : 0) +
       (subdivide_.limit && subdivide_.executor == ExecutorKind::kSweep ? position : 0);
   std::uint64_t bytes = 0;
-  for (int level = 1; level <= subdivide_.levels - structure_.options.base_level; ++level)
+  const BaseRelativeLevel finest =
+      relative_to_base(subdivide_.levels, structure_.options.base_level);
+  for (int level = 1; level <= finest.refinements; ++level)
     bytes += LevelGeometry(structure_.base.slot_shapes(), BaseRelativeLevel(level), records,
                            structure_.options.block_bytes)
                  .total_bytes();

@@ -50,7 +50,7 @@ class LevelGeometry {
   int slots_per_block_log2() const { return shift_; }
   /// The block whose range of edges has this edge, in constant time. REQUIRES: there is a block.
   std::uint64_t block_of(EdgeId edge) const {
-    if (!all_whole_) [[unlikely]]
+    if (has_absent_) [[unlikely]]
       return std::min(present_before(edge) >> shift_, block_count_ - 1);
     return std::uint64_t{edge} >> shift_;
   }
@@ -84,7 +84,7 @@ class LevelGeometry {
   // First what every look-up of a slot reads: on a closed mesh all of it is in one cache line.
   std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
   int shift_ = 0;
-  bool all_whole_ = true;
+  bool all_whole_ = true, has_absent_ = false;
   BaseRelativeLevel level_{1};
   std::size_t record_bytes_ = 0;
   std::uint64_t block_count_ = 0, max_block_bytes_ = 0, total_bytes_ = 0;
