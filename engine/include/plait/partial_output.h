@@ -20,16 +20,15 @@ enum class Existing : std::uint8_t {
   kReplace,  ///< the new output replaces an existing one, when the new output is complete
 };
 
-/// Splits `path` into its directory, which it opens, and its name there; "a/b/" is the name b in
-/// the directory a.
-/// Errors: kNotFound naming `path` if the directory does not exist; kInvalidArgument if `path` ends
-/// in no name.
+/// Splits the path `given` into its directory, which it opens, and its name there; "a/b/" is the
+/// name b in the directory a. Errors: kNotFound naming the path if the directory does not exist;
+/// kInvalidArgument if it ends in no name.
 struct OutputName {
-  explicit OutputName(const std::filesystem::path& path);
+  explicit OutputName(const std::filesystem::path& given);
 
   Directory directory;
   std::string name;
-  std::filesystem::path path;  ///< `path` in its shortest form, without a '/' at its end
+  std::filesystem::path path;  ///< `given` in its shortest form, without a '/' at its end
 };
 
 /// The temporary name NAME.KIND-PID of a file or directory with the final name NAME. The process
