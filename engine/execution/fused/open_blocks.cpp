@@ -30,9 +30,14 @@ void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::byte** slots) 
     *slots++ = level.slot(edge).bytes.data();
 }
 
-void OpenBlocks::close(EdgeId edge) {
-  for (std::size_t i = 0; i < levels_.size(); ++i)
-    if (--to_fill_[i][levels_[i].geometry().block_of(edge)] == 0) levels_[i].release(edge);
+void OpenBlocks::close(std::span<const EdgeId> edges) {
+  auto to_fill = to_fill_.begin();
+  for (PinnedLevel& level : levels_) {
+    const LevelGeometry& geometry = level.geometry();
+    std::uint32_t* const of_block = (to_fill++)->data();
+    for (const EdgeId edge : edges)
+      if (--of_block[geometry.block_of(edge)] == 0) level.release(edge);
+  }
 }
 
 }  // namespace plait

@@ -24,8 +24,8 @@ class OpenBlocks {
   /// Where an output's slots of this edge are: slots[level - 1].
   /// REQUIRES: open() had this edge. May be called while other threads open and close.
   void find_slots(std::size_t output, EdgeId edge, std::byte** slots) const;
-  /// All slots of this edge are filled.
-  void close(EdgeId edge);
+  /// All slots of these edges are filled.
+  void close(std::span<const EdgeId> edges);
   /// Whether slots lie in memory for good, so that a copy into them need not pass through caches.
   bool stays_in_memory() const { return stays_in_memory_; }
 

@@ -195,24 +195,29 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
 }
 
 void SlotDelivery::close(std::span<const Complete> edges) {
-  for (const auto& [edge, own, other] : edges) {
-    blocks_.close(edge);
+  EdgesOfGroup ids;
+  blocks_.close(edges_of(edges, ids));
+  for (const auto& [edge, own, other] : edges)
     for (const HalfBuffer& buffer : {own, other})
       if (buffer.whole() && buffer.memory) pool_.give_back(buffer.memory);
-  }
 }
 
 void SlotDelivery::open(std::span<const Complete> edges) {
   if (failure_) std::rethrow_exception(failure_);
-  std::array<EdgeId, 3 * kPatchLanes> ids;
-  for (std::size_t i = 0; i < edges.size(); ++i) ids[i] = edges[i].edge;
+  EdgesOfGroup ids;
   try {
-    blocks_.open(std::span(ids).first(edges.size()));
+    blocks_.open(edges_of(edges, ids));
   } catch (...) {
     // The next pin would say no more than that a write has failed.
     failure_ = std::current_exception();
     throw;
   }
+}
+
+auto SlotDelivery::edges_of(std::span<const Complete> edges, EdgesOfGroup& ids)
+    -> std::span<const EdgeId> {
+  for (std::size_t i = 0; i < edges.size(); ++i) ids[i] = edges[i].edge;
+  return std::span(ids).first(edges.size());
 }
 
 }  // namespace plait

@@ -78,6 +78,8 @@ class SlotDelivery {
     std::span<const Complete> all() const { return std::span(edges).first(count); }
   };
 
+  using EdgesOfGroup = std::array<EdgeId, 3 * kPatchLanes>;
+
   void find_sides(std::span<const FaceId> faces, Sides& sides) const;
   Completes assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch);
   void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
@@ -92,6 +94,7 @@ class SlotDelivery {
   /// REQUIRE the lock: from open() to close() an edge's slots are there to be filled.
   void open(std::span<const Complete> edges);
   void close(std::span<const Complete> edges);
+  static std::span<const EdgeId> edges_of(std::span<const Complete> edges, EdgesOfGroup& ids);
 
   std::size_t level_count_;
   const Topology mesh_;
