@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compressed/block_coder.h"
@@ -227,10 +228,18 @@ void seed_descriptions() {
   version.next_attribute_number = 4;
   const LevelRecord raw{"none", Representation::kValues, 3},
       coded{"lz4", Representation::kValues, 7};
-  version.attributes = {
-      {{"position", ComponentType::kFloat32, 3}, 0, 11, "shuffle,zstd:19", {raw, raw, coded}},
-      {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 12, "none", {}},
-      {{"wide", ComponentType::kUint16, 255}, 1, 13, "lz4", {coded}}};
+  const auto add = [&](AttributeSchema schema, std::uint32_t number, const char* pipeline,
+                       std::vector<LevelRecord> levels) {
+    AttributeRecord& attribute = version.attributes.emplace_back();
+    attribute.schema = std::move(schema);
+    attribute.number = number;
+    attribute.base_checksum = 11 + number;
+    attribute.pipeline = pipeline;
+    attribute.levels = std::move(levels);
+  };
+  add({"position", ComponentType::kFloat32, 3}, 0, "shuffle,zstd:19", {raw, raw, coded});
+  add({"normal-2_x", ComponentType::kFloat64, 3}, 3, "none", {});
+  add({"wide", ComponentType::kUint16, 255}, 1, "lz4", {coded});
   const std::string full = file(version);
   seed("version_description", "three_attributes", full);
   seed("version_description", "cut", full.substr(0, full.size() / 2));

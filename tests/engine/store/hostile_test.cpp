@@ -162,8 +162,7 @@ TEST_CASE("Store_AnyFileCutGrownOrGone_IsFoundOrHarmless") {
         File(file, OpenMode::kReadWrite).write_at(0, bytes);
       }
       std::filesystem::rename(file, victim.path() / "elsewhere");
-      CHECK(victim.examine() ==
-            (needed ? Outcome::kRefused : Outcome::kHarmless));
+      CHECK(victim.examine() == (needed ? Outcome::kRefused : Outcome::kHarmless));
       std::filesystem::rename(victim.path() / "elsewhere", file);
     }
     CHECK(victim.examine() == Outcome::kHarmless);

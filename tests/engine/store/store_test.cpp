@@ -367,10 +367,10 @@ TEST_CASE("StoreReplaceAttribute_Committed_LeavesOnlyTheReplacementsFiles") {
       CHECK(store.attributes()[0].schema.name == "position");
       CHECK_FALSE(store.has_attribute("mass"));
       store.commit();
-      CHECK(file_names(place.path) ==
-            Names{"attribute0.base.2", "attribute1.base.3", "attribute1.level01.3",
-                  "attribute1.level02.3", "base.mesh", "lock", "manifest", "version.2",
-                  "version.3"});
+      CHECK(file_names(place.path) == Names{"attribute0.base.2", "attribute1.base.3",
+                                            "attribute1.level01.3", "attribute1.level02.3",
+                                            "base.mesh", "lock", "manifest", "version.2",
+                                            "version.3"});
     }
     Store store = place.open();
     REQUIRE(store.attributes().size() == 1);
