@@ -38,14 +38,16 @@ void copy_through_memory(const File& from, File& to, std::uint64_t offset, std::
 
 void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t bytes) {
   while (bytes > 0) {
-    const FileOperation reading{Kind::kRead, from.path(), offset, bytes};
-    if (const int error = before_operation(reading).error; error != 0)
-      throw system_error("read", from.path().native(), error);
-    const ssize_t copied =
-        attempt({Kind::kWrite, to.path(), offset, bytes}, [&](std::uint64_t most_bytes) {
-          auto begin = static_cast<off_t>(offset), end = begin;
-          return ::copy_file_range(from.descriptor(), &begin, to.descriptor(), &end, most_bytes, 0);
-        });
+    const ssize_t readable =
+        attempt({Kind::kRead, from.path(), offset, bytes},
+                [](std::uint64_t most_bytes) { return static_cast<ssize_t>(most_bytes); });
+    if (readable < 0) throw system_error("read", from.path().native(), errno);
+    const FileOperation writing{Kind::kWrite, to.path(), offset,
+                                static_cast<std::uint64_t>(readable)};
+    const ssize_t copied = attempt(writing, [&](std::uint64_t most_bytes) {
+      auto begin = static_cast<off_t>(offset), end = begin;
+      return ::copy_file_range(from.descriptor(), &begin, to.descriptor(), &end, most_bytes, 0);
+    });
     if (copied < 0 && must_pass_through_memory(errno))
       return copy_through_memory(from, to, offset, bytes);
     if (copied < 0) throw system_error("copy to", to.path().native(), errno);
@@ -53,7 +55,6 @@ void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t 
       throw Error(ErrorCode::kCorruption,
                   fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
                               from.path().native(), offset, bytes));
-    after_operation({Kind::kRead, from.path(), offset, static_cast<std::uint64_t>(copied)});
     offset += static_cast<std::uint64_t>(copied);
     bytes -= static_cast<std::uint64_t>(copied);
   }

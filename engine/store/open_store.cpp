@@ -154,10 +154,9 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->path = path;
   state->directory = open_store_directory(path);
   state->writable = false;
-  std::vector<std::uint64_t> held;
   if (options.writable) {
     state->lock = lock_for_writing(state->directory, options.durability);
-    held = remove_old_versions(state->directory);
+    state->versions_read = remove_old_versions(state->directory);
   }
   StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)
                                                            : open_for_reading(state->directory));
@@ -178,7 +177,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
     state->version_file = keep_readers_out(state->directory, state->sequence);
   state->make_ready();
   state->base = version.read_base_mesh();
-  state->hold_versions(held);
+  state->hold_versions();
   state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   state->held.clear();
   if (!options.writable) state->version_file = std::move(version).release_file();

@@ -41,8 +41,8 @@ struct Store::Implementation {
   /// The generation that the version on its way has of levels with a new file.
   void enter_renewed_levels();
   void read_version(const StoredVersion& version, OpenMode mode);
-  /// Block tables of older versions that readers have open, so that their blocks stay.
-  void hold_versions(const std::vector<std::uint64_t>& versions);
+  /// Reads block tables of `versions_read`, so that the blocks of these versions stay.
+  void hold_versions();
   bool overwrites_in_place() const {
     return on_disk() && writable && backend.traits.overwrites_in_place &&
            options.overwriting == Overwriting::kInPlace;
@@ -66,7 +66,8 @@ struct Store::Implementation {
       version_file;  ///< locked: a reader's version, or the one that a writer in place keeps closed
   std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
   std::unique_ptr<Volume> volume;
-  GenerationVolume* generations = nullptr;  ///< `volume`, for a writer that makes new files
+  GenerationVolume* generations = nullptr;   ///< `volume`, for a writer that makes new files
+  std::vector<std::uint64_t> versions_read;  ///< older ones that readers may have open, ascending
   struct HeldVersion {
     std::uint64_t version;
     std::vector<StoredLevel> levels;

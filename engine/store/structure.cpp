@@ -166,7 +166,13 @@ StoreStructure check_structure(const fs::path& path, const BackendRegistry& back
   result.files = 1;
   const std::uint64_t newest = read_manifest(store).sequence;
   std::optional<StoredVersion> opened;
-  const auto reason = reason_of([&] { opened.emplace(store, open_for_reading(store)); });
+  // Where there is a file, a refusal to open it is about the whole store: a forged journal, say.
+  const std::string version_name = version_file_name(newest);
+  const auto reason = store.contains(version_name)
+                          ? reason_of([&, version = open_for_reading(store)]() mutable {
+                              opened.emplace(store, std::move(version));
+                            })
+                          : reason_of([&] { File(store, version_name, OpenMode::kRead); });
   result.sequence = opened ? opened->manifest().sequence : newest;
   const auto older = look_at_other_slot(store, result.sequence, result);
   if (reason) {

@@ -95,7 +95,13 @@ void Store::Implementation::write_version() {
   // From here on the version is there, whatever becomes of what is no longer needed.
   sequence = next.sequence;
   version_file = std::move(next_file);
-  volume->begin_version(sequence, remove_old_versions(directory));
+  try {
+    versions_read = remove_old_versions(directory);
+  } catch (const Error&) {
+    // Who reads is not known now. It can only be those before, and readers of the former version.
+    if (sequence > 1) versions_read.push_back(sequence - 1);
+  }
+  volume->begin_version(sequence, versions_read);
 }
 
 void Store::Implementation::enter_renewed_levels() {
@@ -110,9 +116,9 @@ void Store::Implementation::enter_renewed_levels() {
     }
 }
 
-void Store::Implementation::hold_versions(const std::vector<std::uint64_t>& versions) {
+void Store::Implementation::hold_versions() {
   if (backend.traits.overwrites_in_place) return;  // nobody changes what these versions have
-  for (const std::uint64_t number : versions) {
+  for (const std::uint64_t number : versions_read) {
     const StoredVersion older(directory, open_older_version(directory, uuid, number));
     held.push_back({number, older.levels(base)});
     older.read_tables_into(held.back().levels);

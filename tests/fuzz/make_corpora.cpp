@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compressed/block_coder.h"
@@ -227,22 +228,18 @@ void seed_descriptions() {
   version.next_attribute_number = 4;
   const LevelRecord raw{"none", Representation::kValues, 3},
       coded{"lz4", Representation::kValues, 7};
-  const auto add = [&](const char* name, ComponentType type, std::uint32_t components) {
-    AttributeRecord& record = version.attributes.emplace_back();
-    record.schema.name = name;
-    record.schema.type = type;
-    record.schema.components = components;
-    record.number = static_cast<std::uint32_t>(version.attributes.size());
-    record.base_checksum = 10 + record.number;
-    return &record;
+  const auto add = [&](AttributeSchema schema, std::uint32_t number, const char* pipeline,
+                       std::vector<LevelRecord> levels) {
+    AttributeRecord& attribute = version.attributes.emplace_back();
+    attribute.schema = std::move(schema);
+    attribute.number = number;
+    attribute.base_checksum = 11 + number;
+    attribute.pipeline = pipeline;
+    attribute.levels = std::move(levels);
   };
-  AttributeRecord* record = add("position", ComponentType::kFloat32, 3);
-  record->pipeline = "shuffle,zstd:19";
-  record->levels = {raw, raw, coded};
-  add("normal-2_x", ComponentType::kFloat64, 3);
-  record = add("wide", ComponentType::kUint16, 255);
-  record->pipeline = "lz4";
-  record->levels = {coded};
+  add({"position", ComponentType::kFloat32, 3}, 0, "shuffle,zstd:19", {raw, raw, coded});
+  add({"normal-2_x", ComponentType::kFloat64, 3}, 3, "none", {});
+  add({"wide", ComponentType::kUint16, 255}, 1, "lz4", {coded});
   const std::string full = file(version);
   seed("version_description", "three_attributes", full);
   seed("version_description", "cut", full.substr(0, full.size() / 2));
@@ -262,9 +259,8 @@ void seed_block_tables() {
       levels += number(shape);
       std::vector<EdgeId> borders;
       for (EdgeId edge = 0; edge < shape.borders; ++edge) borders.push_back(edge);
-      const LevelGeometry geometry(SlotShapes(shape.edges, EdgeSet(borders)),
-                                   BaseRelativeLevel(1 + shape.level), 1 + 8u * shape.record,
-                                   std::uint64_t{4096} << shape.block);
+      const LevelGeometry geometry(shape.edges, borders, BaseRelativeLevel(1 + shape.level),
+                                   1 + 8u * shape.record, std::uint64_t{4096} << shape.block);
       for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
         const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
         const BlockEntry kinds[] = {

@@ -170,7 +170,7 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     }
     store.commit();
   }
-  here.flip("attribute1.level01.1", 100);
+  here.flip("attribute1.level01.2", 100);
   here.flip("attribute0.level03.1", 9000);
   const Outcome outcome = here.plait({"repair", "s.plait", "--json"});
   CHECK(outcome.status == 1);
@@ -195,11 +195,13 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
       move_positions(store, 0, ~std::uint64_t{0});
     }
     std::uint64_t offset = 0;
+    std::string name;
     {
       const Store store = here.open();
       offset = store.level_file(0, 3).table[3].offset;
+      name = store.level_file(0, 3).path.filename();
     }
-    here.flip("attribute0.level03.1", static_cast<std::streamoff>(offset) + 5);
+    here.flip(name, static_cast<std::streamoff>(offset) + 5);
     const auto before = here.content();
     const Outcome outcome = here.plait({"repair", "s.plait"});
     CHECK(outcome.status == 1);
@@ -218,8 +220,8 @@ TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
   }
   const std::string expected = here.digest();
   REQUIRE(expected != pure);
-  here.flip("attribute0.level03.1", 5);
-  here.flip("attribute0.level03.1", 5 * 4096 + 7);
+  here.flip("attribute0.level03.2", 5);
+  here.flip("attribute0.level03.2", 5 * 4096 + 7);
   CHECK(here.repaired(expected)["rebuilt_count"] == 2);
 }
 
@@ -284,7 +286,9 @@ TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
     const Outcome outcome = here.plait({"repair", "s.plait"});
     CHECK(outcome.status == 1);
     CHECK(outcome.output.find("lost: " + file) == 0);
-    CHECK(outcome.output.find("lost: attribute0.level02.1") != std::string::npos);
+    // Without the description no other file is known.
+    CHECK((outcome.output.find("lost: attribute0.level02.1") != std::string::npos) ==
+          (file == "base.mesh"));
     CHECK(here.content() == before);
   }
 }
@@ -295,7 +299,8 @@ TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
     const Workplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     const auto before = here.content();
-    here.flip("version.1", 100);
+    const auto end = static_cast<std::streamoff>(fs::file_size(here.path("s.plait/version.1")));
+    here.flip("version.1", end - 5);
     const Outcome dry = here.plait({"repair", "s.plait", "--dry-run"});
     CHECK(dry.status == 0);
     CHECK(dry.output.find("can be rebuilt: version.1") == 0);

@@ -105,9 +105,13 @@ TEST_CASE("Program_LockThatIsALink_LeavesTheVictimAlone") {
     fs::remove(here.path("s.plait/lock"));
     fs::create_symlink(here.path("victim"), here.path("s.plait/lock"));
     const Outcome outcome = run(here.here.path(), command);
-    CHECK(outcome.status == 1);
-    CHECK(outcome.errors.find("expected a regular file, found a symbolic link") !=
-          std::string::npos);
+    // A reader needs no lock of the store.
+    if (command.front() == "subdivide" ||
+        command == std::vector<std::string>{"repair", "s.plait"}) {
+      CHECK(outcome.status == 1);
+      CHECK(outcome.errors.find("expected a regular file, found a symbolic link") !=
+            std::string::npos);
+    }
     CHECK(content_of(here.path("victim")) == "mine");
   }
 }
@@ -120,6 +124,8 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);
     for (const auto& command : commands()) {
       if (command[0] == "repair" && command.size() == 2) continue;  // restores the file
+      // A reader needs no lock of the store.
+      if (name == "lock" && command[0] != "subdivide") continue;
       CAPTURE(name, command);
       const Outcome outcome = run(here.here.path(), command);
       if (command[0] != "repair")

@@ -128,6 +128,7 @@ TEST_CASE("Store_AnyFileALinkOrAFifo_IsRefusedByNameAtOnceAndTheTargetUntouched"
         else
           fs::create_symlink(aside, file);
         for (const bool writable : {false, true}) {
+          if (name == "lock" && !writable) continue;  // a reader needs no lock of the store
           CAPTURE(backend, name, fifo, writable);
           const Error error =
               error_of([&] { Store::open(store.path, {writable}, default_backends()); });
