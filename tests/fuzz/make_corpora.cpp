@@ -259,8 +259,9 @@ void seed_block_tables() {
       levels += number(shape);
       std::vector<EdgeId> borders;
       for (EdgeId edge = 0; edge < shape.borders; ++edge) borders.push_back(edge);
-      const LevelGeometry geometry(shape.edges, borders, BaseRelativeLevel(1 + shape.level),
-                                   1 + 8u * shape.record, std::uint64_t{4096} << shape.block);
+      const LevelGeometry geometry(SlotShapes(shape.edges, EdgeSet(borders)),
+                                   BaseRelativeLevel(1 + shape.level), 1 + 8u * shape.record,
+                                   std::uint64_t{4096} << shape.block);
       for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
         const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
         const BlockEntry kinds[] = {
