@@ -27,18 +27,12 @@ bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
 
 bool Pager::Implementation::PinCall::bring_in() {
   const bool reads = std::ranges::any_of(batch_, is_missing);
-  if (reads) ++pager_.bringing_in_;
   if (reads) read();
   while (PinBatch::Entry* const entry =
              batch_.first([&](const PinBatch::Entry& other) { return !is_ready(batch_, other); }))
     pager_.wait_while(
         lock_, session_, *entry->frame,
         is_not_filled(entry->frame->content.state) ? is_not_filled : is_being_written);
-  if (reads) {
-    // Not before: whoever waits for room would find these frames neither on their way nor free.
-    --pager_.bringing_in_;
-    pager_.tell_of_change();
-  }
   bool others_failed = false;
   for (const PinBatch::Entry& entry : batch_) {
     if (entry.frame->content.state != State::kDetached) continue;

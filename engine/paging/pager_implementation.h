@@ -112,8 +112,9 @@ class Pager::Implementation final : public TransferListener {
   PagingStatistics statistics_;
   FrameTable table_;
   Sessions sessions_;
-  std::uint32_t bringing_in_ = 0;  ///< callers that are in bring_in()
-  Transfers transfers_;            ///< last: its threads end first
+  /// Calls that pin blocks and do not wait for room: the frames that they hold may come free.
+  std::uint32_t calls_under_way_ = 0;
+  Transfers transfers_;  ///< last: its threads end first
 };
 
 class Pager::Implementation::Wait {

@@ -12,7 +12,24 @@
 
 namespace plait {
 
+/// Counts a call for as long as it lives. A call that ends, with its blocks or with an error, may
+/// leave nothing that the waiting calls could wait for: they look again.
+class Pager::Implementation::PinCall::UnderWay {
+ public:
+  explicit UnderWay(Implementation& pager) noexcept : pager_(pager) { ++pager_.calls_under_way_; }
+  ~UnderWay() {
+    --pager_.calls_under_way_;
+    if (pager_.sessions_.anybody_waits()) pager_.tell_of_change();
+  }
+  UnderWay(const UnderWay&) = delete;
+  UnderWay& operator=(const UnderWay&) = delete;
+
+ private:
+  Implementation& pager_;
+};
+
 void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
+  const UnderWay under_way(pager_);
   check_may_write();
   try {
     while (!take_frames() || !bring_in()) {
@@ -114,14 +131,16 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
   const std::uint64_t needed_bytes = batch_.frame_bytes();
   let_go();
   const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
-  if (!fits || (pager_.transfers_.reads() == 0 && pager_.bringing_in_ == 0 &&
+  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == 1 &&
                 !pager_.sessions_.may_come_free(session_))) {
     if (fits && pager_.transfers_.failed())
       pager_.transfers_.refuse(fmt::format("page in {}", batch_[0].level->path.native()));
     refuse_room(needed_bytes);
   }
   const Sessions::Waiter waiter(pager_.sessions_, session_);
+  --pager_.calls_under_way_;
   pager_.wait_for_any(lock_, &session_, Direction::kRead);
+  ++pager_.calls_under_way_;
   return false;
 }
 

@@ -29,6 +29,8 @@ class Pager::Implementation::PinCall {
   void run(std::span<Frame*> frames);
 
  private:
+  class UnderWay;
+
   // pin_call.cpp
   /// Takes a frame for each block of the batch, and adds the blocks that these are coded by. False:
   /// it took none, and waited.
