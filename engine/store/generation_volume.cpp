@@ -77,6 +77,10 @@ class GenerationLevel final : public Backend {
   }
 
   void start(Transfer& transfer) noexcept override;
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    return (renewed_[block] ? *new_ : *old_).context(block, blocks);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     home_of(std::min(blocks.first, renewed_.size() - 1)).advise(blocks, advice);
   }

@@ -103,6 +103,13 @@ void forge_base_mesh(const std::filesystem::path& store, std::span<const std::by
   });
 }
 
+/// Whether the byte and the 64 bytes before it are zeros. There, one byte in 31 stands for the
+/// rest.
+bool is_deep_in_zeros(std::span<const std::byte> bytes, std::uint64_t offset) {
+  return offset >= 64 && std::ranges::all_of(bytes.subspan(offset - 64, 65),
+                                             [](std::byte byte) { return byte == std::byte{0}; });
+}
+
 }  // namespace
 
 TEST_CASE("Store_AnyByteOfAnyFileFlipped_IsFoundOrHarmless") {
@@ -122,6 +129,7 @@ TEST_CASE("Store_AnyByteOfAnyFileFlipped_IsFoundOrHarmless") {
       const std::vector<std::byte> bytes = file_bytes(victim.path() / name);
       File file(victim.path() / name, OpenMode::kReadWrite);
       for (std::uint64_t offset = 0; offset < bytes.size(); ++offset) {
+        if (is_deep_in_zeros(bytes, offset) && offset % 31 != 0) continue;
         const auto flipped = bytes[offset] ^ static_cast<std::byte>(1u << (offset % 8));
         file.write_at(offset, std::span(&flipped, 1));
         const Outcome outcome = victim.examine();
