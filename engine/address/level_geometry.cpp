@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <ranges>
 
 #include "plait/edge_index.h"
 #include "plait/error.h"
@@ -78,9 +77,16 @@ EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
   if (block >= block_count_) return static_cast<EdgeId>(edge_count());
   const std::uint64_t slots_before = block << shift_;
   if (shapes_.absent().empty()) return static_cast<EdgeId>(slots_before);
-  const auto edges = std::views::iota(EdgeId{0}, static_cast<EdgeId>(edge_count()));
-  return *std::ranges::partition_point(
-      edges, [&](EdgeId edge) { return present_before(edge) < slots_before; });
+  // The first edge with so many present slots before it.
+  std::uint64_t first = 0, after = edge_count();
+  while (first < after) {
+    const std::uint64_t middle = first + (after - first) / 2;
+    if (present_before(middle) < slots_before)
+      first = middle + 1;
+    else
+      after = middle;
+  }
+  return static_cast<EdgeId>(first);
 }
 
 }  // namespace plait

@@ -64,7 +64,7 @@ std::optional<OpenVersion> share_newest_version(const Directory& store) {
   const bool locked = version.file.lock(false);
   if (has_moved_on(store, version.manifest)) return {};
   if (locked && store.contains(name, version.file.descriptor())) return version;
-  StoreLock(store, LockFor::kReading);  // throws, naming who writes the store
+  const StoreLock free_now(store, LockFor::kReading);  // throws if not, naming who writes
   return {};
 }
 
