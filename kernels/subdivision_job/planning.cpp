@@ -87,11 +87,6 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   if (plan.refusals.empty() && !plan.keeps_store && !request.store.empty())
     plan.warnings.push_back(fmt::format("backend {} keeps nothing: {} is not made",
                                         plan.store.backend, request.store.native()));
-  if (plan.commits_levels && request.durability == Durability::kNone)
-    plan.warnings.push_back(
-        fmt::format("without durability, a run that is interrupted may cost {}, since committed "
-                    "levels are overwritten in place",
-                    request.store.native()));
   return plan;
 }
 

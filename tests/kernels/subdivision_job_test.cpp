@@ -29,7 +29,7 @@ SubdivisionRequest request_for(const fs::path& store, ExistingStore existing) {
   request.store = store;
   request.levels = kLevels;
   request.normals = true;
-  request.durability = existing == ExistingStore::kResume ? Durability::kCommit : Durability::kNone;
+  request.durability = Durability::kNone;
   request.existing = existing;
   request.max_slot_bytes = 100;  // refines the base mesh twice in memory
   request.block_bytes = 4 << 10;

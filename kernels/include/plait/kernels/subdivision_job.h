@@ -58,8 +58,8 @@ struct SubdivisionRequest {
   int threads = 1;
   bool normals = false;
   bool limit = false;
-  /// With kNone and kResume a cancelled job may damage the store, because Loop overwrites committed
-  /// levels in place.
+  /// kNone: nothing waits for the disk. A job that is cancelled or killed leaves the last commit
+  /// all the same, but a crash of the system may cost the store.
   Durability durability = Durability::kCommit;
   bool digest = false;       ///< read everything back at the end, for the result's digest
   bool ignore_size = false;  ///< start even if memory, disk or budget are too small
