@@ -204,7 +204,6 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.limit = false;
   request.executor.reset();
   CHECK(refused_fields(request).empty());
-  CHECK(SubdivisionJob(request, default_backends()).plan().warnings.size() == 1);  // durability
   request.codec = "zstd:3";
   request.block_bytes = 8 << 10;
   request.scheme = Scheme::kMidpoint;
