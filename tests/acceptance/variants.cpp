@@ -147,8 +147,10 @@ std::string Refiner::digest_of(const Variant& variant) {
   if (variant.executor == ExecutorKind::kSweep) {
     if (smallest == 0) smallest = sweep_budget(variant);
     // Coders take at most a quarter of the budget.
-    const bool codes = default_backends().find(variant.backend).traits.compressed;
-    return digest_under(variant, codes ? smallest + (smallest + 2) / 3 : smallest);
+    // Coders, and page buffers on meshes with borders, take up to a quarter of the budget.
+    const bool shares =
+        default_backends().find(variant.backend).traits.compressed || variant.backend == "uring";
+    return digest_under(variant, shares ? smallest + (smallest + 2) / 3 : smallest);
   }
   for (smallest = std::max(smallest, kLeastBytes);; smallest *= 2) {
     try {

@@ -46,8 +46,8 @@ class Refiner {
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
   /// Makes the store in a temporary directory, commits and reopens it, and returns the digest. With
-  /// the sweep executor, Budget::kSmallest is the exact minimum, plus the share of the coders if
-  /// the backend compresses. With another executor it is the smallest sufficient power of two.
+  /// the sweep executor, Budget::kSmallest is the exact minimum, plus the share of coders and of
+  /// page buffers. With another executor it is the smallest sufficient power of two.
   std::string digest_of(const Variant& variant);
 
   /// The bytes of the frames that the widest pass of the sweep executor pins at the same time,
