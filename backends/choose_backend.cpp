@@ -24,7 +24,7 @@ std::string mebibytes(std::uint64_t bytes) { return fmt::format("{} MiB", bytes 
 std::string kernel_refusal(const BackendRegistry& backends) {
   try {
     const BackendRegistry::Entry& uring = backends.find(kUring);
-    if (uring.validate) uring.validate(BackendOptions());
+    if (uring.validate) uring.validate({});
   } catch (const Error& error) {
     return error.what();
   }
@@ -54,15 +54,15 @@ BackendChoice choose_backend(const BackendRegistry& backends, const std::filesys
   const std::string sizes = fmt::format("{} of levels, {} of memory available",
                                         mebibytes(raw_bytes), mebibytes(available_bytes));
   if (raw_bytes <= available_bytes / kLargeStoreDivisor)
-    return {kPread, fmt::format("the store is small beside the memory: {}", sizes)};
+    return {kPread, fmt::format("the store is small compared with the memory: {}", sizes)};
   if (const std::string refusal = kernel_refusal(backends); !refusal.empty())
-    return {kPread,
-            fmt::format("the store is large beside the memory ({}), but {}", sizes, refusal)};
+    return {kPread, fmt::format("the store is large compared with the memory ({}), but {}", sizes,
+                                refusal)};
   const std::filesystem::path directory = path.parent_path().empty() ? "." : path.parent_path();
   if (const std::string refusal = file_system_refusal(directory); !refusal.empty())
-    return {kPread,
-            fmt::format("the store is large beside the memory ({}), but {}", sizes, refusal)};
-  return {kUring, fmt::format("the store is large beside the memory: {}", sizes)};
+    return {kPread, fmt::format("the store is large compared with the memory ({}), but {}", sizes,
+                                refusal)};
+  return {kUring, fmt::format("the store is large compared with the memory: {}", sizes)};
 }
 
 }  // namespace plait

@@ -73,9 +73,10 @@ void check_level(const LevelSpec& level, std::uint64_t max_block_bytes) {
 
 void check_request(const LevelGeometry& geometry, BlockRange blocks, std::size_t span_bytes) {
   if (blocks.first > geometry.block_count() || blocks.count > geometry.block_count() - blocks.first)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("access blocks of a level: expected blocks below {}, found {} from {}",
-                            geometry.block_count(), blocks.count, blocks.first));
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("access blocks of a level: expected blocks below {}, found {} blocks from {}",
+                    geometry.block_count(), blocks.count, blocks.first));
   const std::uint64_t expected = geometry.range_bytes(blocks.first, blocks.count);
   if (span_bytes != expected)
     throw Error(ErrorCode::kInvalidArgument,

@@ -3,7 +3,7 @@
 //
 //   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
 //
-// The same source, plait/kernels/loop_patches.h, refines the same mesh in four kinds of storage:
+// The same source, plait/kernels/rule_patches.h, refines the same mesh in four kinds of storage:
 // plain arrays per face (bench/face_arrays.h), the library's in-core mesh, a store in memory, and a
 // store on disk whose blocks are all in frames. All memory is allocated and touched before the
 // measurement. Every counted run begins with the base positions and computes all levels. A turn
@@ -25,7 +25,7 @@
 #include "plait/backends/registry.h"
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -49,8 +49,9 @@ struct Settings {
 template <PatchMesh Mesh>
 void refine_from_base(Mesh& mesh, const BaseMesh& base, int levels) {
   for (std::size_t vertex = 0; vertex < base.vertex_count(); ++vertex)
-    mesh.base_records()[vertex] = loop::narrow<float>(base.positions()[vertex]);
-  for (int level = 1; level <= levels; ++level) loop_refine_patches(mesh, level);
+    mesh.base_records()[vertex] = narrow<float>(base.positions()[vertex]);
+  for (int level = 1; level <= levels; ++level)
+    refine_patches(mesh, level, loop_scheme().rule<float>());
 }
 
 template <PatchMesh First, PatchMesh Second>

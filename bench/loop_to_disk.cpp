@@ -64,10 +64,10 @@ nlohmann::json make_store(const Settings& settings, const Case& at) {
                              layout_from_name(settings.layout));
   StoreOptions options;
   options.backend = at.backend.name;
-  options.backend_options.codec = "lz4";
+  options.pipeline = at.backend.traits.compressed ? "shuffle,lz4" : "none";
   options.budget_bytes = at.budget_mebibytes << 20;
   options.layout = std::string(to_string(base.kind));
-  at.backend.validate(options.backend_options);
+  at.backend.validate({});
   SubdivideOptions how;
   how.levels = settings.levels;
   how.normals = true;

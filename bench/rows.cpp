@@ -24,17 +24,19 @@
 #include <vector>
 
 #include "command_line.h"
-#include "fused/builtin_rows.h"
-#include "fused/every_target.h"
-#include "fused/fan_shape.h"
 #include "fused/lattice_buffer.h"
+#include "fused/ring_shape.h"
+#include "rows/dispatched_rows.h"
+#include "rows/every_target.h"
+#include "schemes/library_rule.h"
+#include "schemes/loop.h"
+#include "schemes/midpoint.h"
 #include "support.h"
 
 namespace {
 
 using namespace plait;
 using namespace plait::bench;
-using fused_rows::kPointNumbers;
 
 struct Settings {
   std::string only, json;
@@ -62,7 +64,7 @@ class Rows {
   }
   float* normals() const { return normals_.data(); }
   /// The six neighbours of the points of row 1 from point 1 on.
-  fused_rows::Neighbours<Real> neighbours() const {
+  Neighbours<Real> neighbours() const {
     return {{{at(1, 2), at(1, 0)}, {at(2, 1), at(0, 1)}, {at(2, 0), at(0, 2)}}};
   }
   Real* result() const { return at(kRows - 2, 0); }
@@ -91,40 +93,47 @@ std::vector<Subject> subjects(std::int64_t points, const std::string& suffix) {
     return std::function<void()>([function, row] { function(row); });
   };
   std::vector<Subject> made;
+  const RingShape shape{6, false, 1}, shape_of_two{6, false, 2};
+  const auto rings = std::make_shared<Rows<Real>>(static_cast<std::int64_t>(shape_of_two.points()));
   const auto add = [&](const std::string& name, auto make) {
-    made.push_back({name + suffix, vertices, 3 * sizeof(Real), make});
+    made.push_back(
+        {name + suffix, vertices, 3 * sizeof(Real), [make, rows, rings] { return make(); }});
   };
-  const fused_rows::OddRow<Real> odd{rows->at(0, 0), rows->at(1, 0), rows->at(0, 1),
-                                     rows->at(1, 1), rows->result(), points};
-  const fused_rows::EvenRow<Real> even{rows->at(3, 0), rows->neighbours(), rows->result(), points};
-  const fused_rows::WingedRow<Real> winged{
-      rows->at(1, 1), rows->at(1, 2), rows->at(2, 1), rows->at(0, 2), rows->at(2, 0),
-      rows->at(0, 3), rows->at(2, 2), rows->at(0, 1), rows->result(), points};
-  add("Loop odd", [=] { return work(loop_rows<Real>().odd, odd); });
-  add("Loop even", [=] { return work(loop_rows<Real>().even, even); });
-  add("Loop limit", [=] {
-    return work(loop_rows<Real>().limit,
-                fused_rows::SurfaceRow<Real, Real>{rows->at(1, 1), rows->neighbours(),
-                                                   rows->result(), 1, points});
+  const OddRow<Real> odd{rows->at(0, 0), rows->at(1, 0), rows->at(0, 1),
+                         rows->at(1, 1), rows->result(), points};
+  const EvenRow<Real> even{rows->at(3, 0), rows->neighbours(), rows->result(), points};
+  const WingedRow<Real> winged{rows->at(1, 1), rows->at(1, 2), rows->at(2, 1), rows->at(0, 2),
+                               rows->at(2, 0), rows->at(0, 3), rows->at(2, 2), rows->at(0, 1),
+                               rows->result(), points};
+  const SurfaceRow<Real, Real> limit{rows->at(1, 1), rows->neighbours(), rows->result(), 1, points};
+  const RingStep<Real> step{rings->at(0, 0), rings->at(3, 0), 6, false};
+  const auto add_rings = [&](const std::string& name, std::size_t ring_points, auto make) {
+    add(name, make);
+    made.back().vertices = static_cast<std::int64_t>(ring_points * kPatchLanes);
+  };
+  // The library's rows, and those that a program compiles which has the same rule as its own.
+  const auto add_loop = [&](const std::string& name, auto rule) {
+    add(name + " odd", [=] { return [=, at = rule()] { at.odd_row(odd); }; });
+    add(name + " even", [=] { return [=, at = rule()] { at.even_row(even); }; });
+    add(name + " limit", [=] { return [=, at = rule()] { at.limit_row(limit); }; });
+    add_rings(name + " ring of 6", shape.points(),
+              [=] { return [=, at = rule()] { at.ring_step(step); }; });
+  };
+  add_loop("Loop", [] { return library_rule<LoopRule, Real>(); });
+  add_loop("own Loop", [] {
+    return OneRing<Real>(std::make_shared<LoopRule>(), functions_of<Real, LoopRule>());
   });
-  add("midpoint odd", [=] { return work(midpoint_rows<Real>().odd, odd); });
-  add("midpoint even", [=] { return work(midpoint_rows<Real>().even, even); });
+  const auto midpoint = [] { return library_rule<MidpointRule, Real>(); };
+  add("midpoint odd", [=] { return [=, at = midpoint()] { at.odd_row(odd); }; });
+  add("midpoint even", [=] { return [=, at = midpoint()] { at.even_row(even); }; });
   add("Butterfly odd", [=] { return work(butterfly_rows<Real>().odd, winged); });
+  add_rings("Butterfly rings of 6", shape_of_two.points(),
+            [=] { return work(butterfly_rows<Real>().ring_step, step); });
   add("normals", [=] {
-    return work(loop_rows<Real>().normal,
-                fused_rows::SurfaceRow<Real, float>{rows->at(1, 1), rows->neighbours(),
-                                                    rows->normals(), 1, points});
+    return work(normal_row<Real>(), SurfaceRow<Real, float>{rows->at(1, 1), rows->neighbours(),
+                                                            rows->normals(), 1, points});
   });
   made.back().vertex_bytes = 3 * sizeof(float);
-  for (const int reach : {1, 2}) {
-    const FanShape shape{6, false, reach};
-    const auto fan = std::make_shared<Rows<Real>>(static_cast<std::int64_t>(shape.points()));
-    add(reach == 1 ? "Loop ring of 6" : "Butterfly rings of 6", [=] {
-      return work(reach == 1 ? loop_rows<Real>().fan : butterfly_rows<Real>().fan,
-                  fused_rows::FanStep<Real>{fan->at(0, 0), fan->at(3, 0), shape.valence, false});
-    });
-    made.back().vertices = static_cast<std::int64_t>(shape.points() * kPatchLanes);
-  }
   return made;
 }
 

@@ -3,15 +3,16 @@
 //
 //   plait_bench_sweep_rmw [--level 7] [--refinements 5] [--components 6] [--limit MIB]
 //                         [--memory MIB] [--threads 2] [--runs 5] [--drop-caches 1]
-//                         [--io-threads N] [--only BACKEND] [--journal] [--directory .]
+//                         [--io-threads N] [--only BACKEND] [--modes scratch] [--directory .]
 //                         [--json FILE]
 //
 // The sweep adds 1 to every float of the finest level. Each run is a process under the memory limit
 // (cgroup version 1; the program says so if it may not set one), with a cold page cache and with
-// fdatasync inside the time. The store is a scratch store; with --journal it is a durable one,
-// which shows what an atomic commit costs. After each run comes its floor, so that a change of the
-// disk's speed affects both. The floor is fio, which reads and writes the same bytes in blocks of
-// the same size (uring: io_uring with O_DIRECT, eight blocks in each direction; pread and
+// fdatasync inside the time. --modes names what the sweep is, several with commas: "scratch", in
+// place without a way back; "generation", a durable commit of a new file for the level; "journal",
+// a durable commit in place. The modes take turns, so a change of the disk's speed affects all.
+// After each turn comes the floor. The floor is fio, which reads and writes the same bytes in
+// blocks of the same size (uring: io_uring with O_DIRECT, eight blocks in each direction; pread and
 // compressed: psync). For mmap the floor is a plain loop over a mapping; without fio it is a plain
 // loop for all backends. The program prints a Markdown table of medians with the smallest and
 // largest values.
@@ -44,9 +45,18 @@ struct Settings {
   std::uint32_t components = 6;
   std::uint64_t limit_mebibytes = 256, memory_mebibytes = 64;
   int drop_caches = 1, io_threads = -1;  ///< -1: the store's default
-  bool journal = false;
+  std::vector<std::string> modes = {"scratch"};
   std::string directory = ".", only, json;
 };
+
+struct Mode {
+  std::string name;
+  Durability durability;
+  Overwriting overwriting;
+};
+const std::vector<Mode> kModes = {{"scratch", Durability::kNone, Overwriting::kInPlace},
+                                  {"generation", Durability::kCommit, Overwriting::kNewGeneration},
+                                  {"journal", Durability::kCommit, Overwriting::kInPlace}};
 
 struct Subject {
   std::string name, backend, engine;
@@ -80,7 +90,7 @@ void make_store(const fs::path& path, const BaseMesh& base, const Settings& sett
   fs::remove_all(path);
   StoreOptions options;
   options.backend = subject.backend;
-  options.backend_options.codec = "lz4";
+  if (subject.backend == "compressed") options.pipeline = "shuffle,lz4";
   Store store = Store::create(path, base, options, default_backends());
   const AttributeId attribute =
       store.add_attribute({"value", ComponentType::kFloat32, settings.components});
@@ -88,16 +98,17 @@ void make_store(const fs::path& path, const BaseMesh& base, const Settings& sett
   sweep_finest(store, settings, Access::kWrite);
 }
 
-double sweep_seconds(const fs::path& path, const Settings& settings) {
+double sweep_seconds(const fs::path& path, const Settings& settings, const Mode& mode) {
   OpenOptions options;
   options.writable = true;
   options.budget_bytes = settings.memory_mebibytes << 20;
-  options.durability = settings.journal ? Durability::kCommit : Durability::kNone;
+  options.durability = mode.durability;
+  options.overwriting = mode.overwriting;
   if (settings.io_threads >= 0) options.io_threads = settings.io_threads;
   Store store = Store::open(path, options, default_backends());
   const double result = seconds([&] {
     sweep_finest(store, settings, Access::kUpdate);
-    if (!settings.journal)
+    if (mode.durability == Durability::kNone)
       File(store.level_file(0, settings.level).path, OpenMode::kReadWrite).sync();
   });
   const PagingStatistics paging = store.statistics();
@@ -168,8 +179,18 @@ void make_floor_file(const fs::path& path, std::uint64_t bytes, std::uint64_t bl
 }
 
 struct Times {
+  std::string subject, mode;
   std::vector<double> sweep, floor;
 };
+
+/// The floor's file and those of the level, whatever their generation.
+std::vector<fs::path> files_read(const fs::path& floor_file, const fs::path& store, int level) {
+  std::vector<fs::path> files = {floor_file};
+  const std::string prefix = fmt::format("attribute0.level{:02}.", level);
+  for (const fs::directory_entry& entry : fs::directory_iterator(store))
+    if (entry.path().filename().string().starts_with(prefix)) files.push_back(entry.path());
+  return files;
+}
 
 std::string spread(const std::vector<double>& values, double bytes) {
   return fmt::format("{:.2f} ({:.2f} to {:.2f})", 2e-9 * bytes / median(values),
@@ -179,7 +200,7 @@ std::string spread(const std::vector<double>& values, double bytes) {
 
 int run(const Settings& settings) {
   const BaseMesh base = octahedron(settings.refinements);
-  const LevelGeometry geometry(base.edge_count(), {}, BaseRelativeLevel(settings.level),
+  const LevelGeometry geometry(base.slot_shapes(), BaseRelativeLevel(settings.level),
                                settings.components * sizeof(float), StoreOptions().block_bytes);
   const std::uint64_t bytes = geometry.total_bytes(), block_bytes = geometry.max_block_bytes();
   const MemoryLimit limit(settings.limit_mebibytes << 20);
@@ -188,27 +209,32 @@ int run(const Settings& settings) {
   make_floor_file(floor_file, bytes, block_bytes);
 
   bool cold = true;
-  std::vector<Subject> subjects;
   std::vector<Times> times;
   for (const Subject& subject : kSubjects) {
     if (!settings.only.empty() && settings.only != subject.backend) continue;
     const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
     say_progress(fmt::format("{}: making a store", subject.name));
     make_store(path, base, settings, subject);
-    Times of;
+    const auto make_all_cold = [&] {
+      return settings.drop_caches != 0 && make_cold(files_read(floor_file, path, settings.level));
+    };
+    const std::size_t first = times.size();
+    for (const Mode& mode : kModes)
+      if (std::ranges::find(settings.modes, mode.name) != settings.modes.end())
+        times.push_back({subject.name, mode.name, {}, {}});
     for (int turn = 0; turn < settings.runs; ++turn) {
       say_progress(fmt::format("{}: run {} of {}", subject.name, turn + 1, settings.runs));
-      const std::vector<fs::path> files = {
-          floor_file, path / fmt::format("attribute0.level{:02}", settings.level)};
-      cold = settings.drop_caches != 0 && make_cold(files);
-      of.sweep.push_back(limit.run([&] { return sweep_seconds(path, settings); }));
-      if (settings.drop_caches != 0) make_cold(files);
-      of.floor.push_back(limit.run(
-          [&] { return floor_seconds(floor_file, bytes, block_bytes, subject, have_fio); }));
+      for (std::size_t at = first; at < times.size(); ++at) {
+        const Mode& mode = *std::ranges::find(kModes, times[at].mode, &Mode::name);
+        cold = make_all_cold();
+        times[at].sweep.push_back(limit.run([&] { return sweep_seconds(path, settings, mode); }));
+      }
+      make_all_cold();
+      const double floor = limit.run(
+          [&] { return floor_seconds(floor_file, bytes, block_bytes, subject, have_fio); });
+      for (std::size_t at = first; at < times.size(); ++at) times[at].floor.push_back(floor);
     }
     fs::remove_all(path);
-    subjects.push_back(subject);
-    times.push_back(of);
   }
   fs::remove(floor_file);
 
@@ -224,17 +250,18 @@ int run(const Settings& settings) {
           : "warm",
       settings.threads, settings.memory_mebibytes, have_fio ? "fio" : "plain loops", settings.runs);
   fmt::print(
-      "| backend | sweep, GB/s read + written (min to max) | floor | sweep / floor |\n"
-      "|---|---|---|---|\n");
+      "| backend | mode | sweep, GB/s read + written (min to max) | floor | sweep / floor |\n"
+      "|---|---|---|---|---|\n");
   nlohmann::ordered_json report;
-  for (std::size_t i = 0; i < subjects.size(); ++i) {
-    const double ratio = median(times[i].floor) / median(times[i].sweep);
-    fmt::print("| {} | {} | {} | {:.2f} |\n", subjects[i].name,
-               spread(times[i].sweep, double(bytes)), spread(times[i].floor, double(bytes)), ratio);
-    report.push_back({{"backend", subjects[i].name},
+  for (const Times& of : times) {
+    const double ratio = median(of.floor) / median(of.sweep);
+    fmt::print("| {} | {} | {} | {} | {:.2f} |\n", of.subject, of.mode,
+               spread(of.sweep, double(bytes)), spread(of.floor, double(bytes)), ratio);
+    report.push_back({{"backend", of.subject},
+                      {"mode", of.mode},
                       {"bytes", bytes},
-                      {"sweep_seconds", times[i].sweep},
-                      {"floor_seconds", times[i].floor},
+                      {"sweep_seconds", of.sweep},
+                      {"floor_seconds", of.floor},
                       {"ratio", ratio}});
   }
   write_json(settings.json, report);
@@ -264,9 +291,10 @@ int main(int count, char** words) {
         add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
                           "Threads that read ahead and write behind; -1: the store's default");
         app.add_option("--only", settings.only, "Only this backend");
-        app.add_flag(
-            "--journal", settings.journal,
-            "Make a durable store, which keeps overwritten blocks in the rollback journal");
+        app.add_option("--modes", settings.modes,
+                       "scratch, generation, journal; several with commas")
+            ->delimiter(',')
+            ->check(CLI::IsMember({"scratch", "generation", "journal"}));
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },

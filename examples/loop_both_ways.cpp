@@ -23,7 +23,7 @@
 
 #include "plait/backends/registry.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
@@ -70,10 +70,10 @@ double surface_area(Mesh& mesh, int level) {
   return sum;
 }
 
-// 2. The library's Loop subdivision is written in the same way: plait/kernels/loop_patches.h.
+// 2. The library's Loop subdivision is written in the same way: plait/kernels/rule_patches.h.
 template <plait::PatchMesh Mesh>
 void refine(Mesh& mesh, int level) {
-  plait::loop_refine_patches(mesh, level);
+  plait::refine_patches(mesh, level, plait::loop_scheme().rule<float>());
 }
 
 // 3. Whether two meshes hold the same bits at every vertex of every patch.

@@ -122,24 +122,6 @@ void require_extension(std::string_view verb, const std::filesystem::path& path,
                                                          verb, path.native(), extension));
 }
 
-std::string format_bytes(std::uint64_t bytes) {
-  if (bytes < 1024) return fmt::format("{} bytes", bytes);
-  constexpr const char* kUnits[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
-  double value = static_cast<double>(bytes) / 1024;
-  std::size_t unit = 0;
-  for (; value >= 1024 && unit + 1 < std::size(kUnits); ++unit) value /= 1024;
-  return fmt::format("{:.{}f} {}", value, value < 10 ? 2 : value < 100 ? 1 : 0, kUnits[unit]);
-}
-
-std::string size_text(std::uint64_t bytes) {
-  constexpr std::pair<int, const char*> kUnits[] = {
-      {40, "TiB"}, {30, "GiB"}, {20, "MiB"}, {10, "KiB"}};
-  for (const auto& [shift, unit] : kUnits)
-    if (bytes != 0 && (bytes & ((std::uint64_t{1} << shift) - 1)) == 0)
-      return fmt::format("{}{}", bytes >> shift, unit);
-  return std::to_string(bytes);
-}
-
 std::string format_count(std::uint64_t count) {
   const std::string digits = std::to_string(count);
   std::string text;
@@ -195,7 +177,7 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& name,
 
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
   return command.add_flag("--json", context.json,
-                          "One JSON object on standard output, and nothing else there");
+                          "Print one JSON object, and nothing else, to standard output");
 }
 
 std::string backend_help(const BackendRegistry& backends) {

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "command.h"
+#include "plait/byte_text.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -42,10 +43,6 @@ std::string lower_extension(const std::filesystem::path& path);
 void require_extension(std::string_view verb, const std::filesystem::path& path,
                        std::string_view extension);
 
-/// "512 bytes", "1.50 KiB", "2.33 GiB".
-std::string format_bytes(std::uint64_t bytes);
-/// The shortest text from which parse_size gives `bytes`: "1MiB", "65537".
-std::string size_text(std::uint64_t bytes);
 /// "26,016".
 std::string format_count(std::uint64_t count);
 

@@ -11,8 +11,8 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "left_overs.h"
 #include "plait/directory.h"
+#include "plait/left_overs.h"
 
 namespace plait {
 namespace {

@@ -11,12 +11,13 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "final_name.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "partial_output.h"
 #include "plait/backends/choose_backend.h"
 #include "plait/convert.h"
+#include "plait/left_overs.h"
+#include "plait/partial_store.h"
+#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "read_back.h"
@@ -67,10 +68,14 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
                 fmt::format("convert: --codec and --filter need a backend that compresses, and {} "
                             "does not: add --backend compressed",
                             backend.name));
-  if (!source.backend_traits().compressed) options.backend_options = BackendOptions();
-  if (!arguments.codec.empty()) options.backend_options.codec = arguments.codec;
-  if (!arguments.filter.empty()) options.backend_options.filter = arguments.filter;
-  backend.validate(options.backend_options);
+  const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
+  PipelineParts parts =
+      PipelineParts::of(stays_compressed ? options.pipeline : backend.default_pipeline);
+  if (!arguments.codec.empty()) parts.codec = arguments.codec;
+  if (!arguments.filter.empty()) parts.filter = arguments.filter;
+  options.pipeline = parts.pipeline();
+  backend.validate(BackendRegistry::options_in(options.backend));
+  backend.validate_pipeline(options.pipeline);
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
   options.budget_bytes = arguments.memory_bytes / 2;
   options.durability = Durability::kCommit;
@@ -89,7 +94,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
   if (std::filesystem::equivalent(arguments.from, arguments.to, ignored))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert {}: source and copy are the same", arguments.from.native()));
-  PartialOutput output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  PartialStore output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  remove_left_overs_of(arguments.to, report_warning);
 
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;
@@ -109,7 +115,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
       word = compare_copy(source, output.path(), open, arguments.threads, context.backends);
   });
   throw_if_interrupted();
-  output.publish(true);
+  output.publish(true, report_warning);
 
   const double ratio = static_cast<double>(from_bytes) / static_cast<double>(to_bytes);
   if (!context.json) {

@@ -12,11 +12,10 @@
 #include "command.h"
 #include "console.h"
 #include "export/mesh_export.h"
-#include "final_name.h"
 #include "interrupt.h"
-#include "left_overs.h"
 #include "measure.h"
-#include "plait/partial_file.h"
+#include "plait/left_overs.h"
+#include "plait/partial_output.h"
 #include "plait/store.h"
 #include "progress.h"
 
@@ -36,7 +35,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.format = export_format(arguments.output);
   options.attributes = arguments.attributes;
   PartialFile::check(arguments.output, Existing::kReplace);
-  remove_left_overs_of(arguments.output);
+  remove_left_overs_of(arguments.output, report_warning);
   PartialFile output(arguments.output, Existing::kReplace);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;

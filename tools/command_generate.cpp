@@ -12,13 +12,12 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "final_name.h"
 #include "generate/generate.h"
 #include "interrupt.h"
-#include "left_overs.h"
 #include "measure.h"
+#include "plait/left_overs.h"
 #include "plait/mesh_io.h"
-#include "plait/partial_file.h"
+#include "plait/partial_output.h"
 #include "progress.h"
 
 namespace plait {
@@ -46,7 +45,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   require_extension("generate", arguments.output, ".ply");
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
   PartialFile::check(arguments.output, existing);
-  remove_left_overs_of(arguments.output);
+  remove_left_overs_of(arguments.output, report_warning);
   const Stopwatch clock;
   const IndexedMesh mesh = generate_with_progress(kind, arguments, context);
   PartialFile output(arguments.output, existing);

@@ -10,6 +10,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -67,7 +68,9 @@ Json store_report(Store& store) {
   const BaseMesh& base = store.base();
   const StoreOptions& options = store.options();
   const bool compressed = store.backend_traits().compressed;
-  const LevelCounts finest = counts_at_level(base, store.finest_level() - store.base_level());
+  const PipelineParts pipeline = PipelineParts::of(options.pipeline);
+  const LevelCounts finest =
+      counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
   std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels: nothing else is compressed
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
@@ -83,8 +86,8 @@ Json store_report(Store& store) {
       {"sequence", store.sequence()},
       {"backend", options.backend},
       {"compressed", compressed},
-      {"codec", compressed ? options.backend_options.codec : "none"},
-      {"filter", compressed ? options.backend_options.filter : "none"},
+      {"codec", pipeline.codec},
+      {"filter", pipeline.filter},
       {"block_bytes", options.block_bytes},
       {"layout", options.layout},
       {"scheme", store.provenance().scheme},

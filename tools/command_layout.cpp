@@ -11,14 +11,13 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "final_name.h"
 #include "interrupt.h"
-#include "left_overs.h"
 #include "measure.h"
 #include "picture/span_diagram.h"
 #include "plait/layout.h"
+#include "plait/left_overs.h"
 #include "plait/mesh_io.h"
-#include "plait/partial_file.h"
+#include "plait/partial_output.h"
 
 namespace plait {
 namespace {
@@ -131,7 +130,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     if (arguments.picture.empty()) continue;
     const std::filesystem::path path = picture_path(arguments, laid_out.kind);
     PartialFile::check(path, Existing::kReplace);
-    remove_left_overs_of(path);
+    remove_left_overs_of(path, report_warning);
     PartialFile output(path, Existing::kReplace);
     build_output(output, [&] { draw_span_diagram(laid_out.mesh, output.file()); });
     output.publish();

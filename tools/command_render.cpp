@@ -11,12 +11,11 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
-#include "final_name.h"
 #include "interrupt.h"
-#include "left_overs.h"
 #include "measure.h"
 #include "picture/png_file.h"
-#include "plait/partial_file.h"
+#include "plait/left_overs.h"
+#include "plait/partial_output.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "render/shading.h"
@@ -43,8 +42,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const ViewAngles view = parse_view(arguments.view);
   require_extension("render to", arguments.output, ".png");
   PartialFile::check(arguments.output, Existing::kReplace);
-  remove_left_overs_of(arguments.output);
-  PartialFile output(arguments.output, Existing::kReplace);
+  remove_left_overs_of(arguments.output, report_warning);
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.open_backends);
@@ -55,19 +53,23 @@ int run(const Arguments& arguments, const CommandContext& context) {
   SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide);
   const Camera camera = fitting_camera(store, level, view, axis_from_name(arguments.up),
                                        samples.width(), samples.height());
-  throw_if_interrupted();
   {
     Progress progress("render", ProgressUnit::kNone);
     draw_surface(store, level, camera, samples, [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total);
     });
   }
-  const Image image = shade(samples, camera, arguments.threads);
-  throw_if_interrupted();
+  const Image image = [&] {
+    const EndAtOnce nothing_is_made_yet(context.json);
+    return shade(samples, camera, arguments.threads);
+  }();
+  PartialFile output(arguments.output, Existing::kReplace);
   build_output(output, [&] { write_png(image, output.file()); });
+  throw_if_interrupted();
   output.publish();
 
-  const std::uint64_t triangles = store.base().face_count() << (2 * (level - store.base_level()));
+  const std::uint64_t triangles = store.base().face_count()
+                                  << (2 * relative_to_base(level, store.base_level()).refinements);
   if (!context.json) {
     print(fmt::format("{}: {} x {} pixels, level {}, {} triangles, {:.2f} s\n",
                       output.final_path().native(), size.width, size.height, level,

@@ -11,9 +11,9 @@
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
-#include "left_overs.h"
 #include "measure.h"
 #include "plait/kernels/repair.h"
+#include "plait/left_overs.h"
 #include "progress.h"
 
 namespace plait {
@@ -97,7 +97,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     return progress.update(done, total, phase);
   };
   // A store may be given as ".", whose name only the path from the root tells.
-  remove_left_overs_of(std::filesystem::absolute(arguments.store));
+  remove_left_overs_of(std::filesystem::absolute(arguments.store), report_warning);
   const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "arguments.h"
@@ -11,36 +14,116 @@
 #include "console.h"
 #include "interrupt.h"
 #include "measure.h"
+#include "plait/backends/choose_backend.h"
 #include "plait/edge_index.h"
+#include "plait/error.h"
+#include "plait/kernels/subdivision_job.h"
 #include "progress.h"
-#include "read_back.h"
-#include "subdivide/job.h"
+#include "subdivision_report.h"
 
 namespace plait {
 namespace {
 
-int run(const SubdivisionRequest& request, const CommandContext& context) {
-  Progress progress("subdivide", ProgressUnit::kVertices);
-  SubdivisionEvents events;
-  events.warning = report_warning;
-  events.proceed = [&](const SubdivideProgress& now) {
-    return progress.update(now.vertices_done, now.vertices_total, now.phase);
+/// Options that the command line does not give stay empty.
+struct Arguments {
+  std::filesystem::path mesh;
+  std::optional<std::string> backend, layout, scheme, precision;
+  std::string executor = "auto";
+  bool force = false, resume = false;
+  SubdivisionRequest request;  ///< request_of() adds the members above
+};
+
+SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry& backends) {
+  SubdivisionRequest request = arguments.request;
+  request.mesh = arguments.mesh;
+  if (arguments.backend != "auto") request.backend = arguments.backend;
+  if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
+  if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
+  if (arguments.precision)
+    request.precision =
+        *arguments.precision == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
+  if (arguments.executor != "auto") request.executor = executor_from_name(arguments.executor);
+  if (arguments.force) request.existing = ExistingStore::kReplace;
+  if (arguments.resume) request.existing = ExistingStore::kResume;
+  request.choose_backend = [&](const std::filesystem::path& path, std::uint64_t raw_bytes) {
+    return choose_backend(backends, path, raw_bytes);
   };
-  SubdivisionJob job(request, context.backends, events);
+  return request;
+}
+
+/// The option of the command line that helps against an error of the job.
+std::string advice(const Error& error, const SubdivisionPlan& plan) {
+  if (error.code() == ErrorCode::kCancelled && plan.commits_levels)
+    return "; --resume goes on from what is committed";
+  if (plan.refusals.empty()) return {};
+  const std::string_view refused = plan.refusals.front().field;
+  if (refused == "backend" && !plan.commits_levels) return "; add --backend compressed";
+  constexpr std::pair<std::string_view, const char*> kAdvice[] = {
+      {"backend", " (--backend)"},
+      {"block_bytes", " (--block)"},
+      {"codec", " (--codec)"},
+      {"executor", " (--executor)"},
+      {"existing", "; --force replaces a store"},
+      {"filter", " (--filter)"},
+      {"ignore_size", "; --ignore-size goes on all the same"},
+      {"layout", " (--layout)"},
+      {"levels", " (--levels)"},
+      {"limit", " (--limit)"},
+      {"max_slot_bytes", " (--max-slot)"},
+      {"normals", " (--normals)"},
+      {"precision", " (--precision)"},
+      {"scheme", " (--scheme)"},
+  };
+  for (const auto& [field, words] : kAdvice)
+    if (field == refused) return words;
+  return {};
+}
+
+/// Draws a progress bar for each step, and lets a signal cancel the job.
+class Watcher {
+ public:
+  explicit Watcher(bool json) : nothing_is_made_yet_(json) {}
+
+  /// REQUIRES: this object lives as long as the job runs.
+  SubdivisionWatch watch() {
+    return {[this](const SubdivisionProgress& now) { return update(now); },
+            [this](const std::string& warning) {
+              progress_.reset();
+              report_warning(warning);
+            }};
+  }
+
+ private:
+  bool update(const SubdivisionProgress& now) {
+    if (now.step >= SubdivisionStep::kLevels) nothing_is_made_yet_.end();
+    if (!progress_ || now.step != step_) {
+      progress_.reset();
+      const bool levels = now.step == SubdivisionStep::kLevels;
+      progress_.emplace(levels ? "subdivide" : std::string(to_string(now.step)),
+                        levels ? ProgressUnit::kVertices : ProgressUnit::kNone);
+      step_ = now.step;
+    }
+    return progress_->update(now.done, now.total, now.phase);
+  }
+
+  EndAtOnce nothing_is_made_yet_;
+  SubdivisionStep step_ = SubdivisionStep::kBaseMesh;
+  std::optional<Progress> progress_;
+};
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  SubdivisionReport report;
+  report.mesh = arguments.mesh;
   {
-    const EndAtOnce nothing_is_made_yet(context.json);
-    job.prepare();
+    Watcher watcher(context.json);
+    SubdivisionJob job(request_of(arguments, context.backends), context.backends);
+    for (const std::string& warning : job.plan().warnings) report_warning(warning);
+    try {
+      report.result = job.run(watcher.watch());
+    } catch (const Error& error) {
+      throw Error(error.code(), error.what() + advice(error, job.plan()));
+    }
   }
-  job.refine();
-  progress.clear();
-  SubdivideReport& report = job.report();
-  if (request.digest) {
-    const Stopwatch clock;
-    report.digest = digest_with_progress(job.store(), "digest", request.threads);
-    report.digest_seconds = clock.seconds();
-  }
-  throw_if_interrupted();
-  job.finish();
   report.peak_rss_bytes = peak_rss_bytes();
   report.cpu_seconds = cpu_seconds();
   report.seconds = seconds_since_start();
@@ -48,59 +131,66 @@ int run(const SubdivisionRequest& request, const CommandContext& context) {
   return kExitDone;
 }
 
-void add_surface_options(CLI::App& command, SubdivisionRequest& request) {
-  add_whole_option(command, "--levels", request.levels, 1, kMaxLevel,
+void add_surface_options(CLI::App& command, Arguments& arguments) {
+  add_whole_option(command, "--levels", arguments.request.levels, 1, kMaxLevel,
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
-  command.add_option("--scheme", request.scheme, "loop, butterfly or midpoint; default loop");
+  command.add_option("--scheme", arguments.scheme,
+                     fmt::format("{}; default {}", scheme_names(), to_string(Scheme::kLoop)));
   command
-      .add_option("--precision", request.precision,
+      .add_option("--precision", arguments.precision,
                   "Of positions: float32 or float64; default float32")
       ->check(CLI::IsMember({"float32", "float64"}));
-  command.add_flag("--normals", request.normals, "Also compute unit normals");
-  command.add_flag("--limit", request.limit, "Project positions to the limit surface (loop)");
+  command.add_flag("--normals", arguments.request.normals, "Also compute unit normals");
+  command.add_flag("--limit", arguments.request.limit,
+                   "Project positions to the limit surface (loop)");
 }
 
-void add_storage_options(CLI::App& command, SubdivisionRequest& request) {
-  command.add_option("--backend", request.backend,
+void add_storage_options(CLI::App& command, Arguments& arguments) {
+  command.add_option("--backend", arguments.backend,
                      "What keeps the levels (see below); default auto");
-  command.add_option("--codec", request.codec,
+  command.add_option("--codec", arguments.request.codec,
                      "none, lz4, zstd or zstd:LEVEL; default zstd:1; with --backend compressed");
-  command.add_option("--filter", request.filter,
+  command.add_option("--filter", arguments.request.filter,
                      "none or shuffle; default shuffle; with --backend compressed");
   command.add_option(
-      "--layout", request.layout,
+      "--layout", arguments.layout,
       "Order of edges on disk: auto (what suits the executor; default), given, spatial, hilbert or "
       "rcm");
-  add_size_option(command, "--block", request.block_bytes,
+  add_size_option(command, "--block", arguments.request.block_bytes,
                   "Unit of I/O, a power of two; default 1MiB");
-  add_size_option(command, "--max-slot", request.max_slot_bytes,
+  add_size_option(command, "--max-slot", arguments.request.max_slot_bytes,
                   "Refine the base mesh in memory until no slot of positions is larger; default "
                   "16KiB");
   command
       .add_option_function<std::string>(
-          "--durability", [&](const std::string& name) { request.durable = name == "commit"; },
+          "--durability",
+          [&](const std::string& name) {
+            arguments.request.durability =
+                name == "commit" ? Durability::kCommit : Durability::kNone;
+          },
           "commit: on the disk at the end; none: scratch, without waiting for the disk")
       ->check(CLI::IsMember({"commit", "none"}))
       ->default_str("commit");
 }
 
-void add_run_options(CLI::App& command, SubdivisionRequest& request) {
-  add_size_option(command, "--memory", request.memory_bytes, "Budget for blocks in memory");
-  add_threads_option(command, request.threads, "Threads that compute");
+void add_run_options(CLI::App& command, Arguments& arguments) {
+  add_size_option(command, "--memory", arguments.request.budget_bytes,
+                  "Budget for blocks in memory");
+  add_threads_option(command, arguments.request.threads, "Threads that compute");
   command
-      .add_option("--executor", request.executor,
+      .add_option("--executor", arguments.executor,
                   "auto (fused; with --resume sweep), fused, sweep or transparent")
       ->capture_default_str();
-  command.add_flag("--digest", request.digest,
+  command.add_flag("--digest", arguments.request.digest,
                    "Also read everything back and tell its digest, as plait digest does");
-  command.add_flag("--ignore-size", request.ignore_size,
+  command.add_flag("--ignore-size", arguments.request.ignore_size,
                    "Begin although memory, disk or budget are too small for the last level");
   CLI::Option* const force = command.add_flag(
-      "--force", request.force,
+      "--force", arguments.force,
       "Replace STORE if it is a store; the old one goes when the new one is whole");
   command
-      .add_flag("--resume", request.resume,
+      .add_flag("--resume", arguments.resume,
                 "Commit every level under its final name, and go on from the last one committed if "
                 "STORE is there: interrupted, or finished at a coarser level")
       ->excludes(force);
@@ -109,15 +199,15 @@ void add_run_options(CLI::App& command, SubdivisionRequest& request) {
 }  // namespace
 
 void add_subdivide_command(CLI::App& program, CommandContext& context) {
-  const auto request = std::make_shared<SubdivisionRequest>();
-  request->threads = default_thread_count();
+  const auto arguments = std::make_shared<Arguments>();
+  arguments->request.threads = default_thread_count();
   CLI::App* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
-  command->add_option("MESH", request->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
-  add_output_option(*command, "STORE", request->store,
+  command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  add_output_option(*command, "STORE", arguments->request.store,
                     "The store to make, a directory; with --backend memory it may be left out");
-  add_surface_options(*command, *request);
-  add_storage_options(*command, *request);
-  add_run_options(*command, *request);
+  add_surface_options(*command, *arguments);
+  add_storage_options(*command, *arguments);
+  add_run_options(*command, *arguments);
   add_json_option(*command, context);
   command->footer(
       backend_help(context.backends) +
@@ -139,8 +229,8 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
       "  plait subdivide statue.ply statue.plait --levels 6 --resume    again after a "
       "crash\n"
       "  plait subdivide statue.ply statue.plait --levels 7 --resume    one level more");
-  command->callback([request, &context] {
-    context.run = [request, &context] { return run(*request, context); };
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
   });
 }
 

@@ -74,6 +74,8 @@ EndAtOnce::EndAtOnce(bool json) {
   last_words = &words;
 }
 
-EndAtOnce::~EndAtOnce() { last_words = nullptr; }
+EndAtOnce::~EndAtOnce() { end(); }
+
+void EndAtOnce::end() { last_words = nullptr; }
 
 }  // namespace plait

@@ -22,6 +22,8 @@ class EndAtOnce {
   /// `json`: the error is also an object on standard output.
   explicit EndAtOnce(bool json);
   ~EndAtOnce();
+  /// After this call a signal only sets the flag again.
+  void end();
   EndAtOnce(const EndAtOnce&) = delete;
   EndAtOnce& operator=(const EndAtOnce&) = delete;
 };

@@ -1,26 +1,11 @@
 // tools/measure.h: measures time and memory of a run.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 
+#include "plait/stopwatch.h"
+
 namespace plait {
-
-class Stopwatch {
- public:
-  /// Seconds since construction or the last lap().
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  double lap() {
-    const double elapsed = seconds();
-    start_ = std::chrono::steady_clock::now();
-    return elapsed;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Seconds since the process started: the time that the user has waited so far.
 double seconds_since_start();

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "plait/error.h"
@@ -18,7 +19,7 @@ BackendRegistry::Entry with_stand_in(const BackendRegistry::Entry& wanted,
                                      const std::function<void(const std::string&)>& warn) {
   const auto refused = std::make_shared<std::optional<bool>>();
   BackendRegistry::Entry entry = wanted;
-  entry.validate = [=](const BackendOptions& options) {
+  entry.validate = [=](std::string_view options) {
     if (refused->has_value()) return;
     try {
       if (wanted.validate) wanted.validate(options);

@@ -52,8 +52,8 @@ class CoderPool {
     ~Lease() { pool_.give_back(std::move(kept_)); }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
-    BlockCoder& operator*() { return *kept_.coder; }
-    BlockCoder* operator->() { return kept_.coder.get(); }
+    BlockCoder& operator*() const { return *kept_.coder; }
+    BlockCoder* operator->() const { return kept_.coder.get(); }
 
    private:
     CoderPool& pool_;

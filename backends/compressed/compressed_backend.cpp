@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <mutex>
 #include <utility>
+#include <vector>
 
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
@@ -40,20 +41,32 @@ File open_file(const LevelSpec& level) {
   return {level.directory, level.name, level.mode};
 }
 
-std::string pipeline_of(const BackendOptions& options) {
-  return options.filter + ',' + options.codec;
-}
+class CompressedBackend;
+/// The open levels of a volume. The volume tells them of versions.
+using OpenLevels = std::vector<CompressedBackend*>;
 
 class CompressedBackend final : public Backend {
  public:
-  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders)
+  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders,
+                    OpenLevels& open_levels)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
-        extents_(std::as_const(table_).entries(), file_.size(), file_.path()),
+        extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
         coding_(std::move(coding)),
-        coders_(coders) {}
+        coders_(coders),
+        open_levels_(open_levels) {
+    open_levels_.push_back(this);
+  }
+  ~CompressedBackend() override { std::erase(open_levels_, this); }
+  CompressedBackend(const CompressedBackend&) = delete;
+  CompressedBackend& operator=(const CompressedBackend&) = delete;
+
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
+    const std::lock_guard lock(mutex_);
+    extents_.begin_version(sequence, held);
+  }
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
@@ -109,8 +122,6 @@ class CompressedBackend final : public Backend {
 
   void sync(bool durable) override {
     if (durable) file_.sync();
-    const std::lock_guard lock(mutex_);
-    extents_.hold(std::as_const(table_).entries());
   }
 
   std::uint64_t stored_bytes() const override {
@@ -158,40 +169,46 @@ class CompressedBackend final : public Backend {
   ExtentAllocator extents_;
   Coding coding_;
   CoderPool& coders_;
+  OpenLevels& open_levels_;
 };
 
 class CompressedVolume final : public Volume {
  public:
   CompressedVolume(std::shared_ptr<const PipelineRegistry> pipelines, const VolumeSpec& volume)
-      : pipelines_(std::move(pipelines)),
-        pipeline_(pipeline_of(volume.options)),
-        coders_(*pipelines_, volume) {}
+      : pipelines_(std::move(pipelines)), coders_(*pipelines_, volume) {}
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    const Coding coding{pipeline_, level.component_bytes};
-    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_);
+    const Coding coding{level.pipeline, level.component_bytes};
+    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_, open_levels_);
     coders_.make_room_for(coding, level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
-  void begin_version(std::uint64_t) override { coders_.shrink(); }
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override {
+    for (CompressedBackend* const level : open_levels_) level->begin_version(sequence, held);
+    coders_.shrink();
+  }
 
  private:
   std::shared_ptr<const PipelineRegistry> pipelines_;
-  std::string pipeline_;
   CoderPool coders_;
+  OpenLevels open_levels_;
 };
 
 }  // namespace
 
 BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
   const auto shared = std::make_shared<const PipelineRegistry>(pipelines);
-  return {"compressed", "a pipeline of filters and a codec per block (--filter, --codec)",
-          kCompressedTraits,
-          [shared](const VolumeSpec& volume) {
-            return std::make_unique<CompressedVolume>(shared, volume);
-          },
-          [shared](const BackendOptions& options) { shared->make(pipeline_of(options), 4); }};
+  BackendRegistry::Entry entry;
+  entry.name = "compressed";
+  entry.summary = "a pipeline of filters and a codec per block (--filter, --codec)";
+  entry.traits = kCompressedTraits;
+  entry.open = [shared](const VolumeSpec& volume) {
+    return std::make_unique<CompressedVolume>(shared, volume);
+  };
+  entry.default_pipeline = "shuffle,zstd:1";
+  entry.validate_pipeline = [shared](std::string_view pipeline) { shared->make(pipeline, 4); };
+  return entry;
 }
 
 }  // namespace plait

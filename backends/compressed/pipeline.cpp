@@ -37,6 +37,7 @@ bool is_name(std::string_view name) {
 template <class Entries>
 std::vector<std::string> names_of(const Entries& entries) {
   std::vector<std::string> names;
+  names.reserve(entries.size());
   for (const auto& [name, entry] : entries) names.push_back(name);
   return names;
 }
@@ -67,7 +68,7 @@ const auto& find_in(const Entries& entries, const char* kind, const Stage& stage
 PipelineRegistry built_in() {
   PipelineRegistry registry;
   registry.add(PipelineRegistry::CodecEntry{"none", "copies", make_none_codec});
-  registry.add(PipelineRegistry::CodecEntry{"lz4", "fast, both ways", make_lz4_codec});
+  registry.add(PipelineRegistry::CodecEntry{"lz4", "fast to encode and to decode", make_lz4_codec});
   registry.add(PipelineRegistry::CodecEntry{
       "zstd", "smaller, slower to encode; zstd:LEVEL chooses a level", make_zstd_codec});
   registry.add(PipelineRegistry::FilterEntry{

@@ -58,7 +58,7 @@ class MappedLevel final : public Backend {
     // Access to a mapping beyond the end of its file kills the process (SIGBUS).
     if (const std::uint64_t found = file_.size(); found < fixed_file_bytes(geometry_))
       throw Error(ErrorCode::kCorruption,
-                  fmt::format("access {}: expected {} bytes, found {}: it was cut short",
+                  fmt::format("access {}: expected {} bytes, found {}: the file was cut short",
                               file_.path().native(), fixed_file_bytes(geometry_), found));
     return static_cast<std::byte*>(region_.get_address()) + geometry_.block_offset(block);
   }

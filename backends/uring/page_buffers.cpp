@@ -22,7 +22,7 @@ void PageBuffers::make_room_for(std::uint64_t bytes, bool often) {
 
 std::uint64_t PageBuffers::memory_bytes() const noexcept {
   const std::scoped_lock lock(mutex_);
-  return std::min(count_ * buffer_bytes_, most_bytes_);
+  return often_ ? std::min(count_ * buffer_bytes_, most_bytes_) : 0;
 }
 
 std::uint64_t PageBuffers::count() const noexcept {

@@ -30,7 +30,9 @@ class PageBuffers {
   /// that is in use is freed when its user returns it.
   void make_room_for(std::uint64_t bytes, bool often);
 
-  /// The most memory that the buffers together take; at most the constructor's `most_bytes`.
+  /// The most memory that the buffers together take; at most the constructor's `most_bytes`. 0
+  /// while none is needed often: a single buffer for callers whose memory is not aligned is not
+  /// counted.
   std::uint64_t memory_bytes() const noexcept;
   std::uint64_t count() const noexcept;
 

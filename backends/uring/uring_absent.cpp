@@ -8,7 +8,7 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
   return nullptr;
 }
 
-void validate_uring(const BackendOptions&) {
+void validate_uring(std::string_view) {
   throw Error(ErrorCode::kNotSupported,
               "open backend \"uring\": expected a build with liburing, found one without");
 }

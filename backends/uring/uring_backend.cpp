@@ -104,7 +104,10 @@ class UringBackend final : public Backend {
       std::vector<Transfer> transfers(count);
       for (std::uint64_t i = 0; i < count; ++i) {
         const std::uint64_t block = blocks.first + done + i;
-        transfers[i] = {direction, block, memory.first(geometry_.block_bytes(block)), &all};
+        transfers[i] = {.direction = direction,
+                        .block = block,
+                        .memory = memory.first(geometry_.block_bytes(block)),
+                        .listener = &all};
         memory = memory.subspan(transfers[i].memory.size());
       }
       for (Transfer& transfer : transfers) start(transfer);
@@ -277,6 +280,11 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
   return std::make_unique<UringVolume>(volume);
 }
 
-void validate_uring(const BackendOptions&) { UringRing::check_available(); }
+void validate_uring(std::string_view options) {
+  if (!options.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                "open backend \"uring\": expected no options, found some");
+  UringRing::check_available();
+}
 
 }  // namespace plait

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
 
 #include "plait/backend.h"
 
@@ -16,7 +17,8 @@ constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = tru
 /// the file if its file system has no O_DIRECT.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
-/// Throws kNotSupported if plait was built without liburing, or if the kernel refuses io_uring.
-void validate_uring(const BackendOptions& options);
+/// Throws kInvalidArgument for any option, and kNotSupported if plait was built without liburing,
+/// or if the kernel refuses io_uring.
+void validate_uring(std::string_view options);
 
 }  // namespace plait

@@ -100,7 +100,7 @@ std::vector<FaceId> face_order(const BaseMesh& mesh, LayoutKind kind) {
       return layout::reverse_cuthill_mckee(mesh.topology());
     case LayoutKind::kAutomatic:
       throw Error(ErrorCode::kInvalidArgument,
-                  "order faces: \"auto\" is a choice among orders; expected one of them");
+                  "order faces: expected an order, found \"auto\", which chooses one");
   }
   std::vector<FaceId> order(mesh.face_count());
   std::iota(order.begin(), order.end(), FaceId{0});

@@ -116,6 +116,7 @@ BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
   result.edges_ = number_edges(result.faces_, sides.twins, sides.border_count);
   result.face_edges_ = std::move(sides.twins);
   result.border_edges_ = find_border_edges(result.edges_, sides.border_count);
+  result.slot_shapes_ = SlotShapes(result.edges_.size(), EdgeSet(result.border_edges_));
   return result;
 }
 
@@ -174,13 +175,14 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
       result.vertex_corners_[vertex] = moved(vertex_corners_[vertex]);
   });
   result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
+  result.slot_shapes_ = SlotShapes(result.edges_.size(), EdgeSet(result.border_edges_));
   return result;
 }
 
 std::uint64_t BaseMesh::memory_bytes() const {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   return bytes(positions_) + bytes(faces_) + bytes(face_edges_) + bytes(edges_) +
-         bytes(vertex_corners_) + bytes(border_edges_);
+         bytes(vertex_corners_) + bytes(border_edges_) + slot_shapes_.memory_bytes();
 }
 
 }  // namespace plait

@@ -127,7 +127,7 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
   std::vector<Part> parts(part_count(vertex_count));
   for_parts(vertex_count, [&](std::size_t first_low, std::size_t last_low, std::size_t part) {
     for (std::size_t low = first_low; low < last_low; ++low) {
-      // Filling the buckets has moved bucket[low] from the begin of the bucket to its end.
+      // Filling the buckets has moved bucket[low] from the beginning of the bucket to its end.
       std::uint32_t first = low == 0 ? 0 : bucket[low - 1];
       const std::uint32_t last = bucket[low];
       std::sort(&entries[first], &entries[last]);
@@ -239,7 +239,7 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
         throw Error(
             ErrorCode::kInvalidArgument,
             fmt::format("{}: vertex {}: expected its {} faces to form one fan, found only {} "
-                        "in that of face {}",
+                        "in the fan of face {}",
                         source, vertex, fans[vertex].corner_count, reached, first.face()));
     }
   });

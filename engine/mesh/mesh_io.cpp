@@ -49,9 +49,9 @@ void release_excess(std::vector<Element>& elements) {
 }
 
 [[noreturn]] void out_of_memory(const std::filesystem::path& path) {
-  throw Error(ErrorCode::kOutOfMemory,
-              fmt::format("read {}: expected the mesh to fit into memory, found too little",
-                          path.native()));
+  throw Error(
+      ErrorCode::kOutOfMemory,
+      fmt::format("read {}: expected enough memory for the mesh, found too little", path.native()));
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ class PlyReader {
     fans_.report(input_, warnings);
     if (ignored_bytes_ > 0 && warnings != nullptr)
       warnings->push_back(
-          fmt::format("{}: {} bytes after the last element that the header promises were ignored",
+          fmt::format("{}: {} bytes after the last element of the header were ignored",
                       input_.path().native(), ignored_bytes_));
     return std::move(mesh_);
   }

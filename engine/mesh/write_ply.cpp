@@ -8,7 +8,7 @@
 
 #include "plait/error.h"
 #include "plait/mesh_io.h"
-#include "plait/partial_file.h"
+#include "plait/partial_output.h"
 
 namespace plait {
 namespace {

@@ -9,6 +9,9 @@
 namespace plait {
 namespace {
 
+/// Specifications may be long; a message is one line.
+constexpr std::size_t kMostNamed = 100;
+
 class SeparateLevels final : public Volume {
  public:
   explicit SeparateLevels(OpenLevel open) : open_(std::move(open)) {}
@@ -33,17 +36,37 @@ void BackendRegistry::add(Entry entry) {
   if (!entry.open)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("add backend \"{}\": expected a function that opens it", entry.name));
-  if (!entry.validate) entry.validate = [](const BackendOptions&) {};
+  if (!entry.validate)
+    entry.validate = [name = entry.name](std::string_view options) {
+      if (!options.empty())
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("open backend \"{}\": expected no options, found \"{}\"", name,
+                                options.substr(0, kMostNamed)));
+    };
+  if (!entry.validate_pipeline)
+    entry.validate_pipeline = [name = entry.name](std::string_view pipeline) {
+      if (pipeline != "none")
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("open backend \"{}\": expected pipeline \"none\", found \"{}\"",
+                                name, pipeline.substr(0, kMostNamed)));
+    };
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }
 
-const BackendRegistry::Entry& BackendRegistry::find(std::string_view name) const {
+const BackendRegistry::Entry& BackendRegistry::find(std::string_view specification) const {
+  const std::string_view name = specification.substr(0, specification.find(':'));
   const auto found = entries_.find(name);
   if (found == entries_.end())
-    throw Error(ErrorCode::kNotSupported, fmt::format("open backend \"{}\": expected one of {}",
-                                                      name, fmt::join(names(), ", ")));
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("open backend \"{}\": expected one of {}", name.substr(0, kMostNamed),
+                            fmt::join(names(), ", ")));
   return found->second;
+}
+
+std::string_view BackendRegistry::options_in(std::string_view specification) {
+  const std::size_t colon = specification.find(':');
+  return colon == std::string_view::npos ? std::string_view() : specification.substr(colon + 1);
 }
 
 std::vector<std::string> BackendRegistry::names() const {

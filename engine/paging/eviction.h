@@ -1,4 +1,4 @@
-// Which unpinned frame goes next.
+// Which unpinned frame of a session goes next. A frame leaves by its own links.
 #pragma once
 
 #include "paging/frame.h"
@@ -11,8 +11,7 @@ class Eviction {
   virtual ~Eviction() = default;
   /// The frame holds no pin any more; its block ends before edge `content.order`.
   virtual void insert(Frame& frame) noexcept = 0;
-  virtual void erase(Frame& frame) noexcept = 0;
-  /// The next to go, or nullptr; it stays until erased.
+  /// The next to go, or nullptr; it stays until it is unlinked.
   virtual Frame* victim() noexcept = 0;
 };
 
@@ -21,39 +20,31 @@ class Eviction {
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }
-  void erase(Frame& frame) noexcept override { frames_.erase(frames_.iterator_to(frame)); }
   Frame* victim() noexcept override { return frames_.empty() ? nullptr : &*frames_.begin(); }
 
  private:
   FrameOrder frames_;
 };
 
-/// Clock: a frame that came back since the hand last passed it is spared once.
+/// Clock: a frame that came back since the hand last passed it is spared once. The hand stands
+/// before the first frame; what it passes goes to the end.
 class ClockEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override {
     frame.content.referenced = true;
-    const auto position = ring_.insert(hand_, frame);
-    if (hand_ == ring_.end()) hand_ = position;
-  }
-  void erase(Frame& frame) noexcept override {
-    const auto position = ring_.iterator_to(frame);
-    if (hand_ == position) ++hand_;
-    ring_.erase(position);
+    frames_.push_back(frame);
   }
   Frame* victim() noexcept override {
-    if (ring_.empty()) return nullptr;
-    while (true) {
-      if (hand_ == ring_.end()) hand_ = ring_.begin();
-      if (!hand_->content.referenced) return &*hand_;
-      hand_->content.referenced = false;
-      ++hand_;
+    if (frames_.empty()) return nullptr;
+    while (frames_.front().content.referenced) {
+      frames_.front().content.referenced = false;
+      frames_.splice(frames_.end(), frames_, frames_.begin());
     }
+    return &frames_.front();
   }
 
  private:
-  FrameQueue ring_;
-  FrameQueue::iterator hand_ = ring_.end();
+  FrameList frames_;
 };
 
 }  // namespace plait

@@ -26,7 +26,7 @@ bool FramePool::make_room(std::uint64_t bytes) noexcept {
 }
 
 std::byte* FramePool::take(std::uint64_t bytes) {
-  Idle*& list = idle_[bytes];
+  Idle*& list = idle_.find(bytes)->second;
   if (used_bytes_ + bytes > budget_bytes()) return nullptr;
   std::byte* memory = nullptr;
   if (list) {

@@ -21,8 +21,9 @@ class FramePool {
     return (block_bytes + kAlignment - 1) / kAlignment * kAlignment;
   }
 
-  /// Memory for a frame, or nullptr if the budget has no room. `bytes` is a frame_bytes() value.
-  /// Errors: std::bad_alloc.
+  /// Before the first take() of so many bytes, a frame_bytes() value. Errors: std::bad_alloc.
+  void prepare(std::uint64_t bytes) { idle_.try_emplace(bytes, nullptr); }
+  /// Memory for a frame, or nullptr if the budget has no room. Errors: std::bad_alloc.
   std::byte* take(std::uint64_t bytes);
   void give_back(std::byte* memory, std::uint64_t bytes) noexcept;
   /// Accounts for a frame whose memory is a backend's own.
@@ -34,7 +35,8 @@ class FramePool {
 
   /// What is for frames.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
-  std::uint64_t used_bytes() const { return used_bytes_; }  ///< in frames that are taken
+  std::uint64_t most_bytes() const { return budget_bytes_; }  ///< if nothing were set aside
+  std::uint64_t used_bytes() const { return used_bytes_; }    ///< in frames that are taken
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
  private:

@@ -2,123 +2,49 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <memory>
 #include <new>
 #include <utility>
 
 #include "paging/pager_implementation.h"
+#include "paging/pin_call.h"
 #include "plait/error.h"
 
 namespace plait {
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads)
-    : pool_(budget_bytes), queue_(io_threads) {}
+    : table_(budget_bytes), sessions_(table_.pool()), transfers_(io_threads, *this) {}
 
-Pager::Implementation::~Implementation() {
-  Lock lock(mutex_);
-  stop_transfers(lock, nullptr);
-  for (Frame& frame : frames_)
-    if (frame.content.level) drop(frame);
-}
+Pager::Implementation::~Implementation() { discard(); }
 
 void Pager::Implementation::attach(LevelFile& level) {
   const Lock lock(mutex_);
-  if (!is_memory(level)) queue_.start_threads();
-  if (vacant_slots_.empty()) {
-    vacant_slots_.reserve(resident_.size() + 1);
-    level.pager_slot = static_cast<std::uint32_t>(resident_.size());
-    resident_.emplace_back();
-  } else {
-    level.pager_slot = vacant_slots_.back();
-    vacant_slots_.pop_back();
+  if (!level.traits.in_memory) transfers_.start_threads();
+  try {
+    table_.attach(level);
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("open {}: no memory for the table of its blocks", level.path.native()));
   }
-  resident_[level.pager_slot].assign(level.geometry.block_count(), kNoId);
 }
 
 void Pager::Implementation::detach(LevelFile& level) {
   Lock lock(mutex_);
-  if (level.pager_slot == kNoId) return;
+  if (!table_.is_attached(level)) return;
   stop_transfers(lock, &level);
-  tell_evicted(lock);
-  for (const std::uint32_t index : resident_[level.pager_slot])
-    if (index != kNoId) drop(frames_[index]);
-  resident_[level.pager_slot].clear();
-  vacant_slots_.push_back(std::exchange(level.pager_slot, kNoId));
+  for (Frame& frame : table_.frames())
+    if (frame.content.level == &level) drop(frame);
+  table_.detach(level);
 }
 
-SessionState& Pager::Implementation::open_session(const SessionOptions& options) {
-  auto session = std::make_unique<SessionState>(*this, options);
-  const Lock lock(mutex_);
-  sessions_.push_back(*session);
-  return *session.release();
-}
-
-void Pager::Implementation::end_session(SessionState& session) noexcept {
-  const Lock lock(mutex_);
-  session.ended = true;
-  sessions_.erase(sessions_.iterator_to(session));
-  // What its policy would give up first is the first of what it leaves.
-  while (Frame* const frame = session.eviction().victim()) {
-    give(*frame, nullptr);
-    settle(*frame);
-  }
-  while (!session.frames.empty()) {
-    Frame& frame = session.frames.front();
-    const bool stood = frame.content.standing == Standing::kAhead;
-    give(frame, nullptr);
-    if (stood) settle(frame);
-  }
-  if (session.pins == 0) delete &session;
-  tell_of_change();
-}
-
-Frame& Pager::Implementation::pin(SessionState& session, const BlockRequest& request,
-                                  std::uint32_t& caller) {
-  const LevelFile& level = request.level();
-  const Access access = request.access();
-  if (access != Access::kRead && !level.writable)
-    throw Error(ErrorCode::kBadState,
-                fmt::format("write {}: the level was opened for reading", level.path.native()));
+void Pager::Implementation::discard() noexcept {
   Lock lock(mutex_);
-  caller = session.caller();
-  while (true) {
-    if (access != Access::kRead && failed_) refuse(fmt::format("write {}", level.path.native()));
-    Frame* frame = frame_of(level, request.block());
-    if (!frame) {
-      frame = claim(lock, session, level, request.block());
-      if (!frame) continue;
-      bring_in(lock, session, *frame, access);
-    } else {
-      Frame::Content& content = frame->content;
-      if (content.state == State::kReading ||
-          (content.state == State::kWriting && access != Access::kRead)) {
-        wait_for(lock, session, *frame);
-        continue;
-      }
-      unsettle(*frame);
-      unannounce(*frame);
-      give(*frame, &session);
-      ++content.pins;
-      if (access != Access::kRead) content.dirty = true;
-    }
-    ++session.pins;
-    ++session.callers[caller].pins;
-    tell_evicted(lock);
-    return *frame;
-  }
-}
-
-void Pager::Implementation::unpin(SessionState& session, std::uint32_t caller, std::uint32_t index,
-                                  LevelFile* abandoned) noexcept {
-  const Lock lock(mutex_);
-  --session.callers[caller].pins;
-  if (--session.pins == 0 && session.ended) delete &session;
-  Frame& frame = frames_[index];
-  if (abandoned) frame.content.abandoned = abandoned->left_unfinished = true;
-  if (--frame.content.pins == 0 && frame.content.state == State::kResident) {
-    settle(frame);
-    write_behind();
-  }
-  if (!waiters_.empty()) tell_of_change();
+  stop_transfers(lock, nullptr);
+  for (Frame& frame : table_.frames())
+    if (frame.content.pins == 0) drop_context(frame);
+  for (Frame& frame : table_.frames())
+    if (frame.content.level && frame.content.pins == 0) drop(frame);
 }
 
 void Pager::Implementation::refuse_writes() noexcept {
@@ -126,28 +52,82 @@ void Pager::Implementation::refuse_writes() noexcept {
   fail(nullptr);
 }
 
-void Pager::Implementation::discard() noexcept {
-  Lock lock(mutex_);
-  stop_transfers(lock, nullptr);
-  for (Frame& frame : frames_)
-    if (frame.content.level && frame.content.pins == 0) drop(frame);
-}
-
 void Pager::Implementation::set_aside(std::uint64_t bytes) noexcept {
   const Lock lock(mutex_);
-  pool_.set_aside(bytes);
+  table_.pool().set_aside(bytes);
 }
 
 std::uint64_t Pager::Implementation::budget_bytes() const noexcept {
   const Lock lock(mutex_);
-  return pool_.budget_bytes();
+  return table_.pool().budget_bytes();
 }
 
 PagingStatistics Pager::Implementation::statistics() const {
   const Lock lock(mutex_);
   PagingStatistics statistics = statistics_;
-  statistics.peak_frame_bytes = pool_.peak_bytes();
+  statistics.peak_frame_bytes = table_.pool().peak_bytes();
   return statistics;
+}
+
+SessionState& Pager::Implementation::open_session(const SessionOptions& options) {
+  auto session = std::make_unique<SessionState>(this, options);
+  const Lock lock(mutex_);
+  sessions_.add(*session);
+  return *session.release();
+}
+
+void Pager::Implementation::end_session(SessionState& session) noexcept {
+  const Lock lock(mutex_);
+  sessions_.end(session);
+  if (session.pins() == 0) delete &session;
+  tell_of_change();
+}
+
+std::uint32_t Pager::Implementation::pin(SessionState& session,
+                                         std::span<const BlockRequest> requests,
+                                         std::span<Frame*> frames) try {
+  for (const BlockRequest& request : requests)
+    if (request.written() && !request.level().writable)
+      throw Error(ErrorCode::kBadState, fmt::format("write {}: the level was opened for reading",
+                                                    request.level().path.native()));
+  Lock lock(mutex_);
+  const std::uint32_t caller = session.caller();
+  Frame* const ready = requests.size() == 1 ? find_ready(requests[0]) : nullptr;
+  if (ready) {
+    hold(session, *ready);
+    if (requests[0].written()) add_writer(*ready);
+    frames[0] = ready;
+  } else {
+    PinCall(*this, lock, session, requests).run(frames);
+  }
+  for (std::size_t i = 0; i < requests.size(); ++i) session.add_pin(caller);
+  return caller;
+} catch (const std::bad_alloc&) {
+  throw Error(ErrorCode::kOutOfMemory, fmt::format("page in {}: no memory for its frame",
+                                                   requests[0].level().path.native()));
+}
+
+Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
+  Frame* const frame = table_.find(request.level(), request.block());
+  if (!frame || !is_filled(frame->content.state)) return nullptr;
+  if (!request.written()) return frame;
+  if (is_being_written(frame->content.state) || transfers_.failed()) return nullptr;
+  std::array<ContextBlock, kMostContextBlocks> context;
+  const bool has_context = frame->content.context_count > 0 || request.level().traits.in_memory ||
+                           request.level().backend->context(request.block(), context) == 0;
+  return has_context ? frame : nullptr;
+}
+
+void Pager::Implementation::unpin(SessionState& session, std::uint32_t caller, Frame& frame,
+                                  LevelFile* written, bool abandoned) noexcept {
+  Lock lock(mutex_);
+  if (written) --frame.content.writers;
+  if (written && abandoned) abandon(lock, frame, *written);
+  session.end_pin(caller);
+  let_go(frame);
+  if (session.ended && session.pins() == 0) delete &session;
+  transfers_.write_behind();
+  if (sessions_.anybody_waits()) tell_of_change();
 }
 
 PagingStatistics Pager::Implementation::statistics(const SessionState& session) const {
@@ -172,9 +152,7 @@ Session Pager::open_session(const SessionOptions& options) {
 void Pager::flush() { implementation_->flush(); }
 void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
-
 void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside(bytes); }
-
 std::uint64_t Pager::budget_bytes() const noexcept { return implementation_->budget_bytes(); }
 PagingStatistics Pager::statistics() const { return implementation_->statistics(); }
 

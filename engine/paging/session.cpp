@@ -1,5 +1,6 @@
 #include "plait/session.h"
 
+#include <boost/container/small_vector.hpp>
 #include <cassert>
 #include <utility>
 
@@ -7,33 +8,36 @@
 
 namespace plait {
 
+PinnedBlock::PinnedBlock(SessionState& session, std::uint32_t caller, Frame& frame,
+                         LevelFile* written) noexcept
+    : session_(&session),
+      frame_(&frame),
+      written_(written),
+      bytes_(frame.transfer.memory),
+      caller_(caller) {}
+
 PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept
     : session_(std::exchange(other.session_, nullptr)),
-      written_(other.written_),
       frame_(other.frame_),
-      caller_(other.caller_),
-      bytes_(other.bytes_) {}
+      written_(other.written_),
+      bytes_(other.bytes_),
+      caller_(other.caller_) {}
 
 PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
   if (this != &other) {
     release();
     session_ = std::exchange(other.session_, nullptr);
-    written_ = other.written_;
     frame_ = other.frame_;
-    caller_ = other.caller_;
+    written_ = other.written_;
     bytes_ = other.bytes_;
+    caller_ = other.caller_;
   }
   return *this;
 }
 
-void PinnedBlock::release() noexcept {
-  if (SessionState* const session = std::exchange(session_, nullptr))
-    session->pager.unpin(*session, caller_, frame_, nullptr);
-}
-
-void PinnedBlock::abandon() noexcept {
-  if (SessionState* const session = std::exchange(session_, nullptr))
-    session->pager.unpin(*session, caller_, frame_, written_);
+void PinnedBlock::end(bool abandoned) noexcept {
+  SessionState* const session = std::exchange(session_, nullptr);
+  if (session) session->pager->unpin(*session, caller_, *frame_, written_, abandoned);
 }
 
 Session::Session(Session&& other) noexcept : state_(std::exchange(other.state_, nullptr)) {}
@@ -47,44 +51,39 @@ Session& Session::operator=(Session&& other) noexcept {
 }
 
 void Session::end() noexcept {
-  if (SessionState* const state = std::exchange(state_, nullptr)) state->pager.end_session(*state);
+  SessionState* const state = std::exchange(state_, nullptr);
+  if (state) state->pager->end_session(*state);
+}
+
+PinnedBlock Session::pin_one(const BlockRequest& request) {
+  Frame* frame = nullptr;
+  const std::uint32_t caller = state_->pager->pin(*state_, {&request, 1}, {&frame, 1});
+  return PinnedBlock(*state_, caller, *frame, request.written());
 }
 
 PinnedBlock Session::pin(LevelFile& level, std::uint64_t block, Access access) {
-  PinnedBlock pinned;
-  const BlockRequest request(level, block, access);
-  pin_many({&request, 1}, {&pinned, 1});
-  return pinned;
+  return pin_one(BlockRequest(level, block, access));
 }
 
 PinnedBlock Session::pin(const LevelFile& level, std::uint64_t block) {
-  PinnedBlock pinned;
-  const BlockRequest request(level, block);
-  pin_many({&request, 1}, {&pinned, 1});
-  return pinned;
+  return pin_one(BlockRequest(level, block));
 }
 
 void Session::pin_many(std::span<const BlockRequest> requests, std::span<PinnedBlock> pinned) {
   assert(pinned.size() == requests.size());
   for (PinnedBlock& former : pinned) former.release();
-  try {
-    for (std::size_t i = 0; i < requests.size(); ++i) {
-      const Frame& frame = state_->pager.pin(*state_, requests[i], pinned[i].caller_);
-      pinned[i].frame_ = frame.index;
-      pinned[i].bytes_ = frame.transfer.memory;
-      pinned[i].written_ = requests[i].written();
-      pinned[i].session_ = state_;
-    }
-  } catch (...) {
-    for (PinnedBlock& taken : pinned) taken.abandon();
-    throw;
-  }
+  if (requests.empty()) return;
+  boost::container::small_vector<Frame*, 16> frames(requests.size());
+  const std::uint32_t caller =
+      state_->pager->pin(*state_, requests, {frames.data(), frames.size()});
+  for (std::size_t i = 0; i < requests.size(); ++i)
+    pinned[i] = PinnedBlock(*state_, caller, *frames[i], requests[i].written());
 }
 
 bool Session::prefetch(const LevelFile& level, std::uint64_t block) noexcept {
-  return state_->pager.prefetch(*state_, level, block);
+  return state_->pager->prefetch(*state_, level, block);
 }
 
-PagingStatistics Session::statistics() const { return state_->pager.statistics(*state_); }
+PagingStatistics Session::statistics() const { return state_->pager->statistics(*state_); }
 
 }  // namespace plait

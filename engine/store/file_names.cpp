@@ -1,7 +1,7 @@
 #include "store/file_names.h"
 
 #include <algorithm>
-#include <optional>
+#include <charconv>
 
 namespace plait {
 namespace {
@@ -18,14 +18,30 @@ bool is_number(std::string_view text) {
 
 }  // namespace
 
+std::optional<std::uint64_t> version_described_by(std::string_view name) {
+  const auto digits = after("version.", name);
+  if (!digits || !is_number(*digits)) return std::nullopt;
+  std::uint64_t version = 0;
+  const auto end = digits->data() + digits->size();
+  const auto [rest, error] = std::from_chars(digits->data(), end, version);
+  if (error != std::errc() || version_file_name(version) != name) return std::nullopt;
+  return version;
+}
+
+bool is_of_version_alone(std::string_view name, std::uint64_t version) {
+  return name == version_file_name(version) ||
+         (is_version_file_name(name) && name.ends_with(fmt::format(".base.{}", version)));
+}
+
 bool is_version_file_name(std::string_view name) {
-  if (const auto version = after("tables.", name)) return is_number(*version);
+  if (const auto version = after("version.", name)) return is_number(*version);
   const auto rest = after("attribute", name);
   if (!rest) return false;
   const std::size_t digits = std::min(rest->find('.'), rest->size());
   if (!is_number(rest->substr(0, digits))) return false;
   if (const auto level = after(".level", rest->substr(digits)))
-    return is_number(*level) && level->size() == 2;
+    return level->size() > 3 && is_number(level->substr(0, 2)) && (*level)[2] == '.' &&
+           is_number(level->substr(3));
   const auto version = after(".base.", rest->substr(digits));
   return version && is_number(*version);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <string>
 #include <utility>
 
 namespace plait {
@@ -20,6 +21,7 @@ class JournaledLevel final : public Backend {
  public:
   JournaledLevel(std::unique_ptr<Backend> inner, const LevelSpec& level, JournaledVolume& volume)
       : inner_(std::move(inner)),
+        name_(level.name),
         geometry_(level.geometry),
         table_(level.table),
         volume_(volume),
@@ -55,6 +57,10 @@ class JournaledLevel final : public Backend {
     inner_->start(transfer);
   }
   std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    return inner_->context(block, blocks);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }
@@ -65,6 +71,7 @@ class JournaledLevel final : public Backend {
   void keep(BlockRange blocks);
 
   std::unique_ptr<Backend> inner_;
+  std::string name_;
   const LevelGeometry& geometry_;
   const BlockTable& table_;
   JournaledVolume& volume_;
@@ -95,7 +102,7 @@ void JournaledLevel::keep(BlockRange blocks) {
     if (ahead > ahead_bytes_) break;
     wanted.push_back(block);
   }
-  volume_.journal_.keep(table_.attribute(), table_.level(), geometry_, wanted);
+  volume_.journal_.keep(name_, table_, geometry_, wanted);
   for (const std::uint64_t block : wanted) unkept_[block] = false;
   next_ = wanted.back() + 1;
 }
@@ -109,8 +116,8 @@ std::unique_ptr<Backend> JournaledVolume::open_level(const LevelSpec& level) {
   return std::make_unique<JournaledLevel>(inner_->open_level(level), level, *this);
 }
 
-void JournaledVolume::begin_version(std::uint64_t sequence) {
-  inner_->begin_version(sequence);
+void JournaledVolume::begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
+  inner_->begin_version(sequence, held);
   for (JournaledLevel* const level : levels_) level->begin_version();
   journal_.begin_version(sequence);
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "plait/backend.h"
@@ -21,7 +22,7 @@ class JournaledVolume final : public Volume {
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
-  void begin_version(std::uint64_t sequence) override;
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
 
  private:
   friend class JournaledLevel;

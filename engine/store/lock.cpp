@@ -3,14 +3,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstring>
 #include <string>
+#include <thread>
 
 #include "plait/error.h"
 #include "store/file_names.h"
 
 namespace plait {
 namespace {
+
+constexpr int kAttempts = 1000;
 
 std::string holder_text(const File& file) {
   char text[32] = {};
@@ -45,13 +49,14 @@ StoreLock::StoreLock(const Directory& store, LockFor purpose)
 }
 
 void StoreLock::take(const Directory& store, bool alone) {
-  if (file_.lock(alone)) return check_name(store);
-  const std::string& path = file_.path().native();
-  // Readers leave no name, and do not keep another one out.
-  if (alone && file_.lock(false))
-    throw Error(ErrorCode::kBusy, fmt::format("open {} for writing: in use by readers", path));
-  throw Error(ErrorCode::kBusy,
-              fmt::format("open {}: in use by {}, which writes it", path, holder_text(file_)));
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (file_.lock(alone)) return check_name(store);
+    if (!alone || !file_.lock(false)) break;
+    // Whoever shares it only looks whether a writer has it, and is gone in a moment.
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  throw Error(ErrorCode::kBusy, fmt::format("open {}: in use by {}, which writes it",
+                                            file_.path().native(), holder_text(file_)));
 }
 
 /// Between opening and locking somebody may have removed the store.

@@ -1,4 +1,4 @@
-// One writer or many readers of a store.
+// The lock of a store: who changes it has it alone. Readers lock their version (version_locks.h).
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace plait {
 
 enum class LockFor : std::uint8_t {
-  kReading,
+  kReading,  ///< to learn whether a writer has it: readers of a version need no lock of the store
   kRecovering,  ///< alone, and without a word in the file: by a reader too
   kWriting,     ///< alone
   kCreating,    ///< as kWriting, of a store that has no lock file yet

@@ -5,10 +5,9 @@
 #include <algorithm>
 #include <bit>
 #include <optional>
-#include <set>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/provenance.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
@@ -18,10 +17,16 @@ namespace {
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
 constexpr std::uint32_t kVersion = 2;
-constexpr std::uint32_t kKnownRequiredFlags = 0;
-constexpr std::size_t kEntriesOffset = 256, kEntryBytes = 64, kChecksumOffset = 4088;
-constexpr std::size_t kTextBytes = 16, kNameBytes = 32;
-constexpr std::uint8_t kLimitPositions = 1;  ///< a bit of the byte at 224
+constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
+
+/// A required feature changes what the bytes of a store mean. This program knows none.
+void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
+  if (required == 0) return;
+  throw Error(ErrorCode::kNotSupported,
+              fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
+                          "knows no required feature",
+                          path.native(), std::countr_zero(required), program_version()));
+}
 
 /// Those of the two slots that are whole.
 std::vector<ManifestSlot> read_slots(const File& file) {
@@ -45,70 +50,20 @@ BothSlots begun_manifest() {
 
 }  // namespace
 
-bool is_attribute_name(std::string_view name) {
-  return !name.empty() && name.size() < kNameBytes && std::ranges::all_of(name, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  });
-}
+std::string program_version() { return PLAIT_VERSION; }
 
 ManifestSlot encode_manifest(const Manifest& manifest) {
-  if (manifest.attributes.size() > kMaxAttributes)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("write manifest: {} attributes, at most {} fit",
-                            manifest.attributes.size(), kMaxAttributes));
   ManifestSlot slot{};
   const std::span<std::byte> bytes(slot);
   std::memcpy(bytes.data(), kMagic.data(), kMagic.size());
   save(bytes, 8, kVersion);
-  save(bytes, 20, static_cast<std::uint32_t>(manifest.attributes.size()));
   std::ranges::copy(manifest.uuid, bytes.begin() + 24);
-  save(bytes, 40, manifest.sequence);
-  save(bytes, 48, manifest.vertex_count);
-  save(bytes, 56, manifest.edge_count);
-  save(bytes, 64, manifest.face_count);
-  save(bytes, 72, manifest.border_edge_count);
-  save(bytes, 80, manifest.block_bytes);
-  save(bytes, 88, static_cast<std::uint32_t>(manifest.base_level));
-  save(bytes, 92, manifest.next_attribute_number);
-  save(bytes, 96, manifest.base_mesh_bytes);
-  save(bytes, 104, manifest.base_mesh_checksum);
-  save(bytes, 112, manifest.tables_bytes);
-  save(bytes, 120, manifest.tables_checksum);
-  std::size_t offset = 128;
-  for (const std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter,
-                                  &manifest.layout, &manifest.scheme, &manifest.program}) {
-    if (!save_text(bytes, offset, kTextBytes, *text))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("write manifest: the name '{}' is longer than {} characters", *text,
-                              kTextBytes - 1));
-    offset += kTextBytes;
-  }
-  save(bytes, 224, manifest.limit ? kLimitPositions : std::uint8_t{0});
-  save(bytes, 225, static_cast<std::uint8_t>(manifest.precision));
-  for (std::size_t i = 0; i < manifest.attributes.size(); ++i) {
-    const ManifestAttribute& attribute = manifest.attributes[i];
-    const std::span<std::byte> entry = bytes.subspan(kEntriesOffset + i * kEntryBytes, kEntryBytes);
-    if (!is_attribute_name(attribute.schema.name))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("write manifest: '{}' is no attribute name", attribute.schema.name));
-    save_text(entry, 0, kNameBytes, attribute.schema.name);
-    save(entry, 32, attribute.number);
-    save(entry, 36, static_cast<std::uint32_t>(attribute.finest_level));
-    save(entry, 40, static_cast<std::uint8_t>(attribute.schema.type));
-    save(entry, 41, static_cast<std::uint8_t>(attribute.schema.components));
-    save(entry, 48, attribute.base_checksum);
-  }
+  save(bytes, kSequenceOffset, manifest.sequence);
+  save(bytes, 48, manifest.version_bytes);
+  save(bytes, 56, manifest.version_checksum);
   save(bytes, kChecksumOffset, checksum_of(bytes.first(kChecksumOffset)));
   return slot;
 }
-
-Provenance provenance_of(const Manifest& manifest) {
-  return {manifest.scheme, manifest.limit,      manifest.precision,
-          manifest.layout, manifest.base_level, manifest.program};
-}
-
-std::string program_version() { return PLAIT_VERSION; }
 
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
   return std::memcmp(slot.data(), kMagic.data(), kMagic.size()) == 0 &&
@@ -120,10 +75,7 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   if (const auto version = load<std::uint32_t>(slot, 8); version != kVersion)
     throw Error(ErrorCode::kNotSupported, fmt::format("open {}: format version {}, expected {}",
                                                       path.native(), version, kVersion));
-  if (const auto flags = load<std::uint32_t>(slot, 12); (flags & ~kKnownRequiredFlags) != 0)
-    throw Error(ErrorCode::kNotSupported,
-                fmt::format("open {}: required feature flags {:#x}, of which {:#x} are not known",
-                            path.native(), flags, flags & ~kKnownRequiredFlags));
+  refuse_unknown_features(load<std::uint32_t>(slot, 12), path);
   const auto require = [&](bool right, std::string_view field, auto found) {
     if (!right)
       throw Error(ErrorCode::kCorruption, fmt::format("open {}: {} is {}, which is out of range",
@@ -131,65 +83,11 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   };
   Manifest manifest;
   std::ranges::copy(slot.subspan(24, 16), manifest.uuid.begin());
-  manifest.sequence = load<std::uint64_t>(slot, 40);
-  manifest.vertex_count = load<std::uint64_t>(slot, 48);
-  manifest.edge_count = load<std::uint64_t>(slot, 56);
-  manifest.face_count = load<std::uint64_t>(slot, 64);
-  manifest.border_edge_count = load<std::uint64_t>(slot, 72);
-  manifest.block_bytes = load<std::uint64_t>(slot, 80);
-  const auto base_level = load<std::uint32_t>(slot, 88);
-  manifest.next_attribute_number = load<std::uint32_t>(slot, 92);
-  manifest.base_mesh_bytes = load<std::uint64_t>(slot, 96);
-  manifest.base_mesh_checksum = load<std::uint64_t>(slot, 104);
-  manifest.tables_bytes = load<std::uint64_t>(slot, 112);
-  manifest.tables_checksum = load<std::uint64_t>(slot, 120);
+  manifest.sequence = load<std::uint64_t>(slot, kSequenceOffset);
+  manifest.version_bytes = load<std::uint64_t>(slot, 48);
+  manifest.version_checksum = load<std::uint64_t>(slot, 56);
   require(manifest.sequence > 0 && manifest.sequence <= kMaxSequence, "sequence number",
           manifest.sequence);
-  require(manifest.vertex_count < kNoId, "vertex count", manifest.vertex_count);
-  require(manifest.edge_count < kNoId, "edge count", manifest.edge_count);
-  require(manifest.face_count < kNoId, "face count", manifest.face_count);
-  require(std::has_single_bit(manifest.block_bytes) && manifest.block_bytes >= 4096 &&
-              manifest.block_bytes <= (1u << 30),
-          "block size", manifest.block_bytes);
-  require(base_level <= kMaxLevel, "base level", base_level);
-  manifest.base_level = static_cast<int>(base_level);
-  std::size_t offset = 128;
-  for (std::string* text : {&manifest.backend, &manifest.codec, &manifest.filter, &manifest.layout,
-                            &manifest.scheme, &manifest.program}) {
-    *text = load_text(slot, offset, kTextBytes);
-    require(text->size() < kTextBytes, "a name's length", text->size());
-    offset += kTextBytes;
-  }
-
-  manifest.limit = (load<std::uint8_t>(slot, 224) & kLimitPositions) != 0;
-  manifest.precision = static_cast<ComponentType>(load<std::uint8_t>(slot, 225));
-  require(manifest.precision == ComponentType::kFloat32 ||
-              manifest.precision == ComponentType::kFloat64,
-          "precision", load<std::uint8_t>(slot, 225));
-
-  const auto count = load<std::uint32_t>(slot, 20);
-  require(count <= kMaxAttributes, "number of attributes", count);
-  std::set<std::string> names;
-  std::set<std::uint32_t> numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto entry = slot.subspan(kEntriesOffset + i * kEntryBytes, kEntryBytes);
-    ManifestAttribute attribute;
-    attribute.schema.name = load_text(entry, 0, kNameBytes);
-    attribute.number = load<std::uint32_t>(entry, 32);
-    const auto finest = load<std::uint32_t>(entry, 36);
-    attribute.schema.type = static_cast<ComponentType>(load<std::uint8_t>(entry, 40));
-    attribute.schema.components = load<std::uint8_t>(entry, 41);
-    attribute.base_checksum = load<std::uint64_t>(entry, 48);
-    require(is_attribute_name(attribute.schema.name), "an attribute name", i);
-    require(names.insert(attribute.schema.name).second, "a repeated attribute name at entry", i);
-    require(attribute.number < manifest.next_attribute_number &&
-                numbers.insert(attribute.number).second,
-            "attribute number", attribute.number);
-    require(finest >= base_level && finest <= kMaxLevel, "finest level", finest);
-    require(attribute.schema.record_bytes() > 0, "record size", 0);
-    attribute.finest_level = static_cast<int>(finest);
-    manifest.attributes.push_back(std::move(attribute));
-  }
   return manifest;
 }
 
@@ -200,7 +98,9 @@ Manifest read_manifest(const Directory& store) {
 Manifest read_manifest(const File& file) {
   std::optional<ManifestSlot> newest;
   for (const ManifestSlot& slot : read_slots(file))
-    if (!newest || load<std::uint64_t>(slot, 40) > load<std::uint64_t>(*newest, 40)) newest = slot;
+    if (!newest ||
+        load<std::uint64_t>(slot, kSequenceOffset) > load<std::uint64_t>(*newest, kSequenceOffset))
+      newest = slot;
   if (newest && is_begun_slot(*newest))
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: expected a version, found a store that was never committed",
@@ -264,7 +164,7 @@ bool is_begun_manifest_in_part(const Directory& store) {
 }
 
 bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
-  return is_whole_slot(slot) && load<std::uint64_t>(slot, 40) == 0;
+  return is_whole_slot(slot) && load<std::uint64_t>(slot, kSequenceOffset) == 0;
 }
 
 bool has_whole_slot(const Directory& store) {

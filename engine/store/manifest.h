@@ -1,4 +1,5 @@
-// The manifest: what a version of a store consists of. Byte tables: docs/format.md.
+// The manifest: which version of a store is the newest, and the size and checksum of the file
+// that describes it. Byte table: docs/format.md.
 #pragma once
 
 #include <array>
@@ -6,49 +7,28 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <string>
 #include <vector>
 
-#include "plait/attribute.h"
 #include "plait/block_table.h"
 #include "plait/directory.h"
 #include "plait/file.h"
-#include "plait/provenance.h"
 
 namespace plait {
-
-struct ManifestAttribute {
-  AttributeSchema schema;
-  std::uint32_t number = 0;
-  int finest_level = 0;
-  std::uint64_t base_checksum = 0;
-};
 
 struct Manifest {
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
-  std::uint64_t vertex_count = 0, edge_count = 0, face_count = 0, border_edge_count = 0;
-  std::uint64_t block_bytes = 0;
-  int base_level = 0;
-  std::uint32_t next_attribute_number = 0;
-  std::uint64_t base_mesh_bytes = 0, base_mesh_checksum = 0;
-  std::uint64_t tables_bytes = 0, tables_checksum = 0;
-  std::string backend, codec, filter, layout, scheme, program;
-  bool limit = false;
-  ComponentType precision = ComponentType::kFloat32;
-  std::vector<ManifestAttribute> attributes;
+  std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.S
+
+  friend bool operator==(const Manifest&, const Manifest&) = default;
 };
 
 constexpr std::size_t kManifestSlotBytes = 4096;
-constexpr std::size_t kMaxAttributes = 59;
 /// One commit a nanosecond takes 292 years.
 constexpr std::uint64_t kMaxSequence = std::uint64_t{1} << 63;
 using ManifestSlot = std::array<std::byte, kManifestSlotBytes>;
 
-/// Errors: kInvalidArgument for a name too long or too many attributes.
 ManifestSlot encode_manifest(const Manifest& manifest);
-
-Provenance provenance_of(const Manifest& manifest);
 
 /// Whether magic and checksum are right: the slot was written whole.
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot);
@@ -81,8 +61,5 @@ bool has_whole_slot(const Directory& store);
 
 /// Writes the slot that the sequence number says.
 void write_manifest(File& file, const Manifest& manifest);
-
-/// Whether `name` is 1 to 31 characters of [A-Za-z0-9_-].
-bool is_attribute_name(std::string_view name);
 
 }  // namespace plait

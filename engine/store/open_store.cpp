@@ -62,21 +62,29 @@ Store::Implementation::~Implementation() {
   if (sequence == 0)
     remove_uncommitted(directory);
   else if (!failed)  // a commit that failed may yet turn out to have reached the disk
-    remove_left_over_files(directory);
+    try {
+      remove_old_versions(directory);
+    } catch (...) {  // what stays is in nobody's way
+    }
 }
 
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
-  const std::string name = level_file_name(level.number, level.level);
+  const std::string name = level.file_name();
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
   file->table = std::move(level.table);
   file->path = directory.path_of(name);
   file->traits = backend.traits;
+  file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
-  const LevelSpec spec{directory,      name,        mode,
-                       file->geometry, file->table, component_bytes(schema.type)};
+  LevelSpec spec{directory,      name,        mode,
+                 file->geometry, file->table, component_bytes(schema.type),
+                 file->pipeline};
+  for (const HeldVersion& older : held)
+    for (const StoredLevel& same : older.levels)
+      if (same.file_name() == name) spec.held.push_back({older.version, &same.table});
   file->backend = volume->open_level(spec);
   pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
@@ -87,12 +95,17 @@ void Store::Implementation::make_ready() {
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
-  volume = backend.open({options.backend_options, options.budget_bytes / kScratchShare,
-                         std::max(processors, io_threads)});
-  if (on_disk() && writable && backend.traits.overwrites_in_place &&
-      options.durability == Durability::kCommit) {
-    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
-    volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
+  volume = backend.open({std::string(BackendRegistry::options_in(options.backend)),
+                         options.budget_bytes / kScratchShare, std::max(processors, io_threads)});
+  if (overwrites_in_place()) {
+    if (options.durability == Durability::kCommit) {
+      journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
+      volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
+    }
+  } else if (on_disk() && writable && backend.traits.overwrites_in_place) {
+    auto made = std::make_unique<GenerationVolume>(std::move(volume), directory, sequence);
+    generations = made.get();
+    volume = std::move(made);
   }
   pager = std::make_unique<Pager>(options.budget_bytes, io_threads);
 }
@@ -103,14 +116,16 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   check_resources(options.budget_bytes, options.io_threads);
   auto state = std::make_unique<Implementation>();
   state->backend = backends.find(options.backend);
-  state->backend.validate(options.backend_options);
+  state->backend.validate(BackendRegistry::options_in(options.backend));
   state->base = std::move(base);
   state->options = options;
+  if (options.pipeline.empty()) state->options.pipeline = state->backend.default_pipeline;
+  state->backend.validate_pipeline(state->options.pipeline);
   state->uuid = random_uuid();
   state->writable = true;
   state->provenance.layout = options.layout;
   state->provenance.base_level = options.base_level;
-  encode_manifest(state->manifest());  // refuses names that no manifest holds, before any work
+  encode_description(state->description());  // refuses text that no version holds, before any work
   if (path.empty()) {
     if (state->backend.traits.durable)
       throw Error(ErrorCode::kInvalidArgument,
@@ -139,22 +154,33 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->path = path;
   state->directory = open_store_directory(path);
   state->writable = false;
-  state->lock = lock_recovered(state->directory, options.writable, options.durability);
-  const StoredVersion version(state->directory);
-  const Manifest& manifest = version.manifest();
-  state->sequence = manifest.sequence;
-  state->uuid = manifest.uuid;
-  state->next_number = manifest.next_attribute_number;
-  state->base_mesh_size = {manifest.base_mesh_bytes, manifest.base_mesh_checksum};
-  state->provenance = provenance_of(manifest);
+  if (options.writable) {
+    state->lock = lock_for_writing(state->directory, options.durability);
+    state->versions_read = remove_old_versions(state->directory);
+  }
+  StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)
+                                                           : open_for_reading(state->directory));
+  const VersionDescription& description = version.description();
+  state->sequence = version.manifest().sequence;
+  state->uuid = version.manifest().uuid;
+  state->next_number = description.next_attribute_number;
+  state->base_mesh_size = {description.base_mesh_bytes, description.base_mesh_checksum};
+  state->provenance = description.provenance;
   state->options = version.options();
   state->options.durability = options.durability;
+  state->options.overwriting = options.overwriting;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
   state->backend = version.find_backend(backends);
   state->writable = options.writable;
+  if (state->overwrites_in_place())
+    state->version_file = keep_readers_out(state->directory, state->sequence);
   state->make_ready();
+  state->base = version.read_base_mesh();
+  state->hold_versions();
   state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
+  state->held.clear();
+  if (!options.writable) state->version_file = std::move(version).release_file();
   return Store(std::move(state));
 }
 

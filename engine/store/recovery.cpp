@@ -21,14 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What may keep a reader waiting is another one that is putting blocks back, or about to.
+/// A reader waits only for somebody who puts blocks back, or is about to.
 constexpr int kAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
+/// Each time somebody else has committed another version on the way.
+constexpr int kMostVersions = 100'000;
 
-bool must_be_undone(const Directory& store) {
-  if (!store.contains(kJournalName)) return false;
-  const Manifest manifest = read_manifest(store);
-  return is_hot_journal(store, manifest.uuid, manifest.sequence);
+bool must_be_undone(const Directory& store, const Manifest& newest) {
+  return store.contains(kJournalName) && is_hot_journal(store, newest.uuid, newest.sequence);
 }
 
 /// Where block tables are damaged the levels' geometry must do: the tables may be made again from
@@ -46,9 +46,9 @@ std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh&
 /// Puts back what a hot journal holds. One of another version means nothing, and is removed.
 void undo(const Directory& store) {
   if (!store.contains(kJournalName)) return;
-  const StoredVersion version(store);
-  const Manifest& manifest = version.manifest();
+  const Manifest manifest = read_manifest(store);
   if (!is_hot_journal(store, manifest.uuid, manifest.sequence)) return remove_journal(store);
+  const StoredVersion version(store, open_newest_version(store));
   const BaseMesh base = version.read_base_mesh();
   roll_back(store, manifest.uuid, manifest.sequence, levels_of(version, base));
 }
@@ -64,25 +64,11 @@ void write_newest_slot_again(const Directory& store) {
   store.sync();
 }
 
-StoreLock lock_for_reading(const Directory& store) {
-  for (int attempt = 1;; ++attempt) {
-    try {
-      {
-        StoreLock lock(store, LockFor::kReading);
-        if (!must_be_undone(store)) return lock;
-      }
-      // A writer may have come and gone, and left a slot of which nobody knows that it is durable:
-      // the journal of the version before is the next writer's to remove.
-      const StoreLock lock(store, LockFor::kRecovering);
-      if (must_be_undone(store)) undo(store);
-    } catch (const Error& error) {
-      // Without the lock nothing of the store may be read, but this much is known: where there is
-      // no journal nobody is putting blocks back.
-      if (error.code() != ErrorCode::kBusy || attempt == kAttempts || !store.contains(kJournalName))
-        throw;
-      std::this_thread::sleep_for(kPause);
-    }
-  }
+/// A store that is being made has no version yet: whoever makes it is in the way.
+[[noreturn]] void throw_busy_or(const Error& error, const Directory& store) {
+  if (error.code() == ErrorCode::kCorruption && store.contains(kLockName))
+    StoreLock(store, LockFor::kReading);  // throws kBusy, naming the writer
+  throw error;
 }
 
 }  // namespace
@@ -105,8 +91,31 @@ Directory open_store_directory(const fs::path& path) {
   return store;
 }
 
-StoreLock lock_recovered(const Directory& store, bool writable, Durability durability) {
-  if (!writable) return lock_for_reading(store);
+OpenVersion open_for_reading(const Directory& store) {
+  int busy = 0;
+  for (int attempt = 0; attempt < kMostVersions; ++attempt) {
+    try {
+      std::optional<OpenVersion> version = share_newest_version(store);
+      if (!version) continue;
+      if (!must_be_undone(store, version->manifest)) return std::move(*version);
+      version.reset();
+      // A writer may have come and gone, and left a slot of which nobody knows that it is durable:
+      // the journal of the version before is the next writer's to remove.
+      const StoreLock lock(store, LockFor::kRecovering);
+      if (must_be_undone(store, read_manifest(store))) undo(store);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kBusy) throw_busy_or(error, store);
+      // Where there is no journal nobody is putting blocks back.
+      if (++busy == kAttempts || !store.contains(kJournalName)) throw;
+      std::this_thread::sleep_for(kPause);
+    }
+  }
+  throw Error(ErrorCode::kBusy,
+              fmt::format("open {}: another version was committed each of {} times",
+                          store.path().native(), kMostVersions));
+}
+
+StoreLock lock_for_writing(const Directory& store, Durability durability) {
   StoreLock lock(store, LockFor::kWriting);
   read_manifest(store);  // only what is a store is written into
   lock.sign();
@@ -114,7 +123,6 @@ StoreLock lock_recovered(const Directory& store, bool writable, Durability durab
   if (durability == Durability::kCommit || store.contains(kJournalName))
     write_newest_slot_again(store);
   undo(store);
-  remove_left_over_files(store);
   return lock;
 }
 
@@ -195,19 +203,26 @@ void remove_uncommitted(const Directory& store) noexcept {
   }
 }
 
-void remove_left_over_files(const Directory& store) noexcept {
+std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
+  const StoredVersion newest(store, open_newest_version(store));
+  const Manifest& manifest = newest.manifest();
+  std::vector<std::uint64_t> held = versions_being_read(store, manifest.sequence);
+  std::set<std::string> needed = newest.file_names();
   try {
-    const File file(store, kManifestName, OpenMode::kRead);
-    std::set<std::string> named = version_file_names(read_manifest(file));
-    for (const Manifest& version : read_whole_slots(file)) {
-      named.insert(tables_file_name(version.sequence));
-      for (const ManifestAttribute& attribute : version.attributes)
-        named.insert(base_file_name(attribute.number, version.sequence));
-    }
-    for (const std::string& name : store.names())
-      if (is_version_file_name(name) && !named.contains(name)) store.remove_if_possible(name);
-  } catch (...) {  // what stays is in nobody's way
+    for (const std::uint64_t version : held)
+      needed.merge(
+          StoredVersion(store, open_older_version(store, manifest.uuid, version)).file_names());
+  } catch (const Error&) {  // which files it needs is not known, so all stay
+    return held;
   }
+  const std::vector<Manifest> slots = read_whole_slots(File(store, kManifestName, OpenMode::kRead));
+  for (const std::string& name : store.names()) {
+    const bool is_of_a_slot = std::ranges::any_of(
+        slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
+    if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot)
+      store.remove_if_possible(name);
+  }
+  return held;
 }
 
 }  // namespace plait

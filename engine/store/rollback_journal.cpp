@@ -145,7 +145,7 @@ class JournaledLevels {
       throw refuse(record, "the version has nothing written there");
     File& file = found->second.file;
     if (!file.is_open()) {
-      const std::string name = level_file_name(record.attribute, static_cast<int>(record.level));
+      const std::string name = found->second.stored->file_name();
       if (!store_.contains(name)) throw refuse(record, "its file is not there");
       file = File(store_, name, OpenMode::kReadWrite);
     }
@@ -235,17 +235,17 @@ void RollbackJournal::create() {
   end_ = kHeaderBytes;
 }
 
-void RollbackJournal::keep(std::uint32_t attribute, int level, const LevelGeometry& geometry,
-                           std::span<const std::uint64_t> blocks) {
+void RollbackJournal::keep(const std::string& name, const BlockTable& table,
+                           const LevelGeometry& geometry, std::span<const std::uint64_t> blocks) {
   if (blocks.empty()) return;
   const std::scoped_lock lock(mutex_);
   if (!file_.is_open()) create();
-  const File level_file(store_, level_file_name(attribute, level), OpenMode::kRead);
+  const File level_file(store_, name, OpenMode::kRead);
   std::vector<std::byte> buffer;
   std::uint64_t end = end_;
   for (const std::uint64_t block : blocks) {
-    Record record{attribute, static_cast<std::uint32_t>(level), block, geometry.block_offset(block),
-                  geometry.block_bytes(block)};
+    Record record{table.attribute(), static_cast<std::uint32_t>(table.level()), block,
+                  geometry.block_offset(block), geometry.block_bytes(block)};
     RecordChecksum checksum(seed_, record);
     for_each_part(level_file, record.offset, record.bytes, buffer,
                   [&](std::uint64_t at, std::span<const std::byte> part) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <mutex>
 #include <span>
+#include <string>
 
 #include "plait/block_table.h"
 #include "plait/directory.h"
@@ -29,9 +30,9 @@ class RollbackJournal {
   /// `store` outlives this object.
   RollbackJournal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
 
-  /// Enters blocks of a level's file as they are there, good or damaged. On the disk when it
+  /// Enters blocks of a level, as its file `name` has them, good or damaged. On the disk when it
   /// returns. Errors: kIo, kNoSpace; the blocks must not be overwritten then.
-  void keep(std::uint32_t attribute, int level, const LevelGeometry& geometry,
+  void keep(const std::string& name, const BlockTable& table, const LevelGeometry& geometry,
             std::span<const std::uint64_t> blocks);
 
   /// Version `sequence` has been committed: what was kept is of no use any more.

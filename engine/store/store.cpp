@@ -48,7 +48,7 @@ void Store::set_provenance(const Provenance& provenance) {
                             provenance.base_level));
   const Provenance former = std::exchange(state.provenance, provenance);
   try {
-    encode_manifest(state.manifest());  // refuses names that no manifest holds
+    encode_description(state.description());  // refuses text that no version holds
   } catch (...) {
     state.provenance = former;
     throw;
@@ -89,20 +89,23 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
   check_writable(state);
   if (!is_attribute_name(schema.name) || schema.record_bytes() == 0 || schema.components > 255)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': expected a name of 1 to 31 characters of "
+                fmt::format("add attribute '{}': expected a name of 1 to {} characters of "
                             "[A-Za-z0-9_-] and 1 to 255 components",
-                            schema.name));
-  if (has_attribute(schema.name) || attributes().size() >= kMaxAttributes)
+                            schema.name, kMaxAttributeNameBytes));
+  if (has_attribute(schema.name))
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': {}", schema.name,
-                            has_attribute(schema.name) ? "the name is taken"
-                                                       : "the store holds 59 already"));
+                fmt::format("add attribute '{}': the name is taken", schema.name));
+  if (attributes().size() >= kMaxAttributes)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add attribute '{}': expected fewer than {} attributes, found {}",
+                            schema.name, kMaxAttributes, attributes().size()));
   if (state.next_number == std::numeric_limits<std::uint32_t>::max())
     throw Error(
         ErrorCode::kNotSupported,
         fmt::format("add attribute '{}': the store has numbered all that it can", schema.name));
   Implementation::Attribute attribute;
-  attribute.number = state.next_number++;
+  attribute.record.number = state.next_number++;
+  attribute.record.pipeline = state.options.pipeline;
   attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
   state.attributes.push_back(std::move(attribute));
   state.infos.push_back({std::move(schema), base_level()});
@@ -119,19 +122,27 @@ void Store::add_level(AttributeId attribute) {
                 fmt::format("add level {} to '{}': the finest level there can be is {}", level,
                             info.schema.name, kMaxLevel));
   Implementation::Attribute& data = state.attributes[attribute];
-  if (state.on_disk()) {
-    // Left over by a run that ended before its commit.
-    state.directory.remove(level_file_name(data.number, level));
-  }
   StoredLevel made;
-  made.number = data.number;
+  made.number = data.record.number;
   made.level = level;
-  made.geometry = LevelGeometry(state.base.edge_count(), state.base.border_edges(),
-                                relative_to_base(level, base_level()), info.schema.record_bytes(),
-                                state.options.block_bytes);
-  made.table = BlockTable(state.uuid, data.number, level, made.geometry.block_count());
+  made.record.pipeline = data.record.pipeline;
+  made.record.generation = state.sequence + 1;
+  // Left over by a run that ended before its commit.
+  if (state.on_disk()) state.directory.remove(made.file_name());
+  made.geometry = LevelGeometry(state.base.slot_shapes(), relative_to_base(level, base_level()),
+                                info.schema.record_bytes(), state.options.block_bytes);
+  made.table = BlockTable(state.uuid, made.number, level, made.geometry.block_count());
+  const LevelRecord record = made.record;
   data.levels.push_back(state.open_level(std::move(made), info.schema, OpenMode::kCreate));
+  data.record.levels.push_back(record);
   info.finest_level = level;
+}
+
+void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
+  Implementation& state = *implementation_;
+  check_writable(state);
+  state.backend.validate_pipeline(pipeline);
+  state.attributes[attribute].record.pipeline = std::move(pipeline);
 }
 
 void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
@@ -142,14 +153,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("replace attribute '{}': expected another one in its place", name));
   Implementation::Attribute& old = state.attributes[attribute];
-  for (auto& level : old.levels) {
-    state.pager->detach(*level);
-    if (state.on_disk()) state.obsolete.push_back(level->path.filename());
-  }
-  // Both versions that the manifest names have a file of base records.
-  if (state.on_disk() && state.sequence > 0)
-    for (const std::uint64_t version : {state.sequence, state.sequence - 1})
-      state.obsolete.push_back(base_file_name(old.number, version));
+  for (auto& level : old.levels) state.pager->detach(*level);
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
   state.infos[attribute].schema.name = std::move(name);
@@ -166,13 +170,13 @@ std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
 }
 
 const LevelFile& Store::level_file(AttributeId attribute, int level) const {
-  return *implementation_->attributes[attribute]
-              .levels[static_cast<std::size_t>(level - base_level() - 1)];
+  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
+      relative_to_base(level, base_level()).refinements - 1)];
 }
 
 LevelFile& Store::level_file(AttributeId attribute, int level) {
-  return *implementation_->attributes[attribute]
-              .levels[static_cast<std::size_t>(level - base_level() - 1)];
+  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
+      relative_to_base(level, base_level()).refinements - 1)];
 }
 
 void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const {

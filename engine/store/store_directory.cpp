@@ -1,16 +1,22 @@
 #include "plait/store_directory.h"
 
+#include <utility>
+
 #include "store/file_names.h"
 #include "store/lock.h"
 #include "store/manifest.h"
+#include "store/version_locks.h"
 
 namespace plait {
 
 bool is_store(const Directory& directory) { return has_whole_slot(directory); }
 
-File hold_store(const Directory& store) {
-  if (!store.contains(kLockName)) return {};
-  return StoreLock(store, LockFor::kRecovering).release();
+std::vector<File> hold_store(const Directory& store) {
+  std::vector<File> held;
+  if (!store.contains(kLockName)) return held;
+  held.push_back(StoreLock(store, LockFor::kRecovering).release());
+  for (File& version : keep_all_readers_out(store)) held.push_back(std::move(version));
+  return held;
 }
 
 bool is_store_file_name(std::string_view name) {

@@ -8,84 +8,115 @@
 #include "plait/error.h"
 #include "plait/file.h"
 #include "store/base_mesh_file.h"
-#include "store/block_tables_file.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
+#include "store/version_file.h"
 
 namespace plait {
 
-StoredVersion::StoredVersion(const Directory& store)
-    : store_(store), manifest_(read_manifest(store)) {}
+StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
+    : store_(store),
+      manifest_(version.manifest),
+      file_(std::move(version.file)),
+      description_bytes_(read_description(file_)),
+      description_(decode_description(description_bytes_, manifest_.sequence, file_.path())) {}
 
 StoreOptions StoredVersion::options() const {
   StoreOptions options;
-  options.backend = manifest_.backend;
-  options.backend_options = {manifest_.codec, manifest_.filter};
-  options.layout = manifest_.layout;
-  options.base_level = manifest_.base_level;
-  options.block_bytes = manifest_.block_bytes;
+  options.backend = description_.backend;
+  options.pipeline = description_.pipeline;
+  options.layout = description_.provenance.layout;
+  options.base_level = description_.provenance.base_level;
+  options.block_bytes = description_.block_bytes;
   return options;
 }
 
 const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry& backends) const {
-  const std::string path = store_.path_of(kManifestName).native();
+  const std::string& path = file_.path().native();
   try {
-    const BackendRegistry::Entry& backend = backends.find(manifest_.backend);
-    backend.validate({manifest_.codec, manifest_.filter});
+    const BackendRegistry::Entry& backend = backends.find(description_.backend);
+    backend.validate(BackendRegistry::options_in(description_.backend));
+    std::set<std::string_view> pipelines = {description_.pipeline};
+    for (const AttributeRecord& attribute : description_.attributes) {
+      pipelines.insert(attribute.pipeline);
+      for (const LevelRecord& level : attribute.levels) pipelines.insert(level.pipeline);
+    }
+    for (const std::string_view pipeline : pipelines) backend.validate_pipeline(pipeline);
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("open {}: {}", path, error.what()));
+    // Nobody here asked for it: another program may know what this one refuses.
+    throw Error(ErrorCode::kNotSupported, fmt::format("open {}: {}", path, error.what()));
   }
-  throw Error(ErrorCode::kCorruption,
-              fmt::format("open {}: backend '{}' keeps nothing on disk", path, manifest_.backend));
+  throw Error(ErrorCode::kCorruption, fmt::format("open {}: backend '{}' keeps nothing on disk",
+                                                  path, description_.backend));
 }
 
 BaseMesh StoredVersion::read_base_mesh() const {
   const File file(store_, kBaseMeshName, OpenMode::kRead);
   BaseMesh mesh =
-      read_base_mesh_file(file, {manifest_.base_mesh_bytes, manifest_.base_mesh_checksum});
-  if (mesh.vertex_count() == manifest_.vertex_count && mesh.edge_count() == manifest_.edge_count &&
-      mesh.face_count() == manifest_.face_count &&
-      mesh.border_edge_count() == manifest_.border_edge_count)
+      read_base_mesh_file(file, {description_.base_mesh_bytes, description_.base_mesh_checksum});
+  if (mesh.vertex_count() == description_.vertex_count &&
+      mesh.edge_count() == description_.edge_count &&
+      mesh.face_count() == description_.face_count &&
+      mesh.border_edge_count() == description_.border_edge_count)
     return mesh;
-  throw Error(
-      ErrorCode::kCorruption,
-      fmt::format("open {}: expected the manifest's {} vertices, {} edges and {} faces, "
-                  "found {}, {} and {}",
-                  file.path().native(), manifest_.vertex_count, manifest_.edge_count,
-                  manifest_.face_count, mesh.vertex_count(), mesh.edge_count(), mesh.face_count()));
+  throw Error(ErrorCode::kCorruption,
+              fmt::format("open {}: expected {} vertices, {} edges and {} faces, as {} says, found "
+                          "{}, {} and {}",
+                          file.path().native(), description_.vertex_count, description_.edge_count,
+                          description_.face_count, version_name(), mesh.vertex_count(),
+                          mesh.edge_count(), mesh.face_count()));
 }
 
 std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
+  const int base_level = description_.provenance.base_level;
   std::vector<StoredLevel> levels;
-  for (std::size_t at = 0; at < manifest_.attributes.size(); ++at) {
-    const ManifestAttribute& attribute = manifest_.attributes[at];
-    for (int level = manifest_.base_level + 1; level <= attribute.finest_level; ++level) {
+  for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
+    const AttributeRecord& attribute = description_.attributes[at];
+    for (std::size_t finer = 0; finer < attribute.levels.size(); ++finer) {
       StoredLevel& stored = levels.emplace_back();
       stored.attribute = at;
       stored.number = attribute.number;
-      stored.level = level;
+      stored.level = base_level + 1 + static_cast<int>(finer);
+      stored.record = attribute.levels[finer];
       try {
-        stored.geometry = LevelGeometry(base.edge_count(), base.border_edges(),
-                                        relative_to_base(level, manifest_.base_level),
-                                        attribute.schema.record_bytes(), manifest_.block_bytes);
+        stored.geometry =
+            LevelGeometry(base.slot_shapes(), relative_to_base(stored.level, base_level),
+                          attribute.schema.record_bytes(), description_.block_bytes);
       } catch (const Error& error) {
-        throw Error(ErrorCode::kCorruption, fmt::format("open {}: attribute '{}': {}",
-                                                        store_.path_of(kManifestName).native(),
-                                                        attribute.schema.name, error.what()));
+        throw Error(ErrorCode::kCorruption,
+                    fmt::format("open {}: attribute '{}': {}", file_.path().native(),
+                                attribute.schema.name, error.what()));
       }
     }
   }
   return levels;
 }
 
-std::vector<std::byte> StoredVersion::read_tables() const {
-  return read_whole(tables_name(), manifest_.tables_bytes, manifest_.tables_checksum);
+void StoredVersion::check_version_file() const {
+  if (const std::uint64_t found = file_.size(); found != manifest_.version_bytes)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: {} bytes, expected {}", file_.path().native(), found,
+                            manifest_.version_bytes));
+  if (const std::uint64_t found = checksum_of(file_); found != manifest_.version_checksum)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: checksum {:016x}, expected {:016x}", file_.path().native(),
+                            found, manifest_.version_checksum));
 }
 
 void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
-  const std::vector<std::byte> bytes = read_tables();
-  BlockTablesReader reader(bytes, store_.path_of(tables_name()));
+  check_version_file();
+  std::uint64_t expected = 0;
+  for (const StoredLevel& level : levels)
+    expected += level.geometry.block_count() * sizeof(BlockEntry);
+  const std::uint64_t begin = block_tables_offset(description_bytes_.size());
+  if (const std::uint64_t found = manifest_.version_bytes - begin; found != expected)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: {} bytes of block tables, expected {}", file_.path().native(),
+                            found, expected));
+  std::vector<std::byte> bytes(expected);
+  file_.read_at(begin, bytes);
+  BlockTablesReader reader(bytes, file_.path());
   std::vector<BlockTable> tables;
   for (const StoredLevel& level : levels) {
     const std::vector<BlockEntry> entries = reader.next_level(level.geometry);
@@ -97,39 +128,39 @@ void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   for (std::size_t at = 0; at < levels.size(); ++at) levels[at].table = std::move(tables[at]);
 }
 
-std::vector<std::byte> StoredVersion::read_base_records(const ManifestAttribute& attribute) const {
-  return read_whole(base_records_name(attribute),
-                    manifest_.vertex_count * attribute.schema.record_bytes(),
-                    attribute.base_checksum);
+std::vector<std::byte> StoredVersion::version_file_with(
+    std::span<const BlockTable* const> tables) const {
+  return encode_version_file(description_bytes_, tables);
 }
 
-std::string StoredVersion::tables_name() const { return tables_file_name(manifest_.sequence); }
-
-std::string StoredVersion::base_records_name(const ManifestAttribute& attribute) const {
-  return base_file_name(attribute.number, manifest_.sequence);
-}
-
-std::vector<std::byte> StoredVersion::read_whole(const std::string& name, std::uint64_t bytes,
-                                                 std::uint64_t checksum) const {
-  const File file(store_, name, OpenMode::kRead);
+std::vector<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
+  const File file(store_, base_records_name(attribute), OpenMode::kRead);
   const std::string& path = file.path().native();
+  const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
   if (file.size() != bytes)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: {} bytes, expected {}", path, file.size(), bytes));
-  std::vector<std::byte> content(bytes);
-  file.read_at(0, content);
-  if (const std::uint64_t found = checksum_of(content); found != checksum)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: checksum {:016x}, expected {:016x}", path, found, checksum));
-  return content;
+  std::vector<std::byte> records(bytes);
+  file.read_at(0, records);
+  if (const std::uint64_t found = checksum_of(records); found != attribute.base_checksum)
+    throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
+                                                    path, found, attribute.base_checksum));
+  return records;
 }
 
-std::set<std::string> version_file_names(const Manifest& manifest) {
-  std::set<std::string> names = {tables_file_name(manifest.sequence)};
-  for (const ManifestAttribute& attribute : manifest.attributes) {
-    names.insert(base_file_name(attribute.number, manifest.sequence));
-    for (int level = manifest.base_level + 1; level <= attribute.finest_level; ++level)
-      names.insert(level_file_name(attribute.number, level));
+std::string StoredVersion::version_name() const { return version_file_name(manifest_.sequence); }
+
+std::string StoredVersion::base_records_name(const AttributeRecord& attribute) const {
+  return base_file_name(attribute.number, manifest_.sequence);
+}
+
+std::set<std::string> StoredVersion::file_names() const {
+  std::set<std::string> names = {version_name()};
+  for (const AttributeRecord& attribute : description_.attributes) {
+    names.insert(base_records_name(attribute));
+    int level = description_.provenance.base_level;
+    for (const LevelRecord& record : attribute.levels)
+      names.insert(level_file_name(attribute.number, ++level, record.generation));
   }
   return names;
 }

@@ -54,28 +54,28 @@ class StructureCheck {
                  const BackendRegistry::Entry& backend, StoreStructure& result)
       : store_(store),
         version_(version),
-        manifest_(version.manifest()),
+        description_(version.description()),
         backend_(backend),
         result_(result) {}
 
   void run() {
     const bool base_known =
         check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
-                    StoredSize{manifest_.base_mesh_bytes, manifest_.base_mesh_checksum}),
+                    StoredSize{description_.base_mesh_bytes, description_.base_mesh_checksum}),
               [&] { result_.base = version_.read_base_mesh(); });
     std::vector<StoredLevel> levels = version_.levels(result_.base);
-    const bool tables_known =
-        check(named(StoreFile::kBlockTables, version_.tables_name(), "",
-                    StoredSize{manifest_.tables_bytes, manifest_.tables_checksum}),
-              [&] {
-                if (base_known)
-                  version_.read_tables_into(levels);
-                else
-                  version_.read_tables();
-              });
-    for (std::size_t at = 0; at < manifest_.attributes.size(); ++at) {
-      const ManifestAttribute& attribute = manifest_.attributes[at];
-      const std::uint64_t bytes = manifest_.vertex_count * attribute.schema.record_bytes();
+    const bool tables_known = check(
+        named(StoreFile::kBlockTables, version_.version_name(), "",
+              StoredSize{version_.manifest().version_bytes, version_.manifest().version_checksum}),
+        [&] {
+          if (base_known)
+            version_.read_tables_into(levels);
+          else
+            version_.check_version_file();
+        });
+    for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
+      const AttributeRecord& attribute = description_.attributes[at];
+      const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
       check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
                   attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
             [&] { version_.read_base_records(attribute); });
@@ -97,9 +97,8 @@ class StructureCheck {
   }
 
   void check_level(StoredLevel& level, bool content_known) {
-    const AttributeSchema& schema = manifest_.attributes[level.attribute].schema;
-    DamagedFile found = named(StoreFile::kLevel, level_file_name(level.number, level.level),
-                              schema.name, level.level);
+    const AttributeSchema& schema = description_.attributes[level.attribute].schema;
+    DamagedFile found = named(StoreFile::kLevel, level.file_name(), schema.name, level.level);
     const std::string name = found.name;
     if (!content_known) {
       check(std::move(found), [&] { File(store_, name, OpenMode::kRead); });
@@ -110,65 +109,87 @@ class StructureCheck {
     expected.geometry = level.geometry;
     expected.table = std::move(level.table);
     expected.path = store_.path_of(name);
+    expected.pipeline = level.record.pipeline;
     expected.writable = false;
     check(std::move(found), [&] {
-      backend_.open({result_.options.backend_options})
-          ->open_level(LevelSpec{store_, name, OpenMode::kRead, expected.geometry, expected.table,
-                                 component_bytes(schema.type)});
+      backend_.open({std::string(BackendRegistry::options_in(result_.options.backend))})
+          ->open_level({store_, name, OpenMode::kRead, expected.geometry, expected.table,
+                        component_bytes(schema.type), expected.pipeline});
     });
   }
 
   const Directory& store_;
   const StoredVersion& version_;
-  const Manifest& manifest_;
+  const VersionDescription& description_;
   const BackendRegistry::Entry& backend_;
   StoreStructure& result_;
 };
 
-/// What the other slot of the manifest says, and whose files those in the directory are.
-void look_around(const Directory& store, const Manifest& newest, StoreStructure& result) {
-  std::set<std::string> names = version_file_names(newest);
-  names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
+/// What the other slot of the manifest says: notes, and the older version where it names one.
+std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uint64_t newest,
+                                                StoreStructure& result) {
   const File file(store, kManifestName, OpenMode::kRead);
-  const std::uint64_t offset = (newest.sequence + 1) % 2 * kManifestSlotBytes;
+  const std::uint64_t offset = (newest + 1) % 2 * kManifestSlotBytes;
   ManifestSlot slot{};
   const bool there = file.size() >= offset + kManifestSlotBytes;
   if (there) file.read_at(offset, slot);
   if (there && is_whole_slot(slot)) {
     try {
-      if (!is_begun_slot(slot)) names.merge(version_file_names(decode_manifest(slot, file.path())));
+      if (!is_begun_slot(slot)) return decode_manifest(slot, file.path()).sequence;
     } catch (const Error& error) {
       result.notes.push_back(fmt::format("the older version: {}", error.what()));
     }
   } else if (!there || std::ranges::any_of(slot, [](std::byte b) { return b != std::byte{0}; })) {
-    const bool newer = store.contains(tables_file_name(newest.sequence + 1));
+    const bool newer = store.contains(version_file_name(newest + 1));
     result.notes.push_back(fmt::format(
         "manifest: the slot at byte {} is {}; {}version {} is the newest whole one", offset,
         there ? "damaged" : "missing",
-        newer ? fmt::format("a version {} was begun or committed, ", newest.sequence + 1) : "",
-        newest.sequence));
+        newer ? fmt::format("a version {} was begun or committed, ", newest + 1) : "", newest));
   }
+  return {};
+}
+
+void find_left_overs(const Directory& store, const StoredVersion& version,
+                     std::optional<std::uint64_t> older, StoreStructure& result) {
+  std::set<std::string> names = version.file_names();
+  names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
   for (const std::string& name : store.names())
-    if (!names.contains(name)) result.left_over.push_back(name);
+    if (!names.contains(name) && !(older && is_of_version_alone(name, *older)))
+      result.left_over.push_back(name);
 }
 
 }  // namespace
 
 StoreStructure check_structure(const fs::path& path, const BackendRegistry& backends) {
   const Directory store = open_store_directory(path);
-  const StoreLock lock = lock_recovered(store, false, Durability::kCommit);
-  const StoredVersion version(store);
-  const Manifest& manifest = version.manifest();
-  const BackendRegistry::Entry& backend = version.find_backend(backends);
   StoreStructure result;
-  result.sequence = manifest.sequence;
   result.files = 1;
+  const std::uint64_t newest = read_manifest(store).sequence;
+  std::optional<StoredVersion> opened;
+  // Where there is a file, a refusal to open it is about the whole store: a forged journal, say.
+  const std::string version_name = version_file_name(newest);
+  const auto reason = store.contains(version_name)
+                          ? reason_of([&, version = open_for_reading(store)]() mutable {
+                              opened.emplace(store, std::move(version));
+                            })
+                          : reason_of([&] { File(store, version_name, OpenMode::kRead); });
+  result.sequence = opened ? opened->manifest().sequence : newest;
+  const auto older = look_at_other_slot(store, result.sequence, result);
+  if (reason) {
+    DamagedFile file = named(StoreFile::kDescription, version_file_name(result.sequence));
+    file.reason = *reason;
+    result.damaged.push_back(std::move(file));
+    return result;
+  }
+  const StoredVersion& version = *opened;
+  const VersionDescription& description = version.description();
+  const BackendRegistry::Entry& backend = version.find_backend(backends);
   result.options = version.options();
-  result.provenance = provenance_of(manifest);
-  for (const ManifestAttribute& attribute : manifest.attributes)
-    result.attributes.push_back({attribute.schema, attribute.finest_level});
+  result.provenance = description.provenance;
+  for (const AttributeRecord& attribute : description.attributes)
+    result.attributes.push_back({attribute.schema, description.finest_level(attribute)});
   StructureCheck(store, version, backend, result).run();
-  look_around(store, manifest, result);
+  find_left_overs(store, version, older, result);
   return result;
 }
 
@@ -179,7 +200,9 @@ bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes) {
 void replace_file(const fs::path& path, std::uint64_t sequence, const std::string& name,
                   const Directory& from_directory, const std::string& from) {
   const Directory store = open_store_directory(path);
-  const StoreLock lock = lock_recovered(store, true, Durability::kCommit);
+  const StoreLock lock = lock_for_writing(store, Durability::kCommit);
+  // A reader locks the very file that may be replaced.
+  const std::vector<File> alone = keep_all_readers_out(store);
   if (const std::uint64_t found = read_manifest(store).sequence; found != sequence)
     throw Error(
         ErrorCode::kBusy,

@@ -1,8 +1,6 @@
 #include "plait/error.h"
 #include "plait/structure.h"
-#include "store/block_tables_file.h"
 #include "store/checksum.h"
-#include "store/file_names.h"
 #include "store/stored_version.h"
 
 namespace plait {
@@ -32,7 +30,7 @@ std::optional<std::vector<std::byte>> tables_from_levels(
     const std::filesystem::path& path, const StoreStructure& structure,
     const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
   const Directory store(path);
-  const StoredVersion version(store);
+  const StoredVersion version(store, open_newest_version(store));
   std::vector<StoredLevel> levels = version.levels(structure.base);
   std::vector<const BlockTable*> tables;
   for (StoredLevel& level : levels) {
@@ -40,13 +38,12 @@ std::optional<std::vector<std::byte>> tables_from_levels(
       throw Error(ErrorCode::kCancelled, "make block tables: cancelled");
     level.table = BlockTable(version.manifest().uuid, level.number, level.level,
                              level.geometry.block_count());
-    if (!seal_level(store, level_file_name(level.number, level.level), level.geometry, level.table))
-      return std::nullopt;
+    if (!seal_level(store, level.file_name(), level.geometry, level.table)) return std::nullopt;
     tables.push_back(&level.table);
   }
-  std::vector<std::byte> bytes = encode_tables(tables);
-  if (bytes.size() != version.manifest().tables_bytes ||
-      checksum_of(bytes) != version.manifest().tables_checksum)
+  std::vector<std::byte> bytes = version.version_file_with(tables);
+  if (bytes.size() != version.manifest().version_bytes ||
+      checksum_of(bytes) != version.manifest().version_checksum)
     return std::nullopt;
   return bytes;
 }

@@ -1,12 +1,15 @@
-// Writing a version, tables, base records, manifest slot, and taking one up again.
+// Writing a version, base records, description and block tables, manifest slot, and taking one up
+// again.
 #include <fmt/format.h>
 
 #include "plait/error.h"
-#include "store/block_tables_file.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
+#include "store/recovery.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
+#include "store/version_description.h"
+#include "store/version_file.h"
 
 namespace plait {
 namespace {
@@ -23,29 +26,23 @@ void write_whole_file(const Directory& store, const std::string& name,
 
 }  // namespace
 
-Manifest Store::Implementation::manifest() const {
-  Manifest result;
-  result.uuid = uuid;
-  result.sequence = sequence;
+VersionDescription Store::Implementation::description() const {
+  VersionDescription result;
   result.vertex_count = base.vertex_count();
   result.edge_count = base.edge_count();
   result.face_count = base.face_count();
   result.border_edge_count = base.border_edge_count();
   result.block_bytes = options.block_bytes;
-  result.base_level = options.base_level;
   result.next_attribute_number = next_number;
   result.base_mesh_bytes = base_mesh_size.bytes;
   result.base_mesh_checksum = base_mesh_size.checksum;
   result.backend = options.backend;
-  result.codec = options.backend_options.codec;
-  result.filter = options.backend_options.filter;
-  result.layout = options.layout;
-  result.scheme = provenance.scheme;
-  result.limit = provenance.limit;
-  result.precision = provenance.precision;
-  result.program = provenance.program;
-  for (std::size_t i = 0; i < attributes.size(); ++i)
-    result.attributes.push_back({infos[i].schema, attributes[i].number, infos[i].finest_level, 0});
+  result.pipeline = options.pipeline;
+  result.provenance = provenance;
+  for (std::size_t i = 0; i < attributes.size(); ++i) {
+    result.attributes.push_back(attributes[i].record);
+    result.attributes.back().schema = infos[i].schema;
+  }
   return result;
 }
 
@@ -53,25 +50,37 @@ void Store::Implementation::write_version() {
   const bool durable = options.durability == Durability::kCommit;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) level->backend->sync(durable);
+  enter_renewed_levels();
 
-  Manifest next = manifest();
   if (sequence == kMaxSequence)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("commit {}: version {} is the last that a store can have",
                             path.native(), sequence));
-  ++next.sequence;
+  Manifest next;
+  next.uuid = uuid;
+  next.sequence = sequence + 1;
+  VersionDescription content = description();
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    write_whole_file(directory, base_file_name(attributes[i].number, next.sequence),
+    write_whole_file(directory, base_file_name(attributes[i].record.number, next.sequence),
                      attributes[i].base_bytes, durable);
-    next.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
+    content.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
   std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) all_tables.push_back(&level->table);
-  const std::vector<std::byte> tables = encode_tables(all_tables);
-  write_whole_file(directory, tables_file_name(next.sequence), tables, durable);
-  next.tables_bytes = tables.size();
-  next.tables_checksum = checksum_of(tables);
+  const std::vector<std::byte> described =
+      encode_version_file(encode_description(content), all_tables);
+  write_whole_file(directory, version_file_name(next.sequence), described, durable);
+  // Both versions stay closed to readers until the manifest names the new one.
+  File next_file;
+  if (overwrites_in_place()) {
+    next_file = File(directory, version_file_name(next.sequence), OpenMode::kRead);
+    if (!next_file.lock(true))
+      throw Error(ErrorCode::kBusy, fmt::format("commit {}: somebody has locked {}", path.native(),
+                                                next_file.path().native()));
+  }
+  next.version_bytes = described.size();
+  next.version_checksum = checksum_of(described);
   if (durable) directory.sync();
 
   File file(directory, kManifestName, OpenMode::kReadWrite);
@@ -84,26 +93,46 @@ void Store::Implementation::write_version() {
   }
 
   // From here on the version is there, whatever becomes of what is no longer needed.
-  volume->begin_version(next.sequence);
-  if (sequence > 0) {
-    directory.remove_if_possible(tables_file_name(sequence - 1));
-    for (const Attribute& attribute : attributes)
-      directory.remove_if_possible(base_file_name(attribute.number, sequence - 1));
-  }
-  for (const std::string& name : obsolete) directory.remove_if_possible(name);
-  obsolete.clear();
   sequence = next.sequence;
+  version_file = std::move(next_file);
+  try {
+    versions_read = remove_old_versions(directory);
+  } catch (const Error&) {
+    // Who reads is not known now. It can only be those before, and readers of the former version.
+    if (sequence > 1) versions_read.push_back(sequence - 1);
+  }
+  volume->begin_version(sequence, versions_read);
+}
+
+void Store::Implementation::enter_renewed_levels() {
+  if (generations == nullptr) return;
+  for (const GenerationVolume::Level& renewed : generations->renewed_levels())
+    for (Attribute& attribute : attributes) {
+      if (attribute.record.number != renewed.attribute) continue;
+      const auto at = static_cast<std::size_t>(renewed.level - options.base_level - 1);
+      attribute.record.levels[at].generation = sequence + 1;
+      attribute.levels[at]->path =
+          directory.path_of(level_file_name(renewed.attribute, renewed.level, sequence + 1));
+    }
+}
+
+void Store::Implementation::hold_versions() {
+  if (backend.traits.overwrites_in_place) return;  // nobody changes what these versions have
+  for (const std::uint64_t number : versions_read) {
+    const StoredVersion older(directory, open_older_version(directory, uuid, number));
+    held.push_back({number, older.levels(base)});
+    older.read_tables_into(held.back().levels);
+  }
 }
 
 void Store::Implementation::read_version(const StoredVersion& version, OpenMode mode) {
-  base = version.read_base_mesh();
   std::vector<StoredLevel> levels = version.levels(base);
   version.read_tables_into(levels);
-  for (const ManifestAttribute& stored : version.manifest().attributes) {
+  for (const AttributeRecord& stored : version.description().attributes) {
     Attribute attribute;
-    attribute.number = stored.number;
+    attribute.record = stored;
     attribute.base_bytes = version.read_base_records(stored);
-    infos.push_back({stored.schema, stored.finest_level});
+    infos.push_back({stored.schema, version.description().finest_level(stored)});
     attributes.push_back(std::move(attribute));
   }
   for (StoredLevel& level : levels) {

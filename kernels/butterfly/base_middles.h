@@ -7,11 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "butterfly/butterfly_rules.h"
 #include "butterfly/extraordinary_rings.h"
+#include "butterfly/odd_slots.h"
 #include "butterfly/stencils.h"
-#include "loop/loop_expressions.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -45,8 +44,8 @@ std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Ve
     const bool odd_start = extraordinary.contains(edge.start),
                odd_end = extraordinary.contains(edge.end);
     if (edge.is_border()) {
-      middles[id] = loop::by_axis<Real>(odd_border<Real>, along_border(mesh, rings, edge.end, id),
-                                        a, b, along_border(mesh, rings, edge.start, id));
+      middles[id] = odd_border(along_border(mesh, rings, edge.end, id), a, b,
+                               along_border(mesh, rings, edge.start, id));
     } else if (odd_start || odd_end) {
       middles[id] = extraordinary.odd(id, odd_start, odd_end);
     } else {
@@ -56,13 +55,24 @@ std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Ve
       const auto wing = [&](FaceId face, int side) {
         return base_wing(mesh, base, face, side % 3);
       };
-      middles[id] = loop::by_axis<Real>(
-          odd<Real>, a, b, base[mesh.faces[own][static_cast<std::size_t>(own_side)]],
-          base[mesh.faces[other][static_cast<std::size_t>(other_side)]], wing(own, own_side + 1),
-          wing(other, other_side + 1), wing(own, own_side + 2), wing(other, other_side + 2));
+      middles[id] = odd(a, b, base[mesh.faces[own][static_cast<std::size_t>(own_side)]],
+                        base[mesh.faces[other][static_cast<std::size_t>(other_side)]],
+                        wing(own, own_side + 1), wing(other, other_side + 1),
+                        wing(own, own_side + 2), wing(other, other_side + 2));
     }
   }
   return middles;
 }
 
 }  // namespace plait::butterfly
+
+namespace plait {
+
+/// What the rings of base vertices begin with: vertices of level 1, [edge].
+template <class Real>
+std::vector<Vector3<Real>> first_middles(const Butterfly<Real>&, const Topology& mesh,
+                                         std::span<const Vector3<Real>> base) {
+  return butterfly::base_middles(mesh, base);
+}
+
+}  // namespace plait

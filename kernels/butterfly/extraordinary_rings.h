@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "butterfly/spoke_rule.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -29,10 +29,9 @@ class ExtraordinaryRings {
       if (spokes.size() == 6) continue;
       extraordinary_[vertex] = true;
       points.clear();
-      for (const EdgeId edge : spokes)
-        points.push_back(loop::widen(rings.next_to(mesh, edge, vertex)));
+      for (const EdgeId edge : spokes) points.push_back(widen(rings.next_to(mesh, edge, vertex)));
       for_each_spoke_value(
-          static_cast<int>(spokes.size()), loop::widen(base[vertex]),
+          static_cast<int>(spokes.size()), widen(base[vertex]),
           [&](int k) { return points[static_cast<std::size_t>(k)]; },
           [&](int k, const Vector3<double>& value) {
             const EdgeId edge = spokes[static_cast<std::size_t>(k)];
@@ -47,7 +46,7 @@ class ExtraordinaryRings {
   /// `at_start` and `at_end` say which of these are extraordinary.
   Vector3<Real> odd(EdgeId edge, bool at_start, bool at_end) const {
     const auto& [start, end] = values_[edge];
-    return loop::narrow<Real>(at_start && at_end ? 0.5 * (end + start) : at_end ? end : start);
+    return narrow<Real>(at_start && at_end ? 0.5 * (end + start) : at_end ? end : start);
   }
 
  private:

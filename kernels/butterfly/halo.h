@@ -1,4 +1,4 @@
-// One row of vertices beyond the four outer edges of a diamond, where the wings of Butterfly
+// One row of vertices beyond the four outer edges of a grid, where the wings of Butterfly
 // stencils lie: taken from the face there, or continued in the plane of the inner triangle where
 // the outer edge is a border.
 #pragma once
@@ -7,7 +7,7 @@
 #include <span>
 
 #include "butterfly/stencils.h"
-#include "diamond/diamond.h"
+#include "edge_grid/gather.h"
 #include "plait/edge_index.h"
 
 namespace plait::butterfly {
@@ -25,17 +25,17 @@ const Record& fetch(const Topology& mesh, const SlotSource<Record>& source,
       at.edge)[static_cast<std::size_t>(slot_position(at.level, border, at.row, at.column))];
 }
 
-/// Fills points (-1, q) and (p, -1), 1 <= p, q <= N, of the diamond's own half, and the same of the
-/// other half, turned. REQUIRES: the inside of the diamond is there.
+/// Fills points (-1, q) and (p, -1), 1 <= p, q <= N, of the edge's own face, and the same of
+/// the other face, turned. REQUIRES: the inside of the grid is there.
 template <class Record>
 void fill_halo(const Topology& mesh, const SlotSource<Record>& source, std::span<const Record> base,
-               EdgeId edge, Diamond<Record>& diamond) {
-  const std::int64_t size = diamond.size();
+               EdgeId edge, EdgeGrid<Record>& grid) {
+  const std::int64_t size = grid.size();
   for (const bool turned : {false, true}) {
     const FaceSide side = turned ? mesh.edges[edge].other : mesh.edges[edge].own;
     if (!side.exists()) continue;
     const auto place = [&](std::int64_t p, std::int64_t q) -> Record& {
-      return turned ? *diamond.at(size - p, size - q) : *diamond.at(p, q);
+      return turned ? *grid.at(size - p, size - q) : *grid.at(p, q);
     };
     const int start = (side.side() + 1) % 3, end = (side.side() + 2) % 3;
     for (const bool beyond_start : {true, false}) {
@@ -54,7 +54,7 @@ void fill_halo(const Topology& mesh, const SlotSource<Record>& source, std::span
         weight[end] = q;
         weight[side.side()] = size - p - q;
         const FaceIndex beyond =
-            unfold(mesh, {side.face(), diamond.level(), weight[1], weight[2]}, outer);
+            unfold(mesh, {side.face(), grid.level(), weight[1], weight[2]}, outer);
         place(p, q) = fetch(mesh, source, base, beyond);
       }
     }

@@ -1,4 +1,4 @@
-// The modified Butterfly scheme's stencils, number by number.
+// The modified Butterfly scheme's stencils.
 //
 // D. Zorin, P. Schroeder, W. Sweldens, "Interpolating Subdivision for Meshes with Arbitrary
 // Topology", SIGGRAPH 1996; the eight-point stencil is N. Dyn's, D. Levin's and J. Gregory's (1990)
@@ -6,20 +6,38 @@
 // continuation of the triangle inside. Pinned by tests/kernels/schemes_test.cpp.
 #pragma once
 
+#include "plait/kernels/numbers.h"
+
 namespace plait::butterfly {
 
 /// Regular odd vertex between A and B, opposite C and D; wings over AC and DB, over CB and AD.
-template <class Real>
-constexpr Real odd(Real a, Real b, Real c, Real d, Real wing_ac, Real wing_db, Real wing_cb,
-                   Real wing_ad) {
-  return Real(0.5) * (a + b) + Real(0.125) * (c + d) -
-         Real(0.0625) * ((wing_ac + wing_db) + (wing_cb + wing_ad));
+template <class V>
+[[gnu::always_inline]] inline V odd(const V& a, const V& b, const V& c, const V& d,
+                                    const V& wing_ac, const V& wing_db, const V& wing_cb,
+                                    const V& wing_ad) {
+  return 0.5 * (a + b) + 0.125 * (c + d) - 0.0625 * ((wing_ac + wing_db) + (wing_cb + wing_ad));
 }
 
 /// Odd vertex on a border: the four-point rule along it.
+template <class V>
+[[gnu::always_inline]] inline V odd_border(const V& before, const V& a, const V& b,
+                                           const V& after) {
+  return 0.5625 * (a + b) - 0.0625 * (before + after);
+}
+
+/// The same of points.
 template <class Real>
-constexpr Real odd_border(Real before, Real a, Real b, Real after) {
-  return Real(0.5625) * (a + b) - Real(0.0625) * (before + after);
+Vector3<Real> odd(const Vector3<Real>& a, const Vector3<Real>& b, const Vector3<Real>& c,
+                  const Vector3<Real>& d, const Vector3<Real>& wing_ac,
+                  const Vector3<Real>& wing_db, const Vector3<Real>& wing_cb,
+                  const Vector3<Real>& wing_ad) {
+  return by_axis([](const auto&... v) { return odd(v...); }, a, b, c, d, wing_ac, wing_db, wing_cb,
+                 wing_ad);
+}
+template <class Real>
+Vector3<Real> odd_border(const Vector3<Real>& before, const Vector3<Real>& a,
+                         const Vector3<Real>& b, const Vector3<Real>& after) {
+  return by_axis([](const auto&... v) { return odd_border(v...); }, before, a, b, after);
 }
 
 /// The wing over a border edge: its ends less the third corner of the triangle inside.

@@ -7,8 +7,7 @@
 #include "butterfly/stencils.h"
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
-#include "loop/loop_expressions.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 
 namespace plait {
 namespace {
@@ -16,11 +15,9 @@ namespace {
 using namespace lattice_points;
 
 template <class Real>
-class ButterflyRefiner final : public SurfaceRefiner<Real> {
+class ButterflyRefiner final : public SurfaceRefiner<Butterfly<Real>> {
  public:
-  ButterflyRefiner(const SurfaceRefinement<Real>& refinement,
-                   const fused_rows::ButterflyRows<Real>& rows)
-      : SurfaceRefiner<Real>(refinement, rows), rows_(rows) {}
+  using SurfaceRefiner<Butterfly<Real>>::SurfaceRefiner;
 
  private:
   void refine_level(int level, std::size_t first, std::size_t count) override {
@@ -42,8 +39,6 @@ class ButterflyRefiner final : public SurfaceRefiner<Real> {
   Real* to(int level, std::int64_t i, std::int64_t j) const {
     return at(this->fine_.data(), this->lattice(level), i, j);
   }
-
-  fused_rows::ButterflyRows<Real> rows_;
 };
 
 /// In coarse_, where `level` is.
@@ -70,7 +65,7 @@ template <class Real>
 void ButterflyRefiner<Real>::keep_even(int level) {
   const std::int64_t n = this->lattice(level - 1).size;
   for (std::int64_t q = -1; q <= n; ++q)
-    rows_.even({from(level, -1, q), {}, to(level, -2, 2 * q), n - q + 3});
+    this->rule().rows.even({from(level, -1, q), {}, to(level, -2, 2 * q), n - q + 3});
 }
 
 template <class Real>
@@ -80,17 +75,17 @@ void ButterflyRefiner<Real>::make_odd(int level) {
     const std::int64_t count = n - q + 2;
     const auto row = [&](std::int64_t i, std::int64_t j) { return from(level, i, q + j); };
     // Middles of edges along the coarse row.
-    rows_.odd({row(-1, 0), row(0, 0), row(-1, 1), row(0, -1), row(-2, 1), row(1, -1), row(0, 1),
-               row(-1, -1), to(level, -1, 2 * q), count});
+    this->rule().rows.odd({row(-1, 0), row(0, 0), row(-1, 1), row(0, -1), row(-2, 1), row(1, -1),
+                           row(0, 1), row(-1, -1), to(level, -1, 2 * q), count});
     // Middles of edges that leave the coarse row upwards, in both directions.
-    rows_.odd({row(-1, 0), row(-1, 1), row(-2, 1), row(0, 0), row(-2, 0), row(0, 1), row(-2, 2),
-               row(0, -1), to(level, -2, 2 * q + 1), count});
-    rows_.odd({row(0, 0), row(-1, 1), row(-1, 0), row(0, 1), row(0, -1), row(-1, 2), row(-2, 1),
-               row(1, 0), to(level, -1, 2 * q + 1), count});
+    this->rule().rows.odd({row(-1, 0), row(-1, 1), row(-2, 1), row(0, 0), row(-2, 0), row(0, 1),
+                           row(-2, 2), row(0, -1), to(level, -2, 2 * q + 1), count});
+    this->rule().rows.odd({row(0, 0), row(-1, 1), row(-1, 0), row(0, 1), row(0, -1), row(-1, 2),
+                           row(-2, 1), row(1, 0), to(level, -1, 2 * q + 1), count});
   }
 }
 
-/// Next to the corners the fans have them.
+/// Next to the corners the rings of these have them.
 template <class Real>
 void ButterflyRefiner<Real>::odd_borders(int level, std::size_t first, std::size_t count) {
   const std::int64_t n = this->lattice(level - 1).size;
@@ -102,8 +97,7 @@ void ButterflyRefiner<Real>::odd_borders(int level, std::size_t first, std::size
     for (std::int64_t t = 1; t + 2 <= n; ++t) {
       const FaceIndex middle = on_side(level, side, 2 * t + 1);
       put(to(level, middle.i, middle.j), lane,
-          loop::by_axis<Real>(butterfly::odd_border<Real>, old(t - 1), old(t), old(t + 1),
-                              old(t + 2)));
+          butterfly::odd_border(old(t - 1), old(t), old(t + 1), old(t + 2)));
     }
   });
 }
@@ -111,14 +105,11 @@ void ButterflyRefiner<Real>::odd_borders(int level, std::size_t first, std::size
 }  // namespace
 
 template <class Real>
-std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<Real>& refinement,
-                                                const fused_rows::ButterflyRows<Real>& rows) {
-  return std::make_unique<ButterflyRefiner<Real>>(refinement, rows);
+std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<Real>>& refinement) {
+  return std::make_unique<ButterflyRefiner<Real>>(refinement);
 }
 
-template std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<float>&,
-                                                         const fused_rows::ButterflyRows<float>&);
-template std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<double>&,
-                                                         const fused_rows::ButterflyRows<double>&);
+template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<float>>&);
+template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<double>>&);
 
 }  // namespace plait

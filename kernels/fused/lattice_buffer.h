@@ -7,8 +7,8 @@
 #include <memory>
 #include <new>
 
-#include "fused/patch_rows.h"
 #include "plait/fused.h"
+#include "plait/kernels/rows.h"
 #include "plait/vector3.h"
 
 namespace plait {
@@ -19,7 +19,7 @@ template <class Number>
 class LatticeBuffer {
  public:
   explicit LatticeBuffer(std::int64_t points) : points_(points) {
-    const std::size_t count = static_cast<std::size_t>(points) * fused_rows::kPointNumbers;
+    const std::size_t count = static_cast<std::size_t>(points) * kPointNumbers;
     numbers_.reset(
         static_cast<Number*>(::operator new(count * sizeof(Number), std::align_val_t(kAlignment))));
     std::fill_n(numbers_.get(), count, Number(0));
@@ -43,7 +43,7 @@ namespace lattice_points {
 /// The numbers of a point.
 template <class Number>
 Number* at(Number* numbers, const PatchLattice& lattice, std::int64_t i, std::int64_t j) {
-  return numbers + lattice.index(i, j) * static_cast<std::int64_t>(fused_rows::kPointNumbers);
+  return numbers + lattice.index(i, j) * static_cast<std::int64_t>(kPointNumbers);
 }
 
 /// One lane of a point.

@@ -5,22 +5,22 @@
 #include <cstdint>
 
 #include "fused/lattice_buffer.h"
-#include "fused/patch_rows.h"
 #include "fused/patch_sides.h"
 #include "plait/fused.h"
+#include "plait/kernels/rows.h"
 
 namespace plait {
 
 /// The pairs of opposite neighbours in the order of the frame of `side`.
 template <class Real>
-fused_rows::Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice,
-                                        std::int64_t i, std::int64_t j, int side) {
+Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice, std::int64_t i,
+                            std::int64_t j, int side) {
   const int start = (side + 1) % 3, end = (side + 2) % 3;
-  const auto pair = [&](LatticeStep s, std::size_t which, fused_rows::Neighbours<Real>& to) {
+  const auto pair = [&](LatticeStep s, std::size_t which, Neighbours<Real>& to) {
     to.pairs[which][0] = lattice_points::at(numbers, lattice, i + s.i, j + s.j);
     to.pairs[which][1] = lattice_points::at(numbers, lattice, i - s.i, j - s.j);
   };
-  fused_rows::Neighbours<Real> result;
+  Neighbours<Real> result;
   pair(step(start, side), 0, result);
   pair(step(end, side), 1, result);
   pair(step(end, start), 2, result);

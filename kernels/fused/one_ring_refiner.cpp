@@ -11,11 +11,9 @@ namespace {
 using namespace lattice_points;
 
 template <class Real>
-class OneRingRefiner final : public SurfaceRefiner<Real> {
+class OneRingRefiner final : public SurfaceRefiner<OneRing<Real>> {
  public:
-  OneRingRefiner(const SurfaceRefinement<Real>& refinement,
-                 const fused_rows::OneRingRows<Real>& rows)
-      : SurfaceRefiner<Real>(refinement, rows), rows_(rows) {}
+  using SurfaceRefiner<OneRing<Real>>::SurfaceRefiner;
 
  private:
   void refine_level(int level, std::size_t first, std::size_t count) override {
@@ -23,15 +21,13 @@ class OneRingRefiner final : public SurfaceRefiner<Real> {
     odd_borders(level, first, count);
     this->inject(level, count);
     move_even(level);
-    even_borders(level, first, count);
+    if (this->rule().moves_even()) even_borders(level, first, count);
   }
 
   void make_odd(int level);
   void move_even(int level);
   void odd_borders(int level, std::size_t first, std::size_t count);
   void even_borders(int level, std::size_t first, std::size_t count);
-
-  fused_rows::OneRingRows<Real> rows_;
 };
 
 template <class Real>
@@ -46,14 +42,15 @@ void OneRingRefiner<Real>::make_odd(int level) {
   };
   // Fine rows 2q: middles of edges along the coarse row.
   for (std::int64_t q = 0; q <= n; ++q)
-    rows_.odd({from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q), n - q + 2});
+    this->rule().odd_row(
+        {from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q), n - q + 2});
   // Fine rows 2q + 1: middles of edges that leave the coarse row upwards, in both directions.
   for (std::int64_t q = -1; q < n; ++q) {
     const std::int64_t first = q < 0 ? 1 : 0;
-    rows_.odd({from(first, q), from(first, q + 1), from(first - 1, q + 1), from(first + 1, q),
-               to(2 * first, 2 * q + 1), q < 0 ? n : n - q + 1});
-    rows_.odd({from(first, q), from(first - 1, q + 1), from(first - 1, q), from(first, q + 1),
-               to(2 * first - 1, 2 * q + 1), q < 0 ? n : n - q + 1});
+    this->rule().odd_row({from(first, q), from(first, q + 1), from(first - 1, q + 1),
+                          from(first + 1, q), to(2 * first, 2 * q + 1), q < 0 ? n : n - q + 1});
+    this->rule().odd_row({from(first, q), from(first - 1, q + 1), from(first - 1, q),
+                          from(first, q + 1), to(2 * first - 1, 2 * q + 1), q < 0 ? n : n - q + 1});
   }
 }
 
@@ -63,9 +60,9 @@ void OneRingRefiner<Real>::move_even(int level) {
   const PatchLattice coarse = this->lattice(level - 1), fine = this->lattice(level);
   for (std::int64_t q = 0; q < n; ++q) {
     const std::int64_t first = q == 0 ? 1 : 0, count = q == 0 ? n - 1 : n - q + 1;
-    rows_.even({at(static_cast<const Real*>(this->coarse_.data()), coarse, first, q),
-                neighbours<Real>(this->fine_.data(), fine, 2 * first, 2 * q, 2),
-                at(this->fine_.data(), fine, 2 * first, 2 * q), count});
+    this->rule().even_row({at(static_cast<const Real*>(this->coarse_.data()), coarse, first, q),
+                           neighbours<Real>(this->fine_.data(), fine, 2 * first, 2 * q, 2),
+                           at(this->fine_.data(), fine, 2 * first, 2 * q), count});
   }
 }
 
@@ -78,8 +75,8 @@ void OneRingRefiner<Real>::odd_borders(int level, std::size_t first, std::size_t
       const FaceIndex a = on_side(level - 1, side, t), b = on_side(level - 1, side, t + 1),
                       middle = on_side(level, side, 2 * t + 1);
       put(at(this->fine_.data(), fine, middle.i, middle.j), lane,
-          Real(0.5) * (get(at(this->coarse_.data(), coarse, a.i, a.j), lane) +
-                       get(at(this->coarse_.data(), coarse, b.i, b.j), lane)));
+          this->rule().odd_border(get(at(this->coarse_.data(), coarse, a.i, a.j), lane),
+                                  get(at(this->coarse_.data(), coarse, b.i, b.j), lane)));
     }
   });
 }
@@ -93,9 +90,9 @@ void OneRingRefiner<Real>::even_borders(int level, std::size_t first, std::size_
       const FaceIndex old = on_side(level - 1, side, t), a = on_side(level, side, 2 * t - 1),
                       here = on_side(level, side, 2 * t), b = on_side(level, side, 2 * t + 1);
       put(at(this->fine_.data(), fine, here.i, here.j), lane,
-          rows_.border(get(at(this->coarse_.data(), coarse, old.i, old.j), lane),
-                       get(at(this->fine_.data(), fine, a.i, a.j), lane),
-                       get(at(this->fine_.data(), fine, b.i, b.j), lane)));
+          this->rule().even_border(get(at(this->coarse_.data(), coarse, old.i, old.j), lane),
+                                   get(at(this->fine_.data(), fine, a.i, a.j), lane),
+                                   get(at(this->fine_.data(), fine, b.i, b.j), lane)));
     }
   });
 }
@@ -103,14 +100,11 @@ void OneRingRefiner<Real>::even_borders(int level, std::size_t first, std::size_
 }  // namespace
 
 template <class Real>
-std::unique_ptr<PatchRefiner> one_ring_refiner(const SurfaceRefinement<Real>& refinement,
-                                               const fused_rows::OneRingRows<Real>& rows) {
-  return std::make_unique<OneRingRefiner<Real>>(refinement, rows);
+std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<Real>>& refinement) {
+  return std::make_unique<OneRingRefiner<Real>>(refinement);
 }
 
-template std::unique_ptr<PatchRefiner> one_ring_refiner(const SurfaceRefinement<float>&,
-                                                        const fused_rows::OneRingRows<float>&);
-template std::unique_ptr<PatchRefiner> one_ring_refiner(const SurfaceRefinement<double>&,
-                                                        const fused_rows::OneRingRows<double>&);
+template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<float>>&);
+template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<double>>&);
 
 }  // namespace plait

@@ -1,16 +1,15 @@
 // Normals and limit positions along border edges, over what the rows computed there.
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
-#include "loop/loop_expressions.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 
 namespace plait {
 
 using namespace lattice_points;
 
-template <class Real>
-void SurfaceRefiner<Real>::surface_borders(std::size_t first, std::size_t count) {
+template <class Rule>
+void SurfaceRefiner<Rule>::surface_borders(std::size_t first, std::size_t count) {
   const bool normals = !refinement_.results.normals.empty(),
              limits = !refinement_.results.limits.empty();
   if (!normals && !limits) return;
@@ -27,14 +26,16 @@ void SurfaceRefiner<Real>::surface_borders(std::size_t first, std::size_t count)
       if (normals)
         put(at(normals_.data(), finest_, here.i, here.j), lane,
             normals::regular_border(v, p1, near(step(side, start)), near(step(side, end)), p4));
-      if (limits)
-        put(at(coarse_.data(), finest_, here.i, here.j), lane,
-            loop::by_axis<Real>(loop::limit_border<Real>, v, p1, p4));
+      if constexpr (Rule::kReach == 1)
+        if (limits)
+          put(at(coarse_.data(), finest_, here.i, here.j), lane, rule().limit_border(v, p1, p4));
     }
   });
 }
 
-template void SurfaceRefiner<float>::surface_borders(std::size_t, std::size_t);
-template void SurfaceRefiner<double>::surface_borders(std::size_t, std::size_t);
+template void SurfaceRefiner<OneRing<float>>::surface_borders(std::size_t, std::size_t);
+template void SurfaceRefiner<OneRing<double>>::surface_borders(std::size_t, std::size_t);
+template void SurfaceRefiner<Butterfly<float>>::surface_borders(std::size_t, std::size_t);
+template void SurfaceRefiner<Butterfly<double>>::surface_borders(std::size_t, std::size_t);
 
 }  // namespace plait

@@ -7,28 +7,26 @@
 #include <span>
 #include <utility>
 
-#include "fused/fan_shape.h"
 #include "fused/neighbours.h"
 #include "fused/patch_sides.h"
-#include "loop/base_expressions.h"
+#include "fused/ring_shape.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 
 namespace plait {
 namespace {
 
-using fused_rows::kPointNumbers;
 using namespace lattice_points;
 
-/// What a patch takes over from the fan of a corner: points whose stencils go around it. Spokes
+/// What a patch takes over from the rings of a corner: points whose stencils go around it. Spokes
 /// count from the one along the side that starts there; `next` and `previous` are steps towards the
 /// corners that follow and precede it.
 struct CornerPoint {
-  FanRing ring;
+  RingPart ring;
   int spoke;
   std::int64_t next, previous;
 };
-using enum FanRing;
+using enum RingPart;
 constexpr CornerPoint kReachOne[] = {{kNear, -1, 1, -1}, {kNear, 2, -1, 1}};
 // kFar counts at level 1, where it is the base vertex beyond a side; later even vertices keep it.
 constexpr CornerPoint kReachTwo[] = {
@@ -50,60 +48,57 @@ std::uint64_t surface_scratch_bytes(int levels, int reach) {
          (2 * sizeof(Real) + sizeof(float));
 }
 
-template <class Real>
-SurfaceRefiner<Real>::SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
-                                     const fused_rows::PatchRows<Real>& rows)
-    : coarse_(surface_lattice(refinement.source.levels, refinement.source.reach).points()),
-      fine_(surface_lattice(refinement.source.levels, refinement.source.reach).points()),
+template <class Rule>
+SurfaceRefiner<Rule>::SurfaceRefiner(const SurfaceRefinement<Rule>& refinement)
+    : coarse_(surface_lattice(refinement.source.levels, Rule::kReach).points()),
+      fine_(surface_lattice(refinement.source.levels, Rule::kReach).points()),
       refinement_(refinement),
-      rows_(rows),
-      finest_(surface_lattice(refinement.source.levels, refinement.source.reach)),
-      fans_(refinement.source, rows),
+      finest_(surface_lattice(refinement.source.levels, Rule::kReach)),
+      rings_(refinement.source),
       normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {
   static_assert(kMostCornerPoints == std::size(kReachTwo));
 }
 
-template <class Real>
-const void* SurfaceRefiner<Real>::points(std::size_t output) const {
+template <class Rule>
+const void* SurfaceRefiner<Rule>::points(std::size_t output) const {
   if (output == 0) return fine_.data();
   return normals_.data();
 }
 
-template <class Real>
-void SurfaceRefiner<Real>::begin(std::span<const FaceId> faces) {
+template <class Rule>
+void SurfaceRefiner<Rule>::begin(std::span<const FaceId> faces) {
   faces_ = faces;
-  fans_.evaluate(faces);
+  rings_.evaluate(faces);
   finish_base();
 }
 
 /// A base vertex belongs to the run that has its first corner.
-template <class Real>
-void SurfaceRefiner<Real>::finish_base() {
+template <class Rule>
+void SurfaceRefiner<Rule>::finish_base() {
   const auto [lowest, highest] = std::ranges::minmax(faces_);
   const BaseResults<Real>& results = refinement_.results;
-  for (std::uint32_t fan = 0; fan < fans_.vertices().size(); ++fan) {
-    const VertexId vertex = fans_.vertices()[fan];
+  for (std::uint32_t number = 0; number < rings_.vertices().size(); ++number) {
+    const VertexId vertex = rings_.vertices()[number];
     const FaceId face = refinement_.source.mesh.vertex_corners[vertex].face();
     if (face < lowest || face > highest) continue;
-    const auto view = fans_.view(fan, refinement_.source.levels);
+    const auto view = rings_.view(number, refinement_.source.levels);
     const auto& [valence, border, reach] = view.shape;
-    const auto neighbour = [&](int spoke) { return loop::widen(view.neighbour(spoke)); };
-    const Vector3<double> v = loop::widen(view.vertex());
+    const auto neighbour = [&](int spoke) { return widen(view.neighbour(spoke)); };
+    const Vector3<double> v = widen(view.vertex());
     results.positions[vertex] = view.vertex();
     if (!results.normals.empty())
       results.normals[vertex] = normals::of_base_vertex(masks_.of(valence, border), v, neighbour);
-    if (results.limits.empty()) continue;
-    loop::BaseRing ring;
-    ring.valence = valence;
-    ring.first = neighbour(0);
-    ring.last = neighbour(valence - 1);
-    for (int i = 0; i < valence; ++i) ring.sum = ring.sum + neighbour(i);
-    results.limits[vertex] = loop::narrow<Real>(loop::limit_of_base(ring, border, v));
+    if constexpr (Rule::kReach == 1) {
+      if (results.limits.empty()) continue;
+      BaseRing ring{valence, {}, neighbour(0), neighbour(valence - 1)};
+      for (int i = 0; i < valence; ++i) ring.sum = ring.sum + neighbour(i);
+      results.limits[vertex] = narrow<Real>(rule().limit_base(ring, border, v));
+    }
   }
 }
 
-template <class Real>
-void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
+template <class Rule>
+void SurfaceRefiner<Rule>::refine(std::size_t first, std::size_t count) {
   const int start = refinement_.source.first_level();
   find_corners(first, count);
   inject(start, count);
@@ -116,55 +111,55 @@ void SurfaceRefiner<Real>::refine(std::size_t first, std::size_t count) {
   if (!refinement_.results.limits.empty()) std::swap(coarse_, fine_);
 }
 
-/// Finds the corners' fans, and where their points are in them.
-template <class Real>
-void SurfaceRefiner<Real>::find_corners(std::size_t first, std::size_t count) {
-  const FanSource<Real>& source = refinement_.source;
+/// Finds the corners' rings, and where their points are in them.
+template <class Rule>
+void SurfaceRefiner<Rule>::find_corners(std::size_t first, std::size_t count) {
+  const RingSource<Rule>& source = refinement_.source;
   for (std::size_t lane = 0; lane < count; ++lane) {
     const auto turn = static_cast<std::size_t>(first_corner(source.mesh, faces_[first + lane]));
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const auto [fan, spoke] = fans_.corner(faces_[first + lane], (corner + turn) % 3);
-      const auto view = fans_.view(fan, source.first_level());
+      const auto [number, spoke] = rings_.corner(faces_[first + lane], (corner + turn) % 3);
+      const auto view = rings_.view(number, source.first_level());
       Corner& to = corners_[corner][lane];
-      to.fan = view.first;
+      to.rings = view.first;
       to.level_numbers = view.shape.points() * kPointNumbers;
-      std::size_t number = 0;
-      for (const CornerPoint& point : corner_points(source.reach))
-        to.points[number++] = view.shape.point(point.ring, spoke + point.spoke) * kPointNumbers;
+      std::size_t next = 0;
+      for (const CornerPoint& point : corner_points(Rule::kReach))
+        to.points[next++] = view.shape.point(point.ring, spoke + point.spoke) * kPointNumbers;
     }
   }
 }
 
-template <class Real>
-void SurfaceRefiner<Real>::inject(int level, std::size_t count) {
+template <class Rule>
+void SurfaceRefiner<Rule>::inject(int level, std::size_t count) {
   const PatchLattice lattice = this->lattice(level);
   for (int corner = 0; corner < 3; ++corner) {
     const FaceIndex here = corner_point(0, level, corner);
     const LatticeStep next = step((corner + 1) % 3, corner),
                       previous = step((corner + 2) % 3, corner);
     const std::span<Corner> lanes(corners_[static_cast<std::size_t>(corner)].data(), count);
-    const auto copy = [&](Real* to, auto numbers_into_fan) {
+    const auto copy = [&](Real* to, auto numbers_into_rings) {
       for (std::size_t lane = 0; lane < count; ++lane) {
-        const Real* const from = lanes[lane].fan + numbers_into_fan(lanes[lane]);
+        const Real* const from = lanes[lane].rings + numbers_into_rings(lanes[lane]);
         for (std::size_t axis = 0; axis < kPointNumbers; axis += kPatchLanes)
           to[axis + lane] = from[axis];
       }
     };
     copy(at(fine_.data(), lattice, here.i, here.j), [](const Corner&) { return std::size_t{0}; });
     std::size_t number = 0;
-    for (const CornerPoint& point : corner_points(refinement_.source.reach)) {
+    for (const CornerPoint& point : corner_points(Rule::kReach)) {
       copy(at(fine_.data(), lattice, here.i + point.next * next.i + point.previous * previous.i,
               here.j + point.next * next.j + point.previous * previous.j),
            [number](const Corner& from) { return from.points[number]; });
       ++number;
     }
-    for (Corner& from : lanes) from.fan += from.level_numbers;
+    for (Corner& from : lanes) from.rings += from.level_numbers;
   }
 }
 
 /// Normals, and limit positions beside the positions in `coarse_`.
-template <class Real>
-void SurfaceRefiner<Real>::make_surface() {
+template <class Rule>
+void SurfaceRefiner<Rule>::make_surface() {
   const bool normals = !refinement_.results.normals.empty(),
              limits = !refinement_.results.limits.empty();
   if (!normals && !limits) return;
@@ -173,8 +168,9 @@ void SurfaceRefiner<Real>::make_surface() {
                        std::int64_t count) {
     const auto around = neighbours<Real>(positions, finest_, i, j, side);
     const Real* v = at(positions, finest_, i, j);
-    if (normals) rows_.normal({v, around, at(normals_.data(), finest_, i, j), step, count});
-    if (limits) rows_.limit({v, around, at(coarse_.data(), finest_, i, j), step, count});
+    if (normals) normal_row_({v, around, at(normals_.data(), finest_, i, j), step, count});
+    if constexpr (Rule::kReach == 1)
+      if (limits) rule().limit_row({v, around, at(coarse_.data(), finest_, i, j), step, count});
   };
   for (int level = 1; level <= refinement_.source.levels; ++level) {
     const std::int64_t size = std::int64_t{1} << level,
@@ -190,8 +186,10 @@ void SurfaceRefiner<Real>::make_surface() {
   }
 }
 
-template class SurfaceRefiner<float>;
-template class SurfaceRefiner<double>;
+template class SurfaceRefiner<OneRing<float>>;
+template class SurfaceRefiner<OneRing<double>>;
+template class SurfaceRefiner<Butterfly<float>>;
+template class SurfaceRefiner<Butterfly<double>>;
 template std::uint64_t surface_scratch_bytes<float>(int, int);
 template std::uint64_t surface_scratch_bytes<double>(int, int);
 

@@ -1,5 +1,5 @@
 // A group of patches refined from the base mesh to the finest level, with normals and limit
-// positions. How a level follows from the one before it is the rule's own affair.
+// positions. How a level follows from the one before it is for the rule to say.
 #pragma once
 
 #include <array>
@@ -8,11 +8,14 @@
 #include <memory>
 #include <span>
 
-#include "fused/fans.h"
+#include "fused/base_rings.h"
 #include "fused/lattice_buffer.h"
-#include "fused/patch_rows.h"
 #include "normals/normal_rules.h"
 #include "plait/fused.h"
+#include "plait/kernels/one_ring.h"
+#include "plait/kernels/rows.h"
+#include "rows/dispatched_rows.h"
+#include "schemes/butterfly.h"
 
 namespace plait {
 
@@ -26,27 +29,30 @@ struct BaseResults {
 
 /// What is refined, and what comes out: positions (or limit positions in their place), and normals
 /// where `results` has room for those of the base vertices.
-template <class Real>
+template <class Rule>
 struct SurfaceRefinement {
-  FanSource<Real> source;
-  BaseResults<Real> results;
+  RingSource<Rule> source;
+  BaseResults<typename Rule::Real> results;
 };
 
-template <class Real>
+template <class Rule>
 class SurfaceRefiner : public PatchRefiner {
  public:
+  using Real = typename Rule::Real;
+
+  explicit SurfaceRefiner(const SurfaceRefinement<Rule>& refinement);
+
   void begin(std::span<const FaceId> faces) final;
   void refine(std::size_t first, std::size_t count) final;
   /// Output 0: positions or limit positions; 1: normals.
   const void* points(std::size_t output) const final;
 
  protected:
-  SurfaceRefiner(const SurfaceRefinement<Real>& refinement,
-                 const fused_rows::PatchRows<Real>& rows);
-
   /// Makes `level` in fine_ from the one before it in coarse_, and calls inject(level) for what
   /// rows cannot make. The group is faces first, first + 1 ... of the run.
   virtual void refine_level(int level, std::size_t first, std::size_t count) = 0;
+
+  const Rule& rule() const { return refinement_.source.rule; }
 
   /// Puts the corners and what of their rings no row reaches into fine_. To be called once a level.
   void inject(int level, std::size_t count);
@@ -72,7 +78,7 @@ class SurfaceRefiner : public PatchRefiner {
   /// As many points as a rule of a reach of two needs around a corner, besides itself.
   static constexpr std::size_t kMostCornerPoints = 9;
   struct Corner {
-    const Real* fan;  ///< at the level that comes next
+    const Real* rings;  ///< at the level that comes next
     std::size_t level_numbers;
     std::array<std::size_t, kMostCornerPoints> points;
   };
@@ -82,26 +88,22 @@ class SurfaceRefiner : public PatchRefiner {
   void make_surface();
   void surface_borders(std::size_t first, std::size_t count);
 
-  SurfaceRefinement<Real> refinement_;
-  fused_rows::PatchRows<Real> rows_;
+  SurfaceRefinement<Rule> refinement_;
+  NormalRow<Real> normal_row_ = normal_row<Real>();
   PatchLattice finest_;
-  Fans<Real> fans_;
+  BaseRings<Rule> rings_;
   std::span<const FaceId> faces_;
   std::array<std::array<Corner, kPatchLanes>, 3> corners_;  ///< [corner][lane]
   LatticeBuffer<float> normals_;
   normals::BaseMasks masks_;
 };
 
-/// Refiners for the built-in rules: one ring about every vertex, and Butterfly with
-/// refinement.source.middles.
 template <class Real>
-std::unique_ptr<PatchRefiner> one_ring_refiner(const SurfaceRefinement<Real>& refinement,
-                                               const fused_rows::OneRingRows<Real>& rows);
+std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<Real>>& refinement);
 template <class Real>
-std::unique_ptr<PatchRefiner> butterfly_refiner(const SurfaceRefinement<Real>& refinement,
-                                                const fused_rows::ButterflyRows<Real>& rows);
+std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<Real>>& refinement);
 
-/// The lattice of a refiner's results, and the bytes of scratch that one holds but for its fans.
+/// The lattice of a refiner's results, and the bytes of scratch that one holds but for its rings.
 PatchLattice surface_lattice(int levels, int reach);
 template <class Real>
 std::uint64_t surface_scratch_bytes(int levels, int reach);

@@ -1,12 +1,12 @@
-// Unit normals of a slot from the diamond of its edge, row by row: the rules of normal_rules.h,
-// evaluated on lanes where the records are float32. Pinned by tests/kernels/diamond_rows_test.cpp.
+// Unit normals of a slot from the grid of its edge, row by row: the rules of normal_rules.h,
+// evaluated on lanes where the records are float32. Pinned by tests/kernels/slot_rows_test.cpp.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 
-#include "diamond/diamond.h"
-#include "diamond/lanes.h"
+#include "edge_grid/gather.h"
+#include "normals/lanes.h"
 #include "normals/normal_rules.h"
 #include "plait/vector3.h"
 
@@ -31,13 +31,13 @@ inline void regular_at(const Vector3<double>* v, std::int64_t stride, Vector3<fl
   *to = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
 }
 
-/// Normals of the slot at `level`; `diamond` holds the whole finest mesh.
+/// Normals of the slot at `level`; `grid` holds the whole finest mesh.
 template <class Real>
-void slot_rows(const Diamond<Vector3<Real>>& diamond, int level, bool border,
+void slot_rows(const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
                Vector3<float>* to) noexcept {
-  const std::int64_t stride = diamond.stride();
+  const std::int64_t stride = grid.stride();
   for_each_slot_row(
-      diamond, level,
+      grid, level,
       [&](std::int64_t row, const Vector3<Real>* v, std::int64_t step, std::int64_t n) {
         const std::int64_t inside = border ? n - 1 - row : n;
         for (std::int64_t column = 0; column < inside; ++column, v += step)

@@ -23,7 +23,7 @@
 #include <span>
 #include <vector>
 
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/numbers.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -53,7 +53,7 @@ template <class Real>
 Vector3<float> direction(Vector3<Real> v) {
   const Real square = dot(v, v);
   if (comfortable(square)) return scaled_to_unit(v, square);
-  return loop::narrow<float>(normalized(loop::widen(v))) + kPositiveZeros;
+  return narrow<float>(normalized(widen(v))) + kPositiveZeros;
 }
 
 /// Normal to a regular vertex's tangent plane, of any length, from the differences of opposite
@@ -154,12 +154,11 @@ void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
   std::vector<Vector3<double>> ring;
   for (VertexId vertex = 0; vertex < positions.size(); ++vertex) {
     ring.clear();
-    for_each_spoke(mesh, vertex, [&](EdgeId edge) {
-      ring.push_back(loop::widen(rings.next_to(mesh, edge, vertex)));
-    });
+    for_each_spoke(mesh, vertex,
+                   [&](EdgeId edge) { ring.push_back(widen(rings.next_to(mesh, edge, vertex))); });
     normals[vertex] = of_base_vertex(
         masks.of(static_cast<int>(ring.size()), is_border_vertex(mesh, vertex)),
-        loop::widen(positions[vertex]), [&](int i) { return ring[static_cast<std::size_t>(i)]; });
+        widen(positions[vertex]), [&](int i) { return ring[static_cast<std::size_t>(i)]; });
   }
 }
 

@@ -20,11 +20,13 @@ struct BlockProof::Model {
   static constexpr const char* kName = "sealed";
 };
 
-BlockProof::BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
-                       ScratchDirectory& scratch)
+BlockProof::BlockProof(const BackendRegistry::Entry& backend, std::string_view options,
+                       PartialDirectory& scratch)
     : backend_(backend), options_(options), scratch_(scratch) {}
 
 BlockProof::~BlockProof() = default;
+
+std::unique_ptr<Volume> BlockProof::open_volume() const { return backend_.open({options_}); }
 
 BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t component_bytes) {
   if (model_ && model_->of == &file) return *model_;
@@ -33,10 +35,10 @@ BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t compo
   model->of = &file;
   model->table = file.table;
   std::ranges::fill(model->table.entries(), BlockEntry{});
-  model->volume = backend_.open({options_});
+  model->volume = open_volume();
   model->backend =
-      model->volume->open_level(LevelSpec{model->scratch, Model::kName, OpenMode::kCreate,
-                                          file.geometry, model->table, component_bytes});
+      model->volume->open_level({model->scratch, Model::kName, OpenMode::kCreate, file.geometry,
+                                 model->table, component_bytes, file.pipeline});
   model_ = std::move(model);
   return *model_;
 }

@@ -6,22 +6,25 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "plait/backend.h"
 #include "plait/pager.h"
-#include "repair/scratch_directory.h"
+#include "plait/partial_output.h"
 
 namespace plait {
 
 class BlockProof {
  public:
-  /// The arguments outlive this object.
-  BlockProof(const BackendRegistry::Entry& backend, const BackendOptions& options,
-             ScratchDirectory& scratch);
+  /// `options` are the store's backend's. The other arguments outlive this object.
+  BlockProof(const BackendRegistry::Entry& backend, std::string_view options,
+             PartialDirectory& scratch);
   ~BlockProof();
 
   const BackendRegistry::Entry& backend() const { return backend_; }
+  std::unique_ptr<Volume> open_volume() const;
 
   /// What the level's file should hold for this block if `raw` is its content: stored bytes whose
   /// checksum is the one in the level's table. Nothing if they have another one. Valid until the
@@ -37,8 +40,8 @@ class BlockProof {
   Model& model_of(const LevelFile& file, std::size_t component_bytes);
 
   const BackendRegistry::Entry& backend_;
-  const BackendOptions& options_;
-  ScratchDirectory& scratch_;
+  std::string options_;
+  PartialDirectory& scratch_;
   std::unique_ptr<Model> model_;
   std::vector<std::byte> stored_;
 };

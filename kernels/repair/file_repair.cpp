@@ -66,6 +66,7 @@ class Remains {
 
 void FileRepair::run() {
   for (const DamagedFile& file : structure_.damaged) switch (file.kind) {
+      case StoreFile::kDescription:
       case StoreFile::kBaseMesh:
         lose(file, "nothing else in the store says what it held");
         break;
@@ -149,11 +150,10 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
 std::optional<std::string> FileRepair::reason_against_image(const DamagedFile& file) {
   LevelFile& level = *file.expected_level;
   try {
-    const std::unique_ptr<Volume> volume =
-        proof_.backend().open({structure_.options.backend_options});
+    const std::unique_ptr<Volume> volume = proof_.open_volume();
     const std::unique_ptr<Backend> backend =
-        volume->open_level(LevelSpec{scratch_.directory(), kImageName, OpenMode::kRead,
-                                     level.geometry, level.table, component_of(file.attribute)});
+        volume->open_level({scratch_.directory(), kImageName, OpenMode::kRead, level.geometry,
+                            level.table, component_of(file.attribute), level.pipeline});
     std::vector<std::byte> content(level.geometry.max_block_bytes());
     for (std::uint64_t block = 0; block < level.table.size(); ++block)
       backend->read({block, 1}, std::span(content).first(level.geometry.block_bytes(block)));

@@ -17,7 +17,7 @@ class FileRepair {
   /// The arguments outlive this object.
   FileRepair(const std::filesystem::path& store, const StoreStructure& structure,
              const RepairOptions& options, Recomputation& recomputation, BlockProof& proof,
-             ScratchDirectory& scratch, RepairReport& report)
+             PartialDirectory& scratch, RepairReport& report)
       : store_(store),
         structure_(structure),
         options_(options),
@@ -51,7 +51,7 @@ class FileRepair {
   const RepairOptions& options_;
   Recomputation& recomputation_;
   BlockProof& proof_;
-  ScratchDirectory& scratch_;
+  PartialDirectory& scratch_;
   RepairReport& report_;
 };
 

@@ -32,7 +32,7 @@ std::optional<std::string> memory_backend(const BackendRegistry& backends) {
 }  // namespace
 
 Recomputation::Recomputation(const StoreStructure& structure, const RepairOptions& options,
-                             const BackendRegistry& backends, ScratchDirectory& scratch)
+                             const BackendRegistry& backends, PartialDirectory& scratch)
     : structure_(structure), options_(options), backends_(backends), scratch_(scratch) {
   const AttributeInfo* const position = find(structure, "position");
   if (is_base_damaged(structure)) {
@@ -53,7 +53,8 @@ Recomputation::Recomputation(const StoreStructure& structure, const RepairOption
     }
   }
   if (!refusal_.empty()) return;
-  const int levels = position->finest_level - structure.options.base_level;
+  const int levels =
+      relative_to_base(position->finest_level, structure.options.base_level).refinements;
   const bool fused = levels >= 1 && levels <= kMostFusedLevels;
   subdivide_.executor = fused ? ExecutorKind::kFused : ExecutorKind::kSweep;
   subdivide_.levels = position->finest_level;
@@ -81,9 +82,11 @@ std::uint64_t Recomputation::level_bytes() const {
       position + (subdivide_.normals ? 3 * sizeof(float) : 0) +
       (subdivide_.limit && subdivide_.executor == ExecutorKind::kSweep ? position : 0);
   std::uint64_t bytes = 0;
-  for (int level = 1; level <= subdivide_.levels - structure_.options.base_level; ++level)
-    bytes += LevelGeometry(structure_.base.edge_count(), structure_.base.border_edges(),
-                           BaseRelativeLevel(level), records, structure_.options.block_bytes)
+  const BaseRelativeLevel finest =
+      relative_to_base(subdivide_.levels, structure_.options.base_level);
+  for (int level = 1; level <= finest.refinements; ++level)
+    bytes += LevelGeometry(structure_.base.slot_shapes(), BaseRelativeLevel(level), records,
+                           structure_.options.block_bytes)
                  .total_bytes();
   return bytes;
 }
@@ -91,14 +94,16 @@ std::uint64_t Recomputation::level_bytes() const {
 Store& Recomputation::made() {
   if (made_) return *made_;
   StoreOptions store = structure_.options;
+  store.pipeline.clear();  // whatever keeps the levels here
   store.durability = Durability::kNone;
   store.budget_bytes = options_.budget_bytes / 2;
   const std::optional<std::string> memory = memory_backend(backends_);
   const bool in_memory = memory && level_bytes() <= store.budget_bytes;
   // On disk by the store's own backend: the one that is known to work here.
   if (in_memory) store.backend = *memory;
-  Store made = Store::create(in_memory ? std::filesystem::path() : scratch_.path() / "levels",
-                             structure_.base, store, backends_);
+  Store made =
+      Store::create(in_memory ? std::filesystem::path() : scratch_.directory().path() / "levels",
+                    structure_.base, store, backends_);
   add_base_positions(made, double_precision_);
   subdivide(made, subdivide_);
   made_.emplace(std::move(made));

@@ -8,8 +8,8 @@
 
 #include "plait/kernels/repair.h"
 #include "plait/kernels/subdivide.h"
+#include "plait/partial_output.h"
 #include "plait/structure.h"
-#include "repair/scratch_directory.h"
 
 namespace plait {
 
@@ -17,7 +17,7 @@ class Recomputation {
  public:
   /// The arguments outlive this object.
   Recomputation(const StoreStructure& structure, const RepairOptions& options,
-                const BackendRegistry& backends, ScratchDirectory& scratch);
+                const BackendRegistry& backends, PartialDirectory& scratch);
 
   /// Why this attribute cannot be computed anew; empty if it can.
   std::string refusal(std::string_view attribute) const;
@@ -32,7 +32,7 @@ class Recomputation {
   const StoreStructure& structure_;
   const RepairOptions& options_;
   const BackendRegistry& backends_;
-  ScratchDirectory& scratch_;
+  PartialDirectory& scratch_;
   std::string refusal_;
   SubdivideOptions subdivide_;
   bool double_precision_ = false;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "plait/error.h"
+#include "plait/left_overs.h"
 #include "plait/structure.h"
 #include "repair/block_repair.h"
 #include "repair/file_repair.h"
@@ -94,15 +95,16 @@ void repair_blocks(Store& store, const RepairOptions& options, Recomputation& re
 RepairReport repair(const std::filesystem::path& path, const RepairOptions& options,
                     const BackendRegistry& backends) {
   RepairReport report;
-  ScratchDirectory scratch(path);
+  // A store may be given as ".", whose name only the path from the root tells.
+  PartialDirectory scratch(std::filesystem::absolute(path), "repair", remove_made_files);
   StoreStructure structure = check_structure(path, backends);
   report.files = structure.files;
   report.left_over = structure.left_over;
   report.notes = structure.notes;
   report.version = structure.sequence;
   Recomputation recomputation(structure, options, backends, scratch);
-  BlockProof proof(backends.find(structure.options.backend), structure.options.backend_options,
-                   scratch);
+  BlockProof proof(backends.find(structure.options.backend),
+                   BackendRegistry::options_in(structure.options.backend), scratch);
   FileRepair(path, structure, options, recomputation, proof, scratch, report).run();
   if (!options.dry_run) check_rebuilt_files(path, backends, report);
   if (!report.lost_files.empty() || (options.dry_run && !report.rebuilt_files.empty()))

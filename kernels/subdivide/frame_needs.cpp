@@ -2,7 +2,8 @@
 #include <vector>
 
 #include "plait/kernels/subdivide.h"
-#include "plait/window_needs.h"
+#include "plait/pin_needs.h"
+#include "schemes/table.h"
 
 namespace plait {
 namespace {
@@ -14,11 +15,12 @@ constexpr std::size_t kNormalBytes = 12;
 std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& options,
                                 std::size_t record_bytes, bool makes_levels) {
   const int first = store.base_level() + 1, last = options.levels;
-  const Reach coarse_reach = options.scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces;
-  std::vector<std::vector<WindowAccess>> passes;
+  const SchemeTraits scheme = traits_of(options);
+  const Reach coarse_reach = scheme.reach == 2 ? Reach::kRing : Reach::kFaces;
+  std::vector<std::vector<AccessedLevels>> passes;
   if (makes_levels) {
     passes.push_back({{record_bytes, first, last - 1, coarse_reach}, {record_bytes, last, last}});
-    if (options.scheme == Scheme::kLoop)
+    if (scheme.moves_even)
       passes.push_back(
           {{record_bytes, last, last, Reach::kFaces}, {record_bytes, first, last - 1}});
   }
@@ -28,7 +30,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
     if (options.limit) passes.back().push_back({record_bytes, first, last});
   }
   std::uint64_t most = 0;
-  for (const std::vector<WindowAccess>& accesses : passes)
+  for (const std::vector<AccessedLevels>& accesses : passes)
     most = std::max(most, sweep_needs(store, accesses, options.threads));
   return most;
 }
@@ -40,9 +42,8 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
   const int first = store.base_level() + 1, last = options.levels;
   std::uint64_t most = 0;
   if (makes_levels)
-    most =
-        patch_needs(store, {record_bytes, first, last,
-                            options.scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces});
+    most = patch_needs(store, {record_bytes, first, last,
+                               traits_of(options).reach == 2 ? Reach::kRing : Reach::kFaces});
   if (!options.normals && !options.limit) return most;
   std::vector<std::uint64_t> windows = {
       patch_needs(store, {record_bytes, first, last, Reach::kFaces})};

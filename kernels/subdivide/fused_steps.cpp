@@ -5,65 +5,35 @@
 #include <vector>
 
 #include "butterfly/base_middles.h"
-#include "fused/builtin_rows.h"
 #include "fused/surface_refiner.h"
 #include "plait/base_relative_level.h"
-#include "plait/error.h"
 #include "plait/fused.h"
+#include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
 namespace plait {
 namespace {
 
-int reach(Scheme scheme) { return scheme == Scheme::kButterfly ? 2 : 1; }
-
 BaseRelativeLevel finest(const Store& store, const SubdivideOptions& options) {
   return relative_to_base(options.levels, store.base_level());
 }
 
-FusedPass fused_pass(const Store& store, const SubdivideOptions& options, AttributeId position,
-                     AttributeId normal) {
+FusedPass fused_pass(const Store& store, const SubdivideOptions& options, int reach,
+                     AttributeId position, AttributeId normal) {
   FusedPass pass;
   pass.name = "subdivision";
   pass.outputs = {position};
   if (normal != kNoId) pass.outputs.push_back(normal);
   pass.finest_level = options.levels;
-  pass.lattice = surface_lattice(finest(store, options).refinements, reach(options.scheme));
+  pass.lattice = surface_lattice(finest(store, options).refinements, reach);
   return pass;
-}
-
-/// Of every scheme, what fans need.
-template <class Real>
-fused_rows::PatchRows<Real> rows_of(Scheme scheme) {
-  switch (scheme) {
-    case Scheme::kLoop:
-      return loop_rows<Real>();
-    case Scheme::kMidpoint:
-      return midpoint_rows<Real>();
-    case Scheme::kButterfly:
-      return butterfly_rows<Real>();
-  }
-  throw Error(ErrorCode::kInvalidArgument, "subdivide: unknown scheme");
-}
-
-template <class Real>
-std::unique_ptr<PatchRefiner> make_refiner(Scheme scheme,
-                                           const SurfaceRefinement<Real>& refinement) {
-  switch (scheme) {
-    case Scheme::kLoop:
-      return one_ring_refiner(refinement, loop_rows<Real>());
-    case Scheme::kMidpoint:
-      return one_ring_refiner(refinement, midpoint_rows<Real>());
-    case Scheme::kButterfly:
-      return butterfly_refiner(refinement, butterfly_rows<Real>());
-  }
-  throw Error(ErrorCode::kInvalidArgument, "subdivide: unknown scheme");
 }
 
 }  // namespace
 
-template <class Real>
-void run_fused(SubdivisionRun<Real>& run, AttributeId normal) {
+template <class Rule>
+void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, AttributeId normal) {
+  using Real = typename Rule::Real;
   Store& store = run.store;
   const SubdivideOptions& options = run.options;
   const int levels = finest(store, options).refinements;
@@ -71,22 +41,18 @@ void run_fused(SubdivisionRun<Real>& run, AttributeId normal) {
   // The base mesh is read until the last patch is done.
   std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
-  SurfaceRefinement<Real> refinement;
-  refinement.source = {store.base().topology(), base, levels, reach(options.scheme)};
-  refinement.results = {positions, limits, {}};
+  const Topology mesh = store.base().topology();
+  const std::vector<Vector3<Real>> middles =
+      first_middles(rule, mesh, std::span<const Vector3<Real>>(base));
+  SurfaceRefinement<Rule> refinement{{rule, mesh, base, levels, middles}, {positions, limits, {}}};
   if (normal != kNoId) refinement.results.normals = store.base_records<Vector3<float>>(normal);
-  std::vector<Vector3<Real>> middles;
-  if (options.scheme == Scheme::kButterfly) {
-    middles = butterfly::base_middles(refinement.source.mesh, refinement.source.base);
-    refinement.source.middles = middles;
-  }
 
-  Fans<Real> hubs(refinement.source, rows_of<Real>(options.scheme));
+  BaseRings<Rule> hubs(refinement.source);
   hubs.evaluate_hubs();
   refinement.source.hubs = &hubs;
 
-  FusedPass pass = fused_pass(store, options, run.position, normal);
-  pass.make_refiner = [&] { return make_refiner(options.scheme, refinement); };
+  FusedPass pass = fused_pass(store, options, Rule::kReach, run.position, normal);
+  pass.make_refiner = [&] { return make_refiner(refinement); };
   FusedOptions how;
   how.threads = options.threads;
   how.proceed = [&](std::uint64_t done, std::uint64_t count) {
@@ -97,33 +63,39 @@ void run_fused(SubdivisionRun<Real>& run, AttributeId normal) {
   std::ranges::copy(options.limit ? limits : positions, base.begin());
 }
 
-template <class Real>
+template <class Rule>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options) {
+  using Real = typename Rule::Real;
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = finest(store, options).refinements;
   const FusedPass pass =
-      fused_pass(store, options, store.attribute("position"),
+      fused_pass(store, options, Rule::kReach, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
-  // Butterfly's level 1 stays; rings and values in double, from which it is made, are given back
+  // A reach of two keeps level 1; rings and values in double, from which it is made, are given back
   // before the pass takes what it needs: new base records, the halves that wait and where, hubs,
   // and what each thread works in.
-  const bool butterfly = options.scheme == Scheme::kButterfly;
-  const std::uint64_t level_1 = butterfly ? edges * sizeof(Vector3<Real>) : 0,
-                      for_level_1 = butterfly ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
+  constexpr bool keeps_level_1 = Rule::kReach == 2;
+  const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
+                      for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
   const std::uint64_t pass_bytes =
       vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
       fused_needs(store, pass, options.threads).slot_bytes +
-      Fans<Real>::hub_bytes(store.base().topology(), levels, reach(options.scheme)) +
+      BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
       static_cast<std::uint64_t>(options.threads) *
-          (surface_scratch_bytes<Real>(levels, reach(options.scheme)) +
-           sizeof(std::uint32_t) * vertices) +
+          (surface_scratch_bytes<Real>(levels, Rule::kReach) + sizeof(std::uint32_t) * vertices) +
       sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 
-template void run_fused(SubdivisionRun<float>&, AttributeId);
-template void run_fused(SubdivisionRun<double>&, AttributeId);
-template std::uint64_t fused_resident_bytes<float>(const Store&, const SubdivideOptions&);
-template std::uint64_t fused_resident_bytes<double>(const Store&, const SubdivideOptions&);
+template void run_fused(SubdivisionRun<float>&, const OneRing<float>&, AttributeId);
+template void run_fused(SubdivisionRun<double>&, const OneRing<double>&, AttributeId);
+template void run_fused(SubdivisionRun<float>&, const Butterfly<float>&, AttributeId);
+template void run_fused(SubdivisionRun<double>&, const Butterfly<double>&, AttributeId);
+template std::uint64_t fused_resident_bytes<OneRing<float>>(const Store&, const SubdivideOptions&);
+template std::uint64_t fused_resident_bytes<OneRing<double>>(const Store&, const SubdivideOptions&);
+template std::uint64_t fused_resident_bytes<Butterfly<float>>(const Store&,
+                                                              const SubdivideOptions&);
+template std::uint64_t fused_resident_bytes<Butterfly<double>>(const Store&,
+                                                               const SubdivideOptions&);
 
 }  // namespace plait

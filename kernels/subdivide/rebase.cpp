@@ -3,38 +3,36 @@
 #include <array>
 #include <utility>
 
-#include "butterfly/butterfly_patches.h"
-#include "midpoint/midpoint_patches.h"
+#include "butterfly/odd_patches.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/vertex_numbering.h"
+#include "schemes/table.h"
 
 namespace plait {
 namespace {
 
-template <class Real>
-BaseMesh refine_in_core(const BaseMesh& base, int times, Scheme scheme) {
+template <class Rule>
+BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
+  using Real = typename Rule::Real;
   using Record = Vector3<Real>;
   InCoreMesh<Record> mesh(base, times);
   const std::span<Record> records = mesh.base_records();
   for (std::size_t vertex = 0; vertex < records.size(); ++vertex)
-    records[vertex] = loop::narrow<Real>(base.positions()[vertex]);
+    records[vertex] = narrow<Real>(base.positions()[vertex]);
   RingTable<Record> rings(base.edge_count());
   rings.set_from_base(mesh.topology(), records);
-  for (int level = 1; level <= times; ++level) switch (scheme) {
-      case Scheme::kLoop:
-        loop_refine_patches(mesh, level);
-        break;
-      case Scheme::kMidpoint:
-        midpoint_odd_patches(mesh, level, rings);
-        break;
-      case Scheme::kButterfly:
-        butterfly_odd_patches(mesh, level, rings);
-        break;
-    }
+  for (int level = 1; level <= times; ++level) {
+    odd_patches(mesh, level, rule, rings);
+    if constexpr (Rule::kReach == 1)
+      if (rule.moves_even()) {
+        even_patches(mesh, level, rule);
+        move_base_vertices(mesh.topology(), rings, rule, records);
+      }
+  }
 
   const VertexNumbering numbering(base.topology(), times);
   IndexedMesh refined;
@@ -48,7 +46,7 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, Scheme scheme) {
     };
     for (std::int64_t j = 0; j <= size; ++j)
       for (std::int64_t i = 0; i + j <= size; ++i)
-        refined.positions[number(i, j)] = loop::widen(patch.at(times, i, j));
+        refined.positions[number(i, j)] = widen(patch.at(times, i, j));
     for_each_triangle(times, [&](const std::array<FacePoint, 3>& corners) {
       refined.faces.push_back({number(corners[0].i, corners[0].j),
                                number(corners[1].i, corners[1].j),
@@ -74,8 +72,8 @@ BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_prec
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("refine the base mesh {} times: {} faces are too many for one", times,
                             counts.faces));
-  return double_precision ? refine_in_core<double>(mesh, times, scheme)
-                          : refine_in_core<float>(mesh, times, scheme);
+  const auto refine = [&](const auto& rule) { return refine_in_core(mesh, times, rule); };
+  return double_precision ? with_rule<double>(scheme, refine) : with_rule<float>(scheme, refine);
 }
 
 }  // namespace plait

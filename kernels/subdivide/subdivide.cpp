@@ -7,6 +7,7 @@
 #include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
+#include "schemes/table.h"
 #include "subdivide/steps.h"
 
 namespace plait {
@@ -20,10 +21,9 @@ void check(const Store& store, const SubdivideOptions& options) {
   if (options.threads < 1 || options.threads > 1024)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("subdivide: {} threads, expected 1 to 1024", options.threads));
-  if (options.limit && options.scheme != Scheme::kLoop)
+  if (const SchemeTraits scheme = traits_of(options); options.limit && !scheme.has_limits)
     throw Error(ErrorCode::kNotSupported,
-                fmt::format("subdivide: limit positions are Loop's; the scheme is {}",
-                            to_string(options.scheme)));
+                fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
   if (store.has_attribute("limit"))
     throw Error(ErrorCode::kInvalidArgument,
                 "subdivide: the store has an attribute 'limit' already");
@@ -46,7 +46,7 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
   std::uint64_t total = 0;
   for (int level = first_level; level <= options.levels; ++level) {
     total += born(level);
-    if (options.scheme == Scheme::kLoop)
+    if (traits_of(options).moves_even)
       for (int older = first; older < level; ++older) total += born(older);
   }
   if (options.normals || options.limit)
@@ -58,15 +58,17 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
 template <class Real>
 void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
   Provenance provenance = store.provenance();
-  provenance.scheme = only_this_run ? to_string(options.scheme) : "";
+  provenance.scheme = only_this_run ? traits_of(options).name : "";
   provenance.limit = limit;
   provenance.precision = RecordTraits<Real>::kType;
   provenance.program = program_version();
   store.set_provenance(provenance);
 }
 
-template <class Real>
-void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position) {
+template <class Rule>
+void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position,
+                     const Rule& rule) {
+  using Real = typename Rule::Real;
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
   const int base_level = store.base_level(), levels = options.levels;
   const int done = store.attributes()[position].finest_level;
@@ -86,7 +88,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   // Limit positions, or those of another scheme, are none that this one would have gone on from.
   const Provenance before = store.provenance();
   const bool only_this_run =
-      done == base_level || (before.scheme == to_string(options.scheme) && !before.limit);
+      done == base_level || (before.scheme == traits_of(options).name && !before.limit);
   if (levels > done) record<Real>(store, options, false, only_this_run);
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
@@ -97,7 +99,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
                               "store has level {}: take sweep",
                               done));
     add_levels(position);
-    run_fused(run, add(options.normals, schema_of<Vector3<float>>("normal")));
+    run_fused(run, rule, add(options.normals, schema_of<Vector3<float>>("normal")));
     unfinished.finish();
     if (options.limit) record<Real>(store, options, true, only_this_run);
     return;
@@ -108,9 +110,10 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     store.add_level(position);
     for (int written = base_level + 1; written <= level; ++written)
       unfinished.add(store.level_file(position, written), Access::kUpdate);
-    sweeping ? make_odd(run, level) : make_odd_transparent(run, level);
-    if (options.scheme == Scheme::kLoop)
-      sweeping ? move_even(run, level) : move_even_transparent(run, level);
+    sweeping ? make_odd(run, rule, level) : make_odd_transparent(run, rule, level);
+    if constexpr (Rule::kReach == 1)
+      if (rule.moves_even())
+        sweeping ? move_even(run, rule, level) : move_even_transparent(run, rule, level);
     unfinished.finish();
     if (options.level_done) options.level_done(level);
   }
@@ -121,8 +124,8 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const AttributeId normal =
       add(options.normals, schema_of<Vector3<float>>(replaces_normals ? "normal_anew" : "normal"));
   const AttributeId limit = add(options.limit, schema_of<Vector3<Real>>("limit"));
-  sweeping ? make_surface(run, levels, normal, limit)
-           : make_surface_transparent(run, levels, normal, limit);
+  sweeping ? make_surface(run, rule, levels, normal, limit)
+           : make_surface_transparent(run, rule, levels, normal, limit);
   unfinished.finish();
   if (limit != kNoId) {
     store.replace_attribute(position, limit);
@@ -153,23 +156,28 @@ void subdivide(Store& store, const SubdivideOptions& options) {
   check(store, options);
   const AttributeId position = store.attribute("position");
   const AttributeSchema& schema = store.attributes()[position].schema;
+  const auto run = [&](const auto& rule) { run_subdivision(store, options, position, rule); };
   if (schema.type == ComponentType::kFloat64 && schema.components == 3)
-    return run_subdivision<double>(store, options, position);
+    return with_rule<double>(options, run);
   store.check_type(position, ComponentType::kFloat32, 3);
-  run_subdivision<float>(store, options, position);
+  with_rule<float>(options, run);
 }
 
 std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options) {
   const std::uint64_t record_bytes =
       store.attributes()[store.attribute("position")].schema.record_bytes();
-  if (options.executor == ExecutorKind::kFused && options.levels > store.base_level())
-    return record_bytes == sizeof(Vector3<double>) ? fused_resident_bytes<double>(store, options)
-                                                   : fused_resident_bytes<float>(store, options);
-  // Butterfly keeps the coarser rings beside the finer ones, and its extraordinary values.
-  const bool butterfly = options.scheme == Scheme::kButterfly;
+  if (options.executor == ExecutorKind::kFused && options.levels > store.base_level()) {
+    const auto bytes = [&]<class Rule>(const Rule&) {
+      return fused_resident_bytes<Rule>(store, options);
+    };
+    return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options, bytes)
+                                                   : with_rule<float>(options, bytes);
+  }
+  // A reach of two keeps the coarser rings beside the finer ones, and its extraordinary values.
+  const bool two_rings = traits_of(options).reach == 2;
   const std::uint64_t side =
       (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
-  return (2 * record_bytes * (butterfly ? 2 : 1) + (butterfly ? 48 : 0)) *
+  return (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
              store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }

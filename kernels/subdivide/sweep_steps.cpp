@@ -1,28 +1,24 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <optional>
 #include <vector>
 
-#include "butterfly/butterfly_rules.h"
-#include "butterfly/halo.h"
-#include "diamond/diamond.h"
-#include "loop/loop_diamond.h"
-#include "midpoint/midpoint_diamond.h"
+#include "butterfly/odd_slots.h"
+#include "edge_grid/gather.h"
 #include "normals/normal_rows.h"
 #include "normals/normal_rules.h"
 #include "plait/error.h"
-#include "plait/kernels/loop_base.h"
+#include "plait/kernels/base_vertices.h"
 #include "plait/sweep.h"
+#include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
 namespace plait {
 namespace {
 
 template <class Real>
-std::vector<Diamond<Vector3<Real>>> diamonds(const SubdivisionRun<Real>& run, int refinements) {
-  std::vector<Diamond<Vector3<Real>>> result(static_cast<std::size_t>(run.options.threads));
-  for (auto& diamond : result) diamond.resize(refinements);
+std::vector<EdgeGrid<Vector3<Real>>> make_grids(const SubdivisionRun<Real>& run, int refinements) {
+  std::vector<EdgeGrid<Vector3<Real>>> result(static_cast<std::size_t>(run.options.threads));
+  for (auto& grid : result) grid.resize(refinements);
   return result;
 }
 
@@ -73,53 +69,36 @@ void SubdivisionRun<Real>::report(std::string_view phase, std::uint64_t vertices
     throw Error(ErrorCode::kCancelled, fmt::format("subdivide, {}: cancelled", phase));
 }
 
-template <class Real>
-void make_odd(SubdivisionRun<Real>& run, int level) {
-  using Record = Vector3<Real>;
+template <class Rule>
+void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level) {
+  using Record = Vector3<typename Rule::Real>;
   Store& store = run.store;
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
   const std::span<const Record> base = store.base_records<Record>(run.position);
-  const bool butterfly = run.options.scheme == Scheme::kButterfly;
   const BaseRelativeLevel relative = relative_to_base(level, base_level);
   const int coarser = relative.refinements - 1;
-  std::vector<Diamond<Record>> grids = diamonds(run, coarser);
-
-  // Butterfly reads the coarser rings while it makes the finer ones.
-  const RingTable<Record> coarse = butterfly ? run.rings : RingTable<Record>(0);
-  std::optional<butterfly::ExtraordinaryRings<Real>> extraordinary;
-  if (butterfly) extraordinary.emplace(mesh, coarse, base);
+  std::vector<EdgeGrid<Record>> grids = make_grids(run, coarser);
+  const auto make_slot = odd_slots(rule, mesh, run.rings, base);
 
   SweepPass pass;
   pass.name = fmt::format("level {}: odd vertices", level);
   pass.accesses = {{run.position, base_level + 1, level - 1, Access::kRead,
-                    butterfly ? Reach::kRing : Reach::kFaces},
+                    Rule::kReach == 2 ? Reach::kRing : Reach::kFaces},
                    {run.position, level, level, Access::kWrite}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-    Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
+    EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
-    gather(mesh, source, base, edge, 0, coarser, diamond);
+    gather(mesh, source, base, edge, 0, coarser, grid);
     const std::span<Record> slot = view.records<Record>(1, level, edge);
-    const bool border = mesh.edges[edge].is_border();
-    switch (run.options.scheme) {
-      case Scheme::kLoop:
-        loop::odd_slot(diamond, border, slot.data());
-        break;
-      case Scheme::kMidpoint:
-        midpoint::odd_slot(diamond, border, slot.data());
-        break;
-      case Scheme::kButterfly:
-        butterfly::fill_halo(mesh, source, base, edge, diamond);
-        butterfly::odd_slot(mesh, coarse, *extraordinary, edge, diamond, slot.data());
-        break;
-    }
+    make_slot(source, edge, grid, slot.data());
     set_ring(run.rings, mesh, edge, relative, std::span<const Record>(slot));
   };
   run_pass(run, pass, vertices_born(store, level, level));
 }
 
 template <class Real>
-void move_even(SubdivisionRun<Real>& run, int level) {
+void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) {
   using Record = Vector3<Real>;
   Store& store = run.store;
   const Topology mesh = store.base().topology();
@@ -127,33 +106,34 @@ void move_even(SubdivisionRun<Real>& run, int level) {
   const std::span<Record> base = store.base_records<Record>(run.position);
   const int refinements = relative_to_base(level, base_level).refinements;
   if (refinements > 1) {
-    std::vector<Diamond<Record>> grids = diamonds(run, refinements);
+    std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
     SweepPass pass;
     pass.name = fmt::format("level {}: even vertices", level);
     pass.accesses = {{run.position, level, level, Access::kRead, Reach::kFaces},
                      {run.position, base_level + 1, level - 1, Access::kUpdate}};
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-      Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
+      EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
       gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
-             refinements, refinements, diamond);
+             refinements, refinements, grid);
       for (int born = base_level + 1; born < level; ++born)
-        loop::even_slot(diamond, relative_to_base(born, base_level).refinements,
-                        mesh.edges[edge].is_border(), view.records<Record>(1, born, edge).data());
+        rule.even_slot(grid, relative_to_base(born, base_level).refinements,
+                       mesh.edges[edge].is_border(), view.records<Record>(1, born, edge).data());
     };
     run_pass(run, pass, vertices_born(store, base_level + 1, level - 1));
   }
-  loop::even_base(mesh, run.rings, base);
+  move_base_vertices(mesh, run.rings, rule, base);
 }
 
-template <class Real>
-void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, AttributeId limit) {
-  using Record = Vector3<Real>;
+template <class Rule>
+void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level,
+                  AttributeId normal, AttributeId limit) {
+  using Record = Vector3<typename Rule::Real>;
   Store& store = run.store;
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
   const std::span<const Record> base = store.base_records<Record>(run.position);
   const int refinements = relative_to_base(level, base_level).refinements;
-  std::vector<Diamond<Record>> grids = diamonds(run, refinements);
+  std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
 
   SweepPass pass;
   pass.name = normal == kNoId  ? "limit positions"
@@ -165,23 +145,26 @@ void make_surface(SubdivisionRun<Real>& run, int level, AttributeId normal, Attr
   const std::size_t limit_access = pass.accesses.size();
   if (limit != kNoId) pass.accesses.push_back({limit, base_level + 1, level, Access::kWrite});
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-    Diamond<Record>& diamond = grids[static_cast<std::size_t>(worker)];
-    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, diamond);
+    EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
+    gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, grid);
     const bool border = mesh.edges[edge].is_border();
     for (int born = base_level + 1; born <= level; ++born) {
       const int times = relative_to_base(born, base_level).refinements;
       if (normal != kNoId)
-        normals::slot_rows(diamond, times, border,
+        normals::slot_rows(grid, times, border,
                            view.records<Vector3<float>>(normal_access, born, edge).data());
-      if (limit != kNoId)
-        loop::limit_slot(diamond, times, border,
-                         view.records<Record>(limit_access, born, edge).data());
+      if constexpr (Rule::kReach == 1)
+        if (limit != kNoId)
+          rule.limit_slot(grid, times, border,
+                          view.records<Record>(limit_access, born, edge).data());
     }
   };
   if (refinements > 0) run_pass(run, pass, vertices_born(store, base_level + 1, level));
   if (normal != kNoId)
     normals::base(mesh, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if (limit != kNoId) loop::limit_base(mesh, run.rings, base, store.base_records<Record>(limit));
+  if constexpr (Rule::kReach == 1)
+    if (limit != kNoId)
+      limit_base_vertices(mesh, run.rings, rule, base, store.base_records<Record>(limit));
 }
 
 template <class Real>
@@ -204,12 +187,20 @@ void read_rings(SubdivisionRun<Real>& run, int level) {
 
 template struct SubdivisionRun<float>;
 template struct SubdivisionRun<double>;
-template void make_odd(SubdivisionRun<float>&, int);
-template void make_odd(SubdivisionRun<double>&, int);
-template void move_even(SubdivisionRun<float>&, int);
-template void move_even(SubdivisionRun<double>&, int);
-template void make_surface(SubdivisionRun<float>&, int, AttributeId, AttributeId);
-template void make_surface(SubdivisionRun<double>&, int, AttributeId, AttributeId);
+template void make_odd(SubdivisionRun<float>&, const OneRing<float>&, int);
+template void make_odd(SubdivisionRun<double>&, const OneRing<double>&, int);
+template void make_odd(SubdivisionRun<float>&, const Butterfly<float>&, int);
+template void make_odd(SubdivisionRun<double>&, const Butterfly<double>&, int);
+template void move_even(SubdivisionRun<float>&, const OneRing<float>&, int);
+template void move_even(SubdivisionRun<double>&, const OneRing<double>&, int);
+template void make_surface(SubdivisionRun<float>&, const OneRing<float>&, int, AttributeId,
+                           AttributeId);
+template void make_surface(SubdivisionRun<double>&, const OneRing<double>&, int, AttributeId,
+                           AttributeId);
+template void make_surface(SubdivisionRun<float>&, const Butterfly<float>&, int, AttributeId,
+                           AttributeId);
+template void make_surface(SubdivisionRun<double>&, const Butterfly<double>&, int, AttributeId,
+                           AttributeId);
 template void read_rings(SubdivisionRun<float>&, int);
 template void read_rings(SubdivisionRun<double>&, int);
 

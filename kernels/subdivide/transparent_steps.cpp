@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "butterfly/butterfly_patches.h"
-#include "midpoint/midpoint_patches.h"
+#include "butterfly/odd_patches.h"
 #include "normals/normal_rules.h"
 #include "plait/error.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/base_vertices.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/patch.h"
 #include "subdivide/steps.h"
 
@@ -35,49 +35,39 @@ std::uint64_t about_vertices(const Store& store, int first, int last) {
 
 }  // namespace
 
-template <class Real>
-void make_odd_transparent(SubdivisionRun<Real>& run, int level) {
-  using Record = Vector3<Real>;
+template <class Rule>
+void make_odd_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level) {
+  using Record = Vector3<typename Rule::Real>;
   Store& store = run.store;
-  const Scheme scheme = run.options.scheme;
   const std::uint64_t vertices = about_vertices(store, level, level);
   const BeforeFace before_face =
       reporter(run, fmt::format("level {}: odd vertices", level), vertices);
   StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2,
-                            scheme == Scheme::kButterfly ? Reach::kRing : Reach::kFaces);
-  switch (scheme) {
-    case Scheme::kLoop:
-      loop_odd_patches(mesh, level, run.rings, before_face);
-      break;
-    case Scheme::kMidpoint:
-      midpoint_odd_patches(mesh, level, run.rings, before_face);
-      break;
-    case Scheme::kButterfly:
-      butterfly_odd_patches(mesh, level, run.rings, before_face);
-      break;
-  }
+                            Rule::kReach == 2 ? Reach::kRing : Reach::kFaces);
+  odd_patches(mesh, level, rule, run.rings, before_face);
   run.vertices_before += vertices;
 }
 
 template <class Real>
-void move_even_transparent(SubdivisionRun<Real>& run, int level) {
+void move_even_transparent(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) {
   using Record = Vector3<Real>;
   Store& store = run.store;
   const int first = store.base_level() + 1;
   if (level > first) {
     const std::uint64_t vertices = about_vertices(store, first, level - 1);
     StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2);
-    loop_even_patches(mesh, level,
-                      reporter(run, fmt::format("level {}: even vertices", level), vertices));
+    even_patches(mesh, level, rule,
+                 reporter(run, fmt::format("level {}: even vertices", level), vertices));
     run.vertices_before += vertices;
   }
-  loop::even_base(store.base().topology(), run.rings, store.base_records<Record>(run.position));
+  move_base_vertices(store.base().topology(), run.rings, rule,
+                     store.base_records<Record>(run.position));
 }
 
-template <class Real>
-void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId normal,
-                              AttributeId limit) {
-  using Record = Vector3<Real>;
+template <class Rule>
+void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level,
+                              AttributeId normal, AttributeId limit) {
+  using Record = Vector3<typename Rule::Real>;
   Store& store = run.store;
   const Topology topology = store.base().topology();
   const int first = store.base_level() + 1;
@@ -115,26 +105,37 @@ void make_surface_transparent(SubdivisionRun<Real>& run, int level, AttributeId 
                          : normals::regular(frame.at(1, 0) - frame.at(-1, 0),
                                             frame.at(0, 1) - frame.at(0, -1),
                                             frame.at(-1, 1) - frame.at(1, -1));
-            if (limit_patch)
-              PatchFrame(*limit_patch, side, born, row, column, born).at(0, 0) =
-                  border ? loop::limit_border_vertex(v, frame.at(-1, 1), frame.at(1, -1))
-                         : loop::limit_vertex(v, frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
-                                              frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1));
+            if constexpr (Rule::kReach == 1)
+              if (limit_patch)
+                PatchFrame(*limit_patch, side, born, row, column, born).at(0, 0) =
+                    border ? rule.limit_border(v, frame.at(-1, 1), frame.at(1, -1))
+                           : rule.limit(
+                                 v, ring_sum(frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
+                                             frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1)));
           });
   }
   run.vertices_before += vertices;
   const std::span<const Record> base = store.base_records<Record>(run.position);
   if (normal != kNoId)
     normals::base(topology, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if (limit != kNoId)
-    loop::limit_base(topology, run.rings, base, store.base_records<Record>(limit));
+  if constexpr (Rule::kReach == 1)
+    if (limit != kNoId)
+      limit_base_vertices(topology, run.rings, rule, base, store.base_records<Record>(limit));
 }
 
-template void make_odd_transparent(SubdivisionRun<float>&, int);
-template void make_odd_transparent(SubdivisionRun<double>&, int);
-template void move_even_transparent(SubdivisionRun<float>&, int);
-template void move_even_transparent(SubdivisionRun<double>&, int);
-template void make_surface_transparent(SubdivisionRun<float>&, int, AttributeId, AttributeId);
-template void make_surface_transparent(SubdivisionRun<double>&, int, AttributeId, AttributeId);
+template void make_odd_transparent(SubdivisionRun<float>&, const OneRing<float>&, int);
+template void make_odd_transparent(SubdivisionRun<double>&, const OneRing<double>&, int);
+template void make_odd_transparent(SubdivisionRun<float>&, const Butterfly<float>&, int);
+template void make_odd_transparent(SubdivisionRun<double>&, const Butterfly<double>&, int);
+template void move_even_transparent(SubdivisionRun<float>&, const OneRing<float>&, int);
+template void move_even_transparent(SubdivisionRun<double>&, const OneRing<double>&, int);
+template void make_surface_transparent(SubdivisionRun<float>&, const OneRing<float>&, int,
+                                       AttributeId, AttributeId);
+template void make_surface_transparent(SubdivisionRun<double>&, const OneRing<double>&, int,
+                                       AttributeId, AttributeId);
+template void make_surface_transparent(SubdivisionRun<float>&, const Butterfly<float>&, int,
+                                       AttributeId, AttributeId);
+template void make_surface_transparent(SubdivisionRun<double>&, const Butterfly<double>&, int,
+                                       AttributeId, AttributeId);
 
 }  // namespace plait

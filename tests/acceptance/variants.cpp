@@ -101,7 +101,7 @@ Refiner::Refiner(const BaseMesh& mesh, int levels) : levels_(levels) {
 StoreOptions Refiner::store_options(const Variant& variant, std::uint64_t budget_bytes) const {
   StoreOptions options;
   options.backend = variant.backend;
-  options.backend_options.codec = variant.codec;
+  if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
   options.layout = std::string(plait::to_string(variant.layout));
   options.durability = Durability::kNone;
   options.block_bytes = variant.block_bytes;
@@ -147,8 +147,10 @@ std::string Refiner::digest_of(const Variant& variant) {
   if (variant.executor == ExecutorKind::kSweep) {
     if (smallest == 0) smallest = sweep_budget(variant);
     // Coders take at most a quarter of the budget.
-    const bool codes = default_backends().find(variant.backend).traits.compressed;
-    return digest_under(variant, codes ? smallest + (smallest + 2) / 3 : smallest);
+    // Coders, and page buffers on meshes with borders, take up to a quarter of the budget.
+    const bool shares =
+        default_backends().find(variant.backend).traits.compressed || variant.backend == "uring";
+    return digest_under(variant, shares ? smallest + (smallest + 2) / 3 : smallest);
   }
   for (smallest = std::max(smallest, kLeastBytes);; smallest *= 2) {
     try {

@@ -45,9 +45,9 @@ class Refiner {
   int levels() const { return levels_; }
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
-  /// Makes the store in a temporary directory, commits and reopens it, and returns the digest. For
-  /// a sweep without compression, Budget::kSmallest is the exact minimum. Otherwise it is the
-  /// smallest power of two that is enough.
+  /// Makes the store in a temporary directory, commits and reopens it, and returns the digest. With
+  /// the sweep executor, Budget::kSmallest is the exact minimum, plus the share of coders and of
+  /// page buffers. With another executor it is the smallest sufficient power of two.
   std::string digest_of(const Variant& variant);
 
   /// The bytes of the frames that the widest pass of the sweep executor pins at the same time,

@@ -18,7 +18,7 @@ BackendRegistry registry_with_uring(bool allowed) {
   BackendRegistry registry;
   registry.add(default_backends().find("pread"));
   BackendRegistry::Entry uring = default_backends().find("uring");
-  uring.validate = [allowed](const BackendOptions&) {
+  uring.validate = [allowed](std::string_view) {
     if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
   };
   registry.add(uring);

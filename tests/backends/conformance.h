@@ -17,7 +17,7 @@ namespace plait::test {
 struct BackendUnderTest {
   std::string label;
   BackendRegistry::Entry entry;
-  BackendOptions options;
+  std::string pipeline = "none";
 };
 
 /// What the suite runs over.

@@ -15,12 +15,14 @@ void add_backends(std::vector<BackendUnderTest>& result, const BackendRegistry& 
   for (const std::string& name : usable_backends()) {
     const BackendRegistry::Entry& entry = registry.find(name);
     if (!entry.traits.compressed) {
-      result.push_back({name + suffix, entry, {}});
+      result.push_back({name + suffix, entry});
       continue;
     }
     for (const char* codec : {"none", "lz4", "zstd", "zstd:-5", "zstd:9"})
-      for (const char* filter : {"none", "shuffle"})
-        result.push_back({name + ' ' + codec + ' ' + filter + suffix, entry, {codec, filter}});
+      for (const char* filter : {"none", "shuffle"}) {
+        const std::string pipeline = std::string(filter) + ',' + codec;
+        result.push_back({name + ' ' + pipeline + suffix, entry, pipeline});
+      }
   }
 }
 
@@ -34,7 +36,7 @@ const std::vector<BackendUnderTest>& backends_under_test() {
     add_backends(result, counting_registry(default_backends(), counts), " (counted)");
     for (const std::string& name : usable_backends())
       if (const auto& entry = default_backends().find(name); entry.traits.overwrites_in_place)
-        result.push_back({name + " (journaled)", journaled(entry), {}});
+        result.push_back({name + " (journaled)", journaled(entry)});
     return result;
   }();
   return subjects;

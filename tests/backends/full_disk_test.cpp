@@ -39,7 +39,7 @@ class FileSizeLimit {
 TEST_CASE("RawBackendCreate_NoRoomForTheFile_IsAnErrorAndLeavesNoFile") {
   for (const std::string& name : usable_backends()) {
     if (name == "memory" || name == "compressed") continue;  // no file, and one that grows
-    const BackendUnderTest subject{name, default_backends().find(name), {}};
+    const BackendUnderTest subject{name, default_backends().find(name)};
     LevelUnderTest level(subject);
     const FileSizeLimit limit(8192);
     CHECK_THROWS_AS(level.open(), Error);
@@ -50,7 +50,7 @@ TEST_CASE("RawBackendCreate_NoRoomForTheFile_IsAnErrorAndLeavesNoFile") {
 TEST_CASE("PreallocatingBackendCreate_NewLevel_HasAllItsDiskBlocks") {
   for (const std::string& name : usable_backends()) {
     if (name != "mmap" && name != "uring") continue;
-    const BackendUnderTest subject{name, default_backends().find(name), {}};
+    const BackendUnderTest subject{name, default_backends().find(name)};
     LevelUnderTest level(subject, {64, {}, 6, 12, 1 << 16});
     level.open();
     struct stat status {};
@@ -62,8 +62,7 @@ TEST_CASE("PreallocatingBackendCreate_NewLevel_HasAllItsDiskBlocks") {
 }
 
 TEST_CASE("CompressedWrite_NoRoomForAnExtent_KeepsTheBlockAndTheSpace") {
-  const BackendUnderTest subject{
-      "compressed", default_backends().find("compressed"), {"lz4", "none"}};
+  const BackendUnderTest subject{"compressed", default_backends().find("compressed"), "lz4"};
   LevelUnderTest level(subject);
   Backend& backend = level.open();
   const std::uint64_t bytes = level.geometry().block_bytes(0);

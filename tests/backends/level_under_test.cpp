@@ -20,17 +20,17 @@ StoreUuid test_uuid() {
 LevelUnderTest::LevelUnderTest(const BackendUnderTest& subject, LevelShape shape)
     : subject_(subject),
       shape_(std::move(shape)),
-      geometry_(shape_.edge_count, shape_.border_edges, BaseRelativeLevel(shape_.level),
-                shape_.record_bytes, shape_.block_bytes),
+      geometry_(SlotShapes(shape_.edge_count, EdgeSet(shape_.border_edges)),
+                BaseRelativeLevel(shape_.level), shape_.record_bytes, shape_.block_bytes),
       table_(test_uuid(), 2, shape_.level, geometry_.block_count()),
       name_("attribute2.level" + std::string(shape_.level < 10 ? "0" : "") +
-            std::to_string(shape_.level)) {}
+            std::to_string(shape_.level) + ".1") {}
 
 Backend& LevelUnderTest::open(OpenMode mode) {
   close();
   if (subject_.entry.traits.durable && !opened_.is_open()) opened_ = Directory(directory_.path());
-  volume_ = subject_.entry.open({subject_.options});
-  backend_ = volume_->open_level(LevelSpec{opened_, name_, mode, geometry_, table_, 4});
+  volume_ = subject_.entry.open({});
+  backend_ = volume_->open_level({opened_, name_, mode, geometry_, table_, 4, subject_.pipeline});
   return *backend_;
 }
 

@@ -1,5 +1,6 @@
-// The pager under eight threads, over every backend: pins, updates, overwrites, prefetches,
-// abandoned blocks and transfers that fail, at random. Worth most under the thread sanitizer.
+// The pager under eight threads in five sessions, over every backend and over the journal: pins of
+// one block and of several, updates, overwrites, prefetches, abandoned blocks and transfers that
+// fail, at random, with room for all and without. Worth most under the thread sanitizer.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -58,22 +59,33 @@ class UnreliableBackend final : public ForwardingBackend {
   Faults& faults_;
 };
 
+/// Which policies the sessions have.
+enum class Policies : std::uint8_t { kWindow, kClock, kBoth };
+
 /// A level in a store of its own, every block of which holds one value over and over.
 class Stress {
  public:
-  Stress(const BackendRegistry::Entry& entry, EvictionPolicy policy, int io_threads)
-      : entry_(entry), pager_(30 * kBlockBytes, io_threads) {
-    session_ = pager_.open_session(
-        {.policy = policy,
-         .window_bytes = policy == EvictionPolicy::kWindow ? 16 * kBlockBytes : 0});
-    file_.geometry = LevelGeometry(kBlocks * kBlockBytes, {}, BaseRelativeLevel(1), 1, kBlockBytes);
+  /// `frames`: all threads together hold at most 24 at once.
+  Stress(const BackendRegistry::Entry& entry, Policies policies, int io_threads,
+         std::uint64_t frames)
+      : entry_(entry), pager_(frames * kBlockBytes, io_threads), tight_(frames < 24) {
+    for (std::size_t i = 0; i < sessions_.size(); ++i) {
+      const bool window =
+          policies == Policies::kWindow || (policies == Policies::kBoth && i % 2 == 0);
+      sessions_[i] =
+          pager_.open_session({.policy = window ? EvictionPolicy::kWindow : EvictionPolicy::kClock,
+                               .share_bytes = i < 2 ? 4 * kBlockBytes : 0,
+                               .window_bytes = window ? 2 * kBlockBytes : 0});
+    }
+    file_.geometry =
+        LevelGeometry(SlotShapes(kBlocks * kBlockBytes), BaseRelativeLevel(1), 1, kBlockBytes);
     file_.table = BlockTable({}, 2, 1, kBlocks);
     if (entry.traits.durable) directory_ = Directory(place_.path());
     open(OpenMode::kCreate);
     for (std::uint64_t block = 0; block < kBlocks; ++block)
-      fill(session_.pin(file_, block, Access::kWrite), 0, kBlockBytes);
+      fill(sessions_[0].pin(file_, block, Access::kWrite), 0, kBlockBytes);
     pager_.flush();
-    volume_->begin_version(2);
+    volume_->begin_version(2, {});
   }
   ~Stress() {
     pager_.discard();
@@ -85,29 +97,32 @@ class Stress {
   void open(OpenMode mode) {
     pager_.detach(file_);
     file_.backend.reset();
-    BackendOptions options;
-    options.codec = "lz4";
     volume_ = wrapped_volume(entry_.open, [this](Volume& inner, const LevelSpec& level) {
       return std::make_unique<UnreliableBackend>(inner.open_level(level), faults_);
-    })({options, 8 * kBlockBytes, 2});
+    })({"", 8 * kBlockBytes, 2});
     file_.traits = entry_.traits;
     file_.writable = mode != OpenMode::kRead;
-    file_.backend = volume_->open_level(
-        LevelSpec{directory_, "attribute2.level01", mode, file_.geometry, file_.table, 1});
+    file_.backend =
+        volume_->open_level({directory_, "attribute2.level01.1", mode, file_.geometry, file_.table,
+                             1, entry_.traits.compressed ? "lz4" : "none"});
     pager_.attach(file_);
   }
 
   void run(bool writing) {
     std::vector<std::thread> threads;
     for (std::uint32_t number = 0; number < kThreads; ++number)
-      threads.emplace_back([this, number, writing] { work(number + 1, writing); });
+      threads.emplace_back([this, number, writing] {
+        // The last four share a session.
+        Worker(*this, sessions_[std::min<std::size_t>(number, sessions_.size() - 1)], number + 1)
+            .work(writing);
+      });
     for (std::thread& thread : threads) thread.join();
   }
 
   /// Whether all blocks hold what was last stored.
   bool holds_all() {
     for (std::uint64_t block = 0; block < kBlocks; ++block)
-      if (value_of(session_.pin(file_, block, Access::kRead)) != expected_[block]) return false;
+      if (value_of(sessions_[0].pin(file_, block, Access::kRead)) != expected_[block]) return false;
     return true;
   }
 
@@ -128,72 +143,109 @@ class Stress {
     return static_cast<unsigned char>(first);
   }
 
-  /// Nothing if it failed for a reason that there is.
-  PinnedBlock try_pin(std::uint64_t block, Access access) {
-    try {
-      return session_.pin(file_, block, access);
-    } catch (const Error& error) {
-      const bool allowed = error.code() == ErrorCode::kIo
-                               ? faults_.reads.load()
-                               : faults_.writes && (error.code() == ErrorCode::kNoSpace ||
-                                                    error.code() == ErrorCode::kBadState);
-      if (!allowed) ++wrong;
-      return {};
+  /// Whether the error has a reason.
+  bool is_allowed(ErrorCode code) const {
+    if (code == ErrorCode::kBudget) return tight_;
+    if (code == ErrorCode::kIo) return faults_.reads;
+    return faults_.writes && (code == ErrorCode::kNoSpace || code == ErrorCode::kBadState);
+  }
+
+  /// What one thread does. It holds no pin while it waits for a block's mutex.
+  class Worker {
+   public:
+    Worker(Stress& stress, Session& session, std::uint32_t seed)
+        : stress_(stress), session_(session), random_(seed) {}
+
+    void work(bool writing) {
+      for (int step = 0; step < kSteps; ++step) {
+        const std::uint64_t block = random_() % kBlocks, other = random_() % kBlocks;
+        const auto value = static_cast<unsigned char>(random_() % kHalfWritten);
+        const auto access = random_() % 2 == 0 ? Access::kUpdate : Access::kWrite;
+        const auto what = random_() % 12;
+        if (what < 2)
+          session_.prefetch(stress_.file_, block);
+        else if (what < 4)
+          read(block, other);
+        else if (what < 8 || !writing)
+          read_at_once(block, other);
+        else if (what < 11)
+          store(block, access, value);
+        else
+          abandon(block, access);
+      }
     }
-  }
 
-  void read(std::uint64_t block, std::uint64_t other) {
-    if (block > other) std::swap(block, other);
-    const std::shared_lock lock(mutexes_[block]);
-    std::shared_lock<std::shared_mutex> other_lock;
-    if (other != block) other_lock = std::shared_lock(mutexes_[other]);
-    const PinnedBlock first = try_pin(block, Access::kRead);
-    const PinnedBlock second = try_pin(other, Access::kRead);
-    if (first && value_of(first) != expected_[block]) ++wrong;
-    if (second && value_of(second) != expected_[other]) ++wrong;
-  }
-
-  void store(std::uint64_t block, Access access, unsigned char value) {
-    const std::unique_lock lock(mutexes_[block]);
-    const PinnedBlock pinned = try_pin(block, access);
-    if (!pinned) return;
-    if (access == Access::kUpdate && value_of(pinned) != expected_[block]) ++wrong;
-    fill(pinned, value, kBlockBytes);
-    expected_[block] = value;
-  }
-
-  /// What is there then is older, and whole. A level in memory has what was stored.
-  void abandon(std::uint64_t block, Access access) {
-    if (entry_.traits.in_memory) return;
-    const std::unique_lock lock(mutexes_[block]);
-    PinnedBlock pinned = try_pin(block, access);
-    if (!pinned) return;
-    fill(pinned, kHalfWritten, kBlockBytes / 2);
-    pinned.abandon();
-    while (!(pinned = try_pin(block, Access::kRead)))
-      if (wrong > 0) return;
-    const std::optional<unsigned char> found = value_of(pinned);
-    if (!found || *found == kHalfWritten) ++wrong;
-    expected_[block] = found.value_or(0);
-  }
-
-  void work(std::uint32_t seed, bool writing) {
-    std::mt19937 random(seed);
-    for (int step = 0; step < kSteps; ++step) {
-      const std::uint64_t block = random() % kBlocks, other = random() % kBlocks;
-      const auto value = static_cast<unsigned char>(random() % kHalfWritten);
-      const auto access = random() % 2 == 0 ? Access::kUpdate : Access::kWrite;
-      const auto what = random() % 10;
-      if (what < 2)
-        session_.prefetch(file_, block);
-      else if (what < 6 || !writing)
-        read(block, other);
-      else if (what < 9)
-        store(block, access, value);
-      else
-        abandon(block, access);
+   private:
+    /// Nothing if it failed for a reason that there is.
+    PinnedBlock try_pin(std::uint64_t block, Access access) {
+      try {
+        return session_.pin(stress_.file_, block, access);
+      } catch (const Error& error) {
+        if (!stress_.is_allowed(error.code())) ++stress_.wrong;
+        return {};
+      }
     }
-  }
+    void check(const PinnedBlock& pinned, std::uint64_t block) {
+      if (pinned && value_of(pinned) != stress_.expected_[block]) ++stress_.wrong;
+    }
+    template <class Use>
+    void with_both(std::uint64_t block, std::uint64_t other, Use use) {
+      if (block > other) std::swap(block, other);
+      const std::shared_lock lock(stress_.mutexes_[block]);
+      std::shared_lock<std::shared_mutex> other_lock;
+      if (other != block) other_lock = std::shared_lock(stress_.mutexes_[other]);
+      use(block, other);
+    }
+
+    void read(std::uint64_t one, std::uint64_t two) {
+      with_both(one, two, [&](std::uint64_t block, std::uint64_t other) {
+        const PinnedBlock first = try_pin(block, Access::kRead);
+        const PinnedBlock second = try_pin(other, Access::kRead);
+        check(first, block);
+        check(second, other);
+      });
+    }
+    void read_at_once(std::uint64_t one, std::uint64_t two) {
+      with_both(one, two, [&](std::uint64_t block, std::uint64_t other) {
+        const LevelFile& file = stress_.file_;
+        const std::array requests{BlockRequest(file, block), BlockRequest(file, other),
+                                  BlockRequest(file, block)};
+        std::array<PinnedBlock, 3> pinned;
+        try {
+          session_.pin_many(requests, pinned);
+        } catch (const Error& error) {
+          if (!stress_.is_allowed(error.code())) ++stress_.wrong;
+        }
+        for (std::size_t i = 0; i < requests.size(); ++i) check(pinned[i], requests[i].block());
+      });
+    }
+    void store(std::uint64_t block, Access access, unsigned char value) {
+      const std::unique_lock lock(stress_.mutexes_[block]);
+      const PinnedBlock pinned = try_pin(block, access);
+      if (!pinned) return;
+      if (access == Access::kUpdate) check(pinned, block);
+      fill(pinned, value, kBlockBytes);
+      stress_.expected_[block] = value;
+    }
+    /// What is there then is older, and whole. A level in memory has what was stored.
+    void abandon(std::uint64_t block, Access access) {
+      if (stress_.entry_.traits.in_memory) return;
+      const std::unique_lock lock(stress_.mutexes_[block]);
+      PinnedBlock pinned = try_pin(block, access);
+      if (!pinned) return;
+      fill(pinned, kHalfWritten, kBlockBytes / 2);
+      pinned.abandon();
+      while (!(pinned = try_pin(block, Access::kRead)))
+        if (stress_.wrong > 0) return;
+      const std::optional<unsigned char> found = value_of(pinned);
+      if (!found || *found == kHalfWritten) ++stress_.wrong;
+      stress_.expected_[block] = found.value_or(0);
+    }
+
+    Stress& stress_;
+    Session& session_;
+    std::mt19937 random_;
+  };
 
   const BackendRegistry::Entry entry_;
   TemporaryDirectory place_{Medium::kMemory};
@@ -202,7 +254,8 @@ class Stress {
   std::unique_ptr<Volume> volume_;
   LevelFile file_;
   Pager pager_;
-  Session session_;
+  const bool tight_;  ///< threads may find no room
+  std::array<Session, 5> sessions_;
   std::array<std::shared_mutex, kBlocks> mutexes_;  ///< whoever stores is alone at its block
   std::array<unsigned char, kBlocks> expected_{};
 };
@@ -222,12 +275,13 @@ template <class Check>
 void for_each_case(Check check) {
   const NoWaiting no_waiting;
   for (const auto& [name, entry] : subjects())
-    for (const EvictionPolicy policy : {EvictionPolicy::kWindow, EvictionPolicy::kClock})
-      for (const int io_threads : {0, 2}) {
-        CAPTURE(name, policy, io_threads);
-        Stress stress(entry, policy, io_threads);
-        check(stress, entry);
-      }
+    for (const Policies policies : {Policies::kWindow, Policies::kClock, Policies::kBoth})
+      for (const int io_threads : {0, 2})
+        for (const std::uint64_t frames : {30u, 9u}) {
+          CAPTURE(name, policies, io_threads, frames);
+          Stress stress(entry, policies, io_threads, frames);
+          check(stress, entry);
+        }
 }
 
 }  // namespace

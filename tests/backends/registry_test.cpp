@@ -44,45 +44,59 @@ TEST_CASE("BackendRegistryAdd_NameTaken_IsRefusedAndKeepsTheFirst") {
   CHECK(registry.find("mine").summary == "another");
 }
 
-TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_AcceptsAllOptions") {
+TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_RefusesOptionsAndPipelines") {
   BackendRegistry registry;
   BackendRegistry::Entry entry = default_backends().find("memory");
   entry.validate = nullptr;
+  entry.validate_pipeline = nullptr;
   registry.add(entry);
-  CHECK(error_text([&] { registry.find("memory").validate({"anything", "at all"}); }).empty());
+  const BackendRegistry::Entry& added = registry.find("memory");
+  CHECK(error_text([&] { added.validate(""); }).empty());
+  CHECK(error_text([&] { added.validate("speed=high"); }) ==
+        "invalid_argument: open backend \"memory\": expected no options, found \"speed=high\"");
+  CHECK(error_text([&] { added.validate_pipeline("none"); }).empty());
+  CHECK(error_text([&] { added.validate_pipeline("lz4"); }) ==
+        "invalid_argument: open backend \"memory\": expected pipeline \"none\", found \"lz4\"");
   entry.name = "cannot be opened";
   entry.open = nullptr;
   CHECK(error_text([&] { registry.add(entry); }) ==
         "invalid_argument: add backend \"cannot be opened\": expected a function that opens it");
 }
 
-TEST_CASE("CompressedValidate_UnknownCodecOrFilter_NamesThoseThereAre") {
-  const auto& validate = default_backends().find("compressed").validate;
+TEST_CASE("BackendRegistryFind_SpecificationWithOptions_IsFoundByItsName") {
+  CHECK(default_backends().find("pread:depth=8").name == "pread");
+  CHECK(BackendRegistry::options_in("pread:depth=8,direct=yes") == "depth=8,direct=yes");
+  CHECK(BackendRegistry::options_in("pread").empty());
+  for (const std::string& name : default_backends().names())
+    CHECK_FALSE(error_text([&] { default_backends().find(name).validate("depth=8"); }).empty());
+}
+
+TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") {
+  const auto& validate = default_backends().find("compressed").validate_pipeline;
   for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
-    CHECK(error_text([&] { validate({codec, "shuffle"}); }).empty());
-  CHECK(error_text([&] {
-          validate({"gzip", "none"});
-        }) ==
+    CHECK(error_text([&] { validate(std::string("shuffle,") + codec); }).empty());
+  CHECK(error_text([&] { validate("none,gzip"); }) ==
         "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
         "none, zstd");
-  CHECK(error_text([&] {
-          validate({"lz4", "sort"});
-        }) ==
+  CHECK(error_text([&] { validate("sort,lz4"); }) ==
         "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle");
   for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
     CHECK(error_text([&] {
-            validate({codec, "none"});
+            validate(std::string("none,") + codec);
           }).find("expected a level from -131072 to") != std::string::npos);
   for (const char* codec : {"", "LZ4", "lz4 ", "zstdx"})
-    CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("not_supported: "));
+    CHECK(
+        error_text([&] { validate(std::string("none,") + codec); }).starts_with("not_supported: "));
   for (const char* codec : {"none:1", "zstd:"})
-    CHECK(error_text([&] { validate({codec, "none"}); }).starts_with("invalid_argument: "));
+    CHECK(error_text([&] {
+            validate(std::string("none,") + codec);
+          }).starts_with("invalid_argument: "));
 }
 
 TEST_CASE("CountingBackend_Calls_AreCountedAndForwarded") {
   BackendCounts counts;
   const BackendRegistry registry = counting_registry(default_backends(), counts);
-  const BackendUnderTest subject{"counted", registry.find("pread"), {}};
+  const BackendUnderTest subject{"counted", registry.find("pread")};
   LevelUnderTest level(subject);
   Backend& backend = level.open();
   const std::vector<std::byte> bytes =

@@ -31,8 +31,8 @@ class LastCommit final : public CommitObserver {
 };
 
 /// Runs with operation `failing` made to fail. False: there are not so many.
-bool try_run(const std::string& backend, std::uint64_t failing, int error,
-             FailingOperations::From from, const std::vector<Digest>& versions) {
+bool try_run(const Setup& setup, std::uint64_t failing, int error, FailingOperations::From from,
+             const std::vector<Digest>& versions) {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path store = here.path() / "s.plait";
   LastCommit last;
@@ -41,7 +41,7 @@ bool try_run(const std::string& backend, std::uint64_t failing, int error,
   {
     FailingOperations operations(here.path(), failing, error, from);
     try {
-      run_workload(store, backend, last);
+      run_workload(store, setup, last);
     } catch (const Error& caught) {
       reported = caught;
     }
@@ -51,7 +51,7 @@ bool try_run(const std::string& backend, std::uint64_t failing, int error,
     REQUIRE_FALSE(reported);
     return false;
   }
-  CAPTURE(backend, failing, error, reported ? reported->what() : "nothing was reported");
+  CAPTURE(setup.label(), failing, error, reported ? reported->what() : "nothing was reported");
   if (reported) {
     REQUIRE(reported->code() == (error == ENOSPC ? ErrorCode::kNoSpace : ErrorCode::kIo));
     REQUIRE(names(*reported, {here.path().string()}));
@@ -69,14 +69,14 @@ std::uint64_t stride(std::uint64_t short_run) { return std::getenv("PLAIT_LONG")
 }  // namespace
 
 TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
-  for (const std::string& backend : backends_on_disk()) {
+  for (const Setup& setup : setups_on_disk()) {
     const TemporaryDirectory undisturbed(Medium::kMemory);
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
     std::uint64_t tried = 0;
     for (const int error : {EIO, ENOSPC})
       for (const auto from :
            {FailingOperations::From::kOne, FailingOperations::From::kAllFromThere})
-        for (std::uint64_t failing = tried % 7; try_run(backend, failing, error, from, versions);
+        for (std::uint64_t failing = tried % 7; try_run(setup, failing, error, from, versions);
              failing += stride(7))
           ++tried;
     CHECK(tried > 50);
@@ -84,13 +84,13 @@ TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
 }
 
 TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
-  for (const std::string& backend : backends_on_disk()) {
+  for (const Setup& setup : setups_on_disk()) {
     const TemporaryDirectory undisturbed(Medium::kMemory), here(Medium::kMemory);
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
     LastCommit last;
     {
       const ShortAndInterrupted operations(977);
-      run_workload(here.path() / "s.plait", backend, last);
+      run_workload(here.path() / "s.plait", setup, last);
       CHECK(operations.operations() > 500);
     }
     CHECK(version_found(here.path() / "s.plait", versions) == versions.size() - 1);
@@ -98,11 +98,11 @@ TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
 }
 
 TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
-  for (const std::string& backend : backends_on_disk()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_on_disk()) {
+    CAPTURE(setup.label());
     const TemporaryDirectory here(Medium::kMemory);
     const std::filesystem::path path = here.path() / "s.plait";
-    Store store = create_store(path, backend);
+    Store store = create_store(path, setup);
     add_sample(store, sample_schemas()[0], 2);
     store.commit();
     change_blocks(store, 0, 2, 1);
@@ -125,15 +125,15 @@ TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
 /// The caller ignores that a commit failed and goes on changing blocks: none of it may reach what
 /// either version needs, whichever of them the disk has.
 TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
-  for (const std::string& backend : backends_on_disk()) {
+  for (const Setup& setup : setups_on_disk()) {
     for (std::uint64_t operation = 0;; ++operation) {
-      INFO(backend << ", operation " << operation);
+      INFO(setup.label() << ", operation " << operation);
       const TemporaryDirectory here(Medium::kMemory);
       const std::filesystem::path path = here.path() / "s.plait";
       Digest before, after;
       bool committed = true, reached = false;
       {
-        Store store = create_store(path, backend);
+        Store store = create_store(path, setup);
         add_sample(store, sample_schemas()[0], 2);
         store.commit();
         before = digest(store);
@@ -167,12 +167,12 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
 }
 
 TEST_CASE("Store_AfterACommitThatFailed_RefusesWritesAndCommitsUntilItIsReopened") {
-  for (const std::string& backend : backends_on_disk()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_on_disk()) {
+    CAPTURE(setup.label());
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
     {
-      Store store = create_store(path, backend);
+      Store store = create_store(path, setup);
       add_sample(store, sample_schemas()[0], 2);
       store.commit();
       store.base_bytes(0)[0] ^= std::byte{1};
@@ -216,11 +216,11 @@ TEST_CASE("StoreOpen_ForWriting_MakesTheNewestSlotDurableBeforeAnythingGoes") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, "pread");
+    Store store = create_store(path, Setup("pread"));
     add_sample(store, sample_schemas()[0], 1);
     store.commit();
   }
-  File(path / "tables.9", OpenMode::kCreate);
+  File(path / "version.9", OpenMode::kCreate);
   const Order order;
   Store::open(path, {true}, default_backends());
   CHECK(order.synced);
@@ -232,12 +232,12 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, "mmap");
+    Store store = create_store(path, Setup("mmap"));
     add_sample(store, sample_schemas()[0], 3);
     store.commit();
   }
   Store store = Store::open(path, {}, default_backends());
-  std::filesystem::resize_file(path / "attribute0.level03", 4096);
+  std::filesystem::resize_file(path / "attribute0.level03.1", 4096);
   CHECK(error_of([&] { read_level(store, 0, 3); }).code() == ErrorCode::kCorruption);
   CHECK(read_level(store, 0, 2) == sample_level(store, sample_schemas()[0], 2));
 }

@@ -20,20 +20,20 @@ class NobodyObserves final : public CommitObserver {
   void committed(std::uint64_t) override {}
 };
 
-std::vector<std::string> backends_that_write_in_place() {
-  std::vector<std::string> names = backends_on_disk();
-  std::erase(names, "compressed");
-  return names;
+std::vector<Setup> setups_in_place() {
+  std::vector<Setup> setups = setups_on_disk();
+  std::erase_if(setups, [](const Setup& setup) { return !setup.in_place(); });
+  return setups;
 }
 
 /// A store whose last changes were never committed, and the digests of its versions.
 struct Abandoned {
-  explicit Abandoned(const std::string& backend) {
+  explicit Abandoned(const Setup& setup) {
     const NoWaiting no_waiting;
     const TemporaryDirectory undisturbed;
-    versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
     NobodyObserves observer;
-    run_workload(path, backend, observer);
+    run_workload(path, setup, observer);
   }
   std::uint64_t last_version() const { return versions.size() - 1; }
   /// A copy that may be changed.
@@ -49,8 +49,8 @@ struct Abandoned {
   std::vector<Digest> versions;
 };
 
-Store small_store(const fs::path& path, const std::string& backend, Durability durability) {
-  Store store = create_store(path, backend, durability);
+Store small_store(const fs::path& path, const Setup& setup, Durability durability) {
+  Store store = create_store(path, setup, durability);
   add_sample(store, sample_schemas()[0], 2);
   store.commit();
   return store;
@@ -59,9 +59,9 @@ Store small_store(const fs::path& path, const std::string& backend, Durability d
 }  // namespace
 
 TEST_CASE("Journal_OfAnAbandonedStore_IsWhatBringsItBack") {
-  for (const std::string& backend : backends_that_write_in_place()) {
-    CAPTURE(backend);
-    const Abandoned store(backend);
+  for (const Setup& setup : setups_in_place()) {
+    CAPTURE(setup.label());
+    const Abandoned store(setup);
     REQUIRE(fs::exists(store.path / "journal"));
     const fs::path without = store.copy();
     fs::remove(without / "journal");
@@ -78,7 +78,7 @@ TEST_CASE("Journal_OfAnAbandonedStore_IsWhatBringsItBack") {
 }
 
 TEST_CASE("Journal_AnyByteFlipped_IsFoundOrHarmless") {
-  const Abandoned store("pread");
+  const Abandoned store(Setup("pread", Overwriting::kInPlace));
   const std::vector<std::byte> bytes = file_bytes(store.path / "journal");
   std::uint64_t found = 0;
   // All of the header and the first record's, and places all over the rest.
@@ -102,11 +102,11 @@ TEST_CASE("Journal_AnyByteFlipped_IsFoundOrHarmless") {
 }
 
 TEST_CASE("Journal_OfAnOlderVersion_MeansNothingAndIsRemoved") {
-  for (const std::string& backend : backends_that_write_in_place()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_in_place()) {
+    CAPTURE(setup.label());
     const TemporaryDirectory here;
     const fs::path path = here.path() / "s.plait";
-    Store store = small_store(path, backend, Durability::kCommit);
+    Store store = small_store(path, setup, Durability::kCommit);
     change_blocks(store, 0, 1, 1);
     store.pager().flush();
     const std::vector<std::byte> journal = file_bytes(path / "journal");
@@ -128,18 +128,18 @@ TEST_CASE("Journal_OfAnOlderVersion_MeansNothingAndIsRemoved") {
 }
 
 TEST_CASE("Journal_WhereNoneIsNeeded_IsNotMade") {
-  for (const std::string& backend : backends_on_disk()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_on_disk()) {
+    CAPTURE(setup.label());
     const TemporaryDirectory here;
     // Levels that no commit knows yet.
-    Store fresh = small_store(here.path() / "fresh.plait", backend, Durability::kCommit);
+    Store fresh = small_store(here.path() / "fresh.plait", setup, Durability::kCommit);
     fresh.add_level(0);
     write_level(fresh, 0, 3, sample_level(fresh, sample_schemas()[0], 3));
     change_blocks(fresh, 0, 3, 1);
     fresh.pager().flush();
     CHECK_FALSE(fs::exists(here.path() / "fresh.plait" / "journal"));
     // Scratch.
-    Store scratch = small_store(here.path() / "scratch.plait", backend, Durability::kNone);
+    Store scratch = small_store(here.path() / "scratch.plait", setup, Durability::kNone);
     change_blocks(scratch, 0, 1, 1);
     scratch.pager().flush();
     CHECK_FALSE(fs::exists(here.path() / "scratch.plait" / "journal"));
@@ -147,11 +147,11 @@ TEST_CASE("Journal_WhereNoneIsNeeded_IsNotMade") {
 }
 
 TEST_CASE("Journal_ThatCannotBeWritten_LeavesTheBlockAlone") {
-  for (const std::string& backend : backends_that_write_in_place()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_in_place()) {
+    CAPTURE(setup.label());
     const TemporaryDirectory here;
     const fs::path path = here.path() / "s.plait";
-    Store store = small_store(path, backend, Durability::kCommit);
+    Store store = small_store(path, setup, Durability::kCommit);
     {
       const FailingOperations full(path / "journal", 0, ENOSPC,
                                    FailingOperations::From::kAllFromThere);

@@ -34,19 +34,19 @@ int outcomes_per_operation() { return std::getenv("PLAIT_LONG") ? 40 : 4; }
 }  // namespace
 
 TEST_CASE("PowerCut_AtEveryOperationOfARun_LeavesTheLastCommitOrTheOneInFlight") {
-  for (const std::string& backend : backends_on_disk()) {
+  for (const Setup& setup : setups_on_disk()) {
     const TemporaryDirectory undisturbed(Medium::kMemory), run(Medium::kMemory),
         after(Medium::kMemory);
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
     Progress progress;
     std::vector<PowerCut::Outcome> found;
     {
       PowerCut cut(run.path(), 1, outcomes_per_operation(), [&] { return progress.state(); });
-      run_workload(run.path() / "s.plait", backend, progress);
+      run_workload(run.path() / "s.plait", setup, progress);
       found = cut.outcomes();
     }
     CHECK(version_found(run.path() / "s.plait", versions) == versions.size() - 1);
-    CAPTURE(backend);
+    CAPTURE(setup.label());
     REQUIRE(found.size() > 50);
     for (const PowerCut::Outcome& outcome : found) {
       CAPTURE(outcome.operation, outcome.note);
@@ -58,20 +58,20 @@ TEST_CASE("PowerCut_AtEveryOperationOfARun_LeavesTheLastCommitOrTheOneInFlight")
 }
 
 TEST_CASE("PowerCut_WhileAStoreIsPutBack_LeavesTheLastCommit") {
-  for (const std::string& backend : backends_on_disk()) {
+  for (const Setup& setup : setups_on_disk()) {
     const TemporaryDirectory run(Medium::kMemory), after(Medium::kMemory);
     const std::filesystem::path store = run.path() / "s.plait";
     Progress progress;
     const auto versions = [&] {
       const TemporaryDirectory undisturbed(Medium::kMemory);
-      return digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
+      return digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
     }();
     // Ends with changes that were never committed.
     {
       const NoWaiting no_waiting;
-      run_workload(store, backend, progress);
+      run_workload(store, setup, progress);
     }
-    const bool has_journal = backend != "compressed";
+    const bool has_journal = setup.in_place();
     REQUIRE(std::filesystem::exists(store / "journal") == has_journal);
     std::vector<PowerCut::Outcome> found;
     {
@@ -80,7 +80,7 @@ TEST_CASE("PowerCut_WhileAStoreIsPutBack_LeavesTheLastCommit") {
       found = cut.outcomes();
     }
     CHECK_FALSE(std::filesystem::exists(store / "journal"));
-    CAPTURE(backend);
+    CAPTURE(setup.label());
     REQUIRE_FALSE(found.empty());
     for (const PowerCut::Outcome& outcome : found) {
       CAPTURE(outcome.operation);

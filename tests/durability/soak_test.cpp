@@ -27,9 +27,12 @@ constexpr std::uint64_t kBudgetBytes = 64 << 10;
 
 std::chrono::seconds duration() { return std::chrono::seconds(std::getenv("PLAIT_LONG") ? 75 : 1); }
 
-std::optional<Store> try_open(const std::filesystem::path& path, bool writable) {
+std::optional<Store> try_open(const std::filesystem::path& path, bool writable,
+                              Overwriting overwriting) {
+  OpenOptions options{writable, kBudgetBytes};
+  options.overwriting = overwriting;
   try {
-    return Store::open(path, {writable, kBudgetBytes}, default_backends());
+    return Store::open(path, options, default_backends());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBusy) throw;
     return {};
@@ -40,8 +43,9 @@ void fill(Store& store, std::byte value) {
   for (std::byte& byte : store.base_bytes(0)) byte = value;
   for (int level = 1; level <= kLevels; ++level) {
     LevelFile& file = store.level_file(0, level);
+    Session session = store.open_session();
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.open_session().pin(file, block, Access::kWrite);
+      const PinnedBlock pinned = session.pin(file, block, Access::kWrite);
       std::ranges::fill(pinned.bytes(), value);
     }
   }
@@ -60,13 +64,13 @@ bool is_one_version(Store& store) {
 }  // namespace
 
 TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
-  for (const std::string& backend : backends_on_disk()) {
-    CAPTURE(backend);
+  for (const Setup& setup : setups_on_disk()) {
+    CAPTURE(setup.label());
     const NoWaiting no_waiting;
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
     {
-      Store store = create_store(path, backend);
+      Store store = create_store(path, setup);
       store.add_attribute({"value", ComponentType::kUint8, 12});
       for (int level = 0; level < kLevels; ++level) store.add_level(0);
       fill(store, std::byte{1});
@@ -93,7 +97,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     threads.reserve(3);
     for (int reader = 0; reader < 2; ++reader)
       threads.push_back(whenever_possible([&] {
-        std::optional<Store> store = try_open(path, false);
+        std::optional<Store> store = try_open(path, false, setup.overwriting);
         if (!store) return;
         if (!is_one_version(*store)) ++mixtures;
         ++reads;
@@ -102,7 +106,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       }));
     threads.push_back(whenever_possible([&] {
-      std::optional<Store> store = try_open(path, true);
+      std::optional<Store> store = try_open(path, true, setup.overwriting);
       if (!store) return;
       if (!is_one_version(*store)) ++mixtures;
       fill(*store, static_cast<std::byte>(store->sequence() + 1));

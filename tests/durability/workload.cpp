@@ -68,31 +68,33 @@ const std::vector<void (*)(Store&)>& second_steps() {
 
 void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t step) {
   LevelFile& file = store.level_file(attribute, level);
+  Session session = store.open_session();
   for (std::uint64_t block = 0; block < file.geometry.block_count(); block += step) {
-    const PinnedBlock pinned = store.open_session().pin(file, block, Access::kUpdate);
+    const PinnedBlock pinned = session.pin(file, block, Access::kUpdate);
     for (std::byte& byte : pinned.bytes())
       byte = static_cast<std::byte>(std::to_integer<unsigned>(byte) + 1);
   }
 }
 
-Store create_store(const std::filesystem::path& path, const std::string& backend,
-                   Durability durability) {
-  StoreOptions options = sample_options(backend);
+Store create_store(const std::filesystem::path& path, const Setup& setup, Durability durability) {
+  StoreOptions options = sample_options(setup.backend);
+  options.overwriting = setup.overwriting;
   options.budget_bytes = kBudgetBytes;
   options.durability = durability;
   return Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
 }
 
-void run_workload(const std::filesystem::path& path, const std::string& backend,
-                  CommitObserver& observer) {
+void run_workload(const std::filesystem::path& path, const Setup& setup, CommitObserver& observer) {
   {
-    Store store = create_store(path, backend);
+    Store store = create_store(path, setup);
     for (const auto step : first_steps()) {
       step(store);
       commit(store, observer);
     }
   }
-  Store store = Store::open(path, {true, kBudgetBytes}, default_backends());
+  OpenOptions options{true, kBudgetBytes};
+  options.overwriting = setup.overwriting;
+  Store store = Store::open(path, options, default_backends());
   for (const auto step : second_steps()) {
     step(store);
     commit(store, observer);
@@ -103,9 +105,9 @@ void run_workload(const std::filesystem::path& path, const std::string& backend,
 }
 
 std::vector<Digest> digests_of_undisturbed_run(const std::filesystem::path& path,
-                                               const std::string& backend) {
+                                               const Setup& setup) {
   std::vector<Digest> versions(1);
-  Store store = create_store(path, backend, Durability::kNone);
+  Store store = create_store(path, setup, Durability::kNone);
   for (const auto* steps : {&first_steps(), &second_steps()})
     for (const auto step : *steps) {
       step(store);
@@ -137,6 +139,15 @@ std::uint64_t version_found(const std::filesystem::path& path,
   return version;
 }
 
-std::vector<std::string> backends_on_disk() { return durable_backends(); }
+std::vector<Setup> setups_on_disk() {
+  std::vector<Setup> setups;
+  for (const std::string& backend : durable_backends()) {
+    setups.emplace_back(backend);
+    // A writer of "mmap" writes as "pread" does.
+    if (default_backends().find(backend).traits.overwrites_in_place && backend != "mmap")
+      setups.emplace_back(backend, Overwriting::kInPlace);
+  }
+  return setups;
+}
 
 }  // namespace plait::test

@@ -27,12 +27,14 @@ constexpr std::uint64_t kSequence = 7, kLevelBytes = 4096;
 
 /// A directory that contains a level file.
 struct Place {
-  Place() { std::ofstream(path / level_file_name(0, 1)) << std::string(kLevelBytes, 'x'); }
+  Place() { std::ofstream(path / level_file_name(0, 1, 1)) << std::string(kLevelBytes, 'x'); }
   /// The level of one block, as the newest version describes it.
   std::vector<StoredLevel> levels() const {
     std::vector<StoredLevel> result(1);
     result[0].level = 1;
-    result[0].geometry = LevelGeometry(kLevelBytes, {}, BaseRelativeLevel(1), 1, kLevelBytes);
+    result[0].record.generation = 1;
+    result[0].geometry =
+        LevelGeometry(SlotShapes(kLevelBytes), BaseRelativeLevel(1), 1, kLevelBytes);
     result[0].table = BlockTable({}, 0, 1, 1);
     result[0].table.mark_written(0, 0, kLevelBytes);
     return result;
@@ -79,7 +81,7 @@ void try_journal(const Place& place, std::span<const std::byte> bytes) {
       remove_journal(store);
   });
   require(taken != std::filesystem::exists(journal));
-  require(std::filesystem::file_size(place.path / level_file_name(0, 1)) == kLevelBytes);
+  require(std::filesystem::file_size(place.path / level_file_name(0, 1, 1)) == kLevelBytes);
 }
 
 }  // namespace

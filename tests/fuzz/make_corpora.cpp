@@ -11,12 +11,14 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compressed/block_coder.h"
 #include "plait/level_geometry.h"
-#include "store/block_tables_file.h"
 #include "store/manifest.h"
+#include "store/version_description.h"
+#include "store/version_file.h"
 
 using namespace plait;
 
@@ -198,31 +200,52 @@ void seed_meshes() {
 void seed_manifests() {
   Manifest manifest;
   manifest.sequence = 7;
-  manifest.vertex_count = 6;
-  manifest.edge_count = 12;
-  manifest.face_count = 8;
-  manifest.block_bytes = 4096;
-  manifest.base_mesh_bytes = 272;
-  manifest.tables_bytes = 16;
-  manifest.backend = "pread";
-  manifest.codec = manifest.filter = "none";
-  manifest.layout = "hilbert";
-  const std::string plain = text_of(encode_manifest(manifest));
-  seed("manifest", "no_attributes", plain);
+  manifest.version_bytes = 200;
+  const std::string odd = text_of(encode_manifest(manifest));
+  seed("manifest", "one_slot", odd);
   manifest.sequence = 8;
-  manifest.backend = "compressed";
-  manifest.codec = "zstd:19";
-  manifest.filter = "shuffle";
-  manifest.scheme = "loop";
-  manifest.program = "0.1.0";
-  manifest.limit = true;
-  manifest.next_attribute_number = 4;
-  manifest.attributes = {{{"position", ComponentType::kFloat32, 3}, 0, 5, 11},
-                         {{"normal-2_x", ComponentType::kFloat64, 3}, 3, 0, 12},
-                         {{"wide", ComponentType::kUint16, 255}, 1, 20, 13}};
-  const std::string full = text_of(encode_manifest(manifest));
-  seed("manifest", "three_attributes", full);
-  seed("manifest", "two_slots", full + plain);
+  manifest.version_checksum = 12;
+  const std::string even = text_of(encode_manifest(manifest));
+  seed("manifest", "two_slots", even + odd);
+}
+
+void seed_descriptions() {
+  const auto file = [](const VersionDescription& version) {
+    return text_of(encode_version_file(encode_description(version), {}));
+  };
+  VersionDescription version;
+  version.vertex_count = 6;
+  version.edge_count = 12;
+  version.face_count = 8;
+  version.block_bytes = 4096;
+  version.base_mesh_bytes = 272;
+  version.backend = "pread";
+  version.provenance.layout = "hilbert";
+  seed("version_description", "no_attributes", file(version));
+  version.backend = "compressed:depth=8";
+  version.pipeline = "shuffle,zstd:19";
+  version.provenance = {"loop", true, ComponentType::kFloat64, "hilbert", 1, "0.1.0"};
+  version.next_attribute_number = 4;
+  const LevelRecord raw{"none", Representation::kValues, 3},
+      coded{"lz4", Representation::kValues, 7};
+  const auto add = [&](AttributeSchema schema, std::uint32_t number, const char* pipeline,
+                       std::vector<LevelRecord> levels) {
+    AttributeRecord& attribute = version.attributes.emplace_back();
+    attribute.schema = std::move(schema);
+    attribute.number = number;
+    attribute.base_checksum = 11 + number;
+    attribute.pipeline = pipeline;
+    attribute.levels = std::move(levels);
+  };
+  add({"position", ComponentType::kFloat32, 3}, 0, "shuffle,zstd:19", {raw, raw, coded});
+  add({"normal-2_x", ComponentType::kFloat64, 3}, 3, "none", {});
+  add({"wide", ComponentType::kUint16, 255}, 1, "lz4", {coded});
+  const std::string full = file(version);
+  seed("version_description", "three_attributes", full);
+  seed("version_description", "cut", full.substr(0, full.size() / 2));
+  seed("version_description", "more", full + std::string(100, 'x'));
+  version.attributes[0].levels[1].representation = Representation{1};
+  seed("version_description", "representation_unknown", file(version));
 }
 
 void seed_block_tables() {
@@ -236,8 +259,9 @@ void seed_block_tables() {
       levels += number(shape);
       std::vector<EdgeId> borders;
       for (EdgeId edge = 0; edge < shape.borders; ++edge) borders.push_back(edge);
-      const LevelGeometry geometry(shape.edges, borders, BaseRelativeLevel(1 + shape.level),
-                                   1 + 8u * shape.record, std::uint64_t{4096} << shape.block);
+      const LevelGeometry geometry(SlotShapes(shape.edges, EdgeSet(borders)),
+                                   BaseRelativeLevel(1 + shape.level), 1 + 8u * shape.record,
+                                   std::uint64_t{4096} << shape.block);
       for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
         const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
         const BlockEntry kinds[] = {
@@ -247,7 +271,7 @@ void seed_block_tables() {
         entries += number(kinds[block % 3]);
       }
     }
-    return levels + text_of(encode_tables({})) + entries;
+    return levels + entries;
   };
   seed("block_tables", "no_level", file({}));
   seed("block_tables", "closed", file({{12, 0, 0, 1, 0}, {12, 0, 5, 1, 0}}));
@@ -346,6 +370,7 @@ int main(int argument_count, char** arguments) try {
   corpora = arguments[1];
   seed_meshes();
   seed_manifests();
+  seed_descriptions();
   seed_block_tables();
   seed_codecs();
   seed_numbers();

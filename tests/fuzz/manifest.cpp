@@ -25,11 +25,9 @@ void check_decoded(const Manifest& manifest, const ManifestSlot& slot) {
   const ManifestSlot encoded = encode_manifest(manifest);
   require(is_whole_slot(encoded));
   require(encode_manifest(decode_manifest(encoded, "encoded")) == encoded);
-  // Compares the version, the number of attributes, and everything before the names. The optional
-  // flags in between may differ.
-  require(std::ranges::equal(std::span(slot).subspan(8, 4), std::span(encoded).subspan(8, 4)));
-  require(
-      std::ranges::equal(std::span(slot).subspan(20, 108), std::span(encoded).subspan(20, 108)));
+  // Compares the version and the required flags, and everything behind the optional flags.
+  require(std::ranges::equal(std::span(slot).subspan(8, 8), std::span(encoded).subspan(8, 8)));
+  require(std::ranges::equal(std::span(slot).subspan(24, 40), std::span(encoded).subspan(24, 40)));
 }
 
 void check_slot(const ManifestSlot& slot) {

@@ -6,7 +6,7 @@
 #include "kernels/run_variant.h"
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/rule_patches.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
 
@@ -103,8 +103,9 @@ TEST_CASE("LoopPatches_OverArraysAndOverAStore_GiveTheSameBits") {
     constexpr int kLevels = 4;
     InCoreMesh<Vector3<float>> arrays(base, kLevels);
     for (std::size_t v = 0; v < base.vertex_count(); ++v)
-      arrays.base_records()[v] = loop::narrow<float>(base.positions()[v]);
-    for (int level = 1; level <= kLevels; ++level) loop_refine_patches(arrays, level);
+      arrays.base_records()[v] = narrow<float>(base.positions()[v]);
+    for (int level = 1; level <= kLevels; ++level)
+      refine_patches(arrays, level, loop_scheme().rule<float>());
 
     StoreOptions options;
     options.backend = "memory";

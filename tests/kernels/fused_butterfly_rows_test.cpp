@@ -1,21 +1,32 @@
-// Butterfly's rows and fans on every instruction set of this machine: the bits of the scalar rules,
-// number by number.
+// Butterfly's rows and rings on every instruction set of this machine: the bits of the scalar
+// rules, number by number.
 #include <vector>
 
 #include "butterfly/spoke_rule.h"
 #include "butterfly/stencils.h"
-#include "fused/builtin_rows.h"
-#include "fused/fan_shape.h"
+#include "fused/ring_shape.h"
 #include "kernels/row_points.h"
+#include "rows/dispatched_rows.h"
 
 using namespace plait;
 using namespace plait::test;
 
 namespace {
 
+// The stencils of one number.
+template <class Real, class... Reals>
+Real odd(Real first, Reals... rest) {
+  return butterfly::odd(Number<Real>{first}, Number<Real>{rest}...).v;
+}
+template <class Real>
+Real odd_border(Real before, Real a, Real b, Real after) {
+  using N = Number<Real>;
+  return butterfly::odd_border(N{before}, N{a}, N{b}, N{after}).v;
+}
+
 /// Eight rows into every second point of a ninth, and even points beside them.
 template <class Real>
-void check_butterfly_refining(const fused_rows::ButterflyRows<Real>& rows) {
+void check_butterfly_refining(const ButterflyRows<Real>& rows) {
   for_all_points<Real>(10 * kCount, [&](Points<Real>& points) {
     const auto row = [&](std::size_t number) { return points.at(number * kCount); };
     Real* const to = row(8);
@@ -24,8 +35,8 @@ void check_butterfly_refining(const fused_rows::ButterflyRows<Real>& rows) {
     bool odd_same = true, even_same = true, others_untouched = true;
     for (std::size_t i = 0; i < kCount * kPointNumbers; ++i) {
       const std::size_t at = i + i / kPointNumbers * kPointNumbers;
-      odd_same &= same_bits(to[at], butterfly::odd(row(0)[i], row(1)[i], row(2)[i], row(3)[i],
-                                                   row(4)[i], row(5)[i], row(6)[i], row(7)[i]));
+      odd_same &= same_bits(to[at], odd(row(0)[i], row(1)[i], row(2)[i], row(3)[i], row(4)[i],
+                                        row(5)[i], row(6)[i], row(7)[i]));
       others_untouched &= same_bits(to[at + kPointNumbers], before[at + kPointNumbers]);
     }
     rows.even({row(0), {}, to, kCount});
@@ -43,19 +54,19 @@ void check_butterfly_refining(const fused_rows::ButterflyRows<Real>& rows) {
 /// Two rings as for_each_spoke() counts them, one lane at a time: next to the vertex, two steps
 /// out, and between the spokes.
 template <class Real>
-void check_butterfly_fans(const fused_rows::ButterflyRows<Real>& rows) {
+void check_butterfly_rings(const ButterflyRows<Real>& rows) {
   for (const int valence : {2, 3, 4, 5, 6, 7, 12, 40})
     for (const bool border : {false, true}) {
       INFO("valence " << valence << (border ? ", border" : ""));
-      const FanShape shape{valence, border, 2};
+      const RingShape shape{valence, border, 2};
       const std::size_t count = shape.points();
       for_all_points<Real>(2 * count, [&](Points<Real>& points) {
-        rows.fan({points.at(0), points.at(count), valence, border});
+        rows.ring_step({points.at(0), points.at(count), valence, border});
         bool same = true;
         for (std::size_t k = 0; k < kPointNumbers; ++k) {
-          using enum FanRing;
-          const auto old = [&](FanRing ring, int i) { return points.at(shape.point(ring, i))[k]; };
-          const auto made = [&](FanRing ring, int i) {
+          using enum RingPart;
+          const auto old = [&](RingPart ring, int i) { return points.at(shape.point(ring, i))[k]; };
+          const auto made = [&](RingPart ring, int i) {
             return points.at(count + shape.point(ring, i))[k];
           };
           const Real v = points.at(0)[k];
@@ -68,27 +79,25 @@ void check_butterfly_fans(const fused_rows::ButterflyRows<Real>& rows) {
             const bool on_border = border && (i == 0 || i == valence - 1);
             Real near = Real(spokes[static_cast<std::size_t>(i)]);
             if (on_border)
-              near = butterfly::odd_border(old(kNear, valence - 1 - i), v, old(kNear, i),
-                                           old(kFar, i));
+              near = odd_border(old(kNear, valence - 1 - i), v, old(kNear, i), old(kFar, i));
             else if (border || valence == 6)
-              near = butterfly::odd(v, old(kNear, i), old(kNear, i + 1), old(kNear, i - 1),
-                                    old(kNear, i + 2), old(kBetween, i - 1), old(kBetween, i),
-                                    old(kNear, i - 2));
+              near = odd(v, old(kNear, i), old(kNear, i + 1), old(kNear, i - 1), old(kNear, i + 2),
+                         old(kBetween, i - 1), old(kBetween, i), old(kNear, i - 2));
             same &= same_bits(made(kNear, i), near);
             same &= same_bits(made(kFar, i), old(kNear, i));
             if (border && i == valence - 1) continue;
-            same &= same_bits(made(kBetween, i),
-                              butterfly::odd(old(kNear, i), old(kNear, i + 1), v, old(kBetween, i),
-                                             old(kNear, i - 1), old(kFar, i + 1), old(kNear, i + 2),
-                                             old(kFar, i)));
+            same &= same_bits(
+                made(kBetween, i),
+                odd(old(kNear, i), old(kNear, i + 1), v, old(kBetween, i), old(kNear, i - 1),
+                    old(kFar, i + 1), old(kNear, i + 2), old(kFar, i)));
           }
         }
         CHECK(same);
         if (!border) return;
-        const auto made = [&](FanRing ring, int i) {
+        const auto made = [&](RingPart ring, int i) {
           return points.at(count + shape.point(ring, i));
         };
-        using enum FanRing;
+        using enum RingPart;
         const int last = valence - 1;
         const Real* const v = points.at(count);
         bool continued = true;
@@ -112,6 +121,6 @@ TEMPLATE_TEST_CASE("FusedRows_ButterflyOnEveryTarget_HasTheBitsOfTheScalarRules"
                    double) {
   on_every_target([] {
     check_butterfly_refining(butterfly_rows<TestType>());
-    check_butterfly_fans(butterfly_rows<TestType>());
+    check_butterfly_rings(butterfly_rows<TestType>());
   });
 }

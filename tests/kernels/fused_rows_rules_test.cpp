@@ -5,8 +5,11 @@
 #include <numbers>
 #include <vector>
 
-#include "fused/builtin_rows.h"
 #include "kernels/row_points.h"
+#include "rows/dispatched_rows.h"
+#include "schemes/library_rule.h"
+#include "schemes/loop.h"
+#include "schemes/midpoint.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -53,12 +56,12 @@ struct Rows {
 };
 
 template <class Real>
-void check_one_ring_rows(const fused_rows::OneRingRows<Real>& rules, bool loop) {
+void check_one_ring_rows(const OneRing<Real>& rules, bool loop) {
   // Every second point of a fine row is made, hence rows of twice as many.
   for_ordinary_points<Real>(8 * 2 * kCount, [&](Points<Real>& points) {
     const Rows<Real> row{points, 2 * kCount};
     Number worst_odd = 0, worst_even = 0;
-    rules.odd({row(0), row(1), row(2), row(3), row(7), kCount});
+    rules.odd_row({row(0), row(1), row(2), row(3), row(7), kCount});
     for (std::size_t i = 0; i < kCount; ++i)
       for (std::size_t k = 0; k < kPointNumbers; ++k) {
         const auto [a, b, c, d] = std::array{row.number(0, i, k), row.number(1, i, k),
@@ -68,7 +71,8 @@ void check_one_ring_rows(const fused_rows::OneRingRows<Real>& rules, bool loop) 
       }
     CHECK(worst_odd < tolerance<Real>());
 
-    rules.even({row(0), {{{row(1), row(2)}, {row(3), row(4)}, {row(5), row(6)}}}, row(7), kCount});
+    rules.even_row(
+        {row(0), {{{row(1), row(2)}, {row(3), row(4)}, {row(5), row(6)}}}, row(7), kCount});
     const Number weight = 8.0L / 5 * loop_weight(6);  // of a new neighbour
     for (std::size_t i = 0; i < kCount; ++i)
       for (std::size_t k = 0; k < kPointNumbers; ++k) {
@@ -81,11 +85,11 @@ void check_one_ring_rows(const fused_rows::OneRingRows<Real>& rules, bool loop) 
       }
     CHECK(worst_even < tolerance<Real>());
 
+    if (!loop) return;
     const Vector3<Real> v = points.get(0, 0), a = points.get(1, 0), b = points.get(2, 0),
-                        found = rules.border(v, a, b);
+                        found = rules.even_border(v, a, b);
     for (int axis = 0; axis < 3; ++axis) {
-      const Number expected =
-          loop ? Number(v[axis]) / 2 + (Number(a[axis]) + b[axis]) / 4 : Number(v[axis]);
+      const Number expected = Number(v[axis]) / 2 + (Number(a[axis]) + b[axis]) / 4;
       CHECK(std::abs(found[axis] - expected) < tolerance<Real>());
     }
   });
@@ -93,34 +97,34 @@ void check_one_ring_rows(const fused_rows::OneRingRows<Real>& rules, bool loop) 
 
 /// The centre by the rule of the old neighbours: rows have it from the new ones.
 template <class Real>
-void check_one_ring_fans(const fused_rows::OneRingRows<Real>& rules, bool loop) {
+void check_one_rings(const OneRing<Real>& rules, bool loop) {
   for (const int valence : {2, 3, 4, 5, 6, 7, 12, 40})
     for (const bool border : {false, true}) {
       if (valence == 2 && !border) continue;
       INFO("valence " << valence << (border ? ", border" : ""));
       const auto n = static_cast<std::size_t>(valence);
       for_ordinary_points<Real>(2 * (n + 1), [&](Points<Real>& points) {
-        const Rows<Real> fan{points, n + 1};
-        rules.fan({fan(0), fan(1), valence, border});
+        const Rows<Real> ring{points, n + 1};
+        rules.ring_step({ring(0), ring(1), valence, border});
         Number worst = 0;
         for (std::size_t k = 0; k < kPointNumbers; ++k) {
-          const Number v = fan.number(0, 0, k);
+          const Number v = ring.number(0, 0, k);
           Number sum = 0;
           for (std::size_t i = 1; i <= n; ++i) {
-            const Number p = fan.number(0, i, k);
+            const Number p = ring.number(0, i, k);
             sum += p;
             const bool plain = !loop || (border && (i == 1 || i == n));
-            const Number before = fan.number(0, i == 1 ? n : i - 1, k),
-                         after = fan.number(0, i == n ? 1 : i + 1, k),
+            const Number before = ring.number(0, i == 1 ? n : i - 1, k),
+                         after = ring.number(0, i == n ? 1 : i + 1, k),
                          expected = plain ? (v + p) / 2 : (3 * (v + p) + before + after) / 8;
-            worst = std::max(worst, std::abs(fan.number(1, i, k) - expected));
+            worst = std::max(worst, std::abs(ring.number(1, i, k) - expected));
           }
           Number centre = v;
           if (loop && border)
-            centre = 3 * v / 4 + (fan.number(0, 1, k) + fan.number(0, n, k)) / 8;
+            centre = 3 * v / 4 + (ring.number(0, 1, k) + ring.number(0, n, k)) / 8;
           else if (loop)
             centre = (1 - valence * loop_weight(valence)) * v + loop_weight(valence) * sum;
-          worst = std::max(worst, std::abs(fan.number(1, 0, k) - centre));
+          worst = std::max(worst, std::abs(ring.number(1, 0, k) - centre));
         }
         CHECK(worst < tolerance<Real>());
       });
@@ -129,14 +133,14 @@ void check_one_ring_fans(const fused_rows::OneRingRows<Real>& rules, bool loop) 
 
 /// Limit positions and, from tangents summed with cosines and sines, normals.
 template <class Real>
-void check_surface(const fused_rows::PatchRows<Real>& rules) {
+void check_surface(const OneRing<Real>& rules) {
   for_ordinary_points<Real>(8 * kCount, [&](Points<Real>& points) {
     const Rows<Real> row{points, kCount};
-    const fused_rows::Neighbours<Real> around{
+    const Neighbours<Real> around{
         {{row(1), row(4)}, {row(2), row(5)}, {row(3), row(6)}}};  // row 1 + i: neighbour i
     Points<float> normals(kCount);
-    rules.normal({row(0), around, normals.first, 1, kCount});
-    rules.limit({row(0), around, row(7), 1, kCount});
+    normal_row<Real>()({row(0), around, normals.first, 1, kCount});
+    rules.limit_row({row(0), around, row(7), 1, kCount});
     Number worst_limit = 0, worst_normal = 0;
     int compared = 0;
     for (std::size_t i = 0; i < kCount; ++i)
@@ -178,15 +182,15 @@ void check_surface(const fused_rows::PatchRows<Real>& rules) {
 
 TEMPLATE_TEST_CASE("FusedRows_LoopOnEveryTarget_FollowTheRulesOfThePapers", "", float, double) {
   on_every_target([] {
-    check_one_ring_rows(loop_rows<TestType>(), true);
-    check_one_ring_fans(loop_rows<TestType>(), true);
-    check_surface(loop_rows<TestType>());
+    check_one_ring_rows(library_rule<LoopRule, TestType>(), true);
+    check_one_rings(library_rule<LoopRule, TestType>(), true);
+    check_surface(library_rule<LoopRule, TestType>());
   });
 }
 
 TEMPLATE_TEST_CASE("FusedRows_MidpointOnEveryTarget_HalveEdges", "", float, double) {
   on_every_target([] {
-    check_one_ring_rows(midpoint_rows<TestType>(), false);
-    check_one_ring_fans(midpoint_rows<TestType>(), false);
+    check_one_ring_rows(library_rule<MidpointRule, TestType>(), false);
+    check_one_rings(library_rule<MidpointRule, TestType>(), false);
   });
 }

@@ -10,13 +10,11 @@
 #include <random>
 #include <vector>
 
-#include "fused/every_target.h"
-#include "fused/patch_rows.h"
+#include "plait/kernels/rows.h"
 #include "plait/vector3.h"
+#include "rows/every_target.h"
 
 namespace plait::test {
-
-using fused_rows::kPointNumbers;
 
 constexpr std::size_t kCount = 9;
 

@@ -34,7 +34,7 @@ objdump -dC --no-show-raw-insn "$1" | awk '
     for (row in seen) {
       full = row ~ /N_AVX3/ ? "zmm" : row ~ /N_AVX2/ ? "ymm" : "xmm"
       vectors = packed[row, full] + 0
-      if (row ~ /even_row/ && !vectors) continue  # a rule that keeps even vertices only copies
+      if (row ~ /(even|kept)_row/ && !vectors) continue  # what keeps even vertices only copies
       rows++
       printf "%-32s %3d of %s, %d scalar, %d fused\n", row, vectors, full, scalar[row], fused[row]
       if (vectors < 2 || scalar[row] > vectors || fused[row]) {

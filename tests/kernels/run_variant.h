@@ -35,7 +35,7 @@ struct Outcome {
 inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Variant& variant) {
   StoreOptions options;
   options.backend = variant.backend;
-  options.backend_options.codec = variant.codec;
+  if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
   options.budget_bytes = variant.budget_bytes;
   options.block_bytes = variant.block_bytes;
   options.durability = Durability::kNone;

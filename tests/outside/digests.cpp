@@ -1,5 +1,6 @@
 // A program of somebody else's: refines two meshes by loops of its own, by the library's loops
-// compiled here, and by the library's executors, and prints a digest of each. CTest builds it
+// compiled here, and by the library's executors, with the library's rules and with one of its own,
+// and prints a digest of each. CTest builds it
 // twice, as plait builds itself and as a project outside does that lets the compiler contract; both
 // must print the same lines (compare.cmake), and each fails by itself where its digests differ.
 #include <array>
@@ -11,7 +12,8 @@
 
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/own_rule.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/patch.h"
 #include "plait/store.h"
@@ -79,11 +81,17 @@ bool on_border(const Patch& patch, std::int64_t size, std::int64_t i, std::int64
          (j == 0 && patch.is_border(2));
 }
 
+template <class Mesh>
+const auto& loop_of() {
+  return plait::loop_scheme().rule<decltype(Mesh::Record::x)>();
+}
+
 /// This program's own loops, with the library's rules.
 struct OwnLoops {
   /// A point born at `level`: the middle of an edge that runs along i, along j or across.
-  template <class Patch>
-  static void make_odd(const Patch& patch, int level, std::int64_t i, std::int64_t j) {
+  template <class Patch, class Rule>
+  static void make_odd(const Rule& rule, const Patch& patch, int level, std::int64_t i,
+                       std::int64_t j) {
     const std::int64_t size = std::int64_t{1} << level;
     if (!computes(patch, size, i, j)) return;
     const std::int64_t along_i = j % 2 == 0 ? 1 : i % 2 == 0 ? 0 : 1;
@@ -95,17 +103,18 @@ struct OwnLoops {
     const auto& b = coarse(along_i, along_j);
     auto& made = patch.at(level, i, j);
     if (on_border(patch, size, i, j))
-      made = plait::loop::odd_border_vertex(a, b);
+      made = rule.odd_border(a, b);
     else if (along_j == 0)
-      made = plait::loop::odd_vertex(a, b, coarse(-1, 2), coarse(1, -2));
+      made = rule.odd(a, b, coarse(-1, 2), coarse(1, -2));
     else if (along_i == 0)
-      made = plait::loop::odd_vertex(a, b, coarse(2, -1), coarse(-2, 1));
+      made = rule.odd(a, b, coarse(2, -1), coarse(-2, 1));
     else
-      made = plait::loop::odd_vertex(a, b, coarse(-1, -1), coarse(1, 1));
+      made = rule.odd(a, b, coarse(-1, -1), coarse(1, 1));
   }
 
-  template <class Patch>
-  static void move_even(const Patch& patch, int level, std::int64_t i, std::int64_t j) {
+  template <class Patch, class Rule>
+  static void move_even(const Rule& rule, const Patch& patch, int level, std::int64_t i,
+                        std::int64_t j) {
     const std::int64_t size = std::int64_t{1} << level;
     if (plait::is_corner(level, i, j) || !computes(patch, size, i, j)) return;
     const auto near = [&](std::int64_t p, std::int64_t q) -> auto& {
@@ -113,18 +122,19 @@ struct OwnLoops {
     };
     auto& v = near(0, 0);
     if (!on_border(patch, size, i, j))
-      v = plait::loop::even_vertex(v, near(-1, 1), near(-1, 0), near(0, -1), near(1, -1),
-                                   near(1, 0), near(0, 1));
+      v = rule.even(v, plait::ring_sum(near(-1, 1), near(-1, 0), near(0, -1), near(1, -1),
+                                       near(1, 0), near(0, 1)));
     else if (j == 0)
-      v = plait::loop::even_border_vertex(v, near(-1, 0), near(1, 0));
+      v = rule.even_border(v, near(-1, 0), near(1, 0));
     else if (i == 0)
-      v = plait::loop::even_border_vertex(v, near(0, -1), near(0, 1));
+      v = rule.even_border(v, near(0, -1), near(0, 1));
     else
-      v = plait::loop::even_border_vertex(v, near(1, -1), near(-1, 1));
+      v = rule.even_border(v, near(1, -1), near(-1, 1));
   }
 
   template <plait::PatchMesh Mesh>
   static void refine(Mesh& mesh, int level) {
+    const auto& rule = loop_of<Mesh>();
     const plait::Topology topology = mesh.topology();
     const std::int64_t size = std::int64_t{1} << level;
     plait::RingTable<typename Mesh::Record> rings(topology.edges.size());
@@ -133,24 +143,57 @@ struct OwnLoops {
       const auto patch = mesh.patch(face);
       for (std::int64_t j = 0; j <= size; ++j)
         for (std::int64_t i = 0; i + j <= size; ++i)
-          if (i % 2 + j % 2 > 0) make_odd(patch, level, i, j);
+          if (i % 2 + j % 2 > 0) make_odd(rule, patch, level, i, j);
       plait::collect_rings(patch, topology, level, rings);
     }
     mesh.activate(level, 1, level - 1);
     for (FaceId face = 0; face < topology.faces.size(); ++face) {
       const auto patch = mesh.patch(face);
       for (std::int64_t j = 0; j <= size; j += 2)
-        for (std::int64_t i = 0; i + j <= size; i += 2) move_even(patch, level, i, j);
+        for (std::int64_t i = 0; i + j <= size; i += 2) move_even(rule, patch, level, i, j);
     }
-    plait::loop::even_base(topology, rings, mesh.base_records());
+    plait::move_base_vertices(topology, rings, rule, mesh.base_records());
   }
+};
+
+/// A rule of this program's own, full of products that a compiler would like to contract with the
+/// sums around them.
+struct OwnRule {
+  double w = 0.13;
+
+  template <class V>
+  V odd(V a, V b, V c, V d) const {
+    return 0.37 * (a + b) + w * (c + d);
+  }
+  template <class V>
+  V odd_border(V a, V b) const {
+    return 0.51 * (a + b);
+  }
+  template <class V>
+  V even(V v, V ring) const {
+    return 0.4 * v + 0.1 * ring;
+  }
+  template <class V>
+  V even_border(V v, V p, V q) const {
+    return 0.6 * v + 0.2 * (p + q);
+  }
+  double even_weight(int valence) const { return 0.6 / valence; }
+  template <class V>
+  V limit(V v, V ring) const {
+    return 0.3 * v + ring / 9;
+  }
+  template <class V>
+  V limit_border(V v, V p, V q) const {
+    return (3 * v + (p + q)) / 5;
+  }
+  double limit_weight(int valence) const { return 1.0 / (valence + 3); }
 };
 
 /// The library's loops, compiled with this program's flags.
 struct LibraryLoops {
   template <plait::PatchMesh Mesh>
   static void refine(Mesh& mesh, int level) {
-    plait::loop_refine_patches(mesh, level);
+    plait::refine_patches(mesh, level, loop_of<Mesh>());
   }
 };
 
@@ -218,6 +261,12 @@ bool run(const plait::BaseMesh& base, const std::string& name) {
   butterfly.scheme = plait::Scheme::kButterfly;
   butterfly.normals = true;
   check("Butterfly", butterfly, false);
+  const plait::OneRingScheme own = plait::own_scheme("own", OwnRule{});
+  plait::SubdivideOptions by_own_rule;
+  by_own_rule.own_scheme = &own;
+  check("own rule", by_own_rule, false);
+  by_own_rule.limit = by_own_rule.normals = true;
+  check("own rule, limit", by_own_rule, false);
   return same;
 }
 

@@ -8,8 +8,9 @@
 #include "plait/digest.h"
 #include "plait/fused.h"
 #include "plait/in_core_mesh.h"
-#include "plait/kernels/loop_patches.h"
+#include "plait/kernels/own_rule.h"
 #include "plait/kernels/repair.h"
+#include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/patch.h"
@@ -19,6 +20,17 @@
 
 using Position = plait::Vector3<float>;
 
+struct Rule {
+  template <class V>
+  V odd(V a, V b, V, V) const {
+    return 0.5 * (a + b);
+  }
+  template <class V>
+  V odd_border(V a, V b) const {
+    return 0.5 * (a + b);
+  }
+};
+
 std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   plait::BackendRegistry backends = plait::default_backends();
   backends.add({.name = "other"});
@@ -27,13 +39,15 @@ std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   plait::add_base_positions(store);
   store.add_attribute({.name = "colour"});
   plait::subdivide(store, {.levels = 2});
+  const plait::OneRingScheme scheme = plait::own_scheme("own", Rule{});
+  plait::subdivide(store, {.own_scheme = &scheme, .levels = 3});
   plait::sweep(store, {.accesses = {{.attribute = 0}}}, {.threads = 2});
   plait::fused(store, {.name = "nothing"}, {.threads = 2});
 
   plait::StorePatches<Position> patches(store, store.attribute("position"), 1 << 20);
   plait::InCoreMesh<Position> arrays(mesh, 2);
-  plait::loop_refine_patches(patches, 2);
-  plait::loop_refine_patches(arrays, 2);
+  plait::refine_patches(patches, 2, plait::loop_scheme().rule<float>());
+  plait::refine_patches(arrays, 2, plait::loop_scheme().rule<float>());
   plait::RingTable<Position> rings(mesh.edge_count());
   rings.set_from_base(mesh.topology(), arrays.base_records());
 

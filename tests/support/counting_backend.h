@@ -67,7 +67,9 @@ class WrappedVolume final : public Volume {
     return wrap_(*inner_, level);
   }
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
-  void begin_version(std::uint64_t sequence) override { inner_->begin_version(sequence); }
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override {
+    inner_->begin_version(sequence, held);
+  }
 
  private:
   std::unique_ptr<Volume> inner_;

@@ -19,6 +19,10 @@ class ForwardingBackend : public Backend {
     inner_->write(blocks, from);
   }
   std::byte* address(std::uint64_t block) override { return inner_->address(block); }
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    return inner_->context(block, blocks);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

@@ -26,8 +26,8 @@ class JournaledForTest final : public Volume {
   std::uint64_t scratch_bytes() const noexcept override {
     return volume_ ? volume_->scratch_bytes() : 0;
   }
-  void begin_version(std::uint64_t sequence) override {
-    if (volume_) volume_->begin_version(sequence);
+  void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override {
+    if (volume_) volume_->begin_version(sequence, held);
   }
 
  private:

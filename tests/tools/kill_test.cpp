@@ -127,8 +127,8 @@ TEST_CASE("Repair_KilledAgainAndAgain_EndsWithTheStoreAsItWas") {
                                 "--backend", backend, "--block", "16KiB"})
                   .status == 0);
       const std::string expected = digest_of(here.path(), "s.plait");
-      flip_every_third_block(here.path() / "s.plait" / "attribute0.level04", 16 << 10);
-      flip_every_third_block(here.path() / "s.plait" / "attribute1.level02", 16 << 10);
+      flip_every_third_block(here.path() / "s.plait" / "attribute0.level04.1", 16 << 10);
+      flip_every_third_block(here.path() / "s.plait" / "attribute1.level02.1", 16 << 10);
       REQUIRE(run(here.path(), {"verify", "s.plait"}).status == 1);
       std::uint64_t longest_us = 20000;
       for (bool done = false; !done; longest_us += longest_us / 4) {

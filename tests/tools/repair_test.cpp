@@ -170,8 +170,8 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     }
     store.commit();
   }
-  here.flip("attribute1.level01", 100);
-  here.flip("attribute0.level03", 9000);
+  here.flip("attribute1.level01.2", 100);
+  here.flip("attribute0.level03.1", 9000);
   const Outcome outcome = here.plait({"repair", "s.plait", "--json"});
   CHECK(outcome.status == 1);
   const nlohmann::json report = outcome.json();
@@ -195,11 +195,13 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
       move_positions(store, 0, ~std::uint64_t{0});
     }
     std::uint64_t offset = 0;
+    std::string name;
     {
       const Store store = here.open();
       offset = store.level_file(0, 3).table[3].offset;
+      name = store.level_file(0, 3).path.filename();
     }
-    here.flip("attribute0.level03", static_cast<std::streamoff>(offset) + 5);
+    here.flip(name, static_cast<std::streamoff>(offset) + 5);
     const auto before = here.content();
     const Outcome outcome = here.plait({"repair", "s.plait"});
     CHECK(outcome.status == 1);
@@ -218,8 +220,8 @@ TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
   }
   const std::string expected = here.digest();
   REQUIRE(expected != pure);
-  here.flip("attribute0.level03", 5);
-  here.flip("attribute0.level03", 5 * 4096 + 7);
+  here.flip("attribute0.level03.2", 5);
+  here.flip("attribute0.level03.2", 5 * 4096 + 7);
   CHECK(here.repaired(expected)["rebuilt_count"] == 2);
 }
 
@@ -242,11 +244,11 @@ TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
   CHECK(here.plait({"repair", "s.plait", "--dry-run"}).output.find("can be rebuilt: position") ==
         0);
 
-  fs::remove(here.path("s.plait/attribute1.level03"));
+  fs::remove(here.path("s.plait/attribute1.level03.1"));
   const auto without = here.content();
   const Outcome missing = here.plait({"repair", "s.plait", "--dry-run"});
   CHECK(missing.status == 0);
-  CHECK(missing.output.find("can be rebuilt: attribute1.level03") == 0);
+  CHECK(missing.output.find("can be rebuilt: attribute1.level03.1") == 0);
   CHECK(here.content() == without);
   CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
   here.repaired(expected);
@@ -258,33 +260,35 @@ TEST_CASE("Repair_FilesMissingOrShort_AreRebuilt") {
     const Workplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals", "--limit"});
     const auto before = here.content();
-    fs::remove(here.path("s.plait/attribute1.level03"));
-    fs::resize_file(here.path("s.plait/attribute0.level03"), 6000);
+    fs::remove(here.path("s.plait/attribute1.level03.1"));
+    fs::resize_file(here.path("s.plait/attribute0.level03.1"), 6000);
     fs::remove(here.path("s.plait/attribute1.base.1"));
     here.flip("attribute0.base.1", 17);
-    here.flip("attribute0.level02", 17);
+    here.flip("attribute0.level02.1", 17);
     const nlohmann::json found = here.plait({"verify", "s.plait", "--json"}).json();
     CHECK(found["damaged_files"].size() == 4);
     const nlohmann::json report = here.repaired(expected);
     CHECK(report["rebuilt_files"].size() == 4);
     CHECK(report["rebuilt_count"] == 1);
-    for (const char* name : {"attribute1.level03", "attribute0.level03"})
+    for (const char* name : {"attribute1.level03.1", "attribute0.level03.1"})
       if (backend != "compressed") CHECK(here.content()[name] == before.at(name));
   }
 }
 
 TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
-  for (const std::string file : {"base.mesh", "tables.1"}) {
+  for (const std::string file : {"base.mesh", "version.1"}) {
     CAPTURE(file);
     const Workplace here;
     here.subdivide({});
     here.flip(file, 40);
-    fs::remove(here.path("s.plait/attribute0.level02"));
+    fs::remove(here.path("s.plait/attribute0.level02.1"));
     const auto before = here.content();
     const Outcome outcome = here.plait({"repair", "s.plait"});
     CHECK(outcome.status == 1);
     CHECK(outcome.output.find("lost: " + file) == 0);
-    CHECK(outcome.output.find("lost: attribute0.level02") != std::string::npos);
+    // Without the description no other file is known.
+    CHECK((outcome.output.find("lost: attribute0.level02.1") != std::string::npos) ==
+          (file == "base.mesh"));
     CHECK(here.content() == before);
   }
 }
@@ -295,23 +299,24 @@ TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
     const Workplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     const auto before = here.content();
-    here.flip("tables.1", 100);
+    const auto end = static_cast<std::streamoff>(fs::file_size(here.path("s.plait/version.1")));
+    here.flip("version.1", end - 5);
     const Outcome dry = here.plait({"repair", "s.plait", "--dry-run"});
     CHECK(dry.status == 0);
-    CHECK(dry.output.find("can be rebuilt: tables.1") == 0);
+    CHECK(dry.output.find("can be rebuilt: version.1") == 0);
     here.repaired(expected);
     CHECK(here.content() == before);
 
-    here.flip("attribute1.level02", 100);
-    fs::remove(here.path("s.plait/tables.1"));
+    here.flip("attribute1.level02.1", 100);
+    fs::remove(here.path("s.plait/version.1"));
     const Outcome both = here.plait({"repair", "s.plait"});
     CHECK(both.status == 1);
-    CHECK(both.output.find("lost: tables.1") == 0);
-    CHECK_FALSE(fs::exists(here.path("s.plait/tables.1")));
+    CHECK(both.output.find("lost: version.1") == 0);
+    CHECK_FALSE(fs::exists(here.path("s.plait/version.1")));
   }
   const Workplace here;
   here.subdivide({"--backend", "compressed"});
-  here.flip("tables.1", 100);
+  here.flip("version.1", 100);
   CHECK(here.plait({"repair", "s.plait"}).status == 1);
 }
 

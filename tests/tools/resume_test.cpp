@@ -31,6 +31,19 @@ void make_mesh(const TemporaryDirectory& here, const char* name, const char* ver
   REQUIRE(run(here.path(), {"generate", "torus", name, "--vertices", vertices}).status == 0);
 }
 
+/// Waits until the directory has a file whose name begins like this. False after a minute.
+bool appears(const std::filesystem::path& directory, const std::string& beginning) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (std::chrono::steady_clock::now() < deadline) {
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end;
+         entry.increment(error))
+      if (entry->path().filename().native().starts_with(beginning)) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("Resume_LevelByLevel_GivesWhatOneRunGives") {
@@ -207,8 +220,7 @@ TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
   REQUIRE(expected.status == 0);
   {
     Program program(here.path(), subdivide(6, {"--resume"}));
-    while (!std::filesystem::exists(here.path() / "s.plait" / "attribute0.level04"))
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    REQUIRE(appears(here.path() / "s.plait", "attribute0.level04."));
     ::kill(program.process(), SIGINT);
     const Outcome outcome = program.wait();
     CHECK(outcome.status == 128 + SIGINT);

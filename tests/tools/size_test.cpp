@@ -115,7 +115,7 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
   const Names small{"subdivide", "m.ply", "small.plait", "--levels", "2", "--json"};
   const nlohmann::json chosen = here.plait(small).json();
   CHECK(chosen["backend"] == "pread");
-  CHECK(chosen["backend_reason"].get<std::string>().find("small beside the memory") !=
+  CHECK(chosen["backend_reason"].get<std::string>().find("small compared with the memory") !=
         std::string::npos);
   const Names large{"subdivide", "m.ply", "large.plait", "--levels", "6",       "--json",
                     "--memory",  "16M",   "--threads",   "1",        "--digest"};
@@ -135,10 +135,10 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
                                             "auto", "--memory", "16M", "--json"})
                                     .json();
     CHECK(copy["backend"] == limited["backend"]);
-    CHECK(copy["backend_reason"].get<std::string>().find("large beside the memory") !=
+    CHECK(copy["backend_reason"].get<std::string>().find("large compared with the memory") !=
           std::string::npos);
   }
-  CHECK(limited["backend_reason"].get<std::string>().find("large beside the memory") !=
+  CHECK(limited["backend_reason"].get<std::string>().find("large compared with the memory") !=
         std::string::npos);
   CHECK((limited["backend"] == "uring" || limited["backend"] == "pread"));
   CHECK(asked["backend"] == "pread");

@@ -221,9 +221,9 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
     CHECK(here.plait({"verify", store}).status == 1);
 
     flip_byte(here.path(store) / "attribute1.base.1", 3);
-    std::filesystem::remove(here.path(store) / "attribute0.level01");
-    std::filesystem::resize_file(here.path(store) / "attribute1.level03", 100);
-    std::ofstream(here.path(store) / "tables.9") << "of no version";
+    std::filesystem::remove(here.path(store) / "attribute0.level01.1");
+    std::filesystem::resize_file(here.path(store) / "attribute1.level03.1", 100);
+    std::ofstream(here.path(store) / "version.9") << "of no version";
     for (const Names& option : {Names{}, Names{"--fast"}}) {
       Names arguments = {"verify", store, "--json"};
       arguments.insert(arguments.end(), option.begin(), option.end());
@@ -233,10 +233,10 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
       CHECK(report["ok"] == false);
       CHECK(report["blocks_read"] == false);
       REQUIRE(report["damaged_files"].size() == 3);
-      CHECK(report["damaged_files"][0]["file"] == "attribute0.level01");
+      CHECK(report["damaged_files"][0]["file"] == "attribute0.level01.1");
       CHECK(report["damaged_files"][1]["file"] == "attribute1.base.1");
-      CHECK(report["damaged_files"][2]["file"] == "attribute1.level03");
-      CHECK(report["left_over"] == Names{"tables.9"});
+      CHECK(report["damaged_files"][2]["file"] == "attribute1.level03.1");
+      CHECK(report["left_over"] == Names{"version.9"});
     }
   }
 }
@@ -334,7 +334,7 @@ TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
   const auto registry = [](bool allowed) {
     BackendRegistry::Entry uring = default_backends().find("pread");
     uring.name = "uring";
-    uring.validate = [allowed](const BackendOptions&) {
+    uring.validate = [allowed](std::string_view) {
       if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
     };
     BackendRegistry result;

@@ -86,7 +86,7 @@ TEST_CASE("Program_LinkedLevelAndForgedHotJournal_LeaveTheVictimAlone") {
     CAPTURE(command);
     const Workplace here;
     write_text(here.path("victim"), std::string(5000, 'v'));
-    fs::create_symlink(here.path("victim"), here.path("s.plait/attribute7.level09"));
+    fs::create_symlink(here.path("victim"), here.path("s.plait/attribute7.level09.1"));
     write_text(here.path("s.plait/journal"),
                forged_journal(here.path("s.plait"), std::string(4096, 'x')));
     const Outcome outcome = run(here.here.path(), command);
@@ -105,9 +105,13 @@ TEST_CASE("Program_LockThatIsALink_LeavesTheVictimAlone") {
     fs::remove(here.path("s.plait/lock"));
     fs::create_symlink(here.path("victim"), here.path("s.plait/lock"));
     const Outcome outcome = run(here.here.path(), command);
-    CHECK(outcome.status == 1);
-    CHECK(outcome.errors.find("expected a regular file, found a symbolic link") !=
-          std::string::npos);
+    // A reader needs no lock of the store.
+    if (command.front() == "subdivide" ||
+        command == std::vector<std::string>{"repair", "s.plait"}) {
+      CHECK(outcome.status == 1);
+      CHECK(outcome.errors.find("expected a regular file, found a symbolic link") !=
+            std::string::npos);
+    }
     CHECK(content_of(here.path("victim")) == "mine");
   }
 }
@@ -120,6 +124,8 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
     REQUIRE(::mkfifo(file.c_str(), 0600) == 0);
     for (const auto& command : commands()) {
       if (command[0] == "repair" && command.size() == 2) continue;  // restores the file
+      // A reader needs no lock of the store.
+      if (name == "lock" && command[0] != "subdivide") continue;
       CAPTURE(name, command);
       const Outcome outcome = run(here.here.path(), command);
       if (command[0] != "repair")
@@ -141,7 +147,7 @@ TEST_CASE("Force_OnADirectoryThatIsNoStore_IsRefusedAndChangesNothing") {
   fs::create_directory(here.path("empty"));
   fs::create_directory(here.path("zeros"));
   write_text(here.path("zeros/manifest"), std::string(8192, '\0'));
-  write_text(here.path("zeros/tables.3"), "x");
+  write_text(here.path("zeros/version.3"), "x");
   fs::create_directory_symlink(here.path("s.plait"), here.path("link"));
   for (const std::string name : {"mine", "empty", "zeros", "link"})
     for (const auto& command : std::vector<std::vector<std::string>>{
@@ -178,10 +184,10 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const Workplace here;
   const auto leave = [&](const std::string& name) {
     fs::create_directory(here.path(name));
-    for (const char* file : {"manifest", "lock", "attribute0.level01", "image"})
+    for (const char* file : {"manifest", "lock", "attribute0.level01.1", "image"})
       write_text(here.path(name) / file, "x");
     fs::create_directory(here.path(name) / "levels");
-    write_text(here.path(name) / "levels" / "tables.1", "x");
+    write_text(here.path(name) / "levels" / "version.1", "x");
   };
   for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "t.plait.partial-13",
                            "s.plait.partial-14-2", "s.plait.partial-15", "s.plait.partial-x"})
@@ -203,7 +209,7 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "s.plait.partial-14-2"})
     CHECK_FALSE(there(name));
   for (const char* name :
-       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/levels/tables.1",
+       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/levels/version.1",
         "s.plait.partial-x/lock", "out.ply.partial-16", "out.ply.partial-17"})
     CHECK(there(name));
   CHECK(run(here.here.path(), {"export", "s.plait", "out.ply"}).status == 0);

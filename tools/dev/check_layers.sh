@@ -11,19 +11,22 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 # The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
-  [attribute.h]=base [error.h]=base [provenance.h]=base [topology.h]=base [vector3.h]=base
+  [attribute.h]=base [byte_text.h]=base [error.h]=base [pipeline_parts.h]=base [provenance.h]=base [stopwatch.h]=base
+  [topology.h]=base [vector3.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
-  [partial_file.h]=io
-  [base_relative_level.h]=address [edge_index.h]=address [level_geometry.h]=address
-  [patch_table.h]=address [vertex_numbering.h]=address
+  [partial_output.h]=io
+  [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address
+  [level_geometry.h]=address [patch_table.h]=address [slot_shapes.h]=address
+  [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [block_table.h]=paging [level_file.h]=paging [pager.h]=paging
-  [session.h]=paging
-  [convert.h]=store [digest.h]=store [options.h]=store [store.h]=store [store_directory.h]=store
+  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [level_cursor.h]=paging
+  [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
+  [convert.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
+  [partial_store.h]=store [store.h]=store [store_directory.h]=store
   [structure.h]=store [verify.h]=store
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [sweep.h]=execution
-  [window_needs.h]=execution
+  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
+  [pinned_patch.h]=execution [sweep.h]=execution
 )
 
 # The layers that each folder of engine/, and each other folder, may include. Layout and address

@@ -2,8 +2,9 @@
 # Runs clang-tidy (.clang-tidy) on the sources, and on our headers through them. To save time, it
 # checks tests only with --tests.
 #
-#   tools/dev/check_tidy.sh [--tests] [--since COMMIT] [FILE...]      default: all sources
+#   tools/dev/check_tidy.sh [--tests] [--since COMMIT] [--most N] [FILE...]    default: all sources
 #
+#   --most N         no more than N sources: those that changed last
 #   --since COMMIT   only sources that differ from this commit, and one source for each header that
 #                    differs; all sources if .clang-tidy differs
 #
@@ -14,11 +15,16 @@ clang_tidy=${PLAIT_CLANG_TIDY:-clang-tidy-14}
 
 folders='engine|backends|kernels|tools|examples|bench'
 since=
+most=
 while [ $# -gt 0 ]; do
   case $1 in
     --tests) folders+='|tests' ;;
     --since)
       since=${2:?--since needs a commit}
+      shift
+      ;;
+    --most)
+      most=${2:?--most needs a number}
       shift
       ;;
     *) break ;;
@@ -67,6 +73,11 @@ if [ ${#files[@]} -eq 0 ]; then
   fi
 fi
 [ ${#files[@]} -gt 0 ] || exit 0
+if [ -n "$most" ] && [ ${#files[@]} -gt "$most" ]; then
+  echo "check_tidy: the $most of these ${#files[@]} that changed last"
+  mapfile -t files < <(git log --format= --name-only -- '*.cpp' | awk '!seen[$0]++' |
+    grep -xFf <(printf '%s\n' "${files[@]}") | sed -n "1,${most}p")
+fi
 
 # Removes clang's count of suppressed warnings in system headers.
 printf '%s\0' "${files[@]}" |

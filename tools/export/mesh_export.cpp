@@ -60,9 +60,10 @@ void check_counts(const Store& store, const ExportResult& counts, MeshFormat for
   if (format != MeshFormat::kObj && count > kMaxCounted)
     throw Error(
         ErrorCode::kInvalidArgument,
-        fmt::format("export {}: {} {}, and {} files count to {}; try a coarser level or OBJ",
-                    store.path().native(), count, ply ? "vertices" : "triangles",
-                    ply ? "PLY" : "STL", kMaxCounted));
+        fmt::format(
+            "export {}: {} {}, but {} files can have at most {}; try a coarser level or OBJ",
+            store.path().native(), count, ply ? "vertices" : "triangles", ply ? "PLY" : "STL",
+            kMaxCounted));
 }
 
 void check_position(const Store& store, AttributeId position) {

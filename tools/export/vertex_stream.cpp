@@ -2,37 +2,12 @@
 
 #include <algorithm>
 
+#include "plait/level_cursor.h"
+
 namespace plait {
 namespace {
 
 constexpr std::size_t kBaseRecordsAtOnce = 1024;
-
-/// Slots of one level of one attribute in edge order.
-class SlotReader {
- public:
-  SlotReader(const Store& store, const LevelFile& file)
-      : session_(store.open_session()), file_(file) {}
-
-  /// Valid until the next call.
-  std::span<const std::byte> slot(EdgeId edge) {
-    const LevelGeometry& geometry = file_.geometry;
-    const std::uint64_t block = geometry.block_of(edge);
-    if (!pinned_ || block != block_) {
-      pinned_.release();
-      pinned_ = session_.pin(file_, block);
-      block_ = block;
-    }
-    return pinned_.bytes().subspan(geometry.slot_offset(edge) - geometry.block_offset(block),
-                                   geometry.slot_bytes(edge));
-  }
-  std::size_t record_bytes() const { return file_.geometry.record_bytes(); }
-
- private:
-  Session session_;
-  const LevelFile& file_;
-  PinnedBlock pinned_;
-  std::uint64_t block_ = 0;
-};
 
 void stream_base(Store& store, std::span<const AttributeId> attributes, const VertexSink& sink) {
   std::vector<std::span<const std::byte>> records(attributes.size());
@@ -55,12 +30,12 @@ void stream_vertices(Store& store, std::span<const AttributeId> attributes, int 
   std::vector<std::span<const std::byte>> records(attributes.size());
   const auto edges = static_cast<EdgeId>(store.base().edge_count());
   for (int finer = store.base_level() + 1; finer <= level; ++finer) {
-    std::vector<SlotReader> readers;
+    std::vector<LevelCursor> cursors;
     for (const AttributeId attribute : attributes)
-      readers.emplace_back(store, store.level_file(attribute, finer));
+      cursors.emplace_back(store.open_session(), store.level_file(attribute, finer));
     for (EdgeId edge = 0; edge < edges; ++edge) {
-      for (std::size_t i = 0; i < readers.size(); ++i) records[i] = readers[i].slot(edge);
-      sink(records, records[0].size() / readers[0].record_bytes());
+      for (std::size_t i = 0; i < cursors.size(); ++i) records[i] = cursors[i].slot(edge).bytes;
+      sink(records, records[0].size() / cursors[0].geometry().record_bytes());
     }
   }
 }

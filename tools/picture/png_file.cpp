@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/partial_file.h"
+#include "plait/partial_output.h"
 
 namespace plait {
 namespace {

@@ -63,14 +63,14 @@ class NormalSource {
  public:
   using PositionPatch = typename StorePatches<Vector3<Real>>::Patch;
 
-  NormalSource(Store& store, AttributeId position, int level, std::uint64_t window_bytes)
+  NormalSource(Store& store, AttributeId position, int level, std::uint64_t share_bytes)
       : level_(level),
         size_(std::int64_t{1} << relative_to_base(level, store.base_level()).refinements),
         topology_(store.base().topology()) {
     const bool stored = store.has_attribute("normal") &&
                         store.attributes()[store.attribute("normal")].finest_level >= level;
     if (stored) {
-      patches_.emplace(store, store.attribute("normal"), window_bytes);
+      patches_.emplace(store, store.attribute("normal"), share_bytes);
       patches_->activate(level_, 1, 0);
     } else {
       base_normals_ =
@@ -103,10 +103,10 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
                   SampleBuffer& samples,
                   const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
   // Positions keep a third of the budget pinned, and normals another third.
-  const std::uint64_t window_bytes = store.pager().budget_bytes() / 3;
-  StorePatches<Vector3<Real>> patches(store, position, window_bytes);
+  const std::uint64_t share_bytes = store.pager().budget_bytes() / 3;
+  StorePatches<Vector3<Real>> patches(store, position, share_bytes);
   patches.activate(level, 1, 0);
-  NormalSource<Real> normals(store, position, level, window_bytes);
+  NormalSource<Real> normals(store, position, level, share_bytes);
   const std::int64_t size = std::int64_t{1}
                             << relative_to_base(level, store.base_level()).refinements;
   std::vector<RasterVertex> lower(static_cast<std::size_t>(size) + 1), upper = lower;
@@ -143,8 +143,8 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
   const AttributeId position = checked_position(store, level);
   int fitted = store.base_level();
   while (fitted < level &&
-         counts_at_level(store.base(), fitted + 1 - store.base_level()).vertices <=
-             kMaxFittedVertices)
+         counts_at_level(store.base(), relative_to_base(fitted + 1, store.base_level()).refinements)
+                 .vertices <= kMaxFittedVertices)
     ++fitted;
   Bounds bounds;
   for_each_position(store, position, fitted, [&](const auto& point) { bounds.add(point); });

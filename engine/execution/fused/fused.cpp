@@ -26,7 +26,7 @@ class FusedRun {
       : pass_(pass),
         delivery_(store, pass),
         schedule_(store.base().face_count(), FusedSchedule::run_faces(fused_levels(store, pass)),
-                  FusedSchedule::window(threads)) {}
+                  FusedSchedule::runs_ahead(threads)) {}
 
   FusedSchedule& schedule() { return schedule_; }
 

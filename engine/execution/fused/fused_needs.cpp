@@ -15,7 +15,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const int levels = fused_levels(store, pass);
   const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
-  const std::uint64_t window_faces = run_faces * FusedSchedule::window(threads);
+  const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
 
   // Edges are numbered by their first face: a run of faces, taken from the last to the first, ends
   // with the edges that are new in it and begins with all others that it has.
@@ -28,34 +28,36 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
 
   FusedNeeds needs;
   std::uint64_t under_way = 0, most_under_way = 0;
-  auto border = mesh.border_edges.rbegin();
+  const EdgeSet& half = store.base().slot_shapes().half();
   for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
     const EdgeId first_new = edges_before[face];
-    std::uint64_t ends = edges_before[face + 1] - first_new;
-    for (; border != mesh.border_edges.rend() && *border >= first_new; ++border) --ends;
+    // An edge of one face has no half that waits.
+    const std::uint64_t ends = edges_before[face + 1] - first_new -
+                               (half.rank(edges_before[face + 1]) - half.rank(first_new));
     for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
     most_under_way = std::max(most_under_way, under_way);
     under_way -= ends;
   }
   // One half of each waits; threads out of turn may begin more.
   const std::uint64_t most_halves =
-      most_under_way + 3 * std::min<std::uint64_t>(window_faces, mesh.faces.size());
+      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
                      HalfLayout::table_bytes(store, pass.outputs, levels);
 
+  std::vector<LevelGeometry> geometries;
+  for (const AttributeId id : pass.outputs)
+    for (int level = 1; level <= levels; ++level)
+      geometries.emplace_back(store.base().slot_shapes(), BaseRelativeLevel(level),
+                              store.attributes()[id].schema.record_bytes(),
+                              store.options().block_bytes);
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
-    const EdgeId first_edge = edges_before[after - std::min(after, window_faces)],
+    const EdgeId first_edge = edges_before[after - std::min(after, faces_under_way)],
                  edge_after = edges_before[after];
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;
-    for (const AttributeId id : pass.outputs)
-      for (int level = 1; level <= levels; ++level) {
-        const LevelGeometry geometry(mesh.edges.size(), mesh.border_edges, BaseRelativeLevel(level),
-                                     store.attributes()[id].schema.record_bytes(),
-                                     store.options().block_bytes);
-        bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
-                 FramePool::frame_bytes(geometry.max_block_bytes());
-      }
+    for (const LevelGeometry& geometry : geometries)
+      bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
+               FramePool::frame_bytes(geometry.max_block_bytes());
     needs.frame_bytes = std::max(needs.frame_bytes, bytes);
   }
   return needs;

@@ -17,7 +17,7 @@ std::optional<FaceRun> FusedSchedule::next() {
   const std::uint64_t runs = (face_count_ + run_faces_ - 1) / run_faces_;
   moved_.wait(lock, [&] {
     return stopped_ || handed_out_ == runs || under_way_.empty() ||
-           handed_out_ - *under_way_.begin() < window_;
+           handed_out_ - *under_way_.begin() < runs_ahead_;
   });
   if (stopped_ || handed_out_ == runs) return std::nullopt;
   const std::uint64_t number = handed_out_++;

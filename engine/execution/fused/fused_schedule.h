@@ -15,15 +15,15 @@ struct FaceRun {
   FaceId first = 0, after = 0;
 };
 
-/// Nobody gets further ahead of the slowest thread than `window` runs: what is under way at once
-/// stays bounded. Safe from several threads.
+/// Nobody gets further ahead of the slowest thread than `runs_ahead` runs: what is under way at
+/// once stays bounded. Safe from several threads.
 class FusedSchedule {
  public:
-  FusedSchedule(std::uint64_t face_count, std::uint64_t run_faces, std::uint64_t window)
-      : face_count_(face_count), run_faces_(run_faces), window_(window) {}
+  FusedSchedule(std::uint64_t face_count, std::uint64_t run_faces, std::uint64_t runs_ahead)
+      : face_count_(face_count), run_faces_(run_faces), runs_ahead_(runs_ahead) {}
 
   static std::uint64_t run_faces(int levels);
-  static std::uint64_t window(int threads) { return 2 * static_cast<std::uint64_t>(threads); }
+  static std::uint64_t runs_ahead(int threads) { return 2 * static_cast<std::uint64_t>(threads); }
 
   /// The next run, or nothing if there is none left or stop() was called. Waits for the slowest.
   std::optional<FaceRun> next();
@@ -32,7 +32,7 @@ class FusedSchedule {
   std::uint64_t faces_done() const;
 
  private:
-  std::uint64_t face_count_, run_faces_, window_;
+  std::uint64_t face_count_, run_faces_, runs_ahead_;
   mutable std::mutex mutex_;
   std::condition_variable moved_;
   std::uint64_t handed_out_ = 0, faces_done_ = 0;

@@ -48,7 +48,7 @@ struct HalfPiece {
 };
 
 /// Where a half is: whole, or only the piece that is being made.
-struct HalfPlace {
+struct HalfBuffer {
   static constexpr std::size_t kWhole = ~std::size_t{0}, kPiece = 0;
   std::byte* memory;
   std::size_t extent;  ///< one of these

@@ -10,7 +10,7 @@ namespace plait {
 
 /// Both halves of an edge, and where its slots begin.
 struct SlotHalves {
-  HalfPlace own, other;
+  HalfBuffer own, other;
   std::byte* const* slots;  ///< [level - 1]
 };
 

@@ -1,7 +1,5 @@
 #include "execution/fused/open_blocks.h"
 
-#include <span>
-
 namespace plait {
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
@@ -10,45 +8,35 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
       stays_in_memory_(store.backend_traits().in_memory) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
-      Level& level = levels_.emplace_back();
-      level.file =
-          &store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
-      const LevelGeometry& geometry = level.file->geometry;
-      level.pins.resize(geometry.block_count());
-      level.remaining.resize(geometry.block_count());
-      for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
-        level.offsets.push_back(geometry.block_offset(block));
-        level.remaining[block] = geometry.edge_after(block) - geometry.first_edge(block);
-      }
+      LevelFile& file =
+          store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
+      levels_.emplace_back(file, Access::kWrite);
+      std::vector<std::uint32_t>& to_fill = to_fill_.emplace_back();
+      for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
+        to_fill.push_back(static_cast<std::uint32_t>(file.geometry.slot_count(block)));
     }
 }
 
-OpenBlocks::~OpenBlocks() {
-  for (Level& level : levels_)
-    for (PinnedBlock& pin : level.pins) pin.abandon();
-}
-
-void OpenBlocks::open(EdgeId edge) {
-  for (Level& level : levels_) {
-    const std::uint64_t block = level.file->geometry.block_of(edge);
-    if (!level.pins[block]) level.pins[block] = session_.pin(*level.file, block, Access::kWrite);
+void OpenBlocks::open(std::span<const EdgeId> edges) {
+  for (PinnedLevel& level : levels_) {
+    level.begin_step();
+    for (const EdgeId edge : edges) level.need(edge);
   }
+  PinnedLevel::pin_needed(session_, levels_);
 }
 
-void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::uint64_t border_rank,
-                            std::byte** slots) const {
-  for (const Level& level : std::span(levels_).subspan(output * level_count_, level_count_)) {
-    const LevelGeometry& geometry = level.file->geometry;
-    const std::uint64_t block = geometry.block_of(edge);
-    *slots++ = level.pins[block].bytes().data() +
-               (geometry.slot_offset(edge, border_rank) - level.offsets[block]);
-  }
+void OpenBlocks::find_slots(std::size_t output, EdgeId edge, std::byte** slots) const {
+  for (const PinnedLevel& level : std::span(levels_).subspan(output * level_count_, level_count_))
+    *slots++ = level.slot(edge).bytes.data();
 }
 
-void OpenBlocks::close(EdgeId edge) {
-  for (Level& level : levels_) {
-    const std::uint64_t block = level.file->geometry.block_of(edge);
-    if (--level.remaining[block] == 0) level.pins[block].release();
+void OpenBlocks::close(std::span<const EdgeId> edges) {
+  auto to_fill = to_fill_.begin();
+  for (PinnedLevel& level : levels_) {
+    const LevelGeometry& geometry = level.geometry();
+    std::uint32_t* const of_block = (to_fill++)->data();
+    for (const EdgeId edge : edges)
+      if (--of_block[geometry.block_of(edge)] == 0) level.release(edge);
   }
 }
 

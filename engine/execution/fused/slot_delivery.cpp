@@ -31,7 +31,7 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
                            Scratch& scratch) {
   Sides sides;
   find_sides(faces, sides);
-  const Completes at_hand = place(sides, faces.size(), scratch);
+  const Completes at_hand = assign_buffers(sides, faces.size(), scratch);
   fill(refiner, sides, faces.size(), at_hand.all(), scratch);
   const Completes late = publish(sides, faces.size());
   fill_late(late.all(), scratch);
@@ -43,8 +43,8 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
 
 void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
   // Sides seen before, by edge: neighbouring edges have neighbouring numbers.
-  constexpr std::size_t kPlaces = std::bit_ceil(std::size_t{4} * 3 * kPatchLanes);
-  std::array<std::uint8_t, kPlaces> seen{};  // its number in `sides` and one, or none
+  constexpr std::size_t kTableSize = std::bit_ceil(std::size_t{4} * 3 * kPatchLanes);
+  std::array<std::uint8_t, kTableSize> seen{};  // its number in `sides` and one, or none
   static_assert(3 * kPatchLanes < 255);
   const auto seen_at = [&](std::size_t at) -> Side& {
     const std::size_t number = seen[at] - std::size_t{1};
@@ -59,8 +59,8 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
       const auto row = static_cast<std::size_t>(number);
       Side& side = sides[row][lane];
       side = {edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), nullptr, {}};
-      std::size_t at = edge % kPlaces;
-      while (seen[at] != 0 && seen_at(at).edge != edge) at = (at + 1) % kPlaces;
+      std::size_t at = edge % kTableSize;
+      while (seen[at] != 0 && seen_at(at).edge != edge) at = (at + 1) % kTableSize;
       if (seen[at] != 0) {
         side.mate = &seen_at(at);
         side.mate->mate = &side;
@@ -70,28 +70,29 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
   }
 }
 
-/// Says where every half goes, and which slots are complete with them. A border edge's half is
-/// taken whole: its slot has other rows.
-auto SlotDelivery::place(Sides& sides, std::size_t count, const Scratch& scratch) -> Completes {
+/// Decides where every half goes, and finds which slots are complete with them. A border edge's
+/// half is taken whole: its slot has other rows.
+auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch)
+    -> Completes {
   Completes complete;
-  const auto complete_with = [&](const Side& side, const HalfPlace& mate) {
-    complete.add(side.own ? Complete{side.edge, side.place, mate}
-                          : Complete{side.edge, mate, side.place});
-    open(side.edge);
+  const auto complete_with = [&](const Side& side, const HalfBuffer& mate) {
+    complete.add(side.own ? Complete{side.edge, side.buffer, mate}
+                          : Complete{side.edge, mate, side.buffer});
   };
   const std::scoped_lock lock(mutex_);
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
-      side.place = {scratch.pieces_[number][lane], HalfPlace::kPiece};
+      side.buffer = {scratch.pieces_[number][lane], HalfBuffer::kPiece};
       if (side.mate) {
-        if (side.mate->place.memory) complete_with(side, side.mate->place);
+        if (side.mate->buffer.memory) complete_with(side, side.mate->buffer);
       } else if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
-        complete_with(side, {waiting, HalfPlace::kWhole});
+        complete_with(side, {waiting, HalfBuffer::kWhole});
       } else {
-        side.place = {pool_.take(), HalfPlace::kWhole};
+        side.buffer = {pool_.take(), HalfBuffer::kWhole};
       }
     }
+  open(complete.all());
   return complete;
 }
 
@@ -109,17 +110,17 @@ void SlotDelivery::fill(const PatchRefiner& refiner, const Sides& sides, std::si
 }
 
 void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const {
-  const HalfPlace nowhere{scratch.spare_, HalfPlace::kPiece};
+  const HalfBuffer nowhere{scratch.spare_, HalfBuffer::kPiece};
   for (std::size_t number = 0; number < 3; ++number) {
     Scratch::Lanes &own = scratch.own_[number], &other = scratch.other_[number];
     own.any = other.any = false;
-    own.places.fill(nowhere);
-    other.places.fill(nowhere);
+    own.buffers.fill(nowhere);
+    other.buffers.fill(nowhere);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Side& side = sides[number][lane];
       Scratch::Lanes& lanes = side.own ? own : other;
       lanes.any = true;
-      lanes.places[lane] = side.place;
+      lanes.buffers[lane] = side.buffer;
     }
   }
 }
@@ -131,7 +132,7 @@ void SlotDelivery::scatter(std::size_t output, const HalfPiece& piece, const voi
     if (!lanes.any) return;
     LanePieces to;
     for (std::size_t lane = 0; lane < kPatchLanes; ++lane)
-      to[lane] = lanes.places[lane].piece(shape.offset + piece.at);
+      to[lane] = lanes.buffers[lane].piece(shape.offset + piece.at);
     scatter_piece(shape, points, moves, to);
   };
   for (std::size_t number = 0; number < 3; ++number) {
@@ -147,7 +148,7 @@ auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edge
   scratch.halves_.clear();
   std::byte** slots = scratch.slots_.data();
   for (const auto& [edge, own, other] : edges) {
-    blocks_.find_slots(output, edge, mesh_.border_rank(edge), slots);
+    blocks_.find_slots(output, edge, slots);
     scratch.halves_.push_back({own, other, slots});
     slots += level_count_;
   }
@@ -161,17 +162,17 @@ auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
   const std::scoped_lock lock(mutex_);
   for (const auto& lanes : sides)
     for (const Side& side : std::span(lanes).first(count)) {
-      if (!side.place.whole()) continue;
+      if (!side.buffer.whole()) continue;
       std::byte*& waiting = waiting_[side.edge];
       if (!waiting && !side.border) {
-        waiting = side.place.memory;
+        waiting = side.buffer.memory;
         continue;
       }
-      const HalfPlace mate{std::exchange(waiting, nullptr), HalfPlace::kWhole};
-      complete.add(side.own ? Complete{side.edge, side.place, mate}
-                            : Complete{side.edge, mate, side.place});
-      open(side.edge);
+      const HalfBuffer mate{std::exchange(waiting, nullptr), HalfBuffer::kWhole};
+      complete.add(side.own ? Complete{side.edge, side.buffer, mate}
+                            : Complete{side.edge, mate, side.buffer});
     }
+  open(complete.all());
   return complete;
 }
 
@@ -194,22 +195,29 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
 }
 
 void SlotDelivery::close(std::span<const Complete> edges) {
-  for (const auto& [edge, own, other] : edges) {
-    blocks_.close(edge);
-    for (const HalfPlace& place : {own, other})
-      if (place.whole() && place.memory) pool_.give_back(place.memory);
-  }
+  EdgesOfGroup ids;
+  blocks_.close(edges_of(edges, ids));
+  for (const auto& [edge, own, other] : edges)
+    for (const HalfBuffer& buffer : {own, other})
+      if (buffer.whole() && buffer.memory) pool_.give_back(buffer.memory);
 }
 
-void SlotDelivery::open(EdgeId edge) {
+void SlotDelivery::open(std::span<const Complete> edges) {
   if (failure_) std::rethrow_exception(failure_);
+  EdgesOfGroup ids;
   try {
-    blocks_.open(edge);
+    blocks_.open(edges_of(edges, ids));
   } catch (...) {
     // The next pin would say no more than that a write has failed.
     failure_ = std::current_exception();
     throw;
   }
+}
+
+auto SlotDelivery::edges_of(std::span<const Complete> edges, EdgesOfGroup& ids)
+    -> std::span<const EdgeId> {
+  for (std::size_t i = 0; i < edges.size(); ++i) ids[i] = edges[i].edge;
+  return std::span(ids).first(edges.size());
 }
 
 }  // namespace plait

@@ -43,7 +43,7 @@ class SlotDelivery {
     /// The halves of one kind, and where lanes of the other kind are thrown away.
     struct Lanes {
       bool any = false;
-      std::array<HalfPlace, kPatchLanes> places;
+      std::array<HalfBuffer, kPatchLanes> buffers;
     };
     std::vector<Line> memory_;
     std::array<LanePieces, 3> pieces_;  ///< [side]
@@ -62,12 +62,12 @@ class SlotDelivery {
     EdgeId edge;
     bool own, border;
     Side* mate;  ///< the other side of the same edge, where it is in the same group
-    HalfPlace place;
+    HalfBuffer buffer;
   };
   using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
   struct Complete {
     EdgeId edge;
-    HalfPlace own, other;
+    HalfBuffer own, other;
   };
   /// At most one for each side of a group.
   struct Completes {
@@ -78,8 +78,10 @@ class SlotDelivery {
     std::span<const Complete> all() const { return std::span(edges).first(count); }
   };
 
+  using EdgesOfGroup = std::array<EdgeId, 3 * kPatchLanes>;
+
   void find_sides(std::span<const FaceId> faces, Sides& sides) const;
-  Completes place(Sides& sides, std::size_t count, const Scratch& scratch);
+  Completes assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch);
   void fill(const PatchRefiner& refiner, const Sides& sides, std::size_t count,
             std::span<const Complete> edges, Scratch& scratch) const;
   void find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const;
@@ -90,8 +92,9 @@ class SlotDelivery {
   std::span<const SlotHalves> find_slots(std::size_t output, std::span<const Complete> edges,
                                          Scratch& scratch) const;
   /// REQUIRE the lock: from open() to close() an edge's slots are there to be filled.
-  void open(EdgeId edge);
+  void open(std::span<const Complete> edges);
   void close(std::span<const Complete> edges);
+  static std::span<const EdgeId> edges_of(std::span<const Complete> edges, EdgesOfGroup& ids);
 
   std::size_t level_count_;
   const Topology mesh_;

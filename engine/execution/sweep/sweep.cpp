@@ -15,21 +15,6 @@
 
 namespace plait {
 
-std::span<std::byte> SweepView::slot(std::size_t access, int level, EdgeId edge) const noexcept {
-  const Attribute& attribute = accesses_[access];
-  const Level& at = attribute.levels[static_cast<std::size_t>(level - attribute.first_level)];
-  std::uint64_t rank = 0;
-  bool border = false;
-  if (!border_edges_.empty()) {
-    const auto found = std::ranges::lower_bound(border_edges_, edge);
-    rank = static_cast<std::uint64_t>(found - border_edges_.begin());
-    border = found != border_edges_.end() && *found == edge;
-  }
-  return {reinterpret_cast<std::byte*>(at.starts[at.geometry->block_of(edge)] +
-                                       at.geometry->slot_offset(edge, rank)),
-          slot_records(at.geometry->level().refinements, border) * at.geometry->record_bytes()};
-}
-
 namespace {
 
 void check_accesses(const Store& store, const SweepPass& pass) {
@@ -126,7 +111,6 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
     if (options.proceed && !options.proceed(first, edge_count))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
-  window.finish();
   written.finish();
 }
 

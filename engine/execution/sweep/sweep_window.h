@@ -4,16 +4,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "plait/pinned_level.h"
 #include "plait/sweep.h"
 
 namespace plait {
 
-/// Pins what a run of edges needs and lets go of what it does not. One thread.
+/// Pins the blocks that a run of edges needs, and releases all others. One thread.
 class SweepWindow {
  public:
   SweepWindow(Store& store, const SweepPass& pass);
-  /// Abandons what is pinned, unless finish() was called.
-  ~SweepWindow();
   SweepWindow(const SweepWindow&) = delete;
   SweepWindow& operator=(const SweepWindow&) = delete;
 
@@ -27,41 +26,26 @@ class SweepWindow {
   /// Finds the blocks that the edges [first, after) need. The next advance() pins these.
   void plan(EdgeId first, EdgeId after);
   std::uint64_t planned_bytes() const;
-  /// Announces blocks that the edges from `first` on will need to the pager, as far as it takes
-  /// them, but no more than for some runs of `chunk` edges.
+  /// Announces blocks that the edges from `first` on will need, until the session takes no more,
+  /// but for a few runs of `chunk` edges at most.
   void look_ahead(EdgeId first, EdgeId chunk);
-  /// Unpins what is not planned, then pins what is.
+  /// Releases the blocks that are not planned, then pins those that are.
   void advance();
-
-  /// All edges were worked on.
-  void finish() noexcept;
 
   const SweepView& view() const { return view_; }
 
  private:
-  struct Level {
-    LevelFile* file = nullptr;
-    Access access = Access::kRead;
-    std::vector<std::uint32_t> planned_in;  ///< [block] number of the last plan that needs it
-    std::vector<std::uint64_t> planned;     ///< blocks
-    std::vector<bool> announced;            ///< [block]; empty: nothing to read
-    std::vector<std::pair<std::uint64_t, PinnedBlock>> pinned;
-
-    void need(std::uint64_t block, std::uint32_t plan) {
-      if (planned_in[block] == plan) return;
-      planned_in[block] = plan;
-      planned.push_back(block);
-    }
-  };
-
-  bool announce(const LevelAccess& access, Level& level, EdgeId edge);
+  bool announce(std::size_t access, EdgeId edge);
+  std::span<PinnedLevel> levels_of(std::size_t access) {
+    return std::span(levels_).subspan(first_of_[access], first_of_[access + 1] - first_of_[access]);
+  }
 
   Store& store_;
   const SweepPass& pass_;
   Session session_;
-  std::vector<std::vector<Level>> levels_;  ///< [access][level - first level]
-  std::uint32_t plan_number_ = 0;
-  EdgeId ahead_ = 0;  ///< the blocks of all edges before it were announced
+  std::vector<PinnedLevel> levels_;    ///< access after access, from coarse to fine
+  std::vector<std::size_t> first_of_;  ///< [access] its first in levels_, and the end
+  EdgeId ahead_ = 0;                   ///< the blocks of all edges before it were announced
   SweepView view_;
 };
 

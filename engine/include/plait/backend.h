@@ -51,6 +51,17 @@ struct BackendTraits {
 
 struct Transfer;
 
+/// At most so many blocks are needed to code one block.
+inline constexpr std::size_t kMostContextBlocks = 4;
+
+/// A block whose bytes are needed to encode or decode another one: the coarser block of the same
+/// edges, say, or another attribute's block. Attribute and level are numbered as in BlockTable.
+struct ContextBlock {
+  std::uint32_t attribute = 0;
+  int level = 0;
+  std::uint64_t block = 0;
+};
+
 /// Is told when a transfer has ended, from whatever thread that happens in.
 class TransferListener {
  public:
@@ -67,7 +78,10 @@ struct Transfer {
   enum class Direction : std::uint8_t { kRead, kWrite };
   Direction direction = Direction::kRead;
   std::uint64_t block = 0;
-  std::span<std::byte> memory;  ///< the block's raw bytes; a write does not change them
+  std::span<std::byte> memory = {};  ///< the block's raw bytes; a write does not change them
+  /// The bytes of the blocks that Backend::context() named, in that order. They are pinned, and
+  /// nobody stores into them.
+  std::span<const std::span<const std::byte>> context = {};
   TransferListener* listener = nullptr;
   std::uint32_t tag = 0;  ///< the listener's
 };
@@ -100,22 +114,34 @@ class Backend {
     return nullptr;
   }
 
+  /// Which blocks must be in memory to encode or decode this block; returns how many there are.
+  /// Each comes earlier in the order of (level, attribute), so that no two blocks need each other.
+  /// The answer is the same for as long as the level is open. A backend that names some is given
+  /// them with every transfer, and does without read() and write(), which throw kNotSupported.
+  /// Levels in memory are never asked.
+  virtual std::size_t context(std::uint64_t block,
+                              std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept {
+    static_cast<void>(block), static_cast<void>(blocks);
+    return 0;
+  }
+
   /// Never changes a result, never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
 
-  /// What was written so far becomes part of the version that is being committed: until the next
-  /// call but one no later write touches it, unless the backend writes in place. With `durable` it
-  /// is on the disk when this returns. Errors: kIo, kNoSpace.
+  /// What was written so far becomes part of the version that is being committed. With `durable` it
+  /// is on the disk when this returns. A backend that does not overwrite in place leaves the blocks
+  /// of a version alone until the next version but one was committed, and as long as readers have
+  /// the version open (Volume::begin_version). Errors: kIo, kNoSpace.
   virtual void sync(bool durable) = 0;
 
   /// Bytes that the level takes where it is kept.
   virtual std::uint64_t stored_bytes() const = 0;
 };
 
-/// How a backend is to be opened, from the command line or a manifest.
-struct BackendOptions {
-  std::string codec = "zstd:1";  ///< "none", "lz4", "zstd", "zstd:LEVEL"; compressed backends only
-  std::string filter = "shuffle";  ///< "none", "shuffle"
+/// The block table that an older version has for a level, while readers have that version open.
+struct HeldTable {
+  std::uint64_t version = 0;
+  const BlockTable* table = nullptr;
 };
 
 /// One level of one attribute as a backend sees it. The references outlive the backend.
@@ -126,6 +152,11 @@ struct LevelSpec {
   const LevelGeometry& geometry;
   BlockTable& table;
   std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
+  /// How blocks are encoded: stages such as "shuffle,zstd:1", or "none".
+  std::string pipeline = "none";
+  /// Tables of older versions whose blocks, in the same file, must stay as they are. Read by
+  /// open_level() only.
+  std::vector<HeldTable> held = {};
 
   /// For messages.
   std::filesystem::path path() const { return directory.path_of(name); }
@@ -133,7 +164,7 @@ struct LevelSpec {
 
 /// How a volume is opened.
 struct VolumeSpec {
-  BackendOptions options = {};
+  std::string options = {};  ///< "key=value,...": what the store's backend has behind its name
   /// What the volume may take of the store's budget, and how many threads will call at once.
   std::uint64_t most_scratch_bytes = ~std::uint64_t{0};
   int threads = 1;
@@ -150,8 +181,12 @@ class Volume {
   /// The most memory that all levels together take beside frames: at most what the specification
   /// allows. Grows with the blocks of the levels that are opened.
   virtual std::uint64_t scratch_bytes() const noexcept { return 0; }
-  /// Version `sequence` was committed: all that was written so far is part of it.
-  virtual void begin_version(std::uint64_t sequence) { static_cast<void>(sequence); }
+  /// Version `sequence` was committed: all that was written so far is part of it. Readers have the
+  /// older versions `held` open, in ascending order: blocks of these must stay as they are.
+  virtual void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
+    static_cast<void>(sequence);
+    static_cast<void>(held);
+  }
 };
 
 using OpenLevel = std::function<std::unique_ptr<Backend>(const LevelSpec&)>;
@@ -169,15 +204,23 @@ class BackendRegistry {
     std::string summary = {};  ///< one line for --help
     BackendTraits traits = {};
     OpenVolume open = {};
-    /// Checks options before anything is made; throws kInvalidArgument or kNotSupported. Empty:
-    /// all options are accepted.
-    std::function<void(const BackendOptions&)> validate = {};
+    /// Whether the backend can be had here with these options ("key=value,..."), asked before
+    /// anything is made. Throws kInvalidArgument or kNotSupported. Empty: there are no options.
+    std::function<void(std::string_view options)> validate = {};
+    /// What encodes the blocks of a store that names no pipeline.
+    std::string default_pipeline = "none";
+    /// Refuses a pipeline that the backend cannot follow, with kInvalidArgument or kNotSupported.
+    /// Empty: there is none but "none".
+    std::function<void(std::string_view pipeline)> validate_pipeline = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken or empty, or `open` is.
   void add(Entry entry);
+  /// The backend that a specification ("name" or "name:key=value,...") names.
   /// Errors: kNotSupported naming the backends there are.
-  const Entry& find(std::string_view name) const;
+  const Entry& find(std::string_view specification) const;
+  /// What a specification has behind the name: "key=value,...", or nothing.
+  static std::string_view options_in(std::string_view specification);
   std::vector<std::string> names() const;
 
  private:

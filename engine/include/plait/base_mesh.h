@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/slot_shapes.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
@@ -49,6 +50,8 @@ class BaseMesh {
   std::uint64_t edge_count() const { return edges_.size(); }
   std::uint64_t face_count() const { return faces_.size(); }
   std::uint64_t border_edge_count() const { return border_edges_.size(); }
+  /// The shapes of the edges' slots, the same on every level: half on a border, else whole.
+  const SlotShapes& slot_shapes() const { return slot_shapes_; }
 
   std::span<const Vector3<double>> positions() const { return positions_; }
   std::span<const Edge> edges() const { return edges_; }
@@ -72,6 +75,7 @@ class BaseMesh {
   std::vector<Edge> edges_;
   std::vector<FaceSide> vertex_corners_;
   std::vector<EdgeId> border_edges_;
+  SlotShapes slot_shapes_;
 };
 
 /// Vertices, edges and faces at a level of refinement. One refinement gives V' = V + E, E' = 2E +

@@ -22,7 +22,7 @@ using StoreUuid = std::array<std::byte, 16>;
 enum class BlockEncoding : std::uint32_t {
   kNeverWritten = 0,  ///< reads as zeros
   kRaw = 1,
-  kEncoded = 2,  ///< filter and codec of the manifest
+  kEncoded = 2,  ///< by the pipeline of its level
 };
 
 /// Stored as it is: see docs/format.md, "Block tables".

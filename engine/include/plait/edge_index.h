@@ -15,7 +15,7 @@
 // edge, (row, column) is (n - 1 - row, n - 1 - column).
 //
 // Source: I. Guskov, "Non-replicating indexing for out-of-core processing of semi-regular
-// triangular surface meshes", section 2. Pinned by tests/engine/index/edge_index_test.cpp.
+// triangular surface meshes", section 2. Pinned by tests/engine/address/edge_index_test.cpp.
 // All functions are constexpr, branch-light, thread-safe and never fail; levels run to kMaxLevel.
 #pragma once
 

@@ -36,10 +36,11 @@ class InCoreMesh {
   void activate(int, int, int) {}
   /// Makes `face` the current patch. The previous patch must not be used any more.
   Patch patch(FaceId face) {
-    table_.enter(topology_, face, sizeof(Record), false, true,
+    table_.enter(topology_, face, sizeof(Record), true,
                  reinterpret_cast<std::byte*>(base_records_.data()),
                  [&](EdgeId edge, BaseRelativeLevel level) {
-                   return reinterpret_cast<std::byte*>(slot(edge, level.refinements));
+                   return LocatedSlot{std::as_writable_bytes(slot(edge, level.refinements)),
+                                      SlotShape::kWhole};
                  });
     return Patch(*this);
   }
@@ -54,11 +55,12 @@ class InCoreMesh {
       return base_records_[topology_.faces[point.face]
                                           [static_cast<std::size_t>(corner_of(point.i, point.j))]];
     const EdgeIndex index = edge_index(topology_, point);
-    return slot(index.edge,
-                index.level)[slot_position(index.level, false, index.row, index.column)];
+    return slot(index.edge, index.level)[static_cast<std::size_t>(
+        slot_position(index.level, false, index.row, index.column))];
   }
-  Record* slot(EdgeId edge, int level) {
-    return levels_[static_cast<std::size_t>(level - 1)].data() + edge * slot_records(level);
+  std::span<Record> slot(EdgeId edge, int level) {
+    return std::span(levels_[static_cast<std::size_t>(level - 1)])
+        .subspan(edge * slot_records(level), slot_records(level));
   }
 
   Topology topology_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "plait/backend.h"
@@ -25,6 +26,7 @@ struct LevelFile {
   std::filesystem::path path;
   std::unique_ptr<Backend> backend;
   BackendTraits traits;
+  std::string pipeline = "none";     ///< how the backend encodes blocks
   bool writable = true;              ///< false: opened for reading
   std::uint32_t pager_slot = kNoId;  ///< the pager's; nobody else's
 

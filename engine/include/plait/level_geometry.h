@@ -1,49 +1,69 @@
-// plait/level_geometry.h: where slots and blocks lie in one level of one attribute.
+// plait/level_geometry.h: where slots and blocks lie in one level of one attribute. Nobody else
+// computes an offset, nor what one depends on.
 //
-//   slot offset of edge e = (e n^2 - border_rank(e) n(n-1)/2) record_bytes,   n = 2^(level-1)
+//   offset of edge e = (whole(e) n^2 + half(e) n(n+1)/2) record_bytes,   n = 2^(level-1)
 //
-// where border_rank counts the border edges before e, whose slots are triangles. A block is a run
-// of 2^s slots. Nothing lies between slots nor between blocks.
+// where whole(e) and half(e) count the slots of these shapes that belong to edges before e. A block
+// is a run of 2^s slots, absent ones not counted. Nothing lies between slots nor between blocks.
+// Pinned by tests/engine/address/level_geometry_test.cpp.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "plait/base_relative_level.h"
+#include "plait/slot_shapes.h"
 #include "plait/topology.h"
 
 namespace plait {
+
+/// Where an edge's records lie in a level, and which of them there are.
+struct Slot {
+  std::uint64_t offset = 0;  ///< bytes from the start of the level
+  std::uint64_t bytes = 0;
+  SlotShape shape = SlotShape::kWhole;
+};
 
 /// Immutable; safe from any number of threads.
 class LevelGeometry {
  public:
   LevelGeometry() = default;
-  /// `level` is at least 1. `border_edges` is ascending and must outlive this object. A block holds
-  /// as many slots as fit into `block_bytes`, a power of two, at least one, and no more than the
-  /// level has.
-  LevelGeometry(std::uint64_t edge_count, std::span<const EdgeId> border_edges,
-                BaseRelativeLevel level, std::size_t record_bytes, std::uint64_t block_bytes);
+  /// `level` is at least 1. A block holds as many slots as fit into `block_bytes` if all are whole,
+  /// a power of two, at least one, and no more than the level has.
+  /// Errors: kInvalidArgument for a level or a size that a file cannot have.
+  LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level, std::size_t record_bytes,
+                std::uint64_t block_bytes);
 
   BaseRelativeLevel level() const { return level_; }
   std::size_t record_bytes() const { return record_bytes_; }
-  std::uint64_t edge_count() const { return edge_count_; }
-  bool is_border(EdgeId edge) const;
+  std::uint64_t edge_count() const { return shapes_.edge_count(); }
 
-  std::uint64_t slot_offset(EdgeId edge) const;  ///< bytes from the start of the level
-  /// The same where the number of border edges before `edge` is known.
-  std::uint64_t slot_offset(EdgeId edge, std::uint64_t border_rank) const {
-    return edge * full_slot_bytes_ - border_rank * border_saving_bytes_;
+  /// In constant time.
+  Slot slot(EdgeId edge) const {
+    if (!all_whole_) [[unlikely]]
+      return shaped_slot(edge);
+    return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
   }
-  std::uint64_t slot_bytes(EdgeId edge) const;
 
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
-  std::uint64_t block_of(EdgeId edge) const { return std::uint64_t{edge} >> shift_; }
-  EdgeId first_edge(std::uint64_t block) const;           ///< first edge of the block
-  EdgeId edge_after(std::uint64_t block) const;           ///< one past its last edge
-  std::uint64_t block_offset(std::uint64_t block) const;  ///< block_count() gives the total
-  std::uint64_t block_bytes(std::uint64_t block) const;
+  /// The block whose range of edges has this edge, in constant time. REQUIRES: there is a block.
+  std::uint64_t block_of(EdgeId edge) const {
+    if (has_absent_) [[unlikely]]
+      return std::min(present_before(edge) >> shift_, block_count_ - 1);
+    return std::uint64_t{edge} >> shift_;
+  }
+  EdgeId first_edge(std::uint64_t block) const;  ///< first edge of the block
+  EdgeId edge_after(std::uint64_t block) const { return first_edge(block + 1); }
+  std::uint64_t block_offset(std::uint64_t block) const {  ///< block_count() gives the total
+    return offset_of(first_edge(block));
+  }
+  std::uint64_t block_bytes(std::uint64_t block) const { return range_bytes(block, 1); }
+  /// Slots of the block that are not absent.
+  std::uint64_t slot_count(std::uint64_t block) const {
+    return present_before(edge_after(block)) - present_before(first_edge(block));
+  }
   std::uint64_t max_block_bytes() const { return max_block_bytes_; }
   std::uint64_t total_bytes() const { return total_bytes_; }
   /// Bytes of `count` blocks from `first` on.
@@ -52,15 +72,23 @@ class LevelGeometry {
   }
 
  private:
-  std::uint64_t offset_of(std::uint64_t edge) const;
+  /// Out of the way of those who ask for slots that are all whole.
+  Slot shaped_slot(EdgeId edge) const;
+  std::uint64_t present_before(std::uint64_t edge) const {
+    return edge - shapes_.absent().rank(edge);
+  }
+  std::uint64_t offset_of(std::uint64_t edge) const {
+    return present_before(edge) * whole_bytes_ - shapes_.half().rank(edge) * half_saving_bytes_;
+  }
 
-  std::uint64_t edge_count_ = 0;
-  std::span<const EdgeId> border_edges_;
-  BaseRelativeLevel level_{1};
+  // First what every look-up of a slot reads: on a closed mesh all of it is in one cache line.
+  std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
   int shift_ = 0;
+  bool all_whole_ = true, has_absent_ = false;
+  BaseRelativeLevel level_{1};
   std::size_t record_bytes_ = 0;
-  std::uint64_t full_slot_bytes_ = 0, border_saving_bytes_ = 0;
   std::uint64_t block_count_ = 0, max_block_bytes_ = 0, total_bytes_ = 0;
+  SlotShapes shapes_;
 };
 
 }  // namespace plait

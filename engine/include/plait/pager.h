@@ -4,30 +4,40 @@
 //  1. Bytes of all frames, pinned or not, in transfer or not, never exceed the budget less what was
 //     set aside.
 //  2. A pinned block stays at one address until its last pin ends.
-//  3. A block is in at most one frame. A frame is memory of the pager's, or, for a level in memory
-//     and for one that is mapped and was opened for reading, where the block lies anyway. So all
-//     pins of a block see the same bytes, whatever they were pinned for.
-//  4. A dirty block leaves its frame only by way of its backend.
+//  3. A block is in at most one frame, so that all pins of a block see the same bytes, whatever
+//  they
+//     were pinned for. A frame is memory of the pager. For a level in memory, and for one that is
+//     mapped and was opened for reading, it is the place where the block lies anyway. After a read
+//     that failed and after abandon(), a frame is detached: whoever still pins it keeps it, and the
+//     block is absent.
+//  4. A dirty block that was not abandoned leaves its frame only by way of its backend.
 //  5. A block pinned for Access::kWrite is never read from its backend.
 //  6. Bytes served are bytes whose checksum was verified since they came in (what never leaves
 //     memory has none).
 //  7. After a failed write the pager is in error: it reads, and refuses to write or flush. The
-//     error itself reaches the first caller that is refused, the later ones are told of it.
-//  8. A block that is being written is neither evicted nor pinned for writing; one that is being
-//     read is neither evicted nor pinned.
+//  first
+//     caller that is refused gets the error itself, later ones get kBadState.
+//  8. A block that is being written is neither evicted nor pinned for writing.
 //  9. No transfer, checksum or (de)compression happens under the pager's lock.
+// 10. A pin that fails leaves nothing behind: no frame, no pin, no dirty block.
+// 11. While a block is read, and from its first store until it is written, the blocks that are
+// needed
+//     to code it (Backend::context) are in frames, too.
 //
-// States of a block
+// States of a frame (engine/paging/frame.h)
 //
-//   absent --pin--> reading --> pinned(n) <--pin/unpin--> resident --evict--> absent
-//     |                ^           |                         ^  ^
-//     +--pin(kWrite)---|-----------+   unpin, dirty: writing-+  |
-//     +--prefetch--> reading ahead -----------------------------+
+//   vacant --> claimed --> reading --> clean --> dirty --> writing --> clean
+//                 |           |                    |           |
+//                 |           |                    +--> stuck <+  a write failed
+//                 +-----------+------> detached <--+
 //
-// pinned and resident are clean or dirty. In a session of EvictionPolicy::kWindow a dirty block
-// whose last pin ends is queued for writing at once, and stays resident, clean; without I/O threads
-// and under kClock it is written when it is evicted. A block that is being written may be pinned
-// for reading.
+//   A pin that finds the block absent claims a frame: under Access::kWrite the frame becomes dirty,
+//   otherwise it is read. A clean frame that nobody pins may be evicted: then it is vacant. A dirty
+//   one must be written before. When the last pin of a dirty block ends, its write is queued at
+//   once; for a session of EvictionPolicy::kClock, and without I/O threads, the block is written
+//   when its frame is needed. Who pins a block that is being written reads what is written. A block
+//   that is pinned for writing while flush() writes it is dirty again afterwards. A stuck block is
+//   the only copy of its bytes and stays. A detached frame is vacant when its last pin ends.
 #pragma once
 
 #include <cstdint>

@@ -14,12 +14,14 @@
 //        0  1    1 (ca)      b             n-1 - a-b
 //        1  0    2 (ab)      n-1 - a-b     a
 //
-// and from the edge's other face both count backwards: one origin and two steps per side and level.
-// Corners come out at level 0 with a = b = 0, their bits telling which; so they need no branch.
-// A border slot is a triangle whose rows shrink: its places subtract row (row - 1) / 2 records.
+// From the edge's other face both count backwards. So an origin and two steps address a whole slot.
+// A half slot is stored in the frame of the one face that has it, and is a triangle whose rows
+// shrink: from its address, row (row - 1) / 2 records are subtracted. Corners come out at level 0
+// with a = b = 0, and their bits tell which corner it is, so corners need no branch.
 //
-// A face across side x is kept as if turned so that the common edge were its side x too. A point
-// beyond that side then has there the weights size - k(x+1), size - k(x+2) and -k(x).
+// The table keeps a face across side x as if that face were turned so that the common edge is its
+// side x too. A point beyond side x then has the weights size - k(x+1), size - k(x+2) and -k(x)
+// there.
 // Pinned by tests/engine/execution/patch_test.cpp.
 #pragma once
 
@@ -30,6 +32,7 @@
 
 #include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
+#include "plait/slot_shapes.h"
 #include "plait/topology.h"
 
 namespace plait {
@@ -37,12 +40,6 @@ namespace plait {
 /// One thread. Addresses are valid as long as the caller keeps them so.
 class PatchTable {
  public:
-  struct Place {
-    std::byte* origin = nullptr;
-    std::int64_t a_step = 0, b_step = 0;  ///< bytes
-    std::int64_t triangle_step = 0;       ///< bytes of a record in a triangular slot, else 0
-  };
-
   FaceId face() const { return face_; }
   bool owns(int side) const { return (owned_ >> side & 1) != 0; }
   bool is_border(int side) const { return (borders_ >> side & 1) != 0; }
@@ -64,12 +61,12 @@ class PatchTable {
     return std::int64_t{1} << relative(level).refinements;
   }
 
-  /// Makes `face` current. `locate(edge, BaseRelativeLevel)` gives a slot's address and is called
-  /// once per edge and level; `with_neighbours` asks for the faces across too. `triangles`: border
-  /// slots are stored as triangles.
+  /// Makes `face` current. `base` is where the base vertices' records are. The table calls
+  /// `locate(edge, BaseRelativeLevel)`, which gives a LocatedSlot, once per edge and level.
+  /// `with_neighbours` adds the faces across the sides.
   template <class Locate>
-  void enter(const Topology& mesh, FaceId face, std::size_t record_bytes, bool triangles,
-             bool with_neighbours, std::byte* base, Locate locate);
+  void enter(const Topology& mesh, FaceId face, std::size_t record_bytes, bool with_neighbours,
+             std::byte* base, Locate locate);
 
   /// Address of a point of the face. REQUIRES: it is in the face.
   [[gnu::always_inline]] std::byte* inside(int level, std::int64_t i, std::int64_t j) const {
@@ -94,45 +91,53 @@ class PatchTable {
   }
 
  private:
-  /// `level` counts refinements of the base mesh, as places_ does.
+  /// How the coordinates a, b of a point become an address.
+  struct SlotSteps {
+    std::byte* origin = nullptr;
+    std::int64_t a_step = 0, b_step = 0;  ///< bytes
+    std::int64_t triangle_step = 0;       ///< bytes of a record in a half slot, else 0
+  };
+
+  /// `level` counts refinements of the base mesh, as steps_ does.
   [[gnu::always_inline]] std::byte* find(std::size_t which, int level, std::int64_t i,
                                          std::int64_t j) const {
     const int shift =
         std::countr_zero(static_cast<std::uint64_t>(i | j | std::int64_t{1} << level));
     const std::int64_t k1 = i >> shift, k2 = j >> shift;
     const auto bits = static_cast<std::size_t>((k1 & 1) | (k2 & 1) << 1);
-    const Place& place = places_[which][static_cast<std::size_t>(level - shift)][bits];
+    const SlotSteps& steps = steps_[which][static_cast<std::size_t>(level - shift)][bits];
     const std::int64_t a = k1 >> 1, b = k2 >> 1;
-    std::byte* const address = place.origin + (a * place.a_step + b * place.b_step);
-    if (place.triangle_step == 0) [[likely]]
+    std::byte* const address = steps.origin + (a * steps.a_step + b * steps.b_step);
+    if (steps.triangle_step == 0) [[likely]]
       return address;
     const std::int64_t n = slot_side(level - shift);
     const std::int64_t row = bits == 3 ? a : bits == 2 ? b : n - 1 - a - b;
-    return address - row * (row - 1) / 2 * place.triangle_step;
+    return address - row * (row - 1) / 2 * steps.triangle_step;
   }
 
-  /// The place of side `side` at `level`, from the address of its edge's slot.
-  void set(std::size_t which, int side, int level, std::byte* slot, bool own, bool triangle) {
-    const std::int64_t n = slot_side(level), record = own ? record_bytes_ : -record_bytes_;
-    std::byte* const first = own ? slot : slot + (n * n - 1) * record_bytes_;
-    const std::int64_t triangle_step = triangle ? record_bytes_ : 0;
-    auto& places = places_[which][static_cast<std::size_t>(level)];
+  /// The steps of side `side` at `level`. `own`: the face is its edge's own.
+  void set(std::size_t which, int side, int level, const LocatedSlot& slot, bool own) {
+    const bool half = slot.shape == SlotShape::kHalf, forwards = own || half;
+    const std::int64_t n = slot_side(level), record = forwards ? record_bytes_ : -record_bytes_;
+    std::byte* const first = slot.bytes.data() + (forwards ? 0 : (n * n - 1) * record_bytes_);
+    const std::int64_t triangle_step = half ? record_bytes_ : 0;
+    auto& steps = steps_[which][static_cast<std::size_t>(level)];
     switch (side) {
       case 0:
-        places[3] = {first, n * record, record, triangle_step};
+        steps[3] = {first, n * record, record, triangle_step};
         break;
       case 1:
-        places[2] = {first + (n - 1) * record, -record, (n - 1) * record, triangle_step};
+        steps[2] = {first + (n - 1) * record, -record, (n - 1) * record, triangle_step};
         break;
       default:
-        places[1] = {first + (n - 1) * n * record, (1 - n) * record, -n * record, triangle_step};
+        steps[1] = {first + (n - 1) * n * record, (1 - n) * record, -n * record, triangle_step};
     }
   }
   void set_corners(const Topology& mesh, std::size_t which, FaceId face, int turn,
                    std::byte* base) {
     for (int corner = 0; corner < 3; ++corner) {
       const VertexId vertex = mesh.faces[face][static_cast<std::size_t>((corner + turn) % 3)];
-      places_[which][0][static_cast<std::size_t>(corner)] = {base + vertex * record_bytes_};
+      steps_[which][0][static_cast<std::size_t>(corner)] = {base + vertex * record_bytes_};
     }
   }
 
@@ -142,11 +147,11 @@ class PatchTable {
   int base_level_ = 0;
   BaseRelativeLevel finest_;
   /// [the face, or 1 + the side that another lies across][refinements][low bits of k1, k2]
-  std::array<std::array<std::array<Place, 4>, kMaxLevel + 1>, 4> places_{};
+  std::array<std::array<std::array<SlotSteps, 4>, kMaxLevel + 1>, 4> steps_{};
 };
 
 template <class Locate>
-void PatchTable::enter(const Topology& mesh, FaceId face, std::size_t record_bytes, bool triangles,
+void PatchTable::enter(const Topology& mesh, FaceId face, std::size_t record_bytes,
                        bool with_neighbours, std::byte* base, Locate locate) {
   const int levels = finest_.refinements;
   face_ = face;
@@ -162,9 +167,9 @@ void PatchTable::enter(const Topology& mesh, FaceId face, std::size_t record_byt
     const auto which = 1 + static_cast<std::size_t>(side);
     const bool open = with_neighbours && !edge.is_border();
     for (int level = 1; level <= levels; ++level) {
-      std::byte* const slot = locate(id, BaseRelativeLevel(level));
-      set(0, side, level, slot, own, triangles && edge.is_border());
-      if (open) set(which, side, level, slot, !own, false);
+      const LocatedSlot slot = locate(id, BaseRelativeLevel(level));
+      set(0, side, level, slot, own);
+      if (open) set(which, side, level, slot, !own);
     }
     if (!open) continue;
     const FaceSide there = own ? edge.other : edge.own;
@@ -172,10 +177,9 @@ void PatchTable::enter(const Topology& mesh, FaceId face, std::size_t record_byt
     for (int turn = 1; turn <= 2; ++turn) {
       const FaceSide outer(there.face(), (there.side() + turn) % 3);
       const EdgeId outer_id = mesh.face_edges[outer.face()][static_cast<std::size_t>(outer.side())];
-      const Edge& outer_edge = mesh.edges[outer_id];
       for (int level = 1; level <= levels; ++level)
         set(which, (side + turn) % 3, level, locate(outer_id, BaseRelativeLevel(level)),
-            outer_edge.own == outer, triangles && outer_edge.is_border());
+            mesh.edges[outer_id].own == outer);
     }
   }
 }

@@ -55,6 +55,7 @@ struct PagingStatistics {
 };
 
 class SessionState;
+struct Frame;
 
 /// Holds a block in its frame. Move-only; ends when destroyed. It may outlive its session (nobody
 /// waits for such a pin), but not the pager. One thread at a time; not only the one that pinned the
@@ -65,11 +66,11 @@ class PinnedBlock {
   ~PinnedBlock() { release(); }
   PinnedBlock(PinnedBlock&& other) noexcept;
   PinnedBlock& operator=(PinnedBlock&& other) noexcept;
-  void release() noexcept;
+  void release() noexcept { end(false); }
   /// Ends the pin, too; what was stored into the block is not whole. With its last pin the block
   /// leaves the memory without being written, and its level stays unfinished. A pin for reading is
   /// only released.
-  void abandon() noexcept;
+  void abandon() noexcept { end(true); }
   /// The block's records, at one address until the pin ends. REQUIRES: nothing is stored into a
   /// block that was pinned for reading.
   std::span<std::byte> bytes() const noexcept { return bytes_; }
@@ -77,10 +78,15 @@ class PinnedBlock {
 
  private:
   friend class Session;
+  PinnedBlock(SessionState& session, std::uint32_t caller, Frame& frame,
+              LevelFile* written) noexcept;
+  void end(bool abandoned) noexcept;
+
   SessionState* session_ = nullptr;
+  Frame* frame_ = nullptr;
   LevelFile* written_ = nullptr;  ///< nullptr: pinned for reading
-  std::uint32_t frame_ = kNoId, caller_ = 0;
   std::span<std::byte> bytes_;
+  std::uint32_t caller_ = 0;
 };
 
 /// A block and what it is wanted for.
@@ -141,6 +147,7 @@ class Session {
  private:
   friend class Pager;
   explicit Session(SessionState& state) : state_(&state) {}
+  PinnedBlock pin_one(const BlockRequest& request);
   void end() noexcept;
   SessionState* state_ = nullptr;
 };

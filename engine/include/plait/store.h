@@ -53,7 +53,7 @@ class Store {
   static Store create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
                       const BackendRegistry& backends);
 
-  /// The last committed version. One writer or many readers.
+  /// The last committed version. One writer, and any number of readers beside it.
   /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming
   /// the holder.
   static Store open(const std::filesystem::path& path, const OpenOptions& options,
@@ -72,7 +72,9 @@ class Store {
   /// The mesh whose faces are patches and whose edges have slots: the one that the user gave,
   /// refined base_level() times.
   const BaseMesh& base() const;
-  const StoreOptions& options() const;  ///< as created (an opened store: as its manifest says)
+  /// As created, with the backend's default pipeline where none was named; of an opened store, as
+  /// its version says.
+  const StoreOptions& options() const;
   const StoreUuid& uuid() const;
   std::uint64_t sequence() const;  ///< commits so far
   BackendTraits backend_traits() const;
@@ -96,6 +98,10 @@ class Store {
   bool has_attribute(std::string_view name) const;
   /// Errors: kInvalidArgument if the name is taken or ill-formed.
   AttributeId add_attribute(AttributeSchema schema);
+  /// How blocks of levels that add_level() makes from now on are encoded; those that are there keep
+  /// what they have (LevelFile::pipeline). At first it is options().pipeline.
+  /// Errors: kInvalidArgument, kNotSupported for a pipeline that the backend does not have.
+  void set_pipeline(AttributeId attribute, std::string pipeline);
   /// One level more for this attribute; reads as zeros until written.
   void add_level(AttributeId attribute);
   /// Removes `attribute` and calls `replacement` by its name.

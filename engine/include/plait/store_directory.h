@@ -17,10 +17,10 @@ namespace plait {
 /// Errors: kIo; kCorruption if the manifest is no regular file.
 bool is_store(const Directory& directory);
 
-/// Locks the store against all other processes while the returned file is open, and changes nothing
-/// in the store. If the store has no lock file any more, the returned file is not open.
+/// Locks the store against all others, readers too, while the returned files are open, and changes
+/// nothing in the store. If the store has no lock file any more, no file is returned.
 /// Errors: kBusy (for a writer, the message names its process number); kCorruption, kIo.
-File hold_store(const Directory& store);
+std::vector<File> hold_store(const Directory& store);
 
 /// Whether a file of a store can have that name.
 bool is_store_file_name(std::string_view name);

@@ -20,7 +20,13 @@
 
 namespace plait {
 
-enum class StoreFile : std::uint8_t { kBaseMesh, kBlockTables, kBaseRecords, kLevel };
+enum class StoreFile : std::uint8_t {
+  kDescription,  ///< version.S, so that nothing else of the version is known
+  kBaseMesh,
+  kBlockTables,  ///< version.S, whose description is whole
+  kBaseRecords,
+  kLevel,
+};
 
 /// A file that the version needs and that is not what the manifest says.
 struct DamagedFile {
@@ -47,19 +53,20 @@ struct StoreStructure {
   std::vector<std::string> notes;      ///< what is odd and does no harm: a bad manifest slot
 };
 
-/// Checks manifest, base mesh, base records and block tables with their checksums, and of each
-/// level file size and extents as its backend sees them. Holds the reader's lock meanwhile. Errors:
-/// as Store::open for what concerns the whole store (no such directory, no whole manifest, an
-/// unknown backend, somebody writing); kIo.
+/// Checks manifest, description, base mesh, base records and block tables with their checksums, and
+/// of each level file size and extents as its backend sees them. Holds the reader's lock meanwhile.
+/// Errors: as Store::open for what concerns the whole store (no such directory, no whole manifest,
+/// an unknown backend, somebody writing); kIo.
 StoreStructure check_structure(const std::filesystem::path& path, const BackendRegistry& backends);
 
 /// Whether `bytes` are what the manifest expects of `file`. REQUIRES: no level.
 bool is_content_of(const DamagedFile& file, std::span<const std::byte> bytes);
 
-/// Block tables made again from the level files of a store that keeps blocks raw and at fixed
-/// places: every block is read and sealed. Nothing unless they have the checksum that the manifest
-/// names, which they have if every block was written and is whole. REQUIRES: such a store, its base
-/// mesh whole. Errors: kIo; kCancelled where `proceed` returns false.
+/// The file version.S with block tables made again from the level files of a store that keeps
+/// blocks raw and at fixed places: every block is read and sealed. Nothing unless it has the
+/// checksum that the manifest names, which it has if every block was written and is whole.
+/// REQUIRES: such a store, its base mesh and its description whole. Errors: kIo; kCancelled where
+/// `proceed` returns false.
 std::optional<std::vector<std::byte>> tables_from_levels(
     const std::filesystem::path& path, const StoreStructure& structure,
     const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "plait/pinned_level.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -35,7 +36,10 @@ class SweepView {
  public:
   /// Slot of `edge` at `level` of the access with this number in SweepPass::accesses.
   /// REQUIRES: declared and within reach of the edge that the kernel was called for.
-  std::span<std::byte> slot(std::size_t access, int level, EdgeId edge) const noexcept;
+  std::span<std::byte> slot(std::size_t access, int level, EdgeId edge) const noexcept {
+    const Levels& of_access = accesses_[access];
+    return of_access.levels[level - of_access.first_level].slot(edge).bytes;
+  }
 
   template <class Record>
   std::span<Record> records(std::size_t access, int level, EdgeId edge) const noexcept {
@@ -45,18 +49,11 @@ class SweepView {
 
  private:
   friend class SweepWindow;
-  struct Level {
-    const LevelGeometry* geometry = nullptr;
-    /// [block] address that the level's first byte would have if all of it lay where the block
-    /// does; 0 while the block is not pinned.
-    std::vector<std::uintptr_t> starts;
-  };
-  struct Attribute {
+  struct Levels {
     int first_level = 1;
-    std::vector<Level> levels;
+    const PinnedLevel* levels = nullptr;
   };
-  std::span<const EdgeId> border_edges_;
-  std::vector<Attribute> accesses_;
+  std::vector<Levels> accesses_;
 };
 
 struct SweepPass {

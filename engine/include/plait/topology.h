@@ -6,7 +6,6 @@
 // ab.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -66,12 +65,6 @@ struct Topology {
   constexpr FaceSide next_corner(FaceSide corner) const {
     const FaceSide beyond = across(FaceSide(corner.face(), (corner.side() + 1) % 3));
     return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
-  }
-  /// The number of border edges before this edge: see level_geometry.h.
-  constexpr std::uint64_t border_rank(EdgeId edge) const {
-    if (border_edges.empty()) return 0;
-    return static_cast<std::uint64_t>(std::ranges::lower_bound(border_edges, edge) -
-                                      border_edges.begin());
   }
 };
 

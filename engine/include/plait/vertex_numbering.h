@@ -22,8 +22,9 @@ class VertexNumbering {
     first_.push_back(0);
     first_.push_back(mesh.vertex_corners.size());
     geometry_.emplace_back();
+    const SlotShapes shapes(mesh.edges.size(), EdgeSet(mesh.border_edges));
     for (int level = 1; level <= levels; ++level) {
-      geometry_.emplace_back(mesh.edges.size(), mesh.border_edges, BaseRelativeLevel(level), 1, 1);
+      geometry_.emplace_back(shapes, BaseRelativeLevel(level), 1, 1);
       first_.push_back(first_.back() + geometry_.back().total_bytes());
     }
   }
@@ -37,7 +38,7 @@ class VertexNumbering {
       return mesh_.faces[point.face][static_cast<std::size_t>(corner_of(point.i, point.j))];
     const EdgeIndex at = edge_index(mesh_, point);
     const auto level = static_cast<std::size_t>(at.level);
-    return first_[level] + geometry_[level].slot_offset(at.edge) +
+    return first_[level] + geometry_[level].slot(at.edge).offset +
            static_cast<std::uint64_t>(
                slot_position(at.level, mesh_.edges[at.edge].is_border(), at.row, at.column));
   }

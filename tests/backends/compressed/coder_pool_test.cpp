@@ -132,7 +132,7 @@ TEST_CASE("Store_OfCompressedBlocks_SetsTheCodersMemoryAsideAndHasThreeQuartersF
   const TemporaryDirectory place;
   StoreOptions options;
   options.backend = "compressed";
-  options.backend_options = {"zstd:1", "shuffle"};
+  options.pipeline = "shuffle,zstd:1";
   options.block_bytes = kBlockBytes;
   for (const std::uint64_t budget : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
     options.budget_bytes = budget;

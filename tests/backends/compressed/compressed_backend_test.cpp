@@ -10,8 +10,8 @@
 namespace plait::test {
 namespace {
 
-BackendUnderTest compressed(const char* codec, const char* filter) {
-  return {codec, default_backends().find("compressed"), {codec, filter}};
+BackendUnderTest compressed(const std::string& pipeline) {
+  return {pipeline, default_backends().find("compressed"), pipeline};
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
 TEST_CASE("CompressedBackend_SmoothFloats_TakeLessThanRawAndLessStillShuffled") {
   std::uint64_t stored_bytes[2] = {};
   for (const bool shuffled : {false, true}) {
-    const auto subject = compressed("lz4", shuffled ? "shuffle" : "none");
+    const auto subject = compressed(shuffled ? "shuffle,lz4" : "lz4");
     LevelUnderTest level(subject, {64, {}, 6, 12, 1 << 16});
     Backend& backend = level.open();
     const auto bytes = make_content(level.geometry().total_bytes(), Content::kSmooth, 1);
@@ -66,7 +66,7 @@ TEST_CASE("CompressedBackend_SmoothFloats_TakeLessThanRawAndLessStillShuffled") 
 }
 
 TEST_CASE("CompressedBackend_RewrittenInOneSession_KeepsTheOpenedVersionWhole") {
-  const auto subject = compressed("zstd:1", "shuffle");
+  const auto subject = compressed("shuffle,zstd:1");
   LevelUnderTest level(subject);
   const LevelGeometry& geometry = level.geometry();
   const BlockRange all{0, geometry.block_count()};
@@ -97,7 +97,7 @@ TEST_CASE("CompressedBackend_RewrittenInOneSession_KeepsTheOpenedVersionWhole") 
 }
 
 TEST_CASE("CompressedOpen_EncodedEntryLargerThanAnyEncodedBlock_IsRefused") {
-  const auto subject = compressed("lz4", "none");
+  const auto subject = compressed("lz4");
   LevelUnderTest level(subject);
   level.open().write({0, 1}, make_content(level.geometry().block_bytes(0), Content::kRandom, 1));
   level.close();
@@ -107,15 +107,15 @@ TEST_CASE("CompressedOpen_EncodedEntryLargerThanAnyEncodedBlock_IsRefused") {
 }
 
 TEST_CASE("CompressedRead_BlockOfAnotherCodec_IsCorruptionThatNamesTheBlock") {
-  const auto writer = compressed("lz4", "none");
+  const auto writer = compressed("lz4");
   LevelUnderTest level(writer);
   const std::uint64_t bytes = level.geometry().block_bytes(0);
   level.open().write({0, 1}, make_content(bytes, Content::kZeros, 1));
   level.close();
   REQUIRE(level.table()[0].encoding == BlockEncoding::kEncoded);
-  const auto volume = writer.entry.open({{"zstd", "none"}});
-  const auto reader = volume->open_level(LevelSpec{level.directory(), level.name(), OpenMode::kRead,
-                                                   level.geometry(), level.table(), 4});
+  const auto volume = writer.entry.open({});
+  const auto reader = volume->open_level({level.directory(), level.name(), OpenMode::kRead,
+                                          level.geometry(), level.table(), 4, "zstd"});
   try {
     read_blocks(*reader, level.geometry(), {0, 1});
     FAIL("expected an error");

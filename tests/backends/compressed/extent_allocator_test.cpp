@@ -37,7 +37,7 @@ TEST_CASE("ExtentAllocator_OpenedTable_KeepsItsExtentsUntilClosed") {
 TEST_CASE("ExtentAllocator_Versions_KeepTheirExtentsUntilTheNextOneIsThere") {
   ExtentAllocator extents(std::vector<BlockEntry>(1), 0, "level");
   std::vector<BlockEntry> table = {entry_at(extents.allocate(512), 512)};
-  extents.hold(table);  // version 1, at 0
+  extents.begin_version(1, {});  // version 1, at 0
   CHECK(extents.allocate(512) == 512);
   extents.replace(0, table[0]);
   table[0].offset = 512;
@@ -45,13 +45,61 @@ TEST_CASE("ExtentAllocator_Versions_KeepTheirExtentsUntilTheNextOneIsThere") {
   extents.replace(0, table[0]);  // of no version: free
   table[0].offset = 1024;
   CHECK(extents.allocate(512) == 512);
-  extents.hold(table);  // version 2, at 1024, may still fail to be published: version 1 stays
+  extents.begin_version(2, {});  // version 2, at 1024; version 1 is the other slot's, and stays
   CHECK(extents.allocate(512) == 1536);
   extents.replace(0, table[0]);
   table[0].offset = 1536;
-  extents.hold(table);  // version 3, so 2 is there and 1 may go
+  extents.begin_version(3, {});  // version 3, so that 1 may go
   CHECK(extents.allocate(512) == 0);
   CHECK(extents.allocate(512) == 2048);
+}
+
+TEST_CASE("ExtentAllocator_VersionThatAReaderHas_KeepsItsExtentsUntilTheReaderIsGone") {
+  ExtentAllocator extents(std::vector<BlockEntry>(2), 0, "level");
+  std::vector<BlockEntry> table = {entry_at(extents.allocate(512), 512),
+                                   entry_at(extents.allocate(512), 512)};
+  const auto rewrite = [&](std::uint64_t block) {
+    const std::uint64_t offset = extents.allocate(512);
+    extents.replace(block, table[block]);
+    return table[block].offset = offset;
+  };
+  extents.begin_version(1, {});
+  CHECK(rewrite(0) == 1024);
+  const std::vector<std::uint64_t> none, first = {1};
+  extents.begin_version(2, first);
+  CHECK(rewrite(0) == 1536);
+  extents.begin_version(3, first);
+  CHECK(rewrite(0) == 2048);
+  // A reader has version 1, at 0. Version 2, at 1024, nobody has.
+  extents.begin_version(4, first);
+  CHECK(rewrite(0) == 1024);
+  extents.begin_version(5, none);
+  CHECK(rewrite(0) == 0);
+  CHECK(rewrite(1) == 1536);
+}
+
+TEST_CASE("ExtentAllocator_OpenedWhileReadersHaveOlderVersions_KeepsTheirExtents") {
+  const auto table_of = [](std::vector<BlockEntry> entries) {
+    BlockTable table({}, 0, 1, entries.size());
+    std::ranges::copy(entries, table.entries().begin());
+    return table;
+  };
+  const std::vector<BlockEntry> newest = {entry_at(1024, 512), entry_at(512, 512)};
+  const BlockTable third = table_of({entry_at(0, 512), entry_at(512, 512)});
+  const BlockTable fifth = table_of({entry_at(0, 512), entry_at(2048, 512)});
+  const std::vector<HeldTable> held = {{3, &third}, {5, &fifth}};
+  ExtentAllocator extents(newest, 2560, "level", held);
+  CHECK(extents.allocate(512) == 1536);
+  CHECK(extents.allocate(512) == 2560);
+  const std::vector<std::uint64_t> only_third = {3};
+  extents.begin_version(8, only_third);
+  CHECK(extents.allocate(512) == 2048);
+  extents.begin_version(9, {});
+  CHECK(extents.allocate(512) == 0);
+  // What two versions have differently, and in the same place, no writer has made.
+  const BlockTable wrong = table_of({entry_at(1024, 600), entry_at(512, 512)});
+  const std::vector<HeldTable> contradiction = {{3, &wrong}};
+  CHECK_THROWS_AS(ExtentAllocator(newest, 2560, "level", contradiction), Error);
 }
 
 TEST_CASE("ExtentAllocator_ReleasedNeighbours_BecomeOne") {

@@ -107,7 +107,7 @@ TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
   const BackendRegistry backends = default_backends(with_complement());
   StoreOptions options;
   options.backend = "compressed";
-  options.backend_options = {"zstd:1", "x-flip+shuffle"};
+  options.pipeline = "x-flip+shuffle,zstd:1";
   encoded_blocks = decoded_blocks = 0;
   Digest written;
   {

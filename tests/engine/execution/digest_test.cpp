@@ -52,7 +52,7 @@ Sum naive_digest(Store& store, int level) {
         const Edge& ends = store.base().edges()[edge];
         sum +=
             hashed(ends.start, ends.end, level, info.schema.name,
-                   std::span(bytes).subspan(geometry.slot_offset(edge), geometry.slot_bytes(edge)));
+                   std::span(bytes).subspan(geometry.slot(edge).offset, geometry.slot(edge).bytes));
       }
     }
   }

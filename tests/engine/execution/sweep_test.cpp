@@ -138,9 +138,9 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
         const LevelGeometry& geometry = store.level_file(0, level).geometry;
         bool right = true;
         for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge)
-          for (std::uint64_t at = 0; at < geometry.slot_bytes(edge); at += 12) {
+          for (std::uint64_t at = 0; at < geometry.slot(edge).bytes; at += 12) {
             Vector3<float> found;
-            std::memcpy(&found, &bytes[geometry.slot_offset(edge) + at], 12);
+            std::memcpy(&found, &bytes[geometry.slot(edge).offset + at], 12);
             right &= edge % 3 != 0 ? found == Vector3<float>{0, 0, 0}
                                    : found == Vector3<float>{static_cast<float>(edge),
                                                              static_cast<float>(level), 1};

@@ -169,7 +169,7 @@ TEST_CASE("BaseMeshBuild_NonManifoldEdge_IsRefusedWithItsFaces") {
 TEST_CASE("BaseMeshBuild_NonManifoldVertex_IsRefused") {
   SECTION("two borders meet") {
     CHECK(refusal_of(with_any_positions(5, {{2, 0, 1}, {2, 3, 4}})) ==
-          "shape.ply: vertex 2: expected its 2 faces to form one fan, found only 1 in that of "
+          "shape.ply: vertex 2: expected its 2 faces to form one fan, found only 1 in the fan of "
           "face 0");
   }
   SECTION("two closed surfaces touch") {

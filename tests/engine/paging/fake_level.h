@@ -30,7 +30,10 @@ class FakeBackend final : public Backend {
     spec_.table.seal(blocks.first, spec_.geometry.block_offset(blocks.first), BlockEncoding::kRaw,
                      from);
   }
-  std::byte* address(std::uint64_t block) override { return address_of(block); }
+  std::byte* address(std::uint64_t block) override {
+    if (fail_addresses) throw Error(ErrorCode::kCorruption, "fake: cut short");
+    return address_of(block);
+  }
   void advise(BlockRange, Advice advice) noexcept override {
     if (advice == Advice::kWillNeed) ++prefetches;
   }
@@ -41,7 +44,7 @@ class FakeBackend final : public Backend {
     return bytes_.data() + spec_.geometry.block_offset(block);
   }
   std::atomic<int> reads = 0, writes = 0, prefetches = 0;
-  std::atomic<bool> fail_writes = false;
+  std::atomic<bool> fail_writes = false, fail_addresses = false;
 
  private:
   LevelSpec spec_;
@@ -61,7 +64,7 @@ struct TestLevel {
     file.path = "fake";
     file.traits = traits;
     file.writable = !traits.maps_for_reading;
-    file.geometry = LevelGeometry(edges, {}, BaseRelativeLevel(level), 1, kBlockBytes);
+    file.geometry = LevelGeometry(SlotShapes(edges), BaseRelativeLevel(level), 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
         LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});

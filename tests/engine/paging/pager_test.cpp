@@ -204,6 +204,45 @@ TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
   CHECK(session.pin(level.file, 2, Access::kRead));
 }
 
+TEST_CASE("PagerPin_RefusedHalfway_LeavesNothingBehind") {  // invariant 10
+  const auto access = GENERATE(Access::kRead, Access::kWrite, Access::kUpdate);
+  SECTION("because no frame can be had: the block that is in the way cannot be written") {
+    Pager pager(3 * kBlockBytes, 0);
+    Session session = pager.open_session({.policy = EvictionPolicy::kClock});
+    TestLevel level(pager, 1, 8 * 4096);
+    for (const unsigned block : {2u, 3u, 4u})
+      level.put_on_disk(block, static_cast<unsigned char>(block));
+    fill(session.pin(level.file, 0, Access::kWrite), 10);
+    fill(session.pin(level.file, 1, Access::kWrite), 11);
+    session.pin(level.file, 2, Access::kRead);
+    level.backend->fail_writes = true;
+    CHECK_THROWS_AS(session.pin(level.file, 3, access), Error);
+    level.backend->fail_writes = false;
+    // What was refused is absent: it is read, and its bytes are those of the backend.
+    const int reads = level.backend->reads;
+    CHECK(holds(session.pin(level.file, 3, Access::kRead), 3));
+    CHECK(level.backend->reads == reads + 1);
+    CHECK(holds(session.pin(level.file, 4, Access::kRead), 4));
+    CHECK(holds(session.pin(level.file, 0, Access::kRead), 10));
+    CHECK(holds(session.pin(level.file, 1, Access::kRead), 11));
+    pager.discard();
+  }
+  SECTION("because the level cannot say where the block is") {
+    Pager pager(2 * kBlockBytes, 1);
+    Session session = pager.open_session();
+    TestLevel level(pager, 1, 4 * 4096, kInMemory);
+    level.backend->fail_addresses = true;
+    const std::vector<BlockRequest> requests{{level.file, 0, access}, {level.file, 1, access}};
+    std::vector<PinnedBlock> pinned(2);
+    CHECK_THROWS_AS(session.pin_many(requests, pinned), Error);
+    CHECK(pager.statistics().peak_frame_bytes == 0);
+    level.backend->fail_addresses = false;
+    session.pin_many(requests, pinned);
+    CHECK(pager.statistics().peak_frame_bytes == 2 * kBlockBytes);
+    pinned.clear();
+  }
+}
+
 TEST_CASE("PagerSetAside_PartOfTheBudget_IsNotForFrames") {
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
   Session session = pager.open_session();

@@ -101,7 +101,7 @@ class HeldBackend final : public Backend {
 struct HeldLevel {
   HeldLevel(Pager& its_pager, std::uint64_t blocks, const SessionOptions& options = {})
       : pager(its_pager), session(pager.open_session(options)) {
-    file.geometry = LevelGeometry(blocks * 4096, {}, BaseRelativeLevel(1), 1, kBlockBytes);
+    file.geometry = LevelGeometry(SlotShapes(blocks * 4096), BaseRelativeLevel(1), 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
         LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, 1});
@@ -390,7 +390,6 @@ TEST_CASE("PagerPin_AllFramesPinnedButOneIsBeingRead_WaitsForTheRead") {
   level.backend->let_go(Direction::kRead, 2);
   waiting.get();
   level.backend->let_all_go();
-  pager.detach(level.file);
 }
 
 TEST_CASE("PagerDiscard_TransfersOnTheirWay_AreWaitedFor") {

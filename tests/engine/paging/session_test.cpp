@@ -187,8 +187,9 @@ TEST_CASE("SessionPin_TwoThatHoldHalfAndAskForMore_OneGetsBudgetAndTheOtherGoesO
   CHECK(is_waiting(waiting));
   const std::string message = budget_error([&] { second.pin(level.read_only(), 5); });
   CHECK(message ==
-        "page in fake: a frame of 4096 bytes is needed, and 0 of 16384 bytes are available: all "
-        "others are pinned");
+        "page in fake: at least 4096 bytes of frames are needed and 0 of 16384 are available; the "
+        "others "
+        "are pinned");
   CHECK(is_waiting(waiting));
   held.reset();
   CHECK(waiting.get());

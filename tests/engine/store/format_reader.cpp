@@ -36,14 +36,6 @@ std::uint32_t u32(const Bytes& bytes, std::size_t offset) {
 }
 std::uint64_t u64(const Bytes& bytes, std::size_t offset) { return number(bytes, offset, 8); }
 
-std::string text(const Bytes& bytes, std::size_t offset, std::size_t size) {
-  std::string result;
-  while (result.size() < size && bytes.at(offset + result.size()) != 0)
-    result += static_cast<char>(bytes[offset + result.size()]);
-  require(result.size() < size, "text without a zero byte");
-  return result;
-}
-
 bool starts_with(const Bytes& bytes, const std::string& magic) {
   return bytes.size() >= magic.size() && std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
 }
@@ -71,20 +63,39 @@ std::uint64_t block_checksum(const Store& store, std::uint32_t attribute, std::u
   return XXH3_64bits_withSeed(stored.data(), stored.size(), seed);
 }
 
-Bytes decoded(const Store& store, const Bytes& stored, std::size_t raw_bytes, std::size_t width) {
+/// A pipeline taken apart: stages in the order of encoding.
+struct Stages {
+  bool shuffle = false;
+  std::string codec = "none";
+};
+
+Stages stages_of(std::string pipeline) {
+  Stages stages;
+  if (const std::size_t comma = pipeline.find(','); comma != std::string::npos) {
+    const std::string filters = pipeline.substr(0, comma);
+    require(filters == "shuffle" || filters == "none", "filter");
+    stages.shuffle = filters == "shuffle";
+    pipeline.erase(0, comma + 1);
+  }
+  stages.codec = pipeline.substr(0, pipeline.find(':'));
+  return stages;
+}
+
+Bytes decoded(const std::string& pipeline, const Bytes& stored, std::size_t raw_bytes,
+              std::size_t width) {
+  const Stages stages = stages_of(pipeline);
   Bytes filtered(raw_bytes);
-  if (store.codec == "lz4") {
+  if (stages.codec == "lz4") {
     const int got = LZ4_decompress_safe(
         reinterpret_cast<const char*>(stored.data()), reinterpret_cast<char*>(filtered.data()),
         static_cast<int>(stored.size()), static_cast<int>(raw_bytes));
     require(got == static_cast<int>(raw_bytes), "lz4 block");
   } else {
-    require(store.codec.starts_with("zstd"), "codec");
+    require(stages.codec == "zstd", "codec");
     require(ZSTD_decompress(filtered.data(), raw_bytes, stored.data(), stored.size()) == raw_bytes,
             "zstd frame");
   }
-  if (store.filter == "none") return filtered;
-  require(store.filter == "shuffle", "filter");
+  if (!stages.shuffle) return filtered;
   Bytes raw = filtered;
   const std::size_t components = raw_bytes / width;
   for (std::size_t i = 0; i < components; ++i)
@@ -107,17 +118,95 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
   }
   require(!newest.empty(), "no slot");
   require(u32(newest, 8) == 2 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
-  for (std::size_t i = 226; i < 256; ++i) require(newest[i] == 0, "reserved bytes");
+  require(u32(newest, 20) == 0, "reserved bytes");
+  for (std::size_t i = 64; i < 4088; ++i) require(newest[i] == 0, "reserved bytes");
   return newest;
 }
 
-void read_base_mesh(Store& store, const std::filesystem::path& path, const Bytes& manifest) {
+/// Fields one after another.
+class Fields {
+ public:
+  explicit Fields(Bytes bytes) : bytes_(std::move(bytes)) {}
+  std::uint64_t take(int size) {
+    const std::uint64_t value = number(bytes_, at_, size);
+    at_ += static_cast<std::size_t>(size);
+    return value;
+  }
+  std::uint32_t take_u32() { return static_cast<std::uint32_t>(take(4)); }
+  std::string take_text() {
+    const std::size_t length = take_u32();
+    require(length <= 65536 && length <= bytes_.size() - at_, "length of a text");
+    const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(at_);
+    at_ += length;
+    return {begin, begin + static_cast<std::ptrdiff_t>(length)};
+  }
+  bool at_end() const { return at_ == bytes_.size(); }
+
+ private:
+  Bytes bytes_;
+  std::size_t at_ = 0;
+};
+
+/// What the description says of the base mesh.
+struct BaseFigures {
+  std::uint64_t vertices, edges, faces, border_edges, bytes, checksum;
+};
+
+Attribute read_attribute(Fields& fields, std::uint32_t base_level) {
+  Attribute attribute;
+  attribute.name = fields.take_text();
+  attribute.number = fields.take_u32();
+  attribute.type = static_cast<unsigned>(fields.take(1));
+  attribute.components = static_cast<unsigned>(fields.take(1));
+  attribute.base_checksum = fields.take(8);
+  attribute.pipeline = fields.take_text();
+  const std::uint32_t levels = fields.take_u32(), ranges = fields.take_u32();
+  for (std::uint32_t range = 0; range < ranges; ++range) {
+    const std::uint32_t size = fields.take_u32(), representation = fields.take_u32();
+    require(representation == 0, "representation");
+    attribute.described.insert(attribute.described.end(), size,
+                               {fields.take_text(), representation, 0});
+  }
+  require(attribute.described.size() == levels, "ranges of levels");
+  for (Level& level : attribute.described) level.generation = fields.take(8);
+  attribute.finest_level = base_level + levels;
+  attribute.record_bytes = component_bytes(attribute.type) * attribute.components;
+  return attribute;
+}
+
+BaseFigures read_description(Store& store, Bytes description) {
+  Fields fields(std::move(description));
+  BaseFigures base{};
+  base.vertices = fields.take(8);
+  base.edges = fields.take(8);
+  base.faces = fields.take(8);
+  base.border_edges = fields.take(8);
+  store.block_bytes = fields.take(8);
+  base.bytes = fields.take(8);
+  base.checksum = fields.take(8);
+  store.base_level = fields.take_u32();
+  store.next_attribute_number = fields.take_u32();
+  store.backend = fields.take_text();
+  store.pipeline = fields.take_text();
+  store.layout = fields.take_text();
+  store.scheme = fields.take_text();
+  store.program = fields.take_text();
+  store.limit = (fields.take(1) & 1) != 0;
+  store.precision = static_cast<std::uint8_t>(fields.take(1));
+  const std::uint32_t attributes = fields.take_u32();
+  for (std::uint32_t i = 0; i < attributes; ++i)
+    store.attributes.push_back(read_attribute(fields, store.base_level));
+  require(fields.at_end(), "end of the description");
+  return base;
+}
+
+void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseFigures& base) {
   const Bytes bytes = read_file(path);
-  require(bytes.size() == u64(manifest, 96), "size of base.mesh");
-  require(XXH3_64bits(bytes.data(), bytes.size()) == u64(manifest, 104), "checksum of base.mesh");
+  require(bytes.size() == base.bytes, "size of base.mesh");
+  require(XXH3_64bits(bytes.data(), bytes.size()) == base.checksum, "checksum of base.mesh");
   require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 1, "header of base.mesh");
   const std::uint64_t vertex_count = u64(bytes, 16), face_count = u64(bytes, 24);
-  require(vertex_count == u64(manifest, 48) && face_count == u64(manifest, 64), "V, F");
+  require(vertex_count == base.vertices && face_count == base.faces, "V, F");
   require(bytes.size() == 32 + 24 * vertex_count + 12 * face_count, "contents of base.mesh");
   store.positions.resize(vertex_count);
   std::memcpy(store.positions.data(), &bytes[32], 24 * vertex_count);
@@ -127,7 +216,7 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const Bytes
   }
 }
 
-void number_edges(Store& store, const Bytes& manifest) {
+void number_edges(Store& store, const BaseFigures& base) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> known;  // (lower, higher)
   for (std::uint32_t f = 0; f < store.faces.size(); ++f)
     for (const std::uint32_t side : {2u, 0u, 1u}) {  // ab, bc, ca
@@ -147,10 +236,10 @@ void number_edges(Store& store, const Bytes& manifest) {
   std::uint64_t border = 0;
   for (const Edge& edge : store.edges)
     if (edge.is_border()) ++border;
-  require(store.edges.size() == u64(manifest, 56) && border == u64(manifest, 72), "edges, border");
+  require(store.edges.size() == base.edges && border == base.border_edges, "edges, border");
 }
 
-/// Reads one level, whose entries begin at `entry` of the tables; returns where they end.
+/// Reads one level, whose entries begin at `entry` of version.S; returns where they end.
 std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
                        const std::filesystem::path& directory, const Bytes& tables,
                        std::size_t entry) {
@@ -166,8 +255,10 @@ std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
   std::size_t slots = 1;  // in a block
   while (2 * slots * full <= store.block_bytes && slots < store.edges.size()) slots *= 2;
 
+  const Level& described = attribute.described.at(k - 1);
   const Bytes file =
-      read_file(directory / fmt::format("attribute{}.level{:02}", attribute.number, level));
+      read_file(directory / fmt::format("attribute{}.level{:02}.{}", attribute.number, level,
+                                        described.generation));
   const bool compressed = store.backend == "compressed";
   if (!compressed)
     require(file.size() == (slot_offsets.back() + 4095) / 4096 * 4096, "size of a level file");
@@ -197,8 +288,9 @@ std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
     else
       require(offset == raw_offset, "offset");
     if (encoding == 1) require(stored_bytes == raw_bytes, "raw size");
-    const Bytes raw =
-        encoding == 1 ? stored : decoded(store, stored, raw_bytes, component_bytes(attribute.type));
+    const Bytes raw = encoding == 1 ? stored
+                                    : decoded(described.pipeline, stored, raw_bytes,
+                                              component_bytes(attribute.type));
     content.insert(content.end(), raw.begin(), raw.end());
   }
   return entry;
@@ -211,46 +303,34 @@ Store read_store(const std::filesystem::path& directory) {
   Store store;
   std::memcpy(store.uuid.data(), &manifest[24], 16);
   store.sequence = u64(manifest, 40);
-  store.block_bytes = u64(manifest, 80);
-  store.base_level = u32(manifest, 88);
-  store.next_attribute_number = u32(manifest, 92);
-  store.backend = text(manifest, 128, 16);
-  store.codec = text(manifest, 144, 16);
-  store.filter = text(manifest, 160, 16);
-  store.layout = text(manifest, 176, 16);
-  store.scheme = text(manifest, 192, 16);
-  store.program = text(manifest, 208, 16);
-  store.limit = (manifest[224] & 1) != 0;
-  store.precision = manifest[225];
-  read_base_mesh(store, directory / "base.mesh", manifest);
-  number_edges(store, manifest);
+  const Bytes version = read_file(directory / fmt::format("version.{}", store.sequence));
+  require(version.size() == u64(manifest, 48), "size of the version");
+  require(XXH3_64bits(version.data(), version.size()) == u64(manifest, 56),
+          "checksum of the version");
+  require(starts_with(version, "plaitver") && u32(version, 8) == 1 && u32(version, 12) == 0,
+          "header of the version");
+  const std::uint64_t described_bytes = u64(version, 16);
+  require(described_bytes <= version.size() - 32, "size of the description");
+  const auto begin = version.begin() + 32;
+  const Bytes description(begin, begin + static_cast<std::ptrdiff_t>(described_bytes));
+  require(XXH3_64bits(description.data(), description.size()) == u64(version, 24),
+          "checksum of the description");
+  const BaseFigures base = read_description(store, description);
+  read_base_mesh(store, directory / "base.mesh", base);
+  number_edges(store, base);
 
-  const Bytes tables = read_file(directory / fmt::format("tables.{}", store.sequence));
-  require(tables.size() == u64(manifest, 112), "size of the tables");
-  require(XXH3_64bits(tables.data(), tables.size()) == u64(manifest, 120),
-          "checksum of the tables");
-  require(starts_with(tables, "plaitblk") && u32(tables, 8) == 1, "header of the tables");
-  std::size_t entry = 16;
-  for (std::size_t i = 0; i < u32(manifest, 20); ++i) {
-    const std::size_t at = 256 + 64 * i;
-    Attribute attribute;
-    attribute.name = text(manifest, at, 32);
-    attribute.number = u32(manifest, at + 32);
-    attribute.finest_level = u32(manifest, at + 36);
-    attribute.type = manifest[at + 40];
-    attribute.components = manifest[at + 41];
-    attribute.record_bytes = component_bytes(attribute.type) * attribute.components;
+  std::size_t entry = 32 + description.size();
+  for (Attribute& attribute : store.attributes) {
     attribute.base =
         read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, store.sequence));
     require(attribute.base.size() == store.positions.size() * attribute.record_bytes,
             "size of the base records");
-    require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == u64(manifest, at + 48),
+    require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == attribute.base_checksum,
             "checksum of the base records");
     for (std::uint32_t level = store.base_level + 1; level <= attribute.finest_level; ++level)
-      entry = read_level(store, attribute, level, directory, tables, entry);
-    store.attributes.push_back(std::move(attribute));
+      entry = read_level(store, attribute, level, directory, version, entry);
   }
-  require(entry == tables.size(), "end of the tables");
+  require(entry == version.size(), "end of the version");
   return store;
 }
 

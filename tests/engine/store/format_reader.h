@@ -20,9 +20,17 @@ struct Edge {
   bool is_border() const { return other_face == 0xffffffff; }
 };
 
+struct Level {
+  std::string pipeline;
+  std::uint32_t representation;
+  std::uint64_t generation;
+};
+
 struct Attribute {
-  std::string name;
+  std::string name, pipeline;
   std::uint32_t number, finest_level;
+  std::uint64_t base_checksum;
+  std::vector<Level> described;  ///< [level - base level - 1]
   unsigned type, components;
   std::size_t record_bytes;
   Bytes base;
@@ -33,7 +41,7 @@ struct Store {
   std::array<unsigned char, 16> uuid;
   std::uint64_t sequence, block_bytes;
   std::uint32_t base_level, next_attribute_number;
-  std::string backend, codec, filter, layout, scheme, program;
+  std::string backend, pipeline, layout, scheme, program;
   bool limit;
   std::uint8_t precision;
   std::vector<std::array<double, 3>> positions;

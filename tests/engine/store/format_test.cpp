@@ -84,19 +84,19 @@ bool equal(const format::Bytes& found, const std::vector<std::byte>& expected) {
 }
 
 struct Variant {
-  std::string backend, codec, filter;
+  std::string backend, pipeline;
   int base_level = 0;
 };
 
 void check_store(const IndexedMesh& mesh, const Variant& variant) {
-  INFO(variant.backend << " " << variant.codec << " " << variant.filter);
+  INFO(variant.backend << " " << variant.pipeline);
   const TemporaryDirectory directory;
   const std::filesystem::path path = directory.path() / "s.plait";
   StoreUuid uuid;
   std::vector<std::byte> noise_base, noise_levels[2], part;
   {
     StoreOptions options = sample_options(variant.backend);
-    options.backend_options = {variant.codec, variant.filter};
+    options.pipeline = variant.pipeline;
     options.base_level = variant.base_level;
     options.layout = "given";
     Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
@@ -129,8 +129,7 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
   CHECK(store.base_level == static_cast<std::uint32_t>(variant.base_level));
   CHECK(store.next_attribute_number == 4);
   CHECK(store.backend == variant.backend);
-  CHECK(store.codec == variant.codec);
-  CHECK(store.filter == variant.filter);
+  CHECK(store.pipeline == variant.pipeline);
   CHECK(store.layout == "given");
   CHECK(store.scheme == "midpoint");
   CHECK(store.limit);
@@ -152,8 +151,8 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
   CHECK(equal(store.attributes[2].levels.begin()->second, part));
   CHECK(store.blocks_of_encoding[0] > 0);
   CHECK(store.blocks_of_encoding[1] > 0);
-  CHECK((store.blocks_of_encoding[2] > 0) ==
-        (variant.backend == "compressed" && variant.codec != "none"));
+  CHECK((store.blocks_of_encoding[2] > 0) == (variant.pipeline.find("lz4") != std::string::npos ||
+                                              variant.pipeline.find("zstd") != std::string::npos));
 }
 
 }  // namespace
@@ -169,10 +168,59 @@ TEST_CASE("BlockChecksum_ExampleOfTheDocument_IsThatNumber") {
 
 TEST_CASE("Format_ReadAsTheDocumentSays_HoldsWhatWasWritten") {
   for (const IndexedMesh& mesh : {random_sphere(3, 60), random_sheet(5, 60), two_components()}) {
-    check_store(mesh, {"pread", "zstd:1", "shuffle"});
-    check_store(mesh, {"mmap", "none", "none", 2});
-    for (const char* codec : {"zstd", "zstd:-5", "lz4", "none"})
-      for (const char* filter : {"shuffle", "none"})
-        check_store(mesh, {"compressed", codec, filter});
+    check_store(mesh, {"pread", "none"});
+    check_store(mesh, {"mmap", "none", 2});
+    for (const char* pipeline : {"zstd", "zstd:-5", "lz4", "none", "shuffle,none", "shuffle,zstd",
+                                 "shuffle,zstd:-5", "shuffle,lz4"})
+      check_store(mesh, {"compressed", pipeline});
   }
+}
+
+TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocumentSays") {
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "s.plait";
+  const std::string scheme(5000, 's'), layout(65536, 'l');
+  const AttributeSchema smooth{"smooth" + std::string(200, '-'), ComponentType::kFloat32, 3};
+  std::vector<std::byte> expected[3];
+  {
+    StoreOptions options = sample_options("compressed");
+    options.pipeline = "zstd:3";
+    options.layout = layout;
+    Store store =
+        Store::create(path, BaseMesh::build(random_sphere(3, 60)), options, default_backends());
+    Provenance provenance = store.provenance();
+    provenance.scheme = scheme;
+    store.set_provenance(provenance);
+    const AttributeId id = add_sample(store, smooth, 1);
+    store.commit();
+    store.set_pipeline(id, "shuffle,lz4");
+    for (const int level : {2, 3}) {
+      store.add_level(id);
+      write_level(store, id, level, sample_level(store, smooth, level));
+    }
+    store.commit();
+    for (const int level : {1, 2, 3}) expected[level - 1] = sample_level(store, smooth, level);
+  }
+  const format::Store read = format::read_store(path);
+  CHECK(read.scheme == scheme);
+  CHECK(read.layout == layout);
+  REQUIRE(read.attributes.size() == 1);
+  const format::Attribute& attribute = read.attributes[0];
+  CHECK(attribute.name == smooth.name);
+  CHECK(attribute.pipeline == "shuffle,lz4");
+  REQUIRE(attribute.described.size() == 3);
+  CHECK(attribute.described[0].pipeline == "zstd:3");
+  CHECK(attribute.described[0].generation == 1);
+  for (const std::size_t level : {1u, 2u}) {
+    CHECK(attribute.described[level].pipeline == "shuffle,lz4");
+    CHECK(attribute.described[level].generation == 2);
+  }
+  for (const std::uint32_t level : {1u, 2u, 3u})
+    CHECK(equal(attribute.levels.at(level), expected[level - 1]));
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(store.provenance().scheme == scheme);
+  CHECK(store.options().layout == layout);
+  CHECK(store.level_file(0, 1).pipeline == "zstd:3");
+  CHECK(store.level_file(0, 3).pipeline == "shuffle,lz4");
+  CHECK(holds_sample(store, 0));
 }

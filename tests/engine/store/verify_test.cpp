@@ -141,7 +141,7 @@ TEST_CASE("Verify_NeverWrittenBlock_IsZerosWhateverTheFileHolds") {
       CHECK(report.damaged_count == 0);
     }
     if (backend == "compressed") continue;  // the file is empty
-    flip(path / "attribute0.level01", 100);
+    flip(path / "attribute0.level01.1", 100);
     Store store = open(path);
     CHECK(verify(store).damaged_count == 0);
     const std::vector<std::byte> zeros(store.level_file(0, 1).geometry.total_bytes());

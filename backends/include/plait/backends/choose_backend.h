@@ -5,17 +5,12 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 #include "plait/backend.h"
+#include "plait/backend_choice.h"
 #include "plait/machine.h"
 
 namespace plait {
-
-struct BackendChoice {
-  std::string name;
-  std::string reason;  ///< one clause with the reason: sizes, or why uring cannot be used
-};
 
 /// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
 /// Once dirty pages fill about a tenth of the memory, Linux slows writers down to the speed of the

@@ -6,18 +6,11 @@
 #include <string_view>
 
 #include "plait/base_mesh.h"
+#include "plait/kernels/one_ring.h"
+#include "plait/kernels/scheme.h"
 #include "plait/store.h"
 
 namespace plait {
-
-enum class Scheme : std::uint8_t {
-  kLoop,       ///< approximating, in place: coarser vertices move with every level
-  kButterfly,  ///< modified Butterfly, interpolating
-  kMidpoint,   ///< linear
-};
-std::string_view to_string(Scheme scheme) noexcept;
-/// Errors: kInvalidArgument naming the schemes there are.
-Scheme scheme_from_name(std::string_view name);
 
 enum class ExecutorKind : std::uint8_t {
   kFused,        ///< patch by patch through all levels, from the base mesh
@@ -35,10 +28,13 @@ struct SubdivideProgress {
 
 struct SubdivideOptions {
   Scheme scheme = Scheme::kLoop;
+  /// In place of `scheme`, unless null: a rule of the program's own, by own_scheme(); outlives the
+  /// call.
+  const OneRingScheme* own_scheme = nullptr;
   ExecutorKind executor = ExecutorKind::kSweep;
   int levels = 1;        ///< the level to reach
   bool normals = false;  ///< attribute "normal", float32 x 3, unit length; one that is there goes
-  bool limit = false;    ///< projects positions to the limit surface (Loop only)
+  bool limit = false;    ///< projects positions to the limit surface, if the scheme has_limits
   int threads = 1;       ///< transparent uses one, whatever is asked for
   std::function<bool(const SubdivideProgress&)> proceed = {};  ///< false cancels
   /// Positions have reached this level everywhere, and nothing is pinned: the store may be
@@ -51,9 +47,10 @@ struct SubdivideOptions {
 void add_base_positions(Store& store, bool double_precision = false);
 
 /// Refines attribute "position" from its finest level to `options.levels`, and records in the
-/// store's provenance how, so that it can be repaired and resumed. Does not commit.
-/// Errors: kInvalidArgument, kNotSupported (limit without Loop; fused in a store that has levels),
-/// kBudget naming what is needed, kCancelled, kIo and kNoSpace.
+/// store's provenance how, so that it can be repaired and resumed (what a program's own rule made
+/// cannot be repaired: the name is all that a store keeps of the rule). Does not commit.
+/// Errors: kInvalidArgument, kNotSupported (limit by a scheme without limit positions; fused in a
+/// store that has levels), kBudget naming what is needed, kCancelled, kIo and kNoSpace.
 void subdivide(Store& store, const SubdivideOptions& options);
 
 /// Bytes that a subdivision of `store` keeps beside its budget: scratch per thread, and two records

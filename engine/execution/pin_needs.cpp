@@ -1,0 +1,104 @@
+#include "plait/pin_needs.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "execution/sweep/stencil.h"
+#include "execution/sweep/sweep_chunks.h"
+#include "paging/frame_pool.h"
+#include "plait/level_geometry.h"
+
+namespace plait {
+namespace {
+
+/// The blocks of one access that one chunk of edges, or one face, needs.
+class NeededBlocks {
+ public:
+  NeededBlocks(const Store& store, const AccessedLevels& access) : reach_(access.reach) {
+    const BaseMesh& base = store.base();
+    for (int level = std::max(access.first_level, store.base_level() + 1);
+         level <= access.last_level; ++level)
+      levels_.push_back(
+          {LevelGeometry(base.slot_shapes(), relative_to_base(level, store.base_level()),
+                         access.record_bytes, store.options().block_bytes),
+           {}});
+    for (Level& level : levels_) level.needed_by.assign(level.geometry.block_count(), 0);
+  }
+
+  Reach reach() const { return reach_; }
+  /// -1 without levels. The finest level has the fewest.
+  int slots_per_block_log2() const {
+    return levels_.empty() ? -1 : levels_.back().geometry.slots_per_block_log2();
+  }
+
+  void begin_stencil() {
+    ++stencil_;
+    bytes_ = 0;
+  }
+  void need(EdgeId edge) {
+    for (Level& level : levels_) {
+      std::uint64_t& needed_by = level.needed_by[level.geometry.block_of(edge)];
+      if (needed_by == stencil_) continue;
+      needed_by = stencil_;
+      bytes_ += FramePool::frame_bytes(level.geometry.max_block_bytes());
+    }
+  }
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  struct Level {
+    LevelGeometry geometry;
+    std::vector<std::uint64_t> needed_by;  ///< [block] number of the last stencil that needs it
+  };
+  Reach reach_;
+  std::vector<Level> levels_;
+  std::uint64_t stencil_ = 0, bytes_ = 0;
+};
+
+}  // namespace
+
+std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> accesses,
+                          int threads) {
+  const Topology mesh = store.base().topology();
+  std::vector<NeededBlocks> needed;
+  int fewest_slots_log2 = kMostChunkEdgesLog2;
+  for (const AccessedLevels& access : accesses) {
+    needed.emplace_back(store, access);
+    if (needed.back().slots_per_block_log2() < 0)
+      needed.pop_back();
+    else
+      fewest_slots_log2 = std::min(fewest_slots_log2, needed.back().slots_per_block_log2());
+  }
+  const std::uint64_t edge_count = mesh.edges.size();
+  const std::uint64_t chunk = chunk_edges(fewest_slots_log2, threads);
+  std::uint64_t most = 0;
+  for (std::uint64_t first = 0; first < edge_count; first += chunk) {
+    std::uint64_t bytes = 0;
+    for (NeededBlocks& blocks : needed) {
+      blocks.begin_stencil();
+      for (std::uint64_t edge = first; edge < std::min(first + chunk, edge_count); ++edge)
+        for_each_edge_in_reach(mesh, static_cast<EdgeId>(edge), blocks.reach(),
+                               [&](EdgeId reached) { blocks.need(reached); });
+      bytes += blocks.bytes();
+    }
+    most = std::max(most, bytes);
+  }
+  return most;
+}
+
+std::uint64_t patch_needs(const Store& store, const AccessedLevels& access) {
+  const Topology mesh = store.base().topology();
+  NeededBlocks blocks(store, access);
+  std::uint64_t most = 0;
+  for (FaceId face = 0; face < mesh.faces.size(); ++face) {
+    blocks.begin_stencil();
+    // What the face's edges reach, each of them together, is what the face reaches.
+    for (const EdgeId edge : mesh.face_edges[face])
+      for_each_edge_in_reach(mesh, edge, access.reach,
+                             [&](EdgeId reached) { blocks.need(reached); });
+    most = std::max(most, blocks.bytes());
+  }
+  return most;
+}
+
+}  // namespace plait

@@ -1,0 +1,92 @@
+#include "plait/pinned_patch.h"
+
+#include <fmt/format.h>
+
+#include "plait/error.h"
+
+namespace plait {
+
+PinnedPatch::PinnedPatch(Store& store, AttributeId attribute, Reach reach,
+                         std::uint64_t share_bytes)
+    : store_(&store),
+      attribute_(attribute),
+      reach_(reach),
+      share_bytes_(share_bytes),
+      topology_(store.base().topology()) {}
+
+void PinnedPatch::activate(int readable, int first_writable, int last_writable) {
+  const int base_level = store_->base_level();
+  const AttributeInfo& info = store_->attributes()[attribute_];
+  if (readable < base_level || readable > info.finest_level)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("activate level {} of '{}': expected {} to {}", readable,
+                            info.schema.name, base_level, info.finest_level));
+  const auto access = [&](int level) {
+    return level >= first_writable && level <= last_writable ? Access::kUpdate : Access::kRead;
+  };
+  for (int level = base_level + 1; level <= readable; ++level)
+    if (access(level) != Access::kRead && !store_->level_file(attribute_, level).writable)
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("activate level {} of '{}' for writing: {} was opened for reading",
+                              level, info.schema.name, store_->path().native()));
+  levels_.clear();
+  for (int level = base_level + 1; level <= readable; ++level)
+    levels_.emplace_back(store_->level_file(attribute_, level), access(level));
+  table_.set_levels(base_level, relative_to_base(readable, base_level));
+  session_ = store_->open_session();
+}
+
+void PinnedPatch::need_stencil(FaceId face) {
+  for (const EdgeId edge : topology_.face_edges[face]) need(edge);
+  for (int side = 0; side < 3 && reach_ != Reach::kOwn; ++side) {
+    const FaceSide beyond = topology_.across(FaceSide(face, side));
+    if (!beyond.exists()) continue;
+    for (int turn = 1; turn <= 2; ++turn) {
+      const FaceSide outer(beyond.face(), (beyond.side() + turn) % 3);
+      need(topology_.face_edges[outer.face()][static_cast<std::size_t>(outer.side())]);
+      const FaceSide further = reach_ == Reach::kRing ? topology_.across(outer) : FaceSide();
+      if (!further.exists()) continue;
+      for (const EdgeId edge : topology_.face_edges[further.face()]) need(edge);
+    }
+  }
+}
+
+void PinnedPatch::make_room() {
+  std::uint64_t bytes = 0, missing = 0;
+  for (const PinnedLevel& level : levels_) {
+    bytes += level.pinned_bytes();
+    missing += level.missing_bytes();
+  }
+  while (missing != 0 && bytes + missing > share_bytes_) {
+    PinnedLevel* oldest = nullptr;
+    for (PinnedLevel& level : levels_)
+      if (level.has_rest() && (!oldest || level.oldest_step() < oldest->oldest_step()))
+        oldest = &level;
+    if (!oldest) return;
+    oldest->release_oldest();
+    bytes -= oldest->frame_bytes();
+  }
+}
+
+void PinnedPatch::enter(FaceId face) {
+  for (PinnedLevel& level : levels_) level.begin_step();
+  need_stencil(face);
+  make_room();
+  PinnedLevel::pin_needed(session_, levels_);
+  const std::span<std::byte> base = store_->base_bytes(attribute_);
+  table_.enter(topology_, face, store_->attributes()[attribute_].schema.record_bytes(),
+               reach_ != Reach::kOwn, base.data(), [&](EdgeId edge, BaseRelativeLevel level) {
+                 return levels_[static_cast<std::size_t>(level.refinements - 1)].slot(edge);
+               });
+}
+
+LocatedSlot PinnedPatch::slot(BaseRelativeLevel level, EdgeId edge) const {
+  const PinnedLevel& at = levels_[static_cast<std::size_t>(level.refinements - 1)];
+  if (!at.is_pinned(edge))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("face {} of '{}': the point is beyond the reach of the patch",
+                            table_.face(), store_->attributes()[attribute_].schema.name));
+  return at.slot(edge);
+}
+
+}  // namespace plait

@@ -1,0 +1,43 @@
+// plait/left_overs.h: finds and removes files that killed runs left under temporary names:
+// NAME.partial-PID of unfinished outputs and STORE.repair-PID of repairs. A process locks the file
+// or directory that it makes (flock), and the lock ends with the process. So an unlocked one is
+// left over.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/directory.h"
+
+namespace plait {
+
+struct LeftOver {
+  std::string name;  ///< in the directory that was searched
+  bool is_directory = false;
+  bool in_use = false;      ///< another process has its lock, so it is not left over and stays
+  std::uint64_t bytes = 0;  ///< of the files that plait made
+  std::vector<std::string> foreign;  ///< entries of a directory that plait did not make; they stay
+};
+
+/// Finds left-overs, sorted by name. With `of`, only those with that final name. Errors: kIo.
+std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of = {});
+
+/// Removes the left-over, unless another process has locked it meanwhile. In a directory it removes
+/// only the files that plait makes, and then the directory if it is empty. Returns whether the
+/// left-over is removed. Errors: kIo.
+bool remove_left_over(const Directory& directory, const LeftOver& left_over);
+
+/// Removes from a directory all files that plait makes in a directory with a temporary name: those
+/// of a store and those of a repair. Errors: kIo.
+void remove_made_files(const Directory& directory);
+
+/// Removes the left-overs of killed runs whose output was `path`, and calls `warn` for each.
+/// Errors: kIo; those of OutputName.
+void remove_left_overs_of(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn);
+
+}  // namespace plait

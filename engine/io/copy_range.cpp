@@ -1,0 +1,63 @@
+#include "io/copy_range.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "io/system_call.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+using Kind = FileOperation::Kind;
+
+/// The system has no copy for these two files: another file system, or an old kernel.
+bool must_pass_through_memory(int error) {
+  return error == EXDEV || error == EINVAL || error == ENOSYS || error == EOPNOTSUPP ||
+         error == EBADF;
+}
+
+void copy_through_memory(const File& from, File& to, std::uint64_t offset, std::uint64_t bytes) {
+  constexpr std::uint64_t kPartBytes = 1 << 20;
+  std::vector<std::byte> buffer(std::min(bytes, kPartBytes));
+  for (std::uint64_t done = 0; done < bytes;) {
+    const std::span<std::byte> part = std::span(buffer).first(std::min(kPartBytes, bytes - done));
+    from.read_at(offset + done, part);
+    to.write_at(offset + done, part);
+    done += part.size();
+  }
+}
+
+}  // namespace
+
+void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t bytes) {
+  while (bytes > 0) {
+    const ssize_t readable =
+        attempt({Kind::kRead, from.path(), offset, bytes},
+                [](std::uint64_t most_bytes) { return static_cast<ssize_t>(most_bytes); });
+    if (readable < 0) throw system_error("read", from.path().native(), errno);
+    const FileOperation writing{Kind::kWrite, to.path(), offset,
+                                static_cast<std::uint64_t>(readable)};
+    const ssize_t copied = attempt(writing, [&](std::uint64_t most_bytes) {
+      auto begin = static_cast<off_t>(offset), end = begin;
+      return ::copy_file_range(from.descriptor(), &begin, to.descriptor(), &end, most_bytes, 0);
+    });
+    if (copied < 0 && must_pass_through_memory(errno))
+      return copy_through_memory(from, to, offset, bytes);
+    if (copied < 0) throw system_error("copy to", to.path().native(), errno);
+    if (copied == 0)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
+                              from.path().native(), offset, bytes));
+    offset += static_cast<std::uint64_t>(copied);
+    bytes -= static_cast<std::uint64_t>(copied);
+  }
+}
+
+}  // namespace plait

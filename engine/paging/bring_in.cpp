@@ -1,0 +1,115 @@
+// The half of a call that moves bytes: blocks that are absent are read into the frames it took.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "paging/pin_call.h"
+
+namespace plait {
+namespace {
+
+bool is_not_filled(Frame::State state) {
+  return state == Frame::State::kClaimed || state == Frame::State::kReading;
+}
+
+bool is_missing(const PinBatch::Entry& entry) {
+  return entry.brings_in && entry.frame->content.state == Frame::State::kClaimed &&
+         entry.access != Access::kWrite;
+}
+
+bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
+  const Frame::State state = entry.frame->content.state;
+  if (is_not_filled(state)) return batch.overwrites(*entry.frame);
+  return entry.access == Access::kRead || !is_being_written(state);
+}
+
+}  // namespace
+
+bool Pager::Implementation::PinCall::bring_in() {
+  const bool reads = std::ranges::any_of(batch_, is_missing);
+  if (reads) read();
+  while (PinBatch::Entry* const entry =
+             batch_.first([&](const PinBatch::Entry& other) { return !is_ready(batch_, other); }))
+    pager_.wait_while(
+        lock_, session_, *entry->frame,
+        is_not_filled(entry->frame->content.state) ? is_not_filled : is_being_written);
+  bool others_failed = false;
+  for (const PinBatch::Entry& entry : batch_) {
+    if (entry.frame->content.state != State::kDetached) continue;
+    if (entry.brings_in && entry.frame->content.read_error)
+      std::rethrow_exception(entry.frame->content.read_error);
+    others_failed = true;
+  }
+  return !others_failed;
+}
+
+void Pager::Implementation::PinCall::read() noexcept {
+  Frame* here = nullptr;
+  for (PinBatch::Entry& entry : batch_) {
+    if (!is_missing(entry) || !was_written(*entry.level, entry.block)) continue;
+    if (entry.level->traits.in_memory) {
+      become(*entry.frame, State::kClean);
+      pager_.count_transfer(*entry.frame, Direction::kRead);
+    } else if (entry.context_count == 0) {
+      pager_.transfers_.begin_read(*entry.frame);
+      // This thread reads the last; it has nothing better to do.
+      if (Frame* const before = std::exchange(here, entry.frame)) {
+        if (pager_.transfers_.has_threads())
+          pager_.transfers_.submit(*before);
+        else
+          pager_.transfers_.start(lock_, *before);
+      }
+    }
+  }
+  if (here) {
+    const Wait waiting(pager_, &session_, Direction::kRead);
+    pager_.transfers_.start(lock_, *here);
+    pager_.changed_.wait(lock_, [&] { return !is_not_filled(here->content.state); });
+  }
+  fill_with_zeros();
+  read_with_context();
+}
+
+void Pager::Implementation::PinCall::fill_with_zeros() noexcept {
+  for (PinBatch::Entry& entry : batch_) {
+    if (!is_missing(entry) || was_written(*entry.level, entry.block)) continue;
+    lock_.unlock();
+    std::memset(entry.frame->content.memory, 0, entry.frame->content.block_bytes);
+    lock_.lock();
+    become(*entry.frame, State::kClean);
+    pager_.tell_of_change();
+  }
+}
+
+void Pager::Implementation::PinCall::read_with_context() noexcept {
+  while (true) {
+    PinBatch::Entry* next = nullptr;
+    for (PinBatch::Entry& entry : batch_)
+      if (is_missing(entry) && (!next || comes_before(*entry.level, *next->level))) next = &entry;
+    if (!next) return;
+    Frame& frame = *next->frame;
+    bool complete = true;
+    for (std::size_t i = 0; i < next->context_count; ++i) {
+      Frame& context = *batch_[next->context + i].frame;
+      if (is_not_filled(context.content.state))
+        pager_.wait_while(lock_, session_, context, is_not_filled);
+      complete = complete && context.content.state != State::kDetached;
+    }
+    if (!complete) {
+      frame.content.read_error = nullptr;  // the error is that of the context
+      pager_.table_.detach_block(frame);
+      pager_.tell_of_change();
+      continue;
+    }
+    for (std::size_t i = 0; i < next->context_count; ++i) {
+      frame.content.context[i] = batch_[next->context + i].frame;
+      ++frame.content.context[i]->content.pins;
+    }
+    frame.content.context_count = next->context_count;
+    pager_.transfers_.begin_read(frame);
+    const Wait waiting(pager_, &session_, Direction::kRead);
+    pager_.transfers_.start(lock_, frame);
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,39 @@
+#include "paging/frame.h"
+
+#include <cassert>
+
+namespace plait {
+
+bool may_become(Frame::State from, Frame::State to) noexcept {
+  using State = Frame::State;
+  switch (from) {
+    case State::kVacant:
+      return to == State::kClaimed;
+    case State::kClaimed:
+      return to == State::kReading || to == State::kClean || to == State::kDirty ||
+             to == State::kDetached || to == State::kVacant;
+    case State::kReading:
+      return to == State::kClean || to == State::kDetached || to == State::kClaimed;
+    case State::kClean:
+      return to == State::kDirty || to == State::kVacant;
+    case State::kDirty:
+      return to == State::kClean || is_being_written(to) || to == State::kStuck ||
+             to == State::kDetached || to == State::kVacant;
+    case State::kWriting:
+      return to == State::kClean || to == State::kDirty;
+    case State::kWritingHeld:
+      return to == State::kDirty;
+    case State::kStuck:
+      return to == State::kDetached || to == State::kVacant;
+    case State::kDetached:
+      return to == State::kVacant;
+  }
+  return false;
+}
+
+void become(Frame& frame, Frame::State state) noexcept {
+  assert(may_become(frame.content.state, state));
+  frame.content.state = state;
+}
+
+}  // namespace plait

@@ -1,0 +1,192 @@
+// The half of a call that takes frames, and gives them up.
+#include "paging/pin_call.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "plait/error.h"
+
+namespace plait {
+
+/// Counts a call for as long as it lives. A call that ends, with its blocks or with an error, may
+/// leave nothing that the waiting calls could wait for: they look again.
+class Pager::Implementation::PinCall::UnderWay {
+ public:
+  explicit UnderWay(Implementation& pager) noexcept : pager_(pager) { ++pager_.calls_under_way_; }
+  ~UnderWay() {
+    --pager_.calls_under_way_;
+    if (pager_.sessions_.anybody_waits()) pager_.tell_of_change();
+  }
+  UnderWay(const UnderWay&) = delete;
+  UnderWay& operator=(const UnderWay&) = delete;
+
+ private:
+  Implementation& pager_;
+};
+
+void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
+  const UnderWay under_way(pager_);
+  check_may_write();
+  try {
+    while (!take_frames() || !bring_in()) {
+      let_go();
+      check_may_write();
+    }
+    check_may_write();
+  } catch (...) {
+    let_go();
+    throw;
+  }
+  for (std::size_t at = 0; at < requests_.size(); ++at) {
+    if (requests_[at].written()) add_writer(at);
+    frames[at] = batch_[at].frame;
+  }
+  if (batch_.size() == requests_.size()) return;
+  for (std::size_t at = requests_.size(); at < batch_.size(); ++at)
+    pager_.let_go(*batch_[at].frame);
+  pager_.transfers_.write_behind();
+  pager_.tell_of_change();
+}
+
+void Pager::Implementation::PinCall::check_may_write() {
+  for (const BlockRequest& request : requests_)
+    if (request.written() && pager_.transfers_.failed())
+      pager_.transfers_.refuse(fmt::format("write {}", request.level().path.native()));
+}
+
+bool Pager::Implementation::PinCall::take_frames() {
+  for (std::size_t at = 0; at < batch_.size(); ++at) {
+    const LevelFile& level = *batch_[at].level;
+    const std::uint64_t block = batch_[at].block;
+    while (!batch_[at].frame) {
+      if (Frame* const frame = pager_.table_.find(level, block)) {
+        if (batch_[at].access != Access::kRead && is_being_written(frame->content.state)) {
+          pager_.wait_while(lock_, session_, *frame, is_being_written);
+          continue;
+        }
+        pager_.hold(session_, *frame);
+        batch_[at].frame = frame;
+      } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
+        ++taken->content.pins;
+        batch_[at].frame = taken;
+        batch_[at].brings_in = true;
+      } else if (!make_room(level)) {
+        return false;
+      }
+    }
+    // A block that others are coded by is not overwritten before it was read.
+    if (at >= requests_.size()) batch_.read_before_writing(*batch_[at].frame);
+    add_context(at);
+  }
+  return true;
+}
+
+void Pager::Implementation::PinCall::add_context(std::size_t at) {
+  const PinBatch::Entry entry = batch_[at];
+  const LevelFile& level = *entry.level;
+  if (level.traits.in_memory || entry.frame->content.context_count > 0) return;
+  const bool is_read =
+      entry.brings_in && entry.access != Access::kWrite && was_written(level, entry.block);
+  if (!is_read && entry.access == Access::kRead) return;
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  const std::size_t count = level.backend->context(entry.block, needed);
+  for (const ContextBlock& context : std::span(needed).first(count)) {
+    const LevelFile* const other = pager_.table_.level(context.attribute, context.level);
+    if (!other || context.block >= other->geometry.block_count() || !comes_before(*other, level))
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("page in {}: block {} is coded by block {} of level {} of attribute "
+                              "{}, expected a block of an open level that comes earlier",
+                              level.path.native(), entry.block, context.block, context.level,
+                              context.attribute));
+    batch_.add_context_of(at, *other, context.block);
+  }
+}
+
+bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
+  const std::uint64_t wanted_bytes = FrameTable::frame_bytes(wanted_by);
+  if (Frame* const clean = pager_.clean_victim(session_, wanted_bytes)) {
+    pager_.evict(lock_, *clean);
+    return true;
+  }
+  if (Frame* const dirty = pager_.sessions_.victim(session_, wanted_bytes)) {
+    pager_.write_here(lock_, &session_, *dirty);
+    return true;
+  }
+  if (pager_.transfers_.writes() > 0) {
+    pager_.wait_for_any(lock_, &session_, Direction::kWrite);
+    return true;
+  }
+  if (Frame* const last = pager_.sessions_.last_announced(session_, wanted_bytes)) {
+    if (last->content.state == State::kDirty)
+      pager_.write_here(lock_, &session_, *last);
+    else
+      pager_.evict(lock_, *last);
+    return true;
+  }
+  // From here on this call waits for others, who may wait for what it has taken.
+  const std::uint64_t needed_bytes = batch_.frame_bytes();
+  let_go();
+  const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
+  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == 1 &&
+                !pager_.sessions_.may_come_free(session_))) {
+    if (fits && pager_.transfers_.failed())
+      pager_.transfers_.refuse(fmt::format("page in {}", batch_[0].level->path.native()));
+    refuse_room(needed_bytes);
+  }
+  const Sessions::Waiter waiter(pager_.sessions_, session_);
+  --pager_.calls_under_way_;
+  pager_.wait_for_any(lock_, &session_, Direction::kRead);
+  ++pager_.calls_under_way_;
+  return false;
+}
+
+void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
+  std::uint64_t pinned_bytes = 0;
+  for (const Frame& frame : pager_.table_.frames())
+    if (frame.content.pins > 0 || frame.content.state == State::kStuck)
+      pinned_bytes += frame.content.frame_bytes;
+  const std::uint64_t budget = pager_.table_.pool().budget_bytes();
+  throw Error(
+      ErrorCode::kBudget,
+      fmt::format("page in {}: at least {} bytes of frames are needed and {} of {} are available; "
+                  "the others are pinned",
+                  batch_[0].level->path.native(), needed_bytes,
+                  budget - std::min(pinned_bytes, budget), budget));
+}
+
+void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
+  const PinBatch::Entry& entry = batch_[at];
+  Frame::Content& content = entry.frame->content;
+#ifndef NDEBUG
+  if (content.state == State::kClaimed && !content.addressed)
+    std::memset(content.memory, 0xcd, content.block_bytes);
+#endif
+  pager_.add_writer(*entry.frame);
+  if (content.context_count > 0) return;
+  for (std::size_t i = 0; i < entry.context_count; ++i) {
+    content.context[i] = batch_[entry.context + i].frame;
+    ++content.context[i]->content.pins;
+  }
+  content.context_count = entry.context_count;
+}
+
+void Pager::Implementation::PinCall::let_go() noexcept {
+  for (PinBatch::Entry& entry : batch_) {
+    Frame* const frame = std::exchange(entry.frame, nullptr);
+    if (!frame) continue;
+    // Whoever else waits for the block finds it absent, and brings it in.
+    if (entry.brings_in && frame->content.state == State::kClaimed && frame->content.pins > 1)
+      pager_.table_.detach_block(*frame);
+    entry.brings_in = false;
+    pager_.let_go(*frame);
+  }
+  batch_.forget_context();
+  pager_.transfers_.write_behind();
+  pager_.tell_of_change();
+}
+
+}  // namespace plait

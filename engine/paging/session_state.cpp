@@ -1,0 +1,19 @@
+#include "paging/session_state.h"
+
+#include <algorithm>
+
+namespace plait {
+
+std::uint32_t SessionState::caller() {
+  const std::thread::id thread = std::this_thread::get_id();
+  auto known = std::ranges::find(callers_, thread, &Caller::thread);
+  if (known == callers_.end()) {
+    // Threads come and go: the entry of one that holds nothing is taken over.
+    known = std::ranges::find(callers_, 0u, &Caller::pins);
+    if (known == callers_.end()) known = callers_.insert(callers_.end(), Caller{});
+    known->thread = thread;
+  }
+  return static_cast<std::uint32_t>(known - callers_.begin());
+}
+
+}  // namespace plait

@@ -1,0 +1,74 @@
+// What a version of a store consists of, but for its block tables: the part of variable length of
+// the file version.S. Byte table: docs/format.md.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/attribute.h"
+#include "plait/provenance.h"
+
+namespace plait {
+
+/// What the records of a level are. Stored: never renumber.
+enum class Representation : std::uint32_t {
+  kValues = 0,  ///< the values themselves
+};
+
+struct LevelRecord {
+  std::string pipeline = "none";
+  Representation representation = Representation::kValues;
+  std::uint64_t generation = 0;  ///< the version that made the level's file; part of its name
+
+  friend bool operator==(const LevelRecord&, const LevelRecord&) = default;
+};
+
+struct AttributeRecord {
+  AttributeSchema schema;
+  std::uint32_t number = 0;  ///< in file names and checksums; never given twice
+  std::uint64_t base_checksum = 0;
+  std::string pipeline = "none";    ///< of levels that are still to come
+  std::vector<LevelRecord> levels;  ///< [level - base level - 1]
+};
+
+struct VersionDescription {
+  std::uint64_t vertex_count = 0, edge_count = 0, face_count = 0, border_edge_count = 0;
+  std::uint64_t block_bytes = 0;
+  std::uint32_t next_attribute_number = 0;
+  std::uint64_t base_mesh_bytes = 0, base_mesh_checksum = 0;
+  std::string backend;            ///< as in StoreOptions
+  std::string pipeline = "none";  ///< of attributes that are still to come
+  Provenance provenance;          ///< with layout and base level
+  std::vector<AttributeRecord> attributes;
+
+  int finest_level(const AttributeRecord& attribute) const {
+    return provenance.base_level + static_cast<int>(attribute.levels.size());
+  }
+};
+
+/// Bounds that keep what a hostile file can ask for small, and that no store comes near.
+constexpr std::size_t kMaxAttributes = 65535;
+constexpr std::size_t kMaxAttributeNameBytes = 255;
+constexpr std::size_t kMaxTextBytes = 65536;
+constexpr std::size_t kMaxDescriptionBytes = std::size_t{64} << 20;
+
+/// Whether `name` is 1 to kMaxAttributeNameBytes characters of [A-Za-z0-9_-].
+bool is_attribute_name(std::string_view name);
+
+/// Errors: kInvalidArgument for text that is too long or not printable ASCII, for a name that is no
+/// attribute's, and for too many attributes.
+std::vector<std::byte> encode_description(const VersionDescription& version);
+
+/// Every field is checked against its range, and every count against the bytes that are left before
+/// memory is taken for it. Bytes behind the last field are ignored: they belong to optional
+/// features. `sequence` is the version's. Errors: kCorruption naming the field; kNotSupported for a
+/// representation that is not known. All begin with `path`.
+VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
+                                      const std::filesystem::path& path);
+
+}  // namespace plait

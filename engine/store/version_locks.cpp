@@ -1,0 +1,114 @@
+#include "store/version_locks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "plait/error.h"
+#include "store/checksum.h"
+#include "store/file_names.h"
+#include "store/lock.h"
+
+namespace plait {
+namespace {
+
+/// Whether the manifest names another version by now, or none.
+bool has_moved_on(const Directory& store, const Manifest& from) {
+  try {
+    return read_manifest(store) != from;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kNotFound || error.code() == ErrorCode::kCorruption) return true;
+    throw;
+  }
+}
+
+/// Versions that have a file, ascending.
+std::vector<std::uint64_t> versions_there(const Directory& store) {
+  std::vector<std::uint64_t> versions;
+  for (const std::string& name : store.names())
+    if (const auto version = version_described_by(name)) versions.push_back(*version);
+  std::ranges::sort(versions);
+  return versions;
+}
+
+/// Whether a reader has the version open. One whose file is no regular one nobody has.
+bool is_being_read(const Directory& store, std::uint64_t version) {
+  try {
+    return !File(store, version_file_name(version), OpenMode::kRead).lock(true);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kNotFound || error.code() == ErrorCode::kCorruption)
+      return false;
+    throw;
+  }
+}
+
+}  // namespace
+
+OpenVersion open_newest_version(const Directory& store) {
+  const Manifest manifest = read_manifest(store);
+  return {manifest, File(store, version_file_name(manifest.sequence), OpenMode::kRead)};
+}
+
+std::optional<OpenVersion> share_newest_version(const Directory& store) {
+  OpenVersion version;
+  version.manifest = read_manifest(store);
+  const std::string name = version_file_name(version.manifest.sequence);
+  try {
+    version.file = File(store, name, OpenMode::kRead);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kNotFound && has_moved_on(store, version.manifest)) return {};
+    throw;
+  }
+  const bool locked = version.file.lock(false);
+  if (has_moved_on(store, version.manifest)) return {};
+  if (locked && store.contains(name, version.file.descriptor())) return version;
+  const StoreLock free_now(store, LockFor::kReading);  // throws if not, naming who writes
+  return {};
+}
+
+std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint64_t newest) {
+  std::vector<std::uint64_t> versions = versions_there(store);
+  std::erase_if(versions, [&](std::uint64_t version) {
+    return version >= newest || !is_being_read(store, version);
+  });
+  return versions;
+}
+
+std::vector<File> keep_all_readers_out(const Directory& store) {
+  std::vector<File> files;
+  for (const std::uint64_t version : versions_there(store)) {
+    File file;
+    try {
+      file = File(store, version_file_name(version), OpenMode::kRead);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
+      continue;  // no regular file: nobody has it open
+    }
+    if (!file.lock(true))
+      throw Error(ErrorCode::kBusy,
+                  fmt::format("open {} for itself alone: readers have version {} open",
+                              store.path().native(), version));
+    files.push_back(std::move(file));
+  }
+  return files;
+}
+
+File keep_readers_out(const Directory& store, std::uint64_t newest) {
+  std::vector<File> files = keep_all_readers_out(store);
+  const auto name = store.path_of(version_file_name(newest));
+  const auto found = std::ranges::find(files, name, &File::path);
+  if (found != files.end()) return std::move(*found);
+  throw Error(ErrorCode::kNotFound, fmt::format("open {}: not there", name.native()));
+}
+
+OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
+                               std::uint64_t sequence) {
+  OpenVersion version;
+  version.file = File(store, version_file_name(sequence), OpenMode::kRead);
+  version.manifest = {uuid, sequence, version.file.size(), checksum_of(version.file)};
+  return version;
+}
+
+}  // namespace plait

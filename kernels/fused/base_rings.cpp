@@ -1,0 +1,244 @@
+#include "fused/base_rings.h"
+
+#include <algorithm>
+
+#include "butterfly/ring_border.h"
+#include "fused/lattice_buffer.h"
+#include "plait/kernels/one_ring.h"
+#include "schemes/butterfly.h"
+
+namespace plait {
+namespace {
+
+/// A point of the rings that begin here, at their lane.
+template <class Real>
+void put(Real* first, std::size_t point, const Vector3<Real>& v) {
+  lattice_points::put(first + point * kPointNumbers, 0, v);
+}
+
+/// [vertex]
+std::vector<std::uint32_t> count_faces(const Topology& mesh) {
+  std::vector<std::uint32_t> faces(mesh.vertex_corners.size());
+  for (const auto& corners : mesh.faces)
+    for (const VertexId vertex : corners) ++faces[vertex];
+  return faces;
+}
+
+}  // namespace
+
+template <class Rule>
+void BaseRings<Rule>::evaluate(std::span<const FaceId> faces) {
+  clear();
+  find(faces);
+  finish();
+}
+
+template <class Rule>
+void BaseRings<Rule>::evaluate_hubs() {
+  clear();
+  hub_corners_.clear();
+  const std::vector<std::uint32_t> faces_at = count_faces(source_.mesh);
+  for (VertexId vertex = 0; vertex < faces_at.size(); ++vertex) {
+    if (faces_at[vertex] < kHubValence) continue;
+    const auto number = static_cast<std::uint32_t>(vertices_.size());
+    add(vertex, [&](FaceSide corner, int spoke) {
+      hub_corners_.push_back({corner, {number, spoke}});
+      return source_.mesh.next_corner(corner);
+    });
+  }
+  std::ranges::sort(hub_corners_, {}, [](const HubCorner& hub) { return hub.corner.code; });
+  finish();
+}
+
+template <class Rule>
+std::uint64_t BaseRings<Rule>::hub_bytes(const Topology& mesh, int levels) {
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t faces : count_faces(mesh)) {
+    if (faces < kHubValence) continue;
+    const RingShape at_most{static_cast<int>(faces) + 1, true, Rule::kReach};
+    bytes +=
+        at_most.points() * kPointNumbers * sizeof(Real) * static_cast<std::uint64_t>(levels + 1) +
+        faces * sizeof(HubCorner);
+  }
+  return bytes;
+}
+
+template <class Rule>
+void BaseRings<Rule>::clear() {
+  vertices_.clear();
+  rings_.clear();
+  neighbours_.clear();
+}
+
+/// The vertices of the run, and which corner of which face has which of them.
+template <class Rule>
+void BaseRings<Rule>::find(std::span<const FaceId> faces) {
+  const Topology& mesh = source_.mesh;
+  first_corner_ = 3 * faces.back();
+  corners_.resize(3 * faces.size());
+  next_corners_.resize(corners_.size());
+  // Beforehand, and not while walking around a vertex: there each would wait for the one before.
+  for (std::uint32_t i = 0; i < next_corners_.size(); ++i) {
+    FaceSide corner;
+    corner.code = first_corner_ + i;
+    next_corners_[i] = mesh.next_corner(corner);
+  }
+  for (const FaceId face : faces)
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide here(face, side);
+      const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(side)];
+      const Corner* const hub = source_.hubs ? source_.hubs->hub_at(here) : nullptr;
+      std::uint32_t& number = number_of_[vertex];
+      if (number == kNoId) {
+        number = static_cast<std::uint32_t>(vertices_.size());
+        if (hub) {
+          vertices_.push_back(vertex);
+          rings_.push_back(source_.hubs->rings_[hub->number]);
+        } else {
+          add(vertex, [&](FaceSide corner, int spoke) {
+            const std::uint32_t of_run = corner.code - first_corner_;
+            if (of_run >= corners_.size()) return mesh.next_corner(corner);
+            corners_[of_run] = {number, spoke};
+            return next_corners_[of_run];
+          });
+        }
+      }
+      if (hub) corners_[here.code - first_corner_] = {number, hub->spoke};
+    }
+  for (const VertexId vertex : vertices_) number_of_[vertex] = kNoId;
+}
+
+/// Null: the corner is at no hub.
+template <class Rule>
+auto BaseRings<Rule>::hub_at(FaceSide corner) const -> const Corner* {
+  const auto found = std::ranges::lower_bound(hub_corners_, corner.code, {},
+                                              [](const HubCorner& hub) { return hub.corner.code; });
+  return found != hub_corners_.end() && found->corner == corner ? &found->at : nullptr;
+}
+
+/// Walks around a vertex once: its neighbours. visit(FaceSide, spoke) is told of its corners and
+/// gives the next one counterclockwise.
+template <class Rule>
+template <class Visit>
+void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
+  vertices_.push_back(vertex);
+  const std::size_t ring = neighbours_.size();
+  const FaceSide first = source_.mesh.vertex_corners[vertex];
+  bool border = false;
+  int spoke = 0;
+  for (FaceSide corner = first; spoke == 0 || corner != first; ++spoke) {
+    const auto& of_face = source_.mesh.faces[corner.face()];
+    const auto side = static_cast<std::size_t>(corner.side());
+    neighbours_.push_back(of_face[(side + 1) % 3]);
+    corner = visit(corner, spoke);
+    if (corner.exists()) continue;
+    neighbours_.push_back(of_face[(side + 2) % 3]);
+    border = true;
+    break;
+  }
+  rings_.push_back(
+      {nullptr, ring, {static_cast<int>(neighbours_.size() - ring), border, Rule::kReach}});
+}
+
+/// All levels of the vertices that were added.
+template <class Rule>
+void BaseRings<Rule>::finish() {
+  place();
+  fill_first_level();
+  for (const Batch& batch : batches_) {
+    const std::size_t level_numbers = batch.shape.points() * kPointNumbers;
+    Real* from = points_.data() + batch.first;
+    for (int level = source_.first_level(); level < source_.levels; ++level, from += level_numbers)
+      source_.rule.ring_step({from, from + level_numbers, batch.shape.valence, batch.shape.border});
+  }
+}
+
+/// Vertices of one kind share batches; lanes left over are computed with and thrown away.
+template <class Rule>
+void BaseRings<Rule>::place() {
+  placed_.clear();
+  batches_.clear();
+  starts_.resize(rings_.size());
+  const auto levels = static_cast<std::size_t>(source_.levels) -
+                      static_cast<std::size_t>(source_.first_level()) + 1;
+  std::size_t end = 0;
+  for (std::uint32_t number = 0; number < rings_.size(); ++number) {
+    const RingShape& shape = rings_[number].shape;
+    if (rings_[number].first) continue;
+    const auto kind = 2 * static_cast<std::size_t>(shape.valence) + (shape.border ? 1 : 0);
+    if (kind >= lanes_.size()) lanes_.resize(kind + 1);
+    Lanes& lanes = lanes_[kind];
+    if (lanes.left == 0) {
+      batches_.push_back({end, shape});
+      lanes = {end, kPatchLanes};
+      end += shape.points() * kPointNumbers * levels;
+    }
+    starts_[number] = lanes.next++;
+    --lanes.left;
+    placed_.push_back(number);
+  }
+  for (const Batch& batch : batches_)
+    lanes_[2 * static_cast<std::size_t>(batch.shape.valence) + (batch.shape.border ? 1 : 0)] = {};
+  if (const auto points = static_cast<std::int64_t>(end / kPointNumbers); points_.points() < points)
+    points_ = LatticeBuffer<Real>(points);
+  for (const std::uint32_t number : placed_)
+    rings_[number].first = points_.data() + starts_[number];
+}
+
+template <class Rule>
+void BaseRings<Rule>::fill_first_level() {
+  for (const std::uint32_t number : placed_) {
+    Real* const to = points_.data() + starts_[number];
+    const RingShape& shape = rings_[number].shape;
+    put(to, 0, source_.base[vertices_[number]]);
+    if constexpr (Rule::kReach > 1) {
+      fill_two_rings(number, to);
+      continue;
+    }
+    for (int spoke = 0; spoke < shape.valence; ++spoke)
+      put(to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
+          source_.base[neighbours_[rings_[number].neighbours + static_cast<std::size_t>(spoke)]]);
+  }
+  if constexpr (Rule::kReach == 1) return;
+  for (const Batch& batch : batches_)
+    if (batch.shape.border)
+      butterfly::continue_ring(batch.shape.valence, points_.data() + batch.first);
+}
+
+/// At level 1: middles of the spokes, their other ends, and middles of the edges between these.
+template <class Rule>
+void BaseRings<Rule>::fill_two_rings(std::uint32_t number, Real* to) {
+  using enum RingPart;
+  const std::size_t ring = rings_[number].neighbours;
+  const RingShape& shape = rings_[number].shape;
+  FaceSide corner = source_.mesh.vertex_corners[vertices_[number]];
+  for (int spoke = 0; spoke < shape.valence; ++spoke) {
+    put(to, shape.point(kFar, spoke),
+        source_.base[neighbours_[ring + static_cast<std::size_t>(spoke)]]);
+    const bool last_of_border = shape.border && spoke == shape.valence - 1;
+    const auto& edges = source_.mesh.face_edges[corner.face()];
+    const auto side = static_cast<std::size_t>(corner.side());
+    put(to, shape.point(kNear, spoke),
+        source_.middles[edges[(side + (last_of_border ? 1 : 2)) % 3]]);
+    if (last_of_border) return;
+    put(to, shape.point(kBetween, spoke), source_.middles[edges[side]]);
+    const FaceSide next = source_.mesh.next_corner(corner);
+    if (next.exists()) corner = next;
+  }
+}
+
+template <class Rule>
+typename BaseRings<Rule>::View BaseRings<Rule>::view(std::uint32_t number, int level) const {
+  const Rings& rings = rings_[number];
+  const int levels_before = level - source_.first_level();
+  return {
+      rings.first + static_cast<std::size_t>(levels_before) * rings.shape.points() * kPointNumbers,
+      rings.shape};
+}
+
+template class BaseRings<OneRing<float>>;
+template class BaseRings<OneRing<double>>;
+template class BaseRings<Butterfly<float>>;
+template class BaseRings<Butterfly<double>>;
+
+}  // namespace plait

@@ -1,0 +1,146 @@
+// plait/kernels/one_ring.h: a one-ring rule as functions, in the shapes in which the executors need
+// it: a vertex at a time, a slot at a time, a row of sixteen patches at a time. The library's own
+// rules and those of a program come in this same form.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "plait/kernels/edge_grid.h"
+#include "plait/kernels/one_ring_rule.h"
+#include "plait/kernels/rows.h"
+#include "plait/vector3.h"
+
+namespace plait {
+
+/// Each is called with the rule first. Made by functions_of() (plait/kernels/own_rule.h).
+template <class Real>
+struct OneRingFunctions {
+  using Point = Vector3<Real>;
+  using WidePoint = Vector3<double>;
+  using Grid = EdgeGrid<Point>;
+
+  bool reads_ends_only;
+  // One vertex.
+  Point (*odd)(const void* rule, const Point& a, const Point& b, const Point& c, const Point& d);
+  Point (*odd_border)(const void* rule, const Point& a, const Point& b);
+  Point (*even)(const void* rule, const Point& v, const Point& ring);
+  Point (*even_border)(const void* rule, const Point& v, const Point& p, const Point& q);
+  Point (*limit)(const void* rule, const Point& v, const Point& ring);
+  Point (*limit_border)(const void* rule, const Point& v, const Point& p, const Point& q);
+  // A base vertex.
+  WidePoint (*even_base)(const void* rule, const BaseRing& ring, bool border, const WidePoint& v);
+  WidePoint (*limit_base)(const void* rule, const BaseRing& ring, bool border, const WidePoint& v);
+  // A slot, from the grid of its edge.
+  void (*odd_slot)(const void* rule, const Grid& grid, bool border, Point* slot);
+  void (*even_slot)(const void* rule, const Grid& grid, int level, bool border, Point* slot);
+  void (*limit_slot)(const void* rule, const Grid& grid, int level, bool border, Point* slot);
+  // Rows of a group of patches, and the rings of base vertices.
+  void (*odd_row)(const void* rule, const OddRow<Real>& row);
+  void (*even_row)(const void* rule, const EvenRow<Real>& row);
+  void (*limit_row)(const void* rule, const SurfaceRow<Real, Real>& row);
+  void (*ring_step)(const void* rule, const RingStep<Real>& step);
+};
+
+/// A rule at work on points of float or double. Copies share the rule, which nobody changes; safe
+/// from any number of threads; no call fails. What moves even vertices REQUIRES moves_even(), what
+/// gives limit positions has_limits().
+template <class RealType>
+class OneRing {
+ public:
+  using Real = RealType;
+  using Point = Vector3<Real>;
+  /// How many rings around a vertex the rule reads.
+  static constexpr int kReach = 1;
+
+  OneRing(std::shared_ptr<const void> rule, const OneRingFunctions<Real>& functions)
+      : rule_(std::move(rule)), functions_(functions) {}
+
+  bool moves_even() const { return functions_.even != nullptr; }
+  bool has_limits() const { return functions_.limit != nullptr; }
+  /// odd() is odd_border() of its first two points.
+  bool reads_ends_only() const { return functions_.reads_ends_only; }
+
+  /// A new vertex between `a` and `b`, opposite `c` and `d`; on a border between `a` and `b`.
+  Point odd(const Point& a, const Point& b, const Point& c, const Point& d) const {
+    return functions_.odd(rule_.get(), a, b, c, d);
+  }
+  Point odd_border(const Point& a, const Point& b) const {
+    return functions_.odd_border(rule_.get(), a, b);
+  }
+  /// Where an even vertex of valence 6 goes, from the ring_sum() of its new neighbours; on a border
+  /// from its two new neighbours along it.
+  Point even(const Point& v, const Point& ring) const {
+    return functions_.even(rule_.get(), v, ring);
+  }
+  Point even_border(const Point& v, const Point& p, const Point& q) const {
+    return functions_.even_border(rule_.get(), v, p, q);
+  }
+  /// Limit positions likewise, from the neighbours at the finest level.
+  Point limit(const Point& v, const Point& ring) const {
+    return functions_.limit(rule_.get(), v, ring);
+  }
+  Point limit_border(const Point& v, const Point& p, const Point& q) const {
+    return functions_.limit_border(rule_.get(), v, p, q);
+  }
+  /// The same of a base vertex; on a border the ring's first and last neighbour lie on it.
+  Vector3<double> even_base(const BaseRing& ring, bool border, const Vector3<double>& v) const {
+    return functions_.even_base(rule_.get(), ring, border, v);
+  }
+  Vector3<double> limit_base(const BaseRing& ring, bool border, const Vector3<double>& v) const {
+    return functions_.limit_base(rule_.get(), ring, border, v);
+  }
+
+  /// The slot at level grid.level() + 1.
+  void odd_slot(const EdgeGrid<Point>& grid, bool border, Point* slot) const {
+    functions_.odd_slot(rule_.get(), grid, border, slot);
+  }
+  /// The slot at a coarser `level` of the grid, whose vertices move.
+  void even_slot(const EdgeGrid<Point>& grid, int level, bool border, Point* slot) const {
+    functions_.even_slot(rule_.get(), grid, level, border, slot);
+  }
+  void limit_slot(const EdgeGrid<Point>& grid, int level, bool border, Point* slot) const {
+    functions_.limit_slot(rule_.get(), grid, level, border, slot);
+  }
+
+  void odd_row(const OddRow<Real>& row) const { functions_.odd_row(rule_.get(), row); }
+  void even_row(const EvenRow<Real>& row) const { functions_.even_row(rule_.get(), row); }
+  void limit_row(const SurfaceRow<Real, Real>& row) const {
+    functions_.limit_row(rule_.get(), row);
+  }
+  void ring_step(const RingStep<Real>& step) const { functions_.ring_step(rule_.get(), step); }
+
+ private:
+  std::shared_ptr<const void> rule_;
+  OneRingFunctions<Real> functions_;
+};
+
+/// A one-ring rule with a name, for positions in either precision. A program makes one of a rule of
+/// its own by own_scheme() (plait/kernels/own_rule.h).
+class OneRingScheme {
+ public:
+  OneRingScheme(std::string name, const OneRing<float>& in_float, const OneRing<double>& in_double)
+      : name_(std::move(name)), in_float_(in_float), in_double_(in_double) {}
+
+  const std::string& name() const { return name_; }
+  template <class Real>
+  const OneRing<Real>& rule() const {
+    if constexpr (std::is_same_v<Real, float>)
+      return in_float_;
+    else
+      return in_double_;
+  }
+
+ private:
+  std::string name_;
+  OneRing<float> in_float_;
+  OneRing<double> in_double_;
+};
+
+/// The library's own.
+const OneRingScheme& loop_scheme();
+const OneRingScheme& midpoint_scheme();
+
+}  // namespace plait

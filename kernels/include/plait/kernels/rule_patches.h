@@ -1,0 +1,97 @@
+// plait/kernels/rule_patches.h: subdivision in place by a one-ring rule, written once for any
+// PatchMesh: plain arrays in memory (InCoreMesh) or a store far larger than memory (StorePatches).
+//
+// The loops are a program's own: they take the faces one after another and speak of vertices by
+// (level, i, j). Equal, bit for bit, to the sweep executor's results; pinned by
+// tests/kernels/executors_test.cpp. Levels number as in the mesh that is walked: a store's as
+// everywhere in it, from the mesh that the user gave.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "plait/edge_index.h"
+#include "plait/kernels/base_vertices.h"
+#include "plait/kernels/one_ring.h"
+#include "plait/kernels/patch_frames.h"
+#include "plait/kernels/ring_table.h"
+#include "plait/patch.h"
+
+namespace plait {
+
+/// Called before each face; may throw to stop.
+using BeforeFace = std::function<void(FaceId)>;
+
+/// The vertices next to the base vertices on the edges that the current patch owns, at `level`.
+template <class Patch, class Record>
+void collect_rings(const Patch& patch, const Topology& mesh, int level, RingTable<Record>& rings) {
+  const std::int64_t last = patch.size(level) / 2 - 1;
+  const auto collect = [&](auto side) {
+    if (!mesh.is_own(patch.face(), side)) return;
+    rings.set(mesh.face_edges[patch.face()][static_cast<std::size_t>(side())],
+              PatchFrame(patch, side, level, last, 0, level).at(0, 0),
+              PatchFrame(patch, side, level, 0, last, level).at(0, 0));
+  };
+  collect(PatchSide<0>());
+  collect(PatchSide<1>());
+  collect(PatchSide<2>());
+}
+
+/// Makes the vertices born at `level` from the mesh one level coarser, and collects their rings.
+template <PatchMesh Mesh, class Real>
+void odd_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
+                 RingTable<typename Mesh::Record>& rings, const BeforeFace& before_face = {}) {
+  using Record = typename Mesh::Record;
+  const Topology topology = mesh.topology();
+  const bool ends_only = rule.reads_ends_only();
+  mesh.activate(level, level, level);
+  for (FaceId face = 0; face < topology.faces.size(); ++face) {
+    if (before_face) before_face(face);
+    const auto patch = mesh.patch(face);
+    for_each_owned(
+        patch, level, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+          const PatchFrame frame(patch, side, level, row, column, level);
+          const Record& a = frame.coarse_at(-1, 1);
+          const Record& b = frame.coarse_at(1, -1);
+          frame.at(0, 0) = border || ends_only
+                               ? rule.odd_border(a, b)
+                               : rule.odd(a, b, frame.coarse_at(-1, -1), frame.coarse_at(1, 1));
+        });
+    collect_rings(patch, topology, level, rings);
+  }
+}
+
+/// Moves the vertices born before `level` that are no base vertices, from the new ones at `level`.
+/// REQUIRES: rule.moves_even().
+template <PatchMesh Mesh, class Real>
+void even_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
+                  const BeforeFace& before_face = {}) {
+  using Record = typename Mesh::Record;
+  const Topology topology = mesh.topology();
+  mesh.activate(level, 1, level - 1);
+  for (FaceId face = 0; face < topology.faces.size(); ++face) {
+    if (before_face) before_face(face);
+    const auto patch = mesh.patch(face);
+    for (int born = level - 1; patch.size(born) > 1; --born)
+      for_each_owned(
+          patch, born, [&](auto side, std::int64_t row, std::int64_t column, bool border) {
+            const PatchFrame frame(patch, side, born, row, column, level);
+            Record& v = frame.at(0, 0);
+            v = border ? rule.even_border(v, frame.at(-1, 1), frame.at(1, -1))
+                       : rule.even(v, ring_sum(frame.at(1, 0), frame.at(0, 1), frame.at(-1, 1),
+                                               frame.at(-1, 0), frame.at(0, -1), frame.at(1, -1)));
+          });
+  }
+}
+
+/// One level of subdivision, base vertices and all.
+template <PatchMesh Mesh, class Real>
+void refine_patches(Mesh& mesh, int level, const OneRing<Real>& rule) {
+  RingTable<typename Mesh::Record> rings(mesh.topology().edges.size());
+  odd_patches(mesh, level, rule, rings);
+  if (!rule.moves_even()) return;
+  even_patches(mesh, level, rule);
+  move_base_vertices(mesh.topology(), rings, rule, mesh.base_records());
+}
+
+}  // namespace plait

@@ -1,0 +1,130 @@
+// plait/kernels/rule_slots.h: a rule applied to the slot of an edge, from the edge's grid: what the
+// sweep executor evaluates. Pinned by tests/kernels/slot_rows_test.cpp.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "plait/edge_index.h"
+#include "plait/kernels/edge_grid.h"
+#include "plait/kernels/one_ring_rule.h"
+
+namespace plait::rule_slots {
+
+/// A record's three numbers at once. Of float32 they take one register, whose fourth number nobody
+/// reads; of float64 they are three numbers.
+template <class Real>
+struct PointNumbers;
+
+template <>
+struct PointNumbers<float> {
+  using V = Numbers<float, 4>;
+  /// REQUIRES: 4 bytes after the record may be read, as they may in an EdgeGrid.
+  static V load(const Vector3<float>* record) { return V::load(&record->x); }
+  /// Reads the record and nothing after it.
+  static V load_exactly(const Vector3<float>* record) {
+    return {typename V::Vector{record->x, record->y, record->z, 0}};
+  }
+  static void store(const V& point, Vector3<float>* to) {
+    std::memcpy(to, &point.v, sizeof(Vector3<float>));
+  }
+};
+
+template <>
+struct PointNumbers<double> {
+  struct V {
+    Number<double> x, y, z;
+
+    friend V operator+(const V& a, const V& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+    friend V operator-(const V& a, const V& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+    friend V operator*(const V& a, const V& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+    friend V operator*(double s, const V& a) { return {s * a.x, s * a.y, s * a.z}; }
+    friend V operator/(const V& a, double s) { return {a.x / s, a.y / s, a.z / s}; }
+    friend V smaller(const V& a, const V& b) {
+      return {smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)};
+    }
+    friend V larger(const V& a, const V& b) {
+      return {larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z)};
+    }
+  };
+  static V load(const Vector3<double>* record) { return {{record->x}, {record->y}, {record->z}}; }
+  static V load_exactly(const Vector3<double>* record) { return load(record); }
+  static void store(const V& point, Vector3<double>* to) {
+    *to = {point.x.v, point.y.v, point.z.v};
+  }
+};
+
+/// The slot at level grid.level() + 1 from the coarser mesh in `grid`. An odd vertex sits in a cell
+/// of the grid: A and B on the cell's diagonal along the edge, C and D on the other.
+template <class V, class Rule, class Real>
+void odd_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, bool border,
+              Vector3<Real>* slot) {
+  static_assert(sizeof(Vector3<Real>) == 3 * sizeof(Real));
+  const std::int64_t n = grid.size();
+  for (std::int64_t row = 0; row < n; ++row) {
+    const std::int64_t columns = border ? n - 1 - row : n;
+    const Real* lower = &grid.at(row, 0)->x;
+    const Real* upper = &grid.at(row + 1, 0)->x;
+    Real* to = &slot->x;
+    std::int64_t k = 0;
+    for (; k + V::kCount <= 3 * columns; k += V::kCount)
+      rule.odd(V::load(lower + k + 3), V::load(upper + k), V::load(lower + k),
+               V::load(upper + k + 3))
+          .store(to + k);
+    using One = Number<Real>;
+    for (; k < 3 * columns; ++k)
+      rule.odd(One{lower[k + 3]}, One{upper[k]}, One{lower[k]}, One{upper[k + 3]}).store(to + k);
+    slot += columns;
+    // The last one of a border slot's row lies on the border itself.
+    if (border)
+      *slot++ = by_axis([&](auto a, auto b) { return rule.odd_border(a, b); },
+                        *grid.at(row, n - row), *grid.at(row + 1, n - 1 - row));
+  }
+}
+
+/// The neighbours of a vertex of the grid in the order of ring_sum().
+template <class Real>
+auto ring_sum_at(const Vector3<Real>* v, std::int64_t stride) {
+  using At = PointNumbers<Real>;
+  return ring_sum(At::load(v + stride) + At::load(v - stride), At::load(v + 1) + At::load(v - 1),
+                  At::load(v + 1 - stride) + At::load(v + stride - 1));
+}
+
+/// Moves the slot at `level` < grid.level(), which holds the new odd vertices.
+template <class Rule, class Real>
+void even_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
+               Vector3<Real>* slot) {
+  using At = PointNumbers<Real>;
+  const std::int64_t stride = grid.stride();
+  for_each_slot_row(
+      grid, level,
+      [&](std::int64_t row, const Vector3<Real>* v, std::int64_t step, std::int64_t n) {
+        const std::int64_t inside = border ? n - 1 - row : n;
+        for (std::int64_t column = 0; column < inside; ++column, v += step, ++slot)
+          At::store(rule.even(At::load_exactly(slot), ring_sum_at(v, stride)), slot);
+        if (!border) return;
+        *slot = by_axis([&](auto a, auto p, auto q) { return rule.even_border(a, p, q); }, *slot,
+                        v[1 - stride], v[stride - 1]);
+        ++slot;
+      });
+}
+
+/// Limit positions of the slot at `level`; `grid` holds the whole finest mesh.
+template <class Rule, class Real>
+void limit_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
+                Vector3<Real>* slot) {
+  using At = PointNumbers<Real>;
+  const std::int64_t stride = grid.stride();
+  for_each_slot_row(
+      grid, level,
+      [&](std::int64_t row, const Vector3<Real>* v, std::int64_t step, std::int64_t n) {
+        const std::int64_t inside = border ? n - 1 - row : n;
+        for (std::int64_t column = 0; column < inside; ++column, v += step, ++slot)
+          At::store(rule.limit(At::load(v), ring_sum_at(v, stride)), slot);
+        if (border)
+          *slot++ = by_axis([&](auto a, auto p, auto q) { return rule.limit_border(a, p, q); }, *v,
+                            v[1 - stride], v[stride - 1]);
+      });
+}
+
+}  // namespace plait::rule_slots

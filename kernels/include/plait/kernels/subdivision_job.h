@@ -1,0 +1,197 @@
+// plait/kernels/subdivision_job.h: one job that makes a store from a mesh. A program can plan,
+// start, watch, cancel and resume the job. `plait subdivide` is such a program, and
+// examples/watched_job.cpp is a short one.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "plait/attribute.h"
+#include "plait/backend.h"
+#include "plait/backend_choice.h"
+#include "plait/base_mesh.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/options.h"
+#include "plait/pager.h"
+#include "plait/pipeline_parts.h"
+#include "plait/store.h"
+
+namespace plait {
+
+/// What a job does if a store has the name already.
+enum class ExistingStore : std::uint8_t {
+  kRefuse,
+  kReplace,  ///< the new store replaces the old one when the new one is complete
+  /// The job continues from the last commit of the store. It makes the store under its final name
+  /// and commits every level, so that a later job can resume it.
+  kResume,
+};
+
+struct SubdivisionRequest {
+  /// The path of a file (PLY, OBJ or OFF, also .gz and .zst), or a mesh.
+  std::variant<std::filesystem::path, BaseMesh> mesh;
+  /// May be empty if the backend is not durable.
+  std::filesystem::path store = {};
+  int levels = 1;  ///< the level to reach, counted from the mesh
+
+  // A resumed job takes these from the store, and refuses a value that differs. A new store gets
+  // the default that is named here for each one that is not given.
+  std::optional<std::string> backend = {};           ///< the result of choose_backend, or "pread"
+  std::optional<std::string> codec = {};             ///< that of the backend
+  std::optional<std::string> filter = {};            ///< that of the backend
+  std::optional<LayoutKind> layout = {};             ///< Hilbert for fused, else kAutomatic
+  std::optional<Scheme> scheme = {};                 ///< Loop
+  std::optional<ComponentType> precision = {};       ///< float32
+  std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
+  std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
+
+  std::optional<ExecutorKind> executor = {};  ///< fused; sweep with kResume
+  std::uint64_t budget_bytes = StoreOptions().budget_bytes;
+  int threads = 1;
+  bool normals = false;
+  bool limit = false;
+  /// kNone: nothing waits for the disk. A job that is cancelled or killed leaves the last commit
+  /// all the same, but a crash of the system may cost the store.
+  Durability durability = Durability::kCommit;
+  bool digest = false;       ///< read everything back at the end, for the result's digest
+  bool ignore_size = false;  ///< start even if memory, disk or budget are too small
+  ExistingStore existing = ExistingStore::kRefuse;
+  /// Chooses the backend of a new store if `backend` is not given. plait/backends/choose_backend.h
+  /// has such a function.
+  BackendChooser choose_backend = {};
+};
+
+struct MeshFigures {
+  std::uint64_t vertices = 0, edges = 0, faces = 0, border_edges = 0;
+};
+
+/// Estimates from the counts of the mesh.
+struct SubdivisionSize {
+  std::uint64_t level_bytes = 0;  ///< all levels of all attributes at the end, uncompressed
+  /// The most that the run adds to the disk, uncompressed; 0 if the backend is not durable.
+  std::uint64_t disk_bytes = 0;
+  std::uint64_t longest_file_bytes = 0;
+  std::uint64_t base_mesh_bytes = 0;  ///< memory while the job makes the base mesh and lays it out
+  std::uint64_t memory_bytes = 0;  ///< base mesh, and the part of the budget that the run can use
+};
+
+/// The last commit of an earlier run.
+struct EarlierRun {
+  int level = 0;          ///< the finest level of the positions
+  bool normals = false;   ///< the store has normals
+  bool finished = false;  ///< the store has everything that the request asks for
+};
+
+struct SubdivisionRefusal {
+  /// The member of SubdivisionRequest that must change, such as "scheme"; "ignore_size" if memory,
+  /// disk or budget are too small.
+  std::string_view field;
+  ErrorCode code;
+  std::string reason;  ///< one line
+};
+
+/// What a job will do. If the job refuses something before it reads the mesh, then all that follows
+/// from the mesh is empty.
+struct SubdivisionPlan {
+  std::vector<SubdivisionRefusal> refusals;  ///< run() throws the first one, as an Error
+  std::vector<std::string> warnings;         ///< such as those of read_base_mesh
+
+  StoreOptions store;  ///< run() fills in `layout`
+  std::string backend_reason;
+  SubdivideOptions subdivide;  ///< without callbacks
+  LayoutKind layout = LayoutKind::kAutomatic;
+  ComponentType precision = ComponentType::kFloat32;
+  bool keeps_store = false;     ///< the backend is durable
+  bool commits_levels = false;  ///< so that a later job can resume
+  std::optional<EarlierRun> earlier;
+
+  MeshFigures input;
+  std::vector<LevelCounts> level_counts;  ///< [level], 0 to subdivide.levels
+  SubdivisionSize size;
+  double import_seconds = 0;
+};
+
+enum class SubdivisionStep : std::uint8_t {
+  kBaseMesh,  ///< refine the base mesh in memory
+  kLayout,    ///< sort the faces of the base mesh
+  kLevels,    ///< make levels, normals and limit positions
+  kCommit,    ///< with kResume also after every level
+  kDigest,    ///< read everything back
+  kPublish,   ///< give the store its final name
+};
+std::string_view to_string(SubdivisionStep step) noexcept;
+
+struct SubdivisionProgress {
+  SubdivisionStep step;
+  std::string_view phase;     ///< "level 3: odd vertices"; valid during the call
+  std::uint64_t done, total;  ///< of this step (kLevels: vertices); a step starts with 0
+};
+
+/// The thread that called run() calls both.
+struct SubdivisionWatch {
+  /// Called at the start of every step and then again and again; false cancels the job.
+  std::function<bool(const SubdivisionProgress&)> progress = {};
+  std::function<void(const std::string&)> warn = {};
+};
+
+struct SubdivisionResult {
+  SubdivisionPlan plan;         ///< with what run() added to it
+  std::filesystem::path store;  ///< empty if the backend is not durable
+  /// The open store if the backend is not durable. Otherwise run() has closed the store.
+  std::optional<Store> in_memory;
+  MeshFigures base;        ///< the mesh refined base_level times
+  int resumed_level = 0;   ///< the finest level at the start of the run
+  PipelineParts pipeline;  ///< of the store
+  LayoutSpans spans;
+  double import_seconds = 0, layout_seconds = 0;
+  double refine_seconds = 0;  ///< base mesh and all levels
+  double commit_seconds = 0, digest_seconds = 0;
+  std::uint64_t stored_bytes = 0;
+  /// Memory beside the budget: the base mesh, its records, and subdivide_resident_bytes().
+  std::uint64_t base_mesh_bytes = 0;
+  PagingStatistics paging;  ///< until the end of the last commit
+  std::string digest;       ///< empty if the request does not ask for it
+
+  /// refine_seconds divided by the number of vertices that the finest level has and the mesh does
+  /// not have.
+  double ns_per_vertex() const;
+};
+
+/// Does not print and does not handle signals. Only one thread at a time may use a job.
+class SubdivisionJob {
+ public:
+  /// Plans the run. It reads the mesh, opens the store of an earlier run (and keeps its lock), and
+  /// compares the size of the run with what the machine has. It makes no file, so that a process
+  /// may end at any moment before run(). `backends` must outlive the job. Errors beside
+  /// plan().refusals: those of read_base_mesh, Store::open and backends.find; kNotSupported if a
+  /// backend cannot be used here.
+  SubdivisionJob(SubdivisionRequest request, const BackendRegistry& backends);
+  SubdivisionJob(SubdivisionJob&&) noexcept;
+  SubdivisionJob& operator=(SubdivisionJob&&) noexcept;
+  ~SubdivisionJob();
+
+  /// run() adds refusals that it can find only then: another mesh than that of the earlier run, a
+  /// budget that is too small for the layout.
+  const SubdivisionPlan& plan() const;
+
+  /// Runs the plan, once. After an error only the commits of an earlier run and of kResume stay on
+  /// the disk. It also removes left-overs of killed runs with the same output.
+  /// Errors: the first one of plan().refusals; kBudget before it computes anything; kCancelled;
+  /// kIo, kNoSpace; those of PartialStore::publish; kBadState if the job was run before. Pinned by
+  /// tests/kernels/subdivision_job_test.cpp.
+  SubdivisionResult run(const SubdivisionWatch& watch = {});
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace plait

@@ -1,0 +1,32 @@
+// Linear subdivision: an odd vertex is the middle of its edge, and even ones stay where they are.
+// Pinned by tests/kernels/schemes_test.cpp.
+#pragma once
+
+#include "plait/kernels/one_ring.h"
+#include "plait/kernels/scheme.h"
+
+namespace plait {
+
+struct MidpointRule {
+  static constexpr bool kReadsEndsOnly = true;
+
+  template <class V>
+  [[gnu::always_inline]] V odd(const V& a, const V& b, const V&, const V&) const {
+    return 0.5 * (a + b);
+  }
+  template <class V>
+  [[gnu::always_inline]] V odd_border(const V& a, const V& b) const {
+    return 0.5 * (a + b);
+  }
+};
+
+struct MidpointScheme {
+  static constexpr Scheme kScheme = Scheme::kMidpoint;
+  static constexpr SchemeTraits kTraits{.name = "midpoint", .reach = 1};
+  template <class Real>
+  static OneRing<Real> rule() {
+    return midpoint_scheme().rule<Real>();
+  }
+};
+
+}  // namespace plait

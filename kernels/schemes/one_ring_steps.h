@@ -1,0 +1,33 @@
+// What the executors' steps ask of a scheme, for those of one ring; kernels/butterfly/ has the
+// counterparts for Butterfly.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "edge_grid/gather.h"
+#include "plait/kernels/one_ring.h"
+#include "plait/kernels/ring_table.h"
+#include "plait/topology.h"
+#include "plait/vector3.h"
+
+namespace plait {
+
+/// New vertices of one level, edge by edge.
+template <class Real>
+auto odd_slots(const OneRing<Real>& rule, const Topology& mesh, const RingTable<Vector3<Real>>&,
+               std::span<const Vector3<Real>>) {
+  return [rule, mesh](const SlotSource<Vector3<Real>>&, EdgeId edge,
+                      const EdgeGrid<Vector3<Real>>& grid, Vector3<Real>* slot) {
+    rule.odd_slot(grid, mesh.edges[edge].is_border(), slot);
+  };
+}
+
+/// Rings of base vertices begin with the base mesh itself.
+template <class Real>
+std::vector<Vector3<Real>> first_middles(const OneRing<Real>&, const Topology&,
+                                         std::span<const Vector3<Real>>) {
+  return {};
+}
+
+}  // namespace plait

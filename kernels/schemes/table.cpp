@@ -1,0 +1,51 @@
+#include "schemes/table.h"
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+constexpr auto kTraits = []<class... Schemes>(std::tuple<Schemes...>*) {
+  return std::array{Schemes::kTraits...};
+}(static_cast<LibrarySchemes*>(nullptr));
+
+}  // namespace
+
+std::span<const SchemeTraits> schemes() noexcept { return kTraits; }
+
+const SchemeTraits& traits_of(Scheme scheme) noexcept {
+  return kTraits[static_cast<std::size_t>(scheme)];
+}
+
+SchemeTraits traits_of(const SubdivideOptions& options) {
+  if (options.own_scheme == nullptr) return traits_of(options.scheme);
+  const OneRing<float>& rule = options.own_scheme->rule<float>();
+  return {.name = options.own_scheme->name(),
+          .reach = 1,
+          .moves_even = rule.moves_even(),
+          .has_limits = rule.has_limits()};
+}
+
+std::string_view to_string(Scheme scheme) noexcept { return traits_of(scheme).name; }
+
+std::string scheme_names() {
+  std::string names;
+  for (std::size_t i = 0; i < kTraits.size(); ++i) {
+    names += i == 0 ? "" : i + 1 == kTraits.size() ? " or " : ", ";
+    names += kTraits[i].name;
+  }
+  return names;
+}
+
+Scheme scheme_from_name(std::string_view name) {
+  for (std::size_t i = 0; i < kTraits.size(); ++i)
+    if (name == kTraits[i].name) return static_cast<Scheme>(i);
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("scheme '{}': expected {}", name, scheme_names()));
+}
+
+}  // namespace plait

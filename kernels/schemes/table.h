@@ -1,0 +1,49 @@
+// The schemes of the library. This list is the only place that names them all.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+
+#include "plait/kernels/scheme.h"
+#include "plait/kernels/subdivide.h"
+#include "schemes/butterfly.h"
+#include "schemes/loop.h"
+#include "schemes/midpoint.h"
+
+namespace plait {
+
+/// In the order of their numbers.
+using LibrarySchemes = std::tuple<LoopScheme, ButterflyScheme, MidpointScheme>;
+
+template <std::size_t... kNumbers>
+constexpr bool are_in_order(std::index_sequence<kNumbers...>) {
+  return ((std::tuple_element_t<kNumbers, LibrarySchemes>::kScheme == Scheme{kNumbers}) && ...);
+}
+constexpr std::size_t kSchemeCount = std::tuple_size_v<LibrarySchemes>;
+static_assert(are_in_order(std::make_index_sequence<kSchemeCount>()));
+
+/// Calls visit(rule), the rule of a scheme for points of `Real`, and returns what it returns: once
+/// a run, so that nothing below asks which scheme it is.
+template <class Real, class Visit>
+auto with_rule(Scheme scheme, Visit visit) {
+  using Result = decltype(visit(LoopScheme::rule<Real>()));
+  using Call = Result (*)(Visit&);
+  constexpr auto calls = []<class... Schemes>(std::tuple<Schemes...>*) {
+    return std::array<Call, sizeof...(Schemes)>{
+        [](Visit& visit_it) -> Result { return visit_it(Schemes::template rule<Real>()); }...};
+  }(static_cast<LibrarySchemes*>(nullptr));
+  return calls.at(static_cast<std::size_t>(scheme))(visit);
+}
+/// The same of the options' scheme, which may be the program's own.
+template <class Real, class Visit>
+auto with_rule(const SubdivideOptions& options, Visit visit) {
+  if (options.own_scheme != nullptr) return visit(options.own_scheme->rule<Real>());
+  return with_rule<Real>(options.scheme, visit);
+}
+
+/// The traits of the options' scheme.
+SchemeTraits traits_of(const SubdivideOptions& options);
+
+}  // namespace plait

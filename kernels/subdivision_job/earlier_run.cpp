@@ -1,0 +1,134 @@
+#include "subdivision_job/earlier_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+#include "plait/byte_text.h"
+#include "plait/error.h"
+#include "subdivision_job/planning.h"
+
+namespace plait {
+namespace {
+
+/// Compares a request with a store, and adds a refusal to the plan for each difference.
+class Comparison {
+ public:
+  Comparison(const Store& store, const SubdivisionRequest& request, SubdivisionPlan& plan)
+      : store_(store),
+        request_(request),
+        plan_(plan),
+        position_(store.attributes()[store.attribute("position")]) {}
+
+  void representation() {
+    const StoreOptions& has = store_.options();
+    const PipelineParts pipeline = PipelineParts::of(has.pipeline);
+    same_if_asked("backend", request_.backend, has.backend);
+    same_if_asked("codec", request_.codec, pipeline.codec);
+    same_if_asked("filter", request_.filter, pipeline.filter);
+    if (request_.layout && *request_.layout != LayoutKind::kAutomatic)
+      same("layout", to_string(*request_.layout), has.layout);
+    if (request_.block_bytes)
+      same("block_bytes", size_text(*request_.block_bytes), size_text(has.block_bytes));
+  }
+
+  void surface(bool has_levels) {
+    const Provenance& provenance = store_.provenance();
+    if (provenance.limit)
+      refuse_store("existing", "it holds limit positions, from which no subdivision can go on");
+    if (has_levels && provenance.scheme.empty())
+      refuse_store("existing", "it does not say which scheme made its levels");
+    else if (has_levels && request_.scheme)
+      same("scheme", to_string(*request_.scheme), provenance.scheme);
+    if (request_.precision)
+      same("precision", to_string(*request_.precision), to_string(position_.schema.type));
+    if (position_.finest_level > request_.levels)
+      refuse_store("levels", fmt::format("expected level {} at most, found level {}",
+                                         request_.levels, position_.finest_level));
+    if (store_.has_attribute("normal") && position_.finest_level < request_.levels &&
+        !request_.normals)
+      refuse_store("normals", fmt::format("it has normals of level {}, which fit no finer one: ask "
+                                          "for normals, and they are made anew",
+                                          position_.finest_level));
+    base_level();
+  }
+
+ private:
+  void base_level() {
+    if (!request_.max_slot_bytes) return;
+    const int asked =
+        rebase_levels(request_.levels, position_.schema.record_bytes(), *request_.max_slot_bytes);
+    if (asked != store_.base_level())
+      refuse_store("max_slot_bytes",
+                   fmt::format("slots of at most {} ask for a base mesh refined {} times, and the "
+                               "store has one refined {} times: leave it open",
+                               size_text(*request_.max_slot_bytes), asked, store_.base_level()));
+  }
+
+  void same_if_asked(std::string_view field, const std::optional<std::string>& asked,
+                     std::string_view found) {
+    if (asked) same(field, *asked, found);
+  }
+  void same(std::string_view field, std::string_view asked, std::string_view found) {
+    if (asked != found)
+      refuse_store(field, fmt::format("{} {} was asked for, and the store has {}: leave it open, "
+                                      "or convert the store",
+                                      field, asked, found));
+  }
+  void refuse_store(std::string_view field, const std::string& reason) {
+    refuse(plan_, field, ErrorCode::kInvalidArgument,
+           fmt::format("resume {}: {}", store_.path().native(), reason));
+  }
+
+  const Store& store_;
+  const SubdivisionRequest& request_;
+  SubdivisionPlan& plan_;
+  const AttributeInfo& position_;
+};
+
+}  // namespace
+
+std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
+                                      const BackendRegistry& backends, SubdivisionPlan& plan) {
+  if (!plan.commits_levels || !std::filesystem::exists(request.store)) return {};
+  // A writer that was killed before its first commit left nothing to continue from.
+  if (!Store::has_commit(request.store)) return {};
+  OpenOptions open;
+  open.writable = true;
+  open.budget_bytes = plan.store.budget_bytes;
+  open.durability = plan.store.durability;
+  Store store = Store::open(request.store, open, backends);
+  const bool has_levels = store.finest_level() > store.base_level();
+  Comparison comparison(store, request, plan);
+  comparison.representation();
+  comparison.surface(has_levels);
+  if (!plan.refusals.empty()) return {};
+
+  const AttributeInfo& position = store.attributes()[store.attribute("position")];
+  if (has_levels) plan.subdivide.scheme = scheme_from_name(store.provenance().scheme);
+  plan.precision = position.schema.type;
+  plan.layout = layout_from_name(store.options().layout);
+  plan.store = store.options();
+  plan.backend_reason = "as the store was made";
+  EarlierRun& earlier = plan.earlier.emplace();
+  earlier.level = position.finest_level;
+  earlier.normals = store.has_attribute("normal");
+  earlier.finished =
+      earlier.level == request.levels && (earlier.normals || !plan.subdivide.normals);
+  return store;
+}
+
+void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& plan) {
+  if (!std::ranges::equal(store.base().faces(), mesh.faces()) ||
+      !std::ranges::equal(store.base().positions(), mesh.positions(),
+                          [](const Vector3<double>& a, const Vector3<double>& b) {
+                            return a.x == b.x && a.y == b.y && a.z == b.z;
+                          }))
+    refuse(plan, "mesh", ErrorCode::kInvalidArgument,
+           fmt::format("resume {}: its base mesh is another one than the mesh that was given",
+                       store.path().native()));
+}
+
+}  // namespace plait

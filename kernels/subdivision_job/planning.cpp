@@ -1,0 +1,116 @@
+#include "subdivision_job/planning.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "plait/error.h"
+#include "plait/partial_store.h"
+
+namespace plait {
+namespace {
+
+/// The memory of the fused executor depends on how many patches are unfinished at once, and not on
+/// the span of the layout.
+LayoutKind layout_of(const SubdivisionRequest& request, ExecutorKind executor) {
+  const LayoutKind layout = request.layout.value_or(LayoutKind::kAutomatic);
+  return layout == LayoutKind::kAutomatic && executor == ExecutorKind::kFused ? LayoutKind::kHilbert
+                                                                              : layout;
+}
+
+void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
+  if (!plan.commits_levels) return;
+  const auto refuse_it = [&](std::string_view field, const char* why) {
+    refuse(plan, field, ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: a run that can be resumed {}", why));
+  };
+  if (!plan.keeps_store) refuse_it("backend", "needs a backend that keeps levels");
+  if (plan.subdivide.executor == ExecutorKind::kFused)
+    refuse_it("executor",
+              "needs an executor that makes one level after another (sweep, transparent)");
+  if (request.limit)
+    refuse_it("limit", "makes no limit positions, from which no subdivision can go on");
+}
+
+}  // namespace
+
+void refuse(SubdivisionPlan& plan, std::string_view field, ErrorCode code, std::string reason) {
+  plan.refusals.push_back({field, code, std::move(reason)});
+}
+
+void throw_refusal(const SubdivisionPlan& plan) {
+  if (plan.refusals.empty()) return;
+  throw Error(plan.refusals.front().code, plan.refusals.front().reason);
+}
+
+SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends) {
+  SubdivisionPlan plan;
+  plan.store.backend = request.backend.value_or("");
+  plan.keeps_store = true;
+  if (request.backend) {
+    const BackendRegistry::Entry& backend = backends.find(*request.backend);
+    PipelineParts parts = PipelineParts::of(backend.default_pipeline);
+    if (request.codec) parts.codec = *request.codec;
+    if (request.filter) parts.filter = *request.filter;
+    plan.store.pipeline = parts.pipeline();
+    backend.validate(BackendRegistry::options_in(*request.backend));
+    backend.validate_pipeline(plan.store.pipeline);
+    plan.keeps_store = backend.traits.durable;
+    plan.backend_reason = "asked for";
+  }
+  plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);
+  plan.store.budget_bytes = request.budget_bytes;
+  plan.store.durability = request.durability;
+  plan.precision = request.precision.value_or(ComponentType::kFloat32);
+  plan.commits_levels = request.existing == ExistingStore::kResume;
+
+  plan.subdivide.scheme = request.scheme.value_or(Scheme::kLoop);
+  plan.subdivide.levels = request.levels;
+  plan.subdivide.normals = request.normals;
+  plan.subdivide.limit = request.limit;
+  plan.subdivide.executor =
+      request.executor.value_or(plan.commits_levels ? ExecutorKind::kSweep : ExecutorKind::kFused);
+  plan.subdivide.threads =
+      plan.subdivide.executor == ExecutorKind::kTransparent ? 1 : request.threads;
+  plan.layout = layout_of(request, plan.subdivide.executor);
+
+  check_resumable(request, plan);
+  if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)
+    refuse(plan, "precision", ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: expected precision float32 or float64, found {}",
+                       to_string(plan.precision)));
+  if (plan.keeps_store && request.store.empty())
+    refuse(plan, "store", ErrorCode::kInvalidArgument,
+           "subdivide: the store has no name, and only a backend that keeps nothing goes without");
+  if (plan.refusals.empty() && !plan.keeps_store && !request.store.empty())
+    plan.warnings.push_back(fmt::format("backend {} keeps nothing: {} is not made",
+                                        plan.store.backend, request.store.native()));
+  return plan;
+}
+
+void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
+                       SubdivisionPlan& plan) {
+  if (!request.codec && !request.filter) return;
+  if (request.backend && backends.find(*request.backend).traits.compressed) return;
+  refuse(plan, "backend", ErrorCode::kInvalidArgument,
+         fmt::format("subdivide: a codec and a filter need a backend that compresses, such as "
+                     "compressed, found backend {}",
+                     request.backend.value_or("auto")));
+}
+
+void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {
+  if (!plan.keeps_store || plan.commits_levels) return;
+  const bool replaces = request.existing == ExistingStore::kReplace;
+  try {
+    PartialStore::check(request.store, replaces ? Existing::kReplace : Existing::kRefuse);
+  } catch (const Error& error) {
+    std::error_code ignored;
+    const bool taken =
+        std::filesystem::exists(std::filesystem::symlink_status(request.store, ignored));
+    refuse(plan, taken && !replaces ? "existing" : "store", error.code(), error.what());
+  }
+}
+
+}  // namespace plait

@@ -1,0 +1,25 @@
+// The part of a plan that follows from the request alone.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "plait/kernels/subdivision_job.h"
+
+namespace plait {
+
+void refuse(SubdivisionPlan& plan, std::string_view field, ErrorCode code, std::string reason);
+/// Throws the first refusal as an Error, if the plan has one.
+void throw_refusal(const SubdivisionPlan& plan);
+
+/// Returns a plan without an earlier run and without a mesh. Errors: those of backends.find and of
+/// the backend's own check of its options.
+SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends);
+
+/// Refuses a codec or a filter for a new store if the request names no backend that compresses.
+void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
+                       SubdivisionPlan& plan);
+/// Refuses the name of a new store if PartialStore would refuse it.
+void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan);
+
+}  // namespace plait

@@ -1,0 +1,50 @@
+// Runs a plan step by step, and fills the result.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "plait/kernels/subdivision_job.h"
+#include "plait/partial_store.h"
+#include "plait/store.h"
+
+namespace plait {
+
+class PlannedRun {
+ public:
+  /// `store` is that of the earlier run, or empty; the run puts its own store there. The arguments
+  /// must outlive this object.
+  PlannedRun(const SubdivisionRequest& request, const BackendRegistry& backends,
+             SubdivisionPlan& plan, std::optional<Store>& store, const SubdivisionWatch& watch)
+      : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(store) {}
+
+  // The steps, in their order.
+
+  /// Returns the base mesh of the store: refined in memory, and in layout order.
+  BaseMesh make_base(BaseMesh mesh);
+  void open_store(BaseMesh base);
+  void make_levels();
+  void read_back();
+  void publish();
+
+  SubdivisionResult& result() { return result_; }
+
+ private:
+  /// Calls the progress callback. Errors: kCancelled if the callback returns false.
+  void tell(SubdivisionStep step, std::string_view phase, std::uint64_t done, std::uint64_t total);
+  void enter(SubdivisionStep step) { tell(step, to_string(step), 0, 1); }
+
+  void create_store(BaseMesh base);
+  void commit();
+
+  const SubdivisionRequest& request_;
+  const BackendRegistry& backends_;
+  SubdivisionPlan& plan_;
+  const SubdivisionWatch& watch_;
+  std::optional<PartialStore> output_;  ///< of a new store, unless the job commits levels
+  std::optional<Store>& store_;
+  SubdivisionResult result_;
+};
+
+}  // namespace plait

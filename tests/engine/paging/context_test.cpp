@@ -1,0 +1,319 @@
+// Blocks that are coded by coarser ones: a backend that stores every block as its difference from
+// the block of the level before that has its first edge.
+#include <array>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "plait/error.h"
+#include "plait/pager.h"
+
+using namespace plait;
+
+namespace {
+
+constexpr std::uint64_t kBlockBytes = 4096;
+constexpr EdgeId kEdges = 8192;
+constexpr int kLevels = 3;  // of 2, 8 and 32 blocks
+
+struct Log {
+  std::mutex mutex;
+  std::vector<ContextBlock> reads;  ///< in the order in which they began
+  std::atomic<bool> misnamed = false;
+};
+
+class DifferenceBackend final : public Backend {
+ public:
+  DifferenceBackend(LevelFile& level, const LevelFile* coarser, Log& log)
+      : level_(level), coarser_(coarser), log_(log), stored_(level.geometry.total_bytes()) {}
+
+  void read(BlockRange, std::span<std::byte>) override { refuse(); }
+  void write(BlockRange, std::span<const std::byte>) override { refuse(); }
+  void start(Transfer& transfer) noexcept override {
+    std::exception_ptr error;
+    try {
+      transfer.direction == Transfer::Direction::kRead ? decode(transfer) : encode(transfer);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    transfer.listener->finished(transfer, error);
+  }
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    if (!coarser_) return 0;
+    blocks[0] = {0, coarser_->table.level(),
+                 coarser_->geometry.block_of(level_.geometry.first_edge(block))};
+    if (log_.misnamed) blocks[0] = {0, level_.table.level(), block};
+    return 1;
+  }
+  void advise(BlockRange, Advice) noexcept override {}
+  void sync(bool) override {}
+  std::uint64_t stored_bytes() const override { return stored_.size(); }
+
+  std::span<std::byte> stored(std::uint64_t block) {
+    return std::span(stored_).subspan(level_.geometry.block_offset(block),
+                                      level_.geometry.block_bytes(block));
+  }
+
+ private:
+  [[noreturn]] static void refuse() {
+    throw Error(ErrorCode::kNotSupported, "difference: a block needs its context");
+  }
+  std::byte context_byte(const Transfer& transfer, std::size_t i) const {
+    return coarser_ ? transfer.context[0][i] : std::byte{0};
+  }
+  void check_context(const Transfer& transfer) const {
+    if (transfer.context.size() != (coarser_ ? 1u : 0u))
+      throw Error(ErrorCode::kBadState, "difference: the context is not there");
+  }
+  void decode(const Transfer& transfer) {
+    {
+      const std::scoped_lock lock(log_.mutex);
+      log_.reads.push_back({0, level_.table.level(), transfer.block});
+    }
+    check_context(transfer);
+    const std::span<std::byte> from = stored(transfer.block);
+    level_.table.check(transfer.block, from, "difference");
+    for (std::size_t i = 0; i < from.size(); ++i)
+      transfer.memory[i] = from[i] ^ context_byte(transfer, i);
+  }
+  void encode(const Transfer& transfer) {
+    check_context(transfer);
+    const std::span<std::byte> into = stored(transfer.block);
+    for (std::size_t i = 0; i < into.size(); ++i)
+      into[i] = transfer.memory[i] ^ context_byte(transfer, i);
+    level_.table.seal(transfer.block, level_.geometry.block_offset(transfer.block),
+                      BlockEncoding::kEncoded, into);
+  }
+
+  LevelFile& level_;
+  const LevelFile* coarser_;
+  Log& log_;
+  std::vector<std::byte> stored_;
+};
+
+std::byte value(int level, std::uint64_t block, std::size_t i) {
+  return static_cast<std::byte>(31 * static_cast<std::size_t>(level) + 7 * block + i / 64);
+}
+
+bool holds_its_values(const PinnedBlock& pinned, int level, std::uint64_t block) {
+  for (std::size_t i = 0; i < pinned.bytes().size(); ++i)
+    if (pinned.bytes()[i] != value(level, block, i)) return false;
+  return true;
+}
+
+/// Levels 1 to 3, written by way of one pager, then attached to that of the test.
+struct Levels {
+  Levels() {
+    for (int number = 1; number <= kLevels; ++number) {
+      LevelFile& level = at(number);
+      level.path = "difference" + std::to_string(number);
+      level.geometry = LevelGeometry(SlotShapes(kEdges), BaseRelativeLevel(number), 1, kBlockBytes);
+      level.table = BlockTable({}, 0, number, level.geometry.block_count());
+      level.traits = {.durable = true, .compressed = true};
+      level.backend =
+          std::make_unique<DifferenceBackend>(level, number > 1 ? &at(number - 1) : nullptr, log);
+    }
+  }
+  LevelFile& at(int number) { return files[static_cast<std::size_t>(number - 1)]; }
+  std::span<std::byte> stored(int number, std::uint64_t block) {
+    return static_cast<DifferenceBackend&>(*at(number).backend).stored(block);
+  }
+  void attach(Pager& pager) {
+    for (LevelFile& file : files) pager.attach(file);
+  }
+  void detach(Pager& pager) {
+    pager.discard();
+    for (LevelFile& file : files) pager.detach(file);
+  }
+  void fill(Pager& pager, EvictionPolicy policy) {
+    Session session = pager.open_session({.policy = policy});
+    for (int number = 1; number <= kLevels; ++number)
+      for (std::uint64_t block = 0; block < at(number).geometry.block_count(); ++block) {
+        const PinnedBlock pinned = session.pin(at(number), block, Access::kWrite);
+        for (std::size_t i = 0; i < kBlockBytes; ++i) pinned.bytes()[i] = value(number, block, i);
+      }
+    pager.flush();
+    log.reads.clear();
+  }
+
+  Log log;
+  std::array<LevelFile, kLevels> files;
+};
+
+struct Fixture {
+  Fixture(std::uint64_t frames, int io_threads) : pager(frames * kBlockBytes, io_threads) {
+    Pager maker(64 * kBlockBytes, 0);
+    levels.attach(maker);
+    levels.fill(maker, EvictionPolicy::kWindow);
+    levels.detach(maker);
+    levels.attach(pager);
+  }
+  ~Fixture() { levels.detach(pager); }
+  Fixture(const Fixture&) = delete;
+  Fixture& operator=(const Fixture&) = delete;
+  const LevelFile& level(int number) { return levels.at(number); }
+
+  Levels levels;
+  Pager pager;
+};
+
+template <class Call>
+ErrorCode code_of(Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  return ErrorCode::kCancelled;
+}
+
+}  // namespace
+
+TEST_CASE("Context_BlockOfTheFinestLevel_IsDecodedByCoarserOnesThatAreReadBefore") {
+  Fixture f(8, GENERATE(0, 1, 2));
+  Session session = f.pager.open_session();
+  CHECK(holds_its_values(session.pin(f.level(3), 21), 3, 21));
+  REQUIRE(f.levels.log.reads.size() == 3);
+  for (int number = 1; number <= kLevels; ++number) {
+    const ContextBlock& read = f.levels.log.reads[static_cast<std::size_t>(number - 1)];
+    CHECK(read.level == number);
+    CHECK(read.block == 21u >> 2 * (kLevels - number));
+  }
+  // What is resident already is not read again.
+  CHECK(holds_its_values(session.pin(f.level(3), 22), 3, 22));
+  CHECK(f.levels.log.reads.size() == 4);
+}
+
+TEST_CASE("Context_WrittenBlocks_AreEncodedByWhatTheyNeedWhateverIsEvicted") {
+  const int io_threads = GENERATE(0, 1, 2);
+  const auto policy = GENERATE(EvictionPolicy::kWindow, EvictionPolicy::kClock);
+  Levels levels;
+  Pager pager(3 * kBlockBytes, io_threads);
+  levels.attach(pager);
+  levels.fill(pager, policy);
+  CHECK(levels.stored(2, 5)[0] == (value(2, 5, 0) ^ value(1, 1, 0)));
+  CHECK(levels.stored(3, 21)[100] == (value(3, 21, 100) ^ value(2, 5, 100)));
+  Session session = pager.open_session({.policy = policy});
+  {
+    const PinnedBlock pinned = session.pin(levels.at(3), 9, Access::kUpdate);
+    CHECK(holds_its_values(pinned, 3, 9));
+    pinned.bytes()[0] = std::byte{99};
+  }
+  for (std::uint64_t block = 16; block < 32; ++block)
+    CHECK(holds_its_values(session.pin(levels.at(3), block, Access::kRead), 3, block));
+  CHECK(session.pin(levels.at(3), 9, Access::kRead).bytes()[0] == std::byte{99});
+  CHECK(pager.statistics().peak_frame_bytes <= 3 * kBlockBytes);
+  levels.detach(pager);
+}
+
+TEST_CASE("Context_Bound_IsABlockAndOneOfEachCoarserLevel") {
+  for (const std::uint64_t frames : {1u, 2u, 3u}) {
+    Fixture f(frames, 1);
+    Session session = f.pager.open_session();
+    for (int number = 1; number <= kLevels; ++number) {
+      const bool fits = static_cast<std::uint64_t>(number) <= frames;
+      CAPTURE(frames, number);
+      std::string message;
+      try {
+        const PinnedBlock pinned = session.pin(f.level(number), 1);
+        CHECK(holds_its_values(pinned, number, 1));
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kBudget);
+        message = error.what();
+      }
+      const std::string refusal = "page in difference" + std::to_string(number) + ": at least " +
+                                  std::to_string((frames + 1) * kBlockBytes) + " bytes";
+      CHECK(message.substr(0, refusal.size()) == (fits ? "" : refusal));
+    }
+    CHECK(f.pager.statistics().peak_frame_bytes <= frames * kBlockBytes);
+  }
+}
+
+TEST_CASE("ContextPrefetch_AskedAgain_ReadsCoarserBlocksFirst") {
+  Fixture f(8, 1);
+  Session session = f.pager.open_session();
+  int asked = 0;
+  while (!session.prefetch(f.level(3), 30)) {
+    REQUIRE(++asked < 1'000'000);
+    std::this_thread::yield();
+  }
+  CHECK(asked >= 2);  // once for each coarser level
+  CHECK(holds_its_values(session.pin(f.level(3), 30), 3, 30));
+  REQUIRE(f.levels.log.reads.size() == 3);
+  CHECK(f.levels.log.reads[0].level == 1);
+  CHECK(f.levels.log.reads[2].level == 3);
+  CHECK(session.statistics().blocks_prefetched == 3);
+}
+
+TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
+  Fixture f(3, GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  f.levels.stored(1, 0)[7] ^= std::byte{1};
+  for (const Access access : {Access::kRead, Access::kUpdate, Access::kWrite})
+    CHECK(code_of([&] { session.pin(f.levels.at(3), 4, access); }) == ErrorCode::kCorruption);
+  f.levels.stored(1, 0)[7] ^= std::byte{1};
+  f.pager.flush();
+  CHECK(session.statistics().blocks_written == 0);
+  for (std::uint64_t block = 0; block < 32; ++block)
+    CHECK(holds_its_values(session.pin(f.level(3), block), 3, block));
+}
+
+TEST_CASE("Context_BlockThatTheSameCallOverwrites_IsReadBefore") {
+  Fixture f(4, GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  const bool coarser_first = GENERATE(false, true);
+  std::vector<BlockRequest> requests{{f.level(2), 7}, {f.levels.at(1), 1, Access::kWrite}};
+  if (coarser_first) std::swap(requests[0], requests[1]);
+  std::vector<PinnedBlock> pinned(2);
+  session.pin_many(requests, pinned);
+  CHECK(holds_its_values(pinned[coarser_first ? 1 : 0], 2, 7));
+  CHECK(holds_its_values(pinned[coarser_first ? 0 : 1], 1, 1));
+}
+
+TEST_CASE("Context_BlockThatDoesNotComeEarlier_IsRefused") {
+  Fixture f(3, 0);
+  Session session = f.pager.open_session();
+  f.levels.log.misnamed = true;
+  CHECK(code_of([&] { session.pin(f.level(2), 4); }) == ErrorCode::kBadState);
+  f.levels.log.misnamed = false;
+  CHECK(holds_its_values(session.pin(f.level(2), 4), 2, 4));
+}
+
+TEST_CASE("Context_ManyThreadsAndSessions_NeverWaitForEachOtherForGood") {
+  const int io_threads = GENERATE(0, 2);
+  Fixture f(9, io_threads);
+  std::atomic<int> wrong = 0, refused = 0;
+  std::vector<std::thread> threads;
+  for (unsigned seed = 0; seed < 6; ++seed)
+    threads.emplace_back([&, seed] {
+      std::mt19937 random(seed);
+      Session session = f.pager.open_session(
+          {.policy = seed % 2 == 0 ? EvictionPolicy::kWindow : EvictionPolicy::kClock});
+      for (int step = 0; step < 400; ++step) {
+        const int number = 1 + static_cast<int>(random() % kLevels);
+        const std::uint64_t count = f.level(number).geometry.block_count();
+        const std::uint64_t block = random() % count, other = random() % count;
+        if (step % 5 == 0) session.prefetch(f.level(number), other);
+        const std::array requests{BlockRequest(f.level(number), block),
+                                  BlockRequest(f.level(number), other)};
+        std::array<PinnedBlock, 2> pinned;
+        try {
+          session.pin_many(requests, pinned);
+          if (!holds_its_values(pinned[0], number, block) ||
+              !holds_its_values(pinned[1], number, other))
+            ++wrong;
+        } catch (const Error& error) {
+          ++(error.code() == ErrorCode::kBudget ? refused : wrong);
+        }
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  CHECK(wrong == 0);
+  CHECK(refused == 0);  // each holds what one call pins, and nothing while it asks
+}

@@ -1,0 +1,291 @@
+// What happens to levels of a committed version that are written anew: a new file, or in place;
+// which files and extents stay for readers, and who is kept out.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <optional>
+
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/store_directory.h"
+#include "plait/structure.h"
+#include "plait/verify.h"
+#include "store/generation_volume.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const AttributeSchema kSchema{"position", ComponentType::kFloat32, 3};
+constexpr int kLevels = 4;
+
+/// A committed store of one attribute.
+struct Place {
+  explicit Place(const std::string& backend) {
+    Store store = Store::create(path, BaseMesh::build(random_sheet(5, 40)), sample_options(backend),
+                                default_backends());
+    add_sample(store, kSchema, kLevels);
+    store.commit();
+  }
+  Store open(bool writable = false, Overwriting overwriting = Overwriting::kNewGeneration) const {
+    OpenOptions options;
+    options.writable = writable;
+    options.overwriting = overwriting;
+    options.durability = Durability::kNone;
+    return Store::open(path, options, default_backends());
+  }
+  bool has(const std::string& name) const { return fs::exists(path / name); }
+  std::size_t versions() const {
+    std::size_t count = 0;
+    for (const std::string& name : file_names(path)) count += name.starts_with("version.");
+    return count;
+  }
+
+  TemporaryDirectory directory{Medium::kMemory};
+  fs::path path = directory.path() / "s.plait";
+};
+
+std::vector<std::string> backends_in_place() {
+  std::vector<std::string> names = durable_backends();
+  std::erase(names, "compressed");
+  return names;
+}
+
+/// Writes `value` over one block of a level.
+void fill_block(Store& store, int level, std::uint64_t block, std::byte value) {
+  std::ranges::fill(
+      store.open_session().pin(store.level_file(0, level), block, Access::kWrite).bytes(), value);
+}
+
+void fill_level(Store& store, int level, std::byte value) {
+  for (std::uint64_t block = 0; block < store.level_file(0, level).geometry.block_count(); ++block)
+    fill_block(store, level, block, value);
+}
+
+bool is_filled(Store& store, int level, std::byte value) {
+  return std::ranges::all_of(read_level(store, 0, level), [=](std::byte b) { return b == value; });
+}
+
+}  // namespace
+
+TEST_CASE("Generation_LevelOverwritten_HasANewFileAndTheOldOneGoesWithTheCommit") {
+  for (const std::string& backend : backends_in_place()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    Store writer = place.open(true);
+    fill_level(writer, 3, std::byte{7});
+    writer.pager().flush();
+    CHECK(place.has("attribute0.level03.1"));
+    CHECK(place.has("attribute0.level03.2"));
+    CHECK_FALSE(place.has("attribute0.level02.2"));
+    CHECK(is_filled(writer, 3, std::byte{7}));
+    writer.commit();
+    CHECK_FALSE(place.has("attribute0.level03.1"));
+    CHECK(writer.level_file(0, 3).path == place.path / "attribute0.level03.2");
+    CHECK(is_filled(writer, 3, std::byte{7}));
+    fill_level(writer, 3, std::byte{8});
+    writer.commit();
+    CHECK(place.has("attribute0.level03.3"));
+    CHECK_FALSE(place.has("attribute0.level03.2"));
+    writer.close();
+    Store reader = place.open();
+    CHECK(is_filled(reader, 3, std::byte{8}));
+    CHECK(read_level(reader, 0, 2) == sample_level(reader, kSchema, 2));
+    CHECK(verify(reader).damaged_count == 0);
+    CHECK_FALSE(place.has("journal"));
+  }
+}
+
+TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
+  for (const std::string& backend : backends_in_place()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    std::vector<std::byte> expected;
+    {
+      Store writer = place.open(true);
+      expected = read_level(writer, 0, kLevels);
+      const LevelGeometry& geometry = writer.level_file(0, kLevels).geometry;
+      REQUIRE(geometry.block_count() > 6);
+      for (const std::uint64_t block : {std::uint64_t{1}, std::uint64_t{4}, std::uint64_t{5}}) {
+        fill_block(writer, kLevels, block, std::byte{9});
+        const auto begin =
+            expected.begin() + static_cast<std::ptrdiff_t>(geometry.block_offset(block));
+        std::fill_n(begin, geometry.block_bytes(block), std::byte{9});
+      }
+      writer.pager().flush();
+      writer.pager().discard();
+      CHECK(read_level(writer, 0, kLevels) == expected);  // from both files
+      writer.commit();
+      CHECK(read_level(writer, 0, kLevels) == expected);
+    }
+    Store reader = place.open();
+    CHECK(read_level(reader, 0, kLevels) == expected);
+    CHECK(verify(reader).damaged_count == 0);
+  }
+}
+
+TEST_CASE("Generation_WithoutACommit_LeavesTheOldFileAndNothingElse") {
+  for (const std::string& backend : backends_in_place()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    const std::set<std::string> before = file_names(place.path);
+    {
+      Store writer = place.open(true);
+      fill_level(writer, 3, std::byte{7});
+      writer.pager().flush();
+    }
+    CHECK(file_names(place.path) == before);
+    Store reader = place.open();
+    CHECK(holds_sample(reader, 0));
+  }
+}
+
+TEST_CASE("Generation_NewFileThatCannotBeMade_IsAnErrorAndLeavesTheVersion") {
+  const Place place("pread");
+  {
+    Store writer = place.open(true);
+    fs::create_directory(place.path / "attribute0.level03.2");
+    CHECK_THROWS_AS(
+        [&] {
+          fill_level(writer, 3, std::byte{7});
+          writer.commit();
+        }(),
+        Error);
+  }
+  Store reader = place.open();
+  CHECK(holds_sample(reader, 0));
+}
+
+TEST_CASE("GenerationFreeSpace_LessThanTheFileNeeds_IsRefusedWithBothFigures") {
+  const LevelGeometry geometry(SlotShapes(100), BaseRelativeLevel(1), 12, 4096);
+  BlockTable table({}, 5, 3, geometry.block_count());
+  const Directory directory;
+  const LevelSpec level{directory, "attribute5.level03.1", OpenMode::kReadWrite, geometry, table};
+  CHECK_NOTHROW(check_free_space(level, 4096, 4096));
+  const Error error = error_of([&] { check_free_space(level, 4096, 4095); });
+  CHECK(error.code() == ErrorCode::kNoSpace);
+  CHECK(names(error, {"attribute 5", "level 3", "4096", "4095"}));
+}
+
+TEST_CASE("Reader_WhileVersionsAreCommitted_KeepsItsOwnAndItsFiles") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    std::optional<Store> reader = place.open();
+    Store writer = place.open(true);
+    for (int version = 2; version < 12; ++version) {
+      for (const int level : {2, 3, 4}) fill_level(writer, level, static_cast<std::byte>(version));
+      writer.base_bytes(0)[0] ^= std::byte{1};
+      writer.commit();
+    }
+    CHECK(holds_sample(*reader, 0));
+    CHECK(verify(*reader).damaged_count == 0);
+    CHECK(place.has("attribute0.level03.1"));
+    CHECK(place.versions() == 3);
+    // The next writer leaves them, too, and knows which bytes are not free.
+    writer.close();
+    writer = place.open(true);
+    fill_level(writer, 3, std::byte{50});
+    writer.commit();
+    CHECK(holds_sample(*reader, 0));
+    reader.reset();
+    fill_level(writer, 3, std::byte{51});
+    writer.commit();
+    CHECK(place.versions() == 2);
+    CHECK(place.has("attribute0.level03.1") == (backend == "compressed"));
+    CHECK(is_filled(writer, 3, std::byte{51}));
+    CHECK(is_filled(writer, 4, std::byte{11}));
+    CHECK(verify(writer).damaged_count == 0);
+  }
+}
+
+TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
+  const Place place("compressed");
+  const auto rewrite = [](Store& store, int times) {
+    for (int round = 0; round < times; ++round) {
+      fill_level(store, kLevels, static_cast<std::byte>(round));
+      store.commit();
+    }
+    return store.level_file(0, kLevels).backend->stored_bytes();
+  };
+  Store writer = place.open(true);
+  const std::uint64_t alone = rewrite(writer, 10);
+  std::optional<Store> reader = place.open();
+  const std::uint64_t beside_a_reader = rewrite(writer, 10);
+  CHECK(is_filled(*reader, kLevels, std::byte{9}));
+  reader.reset();
+  rewrite(writer, 3);
+  CHECK(rewrite(writer, 10) <= beside_a_reader);
+  CHECK(beside_a_reader <= alone + alone);
+}
+
+TEST_CASE("WriterInPlace_AndReaders_KeepEachOtherOut") {
+  for (const std::string& backend : backends_in_place()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    {
+      const Store reader = place.open();
+      const Error error = error_of([&] { place.open(true, Overwriting::kInPlace); });
+      CHECK(error.code() == ErrorCode::kBusy);
+      CHECK(names(error, {place.path.string(), "readers", "version 1"}));
+      // A reader of an older version is in the way, too: it shares files with the newest.
+      place.open(true).commit();
+      CHECK(error_of([&] { place.open(true, Overwriting::kInPlace); }).code() == ErrorCode::kBusy);
+    }
+    Store writer = place.open(true, Overwriting::kInPlace);
+    for (int version = 0; version < 2; ++version) {
+      const Error error = error_of([&] { place.open(); });
+      CHECK(error.code() == ErrorCode::kBusy);
+      CHECK(names(error, {"which writes it"}));
+      fill_level(writer, 3, static_cast<std::byte>(version));
+      writer.commit();
+    }
+    CHECK(place.has("attribute0.level03.1"));
+    writer.close();
+    Store reader = place.open();
+    CHECK(is_filled(reader, 3, std::byte{1}));
+  }
+  // One that never overwrites in place has no reason to.
+  const Place place("compressed");
+  const Store reader = place.open();
+  CHECK(place.open(true, Overwriting::kInPlace).sequence() == 1);
+}
+
+TEST_CASE("HoldStore_WhileAReaderHasAnyVersion_IsBusy") {
+  const Place place("pread");
+  {
+    const Store reader = place.open();
+    place.open(true).commit();
+    CHECK(error_of([&] { hold_store(Directory(place.path)); }).code() == ErrorCode::kBusy);
+  }
+  const std::vector<File> held = hold_store(Directory(place.path));
+  CHECK(error_of([&] { place.open(); }).code() == ErrorCode::kBusy);
+  CHECK(error_of([&] { place.open(true); }).code() == ErrorCode::kBusy);
+}
+
+TEST_CASE("ReplaceFile_WhileAReaderHasTheStore_IsBusy") {
+  const Place place("pread");
+  const Directory spare(place.directory.path());
+  File(spare, "spare", OpenMode::kCreate).close();
+  const Store reader = place.open();
+  CHECK(error_of([&] {
+          replace_file(place.path, 1, "attribute0.base.1", spare, "spare");
+        }).code() == ErrorCode::kBusy);
+}
+
+TEST_CASE("CheckStructure_WhileAWriterWorks_SeesTheCommittedVersion") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    Store writer = place.open(true);
+    fill_level(writer, 3, std::byte{7});
+    writer.pager().flush();
+    const StoreStructure structure = check_structure(place.path, default_backends());
+    CHECK(structure.sequence == 1);
+    CHECK(structure.damaged.empty());
+  }
+}

@@ -1,0 +1,103 @@
+// Replaces a store by another one. This must not happen while another process has the old store
+// open, and the new store must never be lost.
+#include "plait/partial_store.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+
+#include "plait/backends/registry.h"
+#include "plait/error.h"
+#include "plait/left_overs.h"
+#include "plait/store.h"
+#include "support/killing_operations.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+StoreUuid make_store(const std::filesystem::path& path) {
+  Store store = Store::create(path, BaseMesh::build(tetrahedron()), {}, default_backends());
+  store.commit();
+  return store.uuid();
+}
+
+StoreUuid uuid_of(const std::filesystem::path& path) {
+  return Store::open(path, {}, default_backends()).uuid();
+}
+
+}  // namespace
+
+TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
+  for (const bool writer : {false, true}) {
+    const TemporaryDirectory here;
+    const std::filesystem::path path = here.path() / "s.plait";
+    const StoreUuid old = make_store(path);
+    std::filesystem::path made;
+    {
+      PartialStore output(path, Existing::kReplace);
+      make_store(output.make());
+      OpenOptions options;
+      options.writable = writer;
+      const Store holder = Store::open(path, options, default_backends());
+      try {
+        output.publish(true);
+        FAIL("expected an error");
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kBusy);
+        made = output.path();  // no later run removes this name as left over
+        CHECK_THAT(error.what(), Catch::Contains(made.native()));
+      }
+    }
+    CHECK(uuid_of(path) == old);
+    CHECK(uuid_of(made) != old);
+  }
+}
+
+TEST_CASE("ReplaceStore_ThatNobodyHolds_TakesItsName") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  make_store(path);
+  PartialStore output(path, Existing::kReplace);
+  const StoreUuid made = make_store(output.make());
+  output.publish(true);
+  CHECK(uuid_of(path) == made);
+  CHECK_FALSE(std::filesystem::exists(output.path()));
+}
+
+TEST_CASE("ReplaceStore_KilledBeforeAnyOperation_LeavesTheOldStoreOrTheNew") {
+  bool killed = true;
+  std::uint64_t old_ones = 0, new_ones = 0, left_overs = 0;
+  for (std::uint64_t operations = 0; killed; ++operations) {
+    const TemporaryDirectory here(Medium::kMemory);
+    const std::filesystem::path path = here.path() / "s.plait";
+    const StoreUuid old = make_store(path);
+    std::ofstream(path / "notes") << "the user's";
+    killed = run_and_kill_before(operations, [&] {
+      PartialStore output(path, Existing::kReplace);
+      make_store(output.make());
+      output.publish(true);
+    });
+    CAPTURE(operations);
+    const bool is_old = uuid_of(path) == old;
+    CHECK((killed || !is_old));
+    ++(is_old ? old_ones : new_ones);
+    // What is left goes, but for what plait did not make.
+    const Directory directory(here.path());
+    for (const LeftOver& left_over : find_left_overs(directory)) {
+      CHECK_FALSE(left_over.in_use);
+      CHECK(remove_left_over(directory, left_over) == left_over.foreign.empty());
+      ++left_overs;
+    }
+    bool kept = std::filesystem::exists(path / "notes");
+    for (const std::string& name : directory.names())
+      kept = kept || std::filesystem::exists(here.path() / name / "notes");
+    CHECK(kept);
+    CHECK((directory.names().size() == 1 || !std::filesystem::exists(path / "notes")));
+  }
+  CHECK(old_ones > 10);
+  CHECK(new_ones > 5);
+  CHECK(left_overs > 10);
+}
+
+}  // namespace plait::test

@@ -1,0 +1,272 @@
+// A subdivision as a job: planned, watched, cancelled wherever it is, resumed.
+#include "plait/kernels/subdivision_job.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/mesh_io.h"
+#include "plait/verify.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+#include "support/usable_backends.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLevels = 4;
+
+SubdivisionRequest request_for(const fs::path& store, ExistingStore existing) {
+  SubdivisionRequest request;
+  request.mesh = BaseMesh::build(random_sheet(5, 60));
+  request.store = store;
+  request.levels = kLevels;
+  request.normals = true;
+  request.durability = Durability::kNone;
+  request.existing = existing;
+  request.max_slot_bytes = 100;  // refines the base mesh twice in memory
+  request.block_bytes = 4 << 10;
+  request.budget_bytes = 4 << 20;
+  return request;
+}
+
+std::string digest_of(const fs::path& path) {
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(verify(store).damaged.empty());
+  return digest(store).to_string();
+}
+
+/// What one run gives that nobody interrupts.
+std::string uninterrupted_digest(const fs::path& directory, ExistingStore existing) {
+  SubdivisionRequest request = request_for(directory / "whole.plait", existing);
+  request.digest = true;
+  const std::string found = SubdivisionJob(request, default_backends()).run().digest;
+  fs::remove_all(directory / "whole.plait");
+  return found;
+}
+
+/// Runs a new job and cancels it at its `calls`-th progress; whether it was cancelled before its
+/// end.
+bool run_and_cancel(const SubdivisionRequest& request, int calls) {
+  SubdivisionJob job(request, default_backends());
+  SubdivisionWatch watch;
+  watch.progress = [&](const SubdivisionProgress&) { return calls-- > 0; };
+  try {
+    job.run(watch);
+    return false;
+  } catch (const Error& error) {
+    CAPTURE(error.what());
+    REQUIRE(error.code() == ErrorCode::kCancelled);
+    return true;
+  }
+}
+
+std::vector<std::string> refused_fields(const SubdivisionRequest& request) {
+  const SubdivisionJob job(request, default_backends());
+  std::vector<std::string> fields;
+  for (const SubdivisionRefusal& refusal : job.plan().refusals) fields.emplace_back(refusal.field);
+  return fields;
+}
+
+using Fields = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
+  const TemporaryDirectory here;
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  request.digest = true;
+  std::vector<SubdivisionStep> steps;
+  std::map<SubdivisionStep, std::uint64_t> done;
+  SubdivisionWatch watch;
+  watch.progress = [&](const SubdivisionProgress& now) {
+    if (steps.empty() || steps.back() != now.step) {
+      steps.push_back(now.step);
+      CHECK(now.done == 0);
+    }
+    CHECK(now.done <= now.total);
+    CHECK(now.done >= done[now.step]);
+    done[now.step] = now.done;
+    return true;
+  };
+  SubdivisionJob job(request, default_backends());
+  const SubdivisionResult result = job.run(watch);
+  CHECK(steps == std::vector<SubdivisionStep>{SubdivisionStep::kBaseMesh, SubdivisionStep::kLayout,
+                                              SubdivisionStep::kLevels, SubdivisionStep::kCommit,
+                                              SubdivisionStep::kDigest, SubdivisionStep::kPublish});
+  CHECK(done[SubdivisionStep::kLevels] > result.plan.level_counts[kLevels].vertices / 2);
+  CHECK(result.digest == digest_of(here.path() / "s.plait"));
+  CHECK(result.store == here.path() / "s.plait");
+  CHECK(result.plan.store.base_level == 2);
+  CHECK(result.base.faces == 16 * result.plan.input.faces);
+  CHECK(result.plan.level_counts[2].vertices == result.base.vertices);
+  CHECK(result.paging.bytes_written == result.plan.size.level_bytes);
+  CHECK(result.stored_bytes >= result.plan.size.level_bytes);
+  CHECK_FALSE(result.in_memory.has_value());
+  CHECK_THROWS_AS(job.run(), Error);
+}
+
+TEST_CASE("SubdivisionJob_CancelledAnywhere_LeavesNothing") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const std::string expected = uninterrupted_digest(here.path(), ExistingStore::kRefuse);
+  const SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  int calls = 0;
+  while (run_and_cancel(request, calls)) {
+    CAPTURE(calls);
+    CHECK(fs::is_empty(here.path()));
+    ++calls;
+  }
+  CHECK(calls >= 5);  // a step each, at least
+  CHECK(digest_of(here.path() / "s.plait") == expected);
+}
+
+TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") {
+  for (const std::string& backend : usable_backends()) {
+    if (backend == "memory") continue;
+    const TemporaryDirectory here(Medium::kMemory);
+    SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+    request.backend = backend;
+    const std::string expected = uninterrupted_digest(here.path(), ExistingStore::kResume);
+    int level = 0;
+    std::set<int> committed;
+    for (int calls = 0; run_and_cancel(request, calls); ++calls) {
+      CAPTURE(backend, calls);
+      const SubdivisionJob next(request, default_backends());
+      if (!next.plan().earlier) {
+        CHECK(level == 0);
+        continue;
+      }
+      CHECK(next.plan().earlier->level >= level);
+      level = next.plan().earlier->level;
+      committed.insert(level);
+    }
+    CHECK(committed == std::set{2, 3, 4});  // the base level, and each level by itself
+    CHECK(digest_of(here.path() / "s.plait") == expected);
+    SubdivisionJob again(request, default_backends());
+    REQUIRE(again.plan().earlier.has_value());
+    CHECK(again.plan().earlier->finished);
+    CHECK(again.run().resumed_level == kLevels);
+    CHECK(digest_of(here.path() / "s.plait") == expected);
+  }
+}
+
+TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
+  const TemporaryDirectory here;
+  const fs::path path = here.path() / "s.plait";
+  SubdivisionRequest request = request_for(path, ExistingStore::kResume);
+  request.max_slot_bytes.reset();
+  request.block_bytes.reset();
+  {
+    const BaseMesh mesh = std::get<BaseMesh>(request.mesh);
+    Store store = Store::create(path, lay_out(mesh, LayoutKind::kSpatial), {}, default_backends());
+    add_base_positions(store);
+    subdivide(store, {.scheme = Scheme::kButterfly, .executor = ExecutorKind::kFused, .levels = 2});
+    store.commit();
+  }
+  SubdivisionJob job(request, default_backends());
+  REQUIRE(job.plan().earlier.has_value());
+  CHECK(job.plan().earlier->level == 2);
+  CHECK(job.plan().subdivide.scheme == Scheme::kButterfly);
+  CHECK(job.plan().layout == LayoutKind::kSpatial);
+  job.run();
+  SubdivisionRequest whole = request;
+  whole.store = here.path() / "whole.plait";
+  whole.scheme = Scheme::kButterfly;
+  whole.existing = ExistingStore::kRefuse;
+  SubdivisionJob(whole, default_backends()).run();
+  CHECK(digest_of(path) == digest_of(whole.store));
+}
+
+TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange") {
+  const TemporaryDirectory here;
+  const fs::path path = here.path() / "s.plait";
+  SubdivisionRequest request = request_for(path, ExistingStore::kRefuse);
+  request.codec = "lz4";
+  CHECK(refused_fields(request) == Fields{"backend"});
+  request.backend = "compressed";
+  CHECK(refused_fields(request).empty());
+  SubdivisionJob(request, default_backends()).run();
+  CHECK(refused_fields(request) == Fields{"existing"});
+  request.existing = ExistingStore::kReplace;
+  CHECK(refused_fields(request).empty());
+
+  request.existing = ExistingStore::kResume;
+  request.limit = true;
+  request.executor = ExecutorKind::kFused;
+  CHECK(refused_fields(request) == Fields{"executor", "limit"});
+  request.limit = false;
+  request.executor.reset();
+  CHECK(refused_fields(request).empty());
+  request.codec = "zstd:3";
+  request.block_bytes = 8 << 10;
+  request.scheme = Scheme::kMidpoint;
+  request.precision = ComponentType::kFloat64;
+  request.levels = kLevels - 1;
+  request.max_slot_bytes.reset();
+  CHECK(refused_fields(request) == Fields{"codec", "block_bytes", "scheme", "precision", "levels"});
+
+  request = request_for(path, ExistingStore::kResume);
+  request.levels = 15;
+  request.max_slot_bytes.reset();
+  request.block_bytes.reset();
+  request.store = here.path() / "large.plait";
+  CHECK(refused_fields(request) == Fields{"ignore_size"});
+  request.ignore_size = true;
+  CHECK(refused_fields(request).empty());
+  CHECK_FALSE(fs::exists(request.store));
+  request.ignore_size = false;
+  request.existing = ExistingStore::kRefuse;
+  request.store.clear();
+  request.backend = "memory";
+  const SubdivisionJob in_memory(request, default_backends());
+  REQUIRE(in_memory.plan().refusals.size() == 1);
+  CHECK(in_memory.plan().refusals[0].code == ErrorCode::kOutOfMemory);
+}
+
+TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {
+  const TemporaryDirectory here;
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  SubdivisionJob(request, default_backends()).run();
+  request.mesh = BaseMesh::build(random_sheet(6, 60));
+  SubdivisionJob job(request, default_backends());
+  CHECK(job.plan().refusals.empty());
+  CHECK_THROWS_AS(job.run(), Error);
+  REQUIRE(job.plan().refusals.size() == 1);
+  CHECK(job.plan().refusals[0].field == "mesh");
+}
+
+TEST_CASE("SubdivisionJob_OfABackendThatKeepsNothing_HandsTheStoreOver") {
+  SubdivisionRequest request = request_for({}, ExistingStore::kRefuse);
+  request.backend = "memory";
+  request.digest = true;
+  SubdivisionResult result = SubdivisionJob(request, default_backends()).run();
+  CHECK(result.store.empty());
+  REQUIRE(result.in_memory.has_value());
+  CHECK(digest(*result.in_memory).to_string() == result.digest);
+}
+
+TEST_CASE("SubdivisionPlan_WithoutABackend_AsksTheChooserForTheSizeOfTheLevels") {
+  const TemporaryDirectory here;
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  std::uint64_t asked_bytes = 0;
+  request.choose_backend = [&](const fs::path& path, std::uint64_t raw_bytes) -> BackendChoice {
+    CHECK(path == request.store);
+    asked_bytes = raw_bytes;
+    return {"compressed", "the test says so"};
+  };
+  const SubdivisionJob job(request, default_backends());
+  CHECK(job.plan().store.backend == "compressed");
+  CHECK(job.plan().backend_reason == "the test says so");
+  const std::vector<LevelCounts>& counts = job.plan().level_counts;
+  CHECK(asked_bytes == 24 * (counts[kLevels].vertices - counts[2].vertices));
+  CHECK(job.plan().size.level_bytes == asked_bytes);
+}
+
+}  // namespace plait::test
