@@ -54,7 +54,8 @@ void PinnedLevel::pin_needed(Session& session, std::span<PinnedLevel> levels) {
   for (PinnedLevel& level : levels)
     for (const std::uint64_t block : level.needed_) {
       if (level.starts_[block] != 0) continue;
-      const Pin& pin = level.pins_.emplace_back(block, std::move(*next++));
+      level.pins_.push_back({block, std::move(*next++)});
+      const Pin& pin = level.pins_.back();
       level.blocks_[block].pin = --level.pins_.end();
       level.starts_[block] = reinterpret_cast<std::uintptr_t>(pin.pinned.bytes().data()) -
                              level.geometry().block_offset(block);
