@@ -56,8 +56,8 @@ void check_raw(const LevelGeometry& geometry, const BlockTable& table, BlockRang
 void zero_unwritten(const LevelGeometry& geometry, const BlockTable& table, BlockRange blocks,
                     std::span<std::byte> into);
 
-/// For backends that hand out addresses. If `from` and `to` are the same address, nothing is
-/// copied.
+/// For backends whose address() returns addresses. If `from` and `to` are the same address, nothing
+/// is copied.
 void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes);
 
 /// Makes the system begin to write these bytes from the page cache to the disk, and does not wait.

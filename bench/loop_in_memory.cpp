@@ -72,7 +72,7 @@ struct Case {
   std::string digest = {};
 };
 
-void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, PageCache& pages,
+void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, RecycledPages& pages,
               const BackendRegistry& backends, bool check) {
   StoreOptions options;
   options.backend = "recycled";
@@ -108,7 +108,7 @@ int run(const Settings& settings) {
   const LaidOutMesh base =
       lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
               layout_from_name(settings.layout));
-  PageCache pages;
+  RecycledPages pages;
   const BackendRegistry backends = recycled_memory(pages);
   fmt::print("{} base vertices, executor {}, layout {}, {} runs\n\n", base.mesh.vertex_count(),
              settings.executor, to_string(base.kind), settings.runs);

@@ -61,7 +61,7 @@ void read_positions(Store& store, Points& points) {
 
 /// plait itself. The connectivity and the order of the faces, which a program computes once per
 /// mesh, are in the time only if `preparation_too`.
-Peer plait_peer(const Settings& settings, PageCache& pages, bool preparation_too) {
+Peer plait_peer(const Settings& settings, RecycledPages& pages, bool preparation_too) {
   return {
       "plait", preparation_too ? "fused executor, connectivity and order" : "fused executor",
       [&settings, &pages, preparation_too](const BaseMesh& base, int level, Points* points) {
@@ -94,7 +94,7 @@ Peer plait_peer(const Settings& settings, PageCache& pages, bool preparation_too
   to.insert(to.end(), peers.begin(), peers.end());
 }
 
-std::vector<Peer> all_peers(const Settings& settings, PageCache& pages) {
+std::vector<Peer> all_peers(const Settings& settings, RecycledPages& pages) {
   std::vector<Peer> peers = {plait_peer(settings, pages, false), plait_peer(settings, pages, true)};
 #ifdef PLAIT_BENCH_OPEN_SUBDIV
   add(peers, open_subdiv_peers());
@@ -163,7 +163,7 @@ void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int l
 
 std::uint64_t peak_of(const Settings& settings, std::size_t which) {
   return in_own_process([&] {
-    PageCache pages;
+    RecycledPages pages;
     const std::vector<Peer> peers = all_peers(settings, pages);
     const LaidOutMesh base = load(settings);
     const PeakMemory peak;
@@ -173,7 +173,7 @@ std::uint64_t peak_of(const Settings& settings, std::size_t which) {
 }
 
 int run(const Settings& settings) {
-  PageCache pages;
+  RecycledPages pages;
   const std::vector<Peer> peers = all_peers(settings, pages);
   std::vector<std::uint64_t> peaks;
   for (std::size_t i = 0; i < peers.size(); ++i) {

@@ -52,10 +52,10 @@ struct Case {
   std::string digest = {};
 };
 
-WriteWay way_of(const BackendRegistry::Entry& backend) {
-  if (backend.traits.maps_for_reading) return WriteWay::kMapped;
-  if (backend.name == "uring") return WriteWay::kDirect;
-  return backend.name == "pread" ? WriteWay::kBegun : WriteWay::kBuffered;
+WriteMethod method_of(const BackendRegistry::Entry& backend) {
+  if (backend.traits.maps_for_reading) return WriteMethod::kMapped;
+  if (backend.name == "uring") return WriteMethod::kDirect;
+  return backend.name == "pread" ? WriteMethod::kBegun : WriteMethod::kBuffered;
 }
 
 /// Runs in a process of its own.
@@ -111,7 +111,7 @@ void run_once(const Settings& settings, Case& at, WriteFloor& floor, bool counts
                 fmt::format("{}: digest {}, expected {} as before", at.backend.name,
                             result["digest"].dump(), at.digest));
   at.digest = result["digest"];
-  at.floors.push_back(floor.seconds_for(way_of(at.backend), at.stored_bytes));
+  at.floors.push_back(floor.seconds_for(method_of(at.backend), at.stored_bytes));
   if (!counts) return;
   at.seconds.push_back(result["seconds"]);
   at.ratios.push_back(2 * at.seconds.back() / (at.floors.end()[-2] + at.floors.back()));
@@ -148,16 +148,16 @@ nlohmann::json report(const Case& at) {
   fmt::print(
       "| {} | {} | {:.2f} ({:.2f} to {:.2f}) | {} | {:.2f} | {:.2f} ({:.2f} to {:.2f}) | {:.1f} | "
       "{:.2f} | {:.0f} | {:.2f} |\n",
-      name, at.budget_mebibytes, time, times.smallest, times.largest, to_string(way_of(at.backend)),
-      floor, ratio, ratios.smallest, ratios.largest, nanoseconds, gigabytes,
-      double(at.peak_bytes) / (1 << 20), at.wait_seconds);
+      name, at.budget_mebibytes, time, times.smallest, times.largest,
+      to_string(method_of(at.backend)), floor, ratio, ratios.smallest, ratios.largest, nanoseconds,
+      gigabytes, double(at.peak_bytes) / (1 << 20), at.wait_seconds);
   return {{"backend", name},
           {"budget_mebibytes", at.budget_mebibytes},
           {"vertices", at.vertices},
           {"seconds", time},
           {"seconds_min", times.smallest},
           {"seconds_max", times.largest},
-          {"floor", to_string(way_of(at.backend))},
+          {"floor", to_string(method_of(at.backend))},
           {"floor_seconds", floor},
           {"over_floor", ratio},
           {"over_floor_min", ratios.smallest},

@@ -17,7 +17,7 @@
 namespace plait::bench {
 
 /// Mappings by size. Safe from several threads.
-class PageCache {
+class RecycledPages {
  public:
   std::byte* take(std::uint64_t bytes) {
     const std::scoped_lock lock(mutex_);
@@ -46,7 +46,7 @@ class PageCache {
 
 class RecycledMemory final : public Backend {
  public:
-  RecycledMemory(const LevelSpec& level, PageCache& pages)
+  RecycledMemory(const LevelSpec& level, RecycledPages& pages)
       : geometry_(level.geometry),
         pages_(pages),
         mapped_bytes_(std::max<std::uint64_t>(geometry_.total_bytes(), 4096)),
@@ -69,13 +69,13 @@ class RecycledMemory final : public Backend {
 
  private:
   const LevelGeometry& geometry_;
-  PageCache& pages_;
+  RecycledPages& pages_;
   std::uint64_t mapped_bytes_;
   std::byte* base_;
 };
 
 /// `pages` must outlive all stores.
-inline BackendRegistry recycled_memory(PageCache& pages) {
+inline BackendRegistry recycled_memory(RecycledPages& pages) {
   BackendRegistry registry;
   registry.add({"recycled", "memory whose pages are touched already", RecycledMemory::kTraits,
                 open_each_level([&pages](const LevelSpec& level) {

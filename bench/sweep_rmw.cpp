@@ -14,7 +14,8 @@
 // After each turn comes the floor. The floor is fio, which reads and writes the same bytes in
 // blocks of the same size (uring: io_uring with O_DIRECT, eight blocks in each direction; pread and
 // compressed: psync). For mmap the floor is a plain loop over a mapping; without fio it is a plain
-// loop for all backends. The program prints a Markdown table of medians with the smallest and
+// loop for all backends. For a generation it is a plain loop that reads one file, writes another
+// one and removes the first. The program prints a Markdown table of medians with the smallest and
 // largest values.
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -74,7 +75,7 @@ void sweep_finest(Store& store, const Settings& settings, Access access) {
     const std::span<std::byte> slot = view.slot(0, settings.level, edge);
     auto* const values = reinterpret_cast<float*>(slot.data());
     const std::size_t count = slot.size() / sizeof(float);
-    if (access == Access::kWrite)
+    if (access == Access::kOverwrite)
       for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(edge + (i >> 4));
     else
       for (std::size_t i = 0; i < count; ++i) values[i] += 1.0f;
@@ -95,7 +96,7 @@ void make_store(const fs::path& path, const BaseMesh& base, const Settings& sett
   const AttributeId attribute =
       store.add_attribute({"value", ComponentType::kFloat32, settings.components});
   for (int level = 1; level <= settings.level; ++level) store.add_level(attribute);
-  sweep_finest(store, settings, Access::kWrite);
+  sweep_finest(store, settings, Access::kOverwrite);
 }
 
 double sweep_seconds(const fs::path& path, const Settings& settings, const Mode& mode) {
@@ -140,6 +141,34 @@ double plain_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t bl
       file.write_at(at, {memory, block_bytes});
     }
     file.sync();
+  });
+  ::operator delete(memory, std::align_val_t(4096));
+  return result;
+}
+
+/// What a new generation does to the disk: reads one file, writes another one, and removes the
+/// first.
+double copy_seconds(const fs::path& path, std::uint64_t bytes, std::uint64_t block_bytes,
+                    Caching caching) {
+  const fs::path copy = path.native() + ".copy";
+  fs::remove(copy);
+  auto* const memory = static_cast<std::byte*>(::operator new(block_bytes, std::align_val_t(4096)));
+  const double result = seconds([&] {
+    {
+      const File from(path, OpenMode::kRead, caching);
+      File to(copy, OpenMode::kCreate, caching);
+      to.preallocate(bytes);
+      for (std::uint64_t at = 0; at < bytes; at += block_bytes) {
+        const std::span<std::byte> part(memory, std::min(block_bytes, bytes - at));
+        from.read_at(at, part);
+        to.write_at(at, part);
+        if (caching == Caching::kPageCache)
+          ::sync_file_range(to.descriptor(), static_cast<off_t>(at),
+                            static_cast<off_t>(part.size()), SYNC_FILE_RANGE_WRITE);
+      }
+      to.sync();
+    }
+    fs::rename(copy, path);
   });
   ::operator delete(memory, std::align_val_t(4096));
   return result;
@@ -229,10 +258,18 @@ int run(const Settings& settings) {
         cold = make_all_cold();
         times[at].sweep.push_back(limit.run([&] { return sweep_seconds(path, settings, mode); }));
       }
-      make_all_cold();
-      const double floor = limit.run(
+      const auto cold_seconds = [&](const auto& floor) {
+        make_all_cold();
+        return limit.run(floor);
+      };
+      const double in_place = cold_seconds(
           [&] { return floor_seconds(floor_file, bytes, block_bytes, subject, have_fio); });
-      for (std::size_t at = first; at < times.size(); ++at) times[at].floor.push_back(floor);
+      const double copied = cold_seconds([&] {
+        return copy_seconds(floor_file, bytes, block_bytes,
+                            subject.engine == "io_uring" ? Caching::kNone : Caching::kPageCache);
+      });
+      for (std::size_t at = first; at < times.size(); ++at)
+        times[at].floor.push_back(times[at].mode == "generation" ? copied : in_place);
     }
     fs::remove_all(path);
   }

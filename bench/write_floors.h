@@ -21,18 +21,18 @@
 
 namespace plait::bench {
 
-enum class WriteWay {
+enum class WriteMethod {
   kBuffered,  ///< pwrite into the page cache
   kBegun,     ///< the same, then sync_file_range after every part
   kMapped,    ///< memcpy into a mapping of a preallocated file, then msync
   kDirect,    ///< pwrite past the page cache into preallocated files
 };
 
-constexpr const char* to_string(WriteWay way) {
-  return way == WriteWay::kBuffered ? "pwrite + fdatasync"
-         : way == WriteWay::kBegun  ? "pwrite + sync_file_range + fdatasync"
-         : way == WriteWay::kMapped ? "mapping + msync"
-                                    : "O_DIRECT pwrite + fdatasync";
+constexpr const char* to_string(WriteMethod method) {
+  return method == WriteMethod::kBuffered ? "pwrite + fdatasync"
+         : method == WriteMethod::kBegun  ? "pwrite + sync_file_range + fdatasync"
+         : method == WriteMethod::kMapped ? "mapping + msync"
+                                          : "O_DIRECT pwrite + fdatasync";
 }
 
 /// Writes files in a directory, one per thread, and measures the time.
@@ -47,7 +47,7 @@ class WriteFloor {
   }
 
   /// The seconds from creating the files until their bytes are on the disk. Errors: kIo, kNoSpace.
-  double seconds_for(WriteWay way, std::uint64_t bytes) {
+  double seconds_for(WriteMethod method, std::uint64_t bytes) {
     const std::uint64_t count = static_cast<std::uint64_t>(threads_);
     // Direct transfers are whole disk sectors.
     const std::uint64_t share = ((bytes + count - 1) / count + 4095) / 4096 * 4096;
@@ -62,7 +62,7 @@ class WriteFloor {
       for (std::size_t i = 0; i < paths.size(); ++i)
         writers.emplace_back([&, i] {
           try {
-            write(way, paths[i], share);
+            write(method, paths[i], share);
           } catch (...) {
             failures[i] = std::current_exception();
           }
@@ -75,20 +75,20 @@ class WriteFloor {
   }
 
  private:
-  void write(WriteWay way, const std::filesystem::path& path, std::uint64_t bytes) const {
+  void write(WriteMethod method, const std::filesystem::path& path, std::uint64_t bytes) const {
     File file(path, OpenMode::kCreate);
-    if (way == WriteWay::kMapped) {
+    if (method == WriteMethod::kMapped) {
       file.preallocate(bytes);
       write_mapped(file, bytes);
     } else {
-      if (way == WriteWay::kDirect) {
+      if (method == WriteMethod::kDirect) {
         file.preallocate(bytes);
         if (::fcntl(file.descriptor(), F_SETFL, O_DIRECT) != 0)
           throw system_error("write past the page cache", path.native(), errno);
       }
       for_each_transfer(bytes, [&](std::uint64_t at, std::span<const std::byte> part) {
         file.write_at(at, part);
-        if (way == WriteWay::kBegun &&
+        if (method == WriteMethod::kBegun &&
             ::sync_file_range(file.descriptor(), static_cast<off_t>(at),
                               static_cast<off_t>(part.size()), SYNC_FILE_RANGE_WRITE) != 0)
           throw system_error("write", path.native(), errno);

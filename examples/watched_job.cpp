@@ -20,7 +20,7 @@ int main(int count, char** arguments) try {
   plait::SubdivisionJob job(request, plait::default_backends());
   for (const plait::SubdivisionRefusal& refusal : job.plan().refusals)
     std::printf("refused: %s\n", refusal.reason.c_str());
-  std::printf("goes on from level %d; needs %.1f MiB on the disk\n",
+  std::printf("continues from level %d; needs %.1f MiB on the disk\n",
               job.plan().earlier ? job.plan().earlier->level : 0,
               double(job.plan().size.disk_bytes) / (1 << 20));
 

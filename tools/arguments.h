@@ -1,4 +1,4 @@
-// tools/arguments.h: parses values of the command line, and formats quantities as text.
+// tools/arguments.h: options that several commands have, with the same words in each.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,47 +6,14 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 
+#include "argument_text.h"
 #include "command.h"
-#include "plait/byte_text.h"
 #include "plait/error.h"
 
 namespace plait {
 
-/// Bytes from "65536", "64K", "64KiB", "1.5 GiB": K, M, G and T are powers of 1024, with or without
-/// "iB" or "B", in either case. Errors: kInvalidArgument for anything else, for a size that is not
-/// a whole number of bytes, and for a size that does not fit 64 bits.
-/// Pinned by tests/tools/arguments_test.cpp.
-std::uint64_t parse_size(std::string_view text);
-
-/// A whole number from `first` to `last`. Errors: kInvalidArgument for anything else, such as "-1"
-/// if `first` is 0, or a number that does not fit 64 bits.
-std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last);
-
-struct PictureSize {
-  int width = 0, height = 0;  ///< pixels, 1 to 8192
-};
-/// "1600x1200". Errors: kInvalidArgument.
-PictureSize parse_picture_size(std::string_view text);
-
-struct ViewAngles {
-  double azimuth = 0, elevation = 0;  ///< degrees
-};
-/// "30,20": azimuth -360 to 360, elevation -90 to 90. Errors: kInvalidArgument.
-ViewAngles parse_view(std::string_view text);
-
-/// The extension of `path` in lower case: ".ply" of "BUNNY.PLY".
-std::string lower_extension(const std::filesystem::path& path);
-/// Throws kInvalidArgument unless `path` ends in `extension`, in upper or lower case. `extension`
-/// is in lower case. The message begins with `verb`.
-void require_extension(std::string_view verb, const std::filesystem::path& path,
-                       std::string_view extension);
-
-/// "26,016".
-std::string format_count(std::uint64_t count);
-
-/// Options of several commands, with the same words in each. `value` must outlive parsing.
+/// A size in bytes, parsed by parse_size. `value` must outlive parsing.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
                              const std::string& description);
 /// The same for a value that stays empty if the option is not given.

@@ -1,4 +1,4 @@
-// plait clean: what killed runs left in a directory, and its removal.
+// plait clean: removes files that killed runs left in a directory.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,6 +11,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "plait/byte_text.h"
 #include "plait/directory.h"
 #include "plait/left_overs.h"
 
@@ -24,7 +25,7 @@ struct Arguments {
 
 struct Cleaned {
   LeftOver left_over;
-  bool removed = false;  ///< with --dry-run: would be
+  bool removed = false;  ///< with --dry-run: whether it could be
 };
 
 std::string text_of(const Cleaned& cleaned, bool dry_run) {
@@ -32,7 +33,8 @@ std::string text_of(const Cleaned& cleaned, bool dry_run) {
   const std::string figures = fmt::format("{} ({})", left_over.name, format_bytes(left_over.bytes));
   if (left_over.in_use) return fmt::format("in use: {}\n", figures);
   if (cleaned.removed) return fmt::format("{}: {}\n", dry_run ? "left over" : "removed", figures);
-  return fmt::format("stays: {}, since it holds {}\n", figures, fmt::join(left_over.foreign, ", "));
+  return fmt::format("stays: {}, because plait did not make {}\n", figures,
+                     fmt::join(left_over.foreign, ", "));
 }
 
 int run(const Arguments& arguments, const CommandContext& context) {
@@ -79,16 +81,15 @@ int run(const Arguments& arguments, const CommandContext& context) {
 void add_clean_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      program.add_subcommand("clean", "Remove what killed runs left in a directory");
-  command->add_option("DIR", arguments->directory, "The directory that outputs are made in")
-      ->required();
-  command->add_flag("--dry-run", arguments->dry_run, "List it and remove nothing");
+      program.add_subcommand("clean", "Remove files that killed runs left in a directory");
+  command->add_option("DIR", arguments->directory, "The directory of the outputs")->required();
+  command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
   add_json_option(*command, context);
   command->footer(
-      "Outputs are made as NAME.partial-PID, and repair works in STORE.repair-PID. A run that is\n"
-      "killed leaves them; the next run of the same name removes them, and this command those of\n"
-      "every name. What a running process has locked stays, and so does every file in them that\n"
-      "plait did not make.\n"
+      "While plait makes an output, its name is NAME.partial-PID; repair works in\n"
+      "STORE.repair-PID. If a run is killed, these files stay. The next run with the same output\n"
+      "removes them. This command removes those of all outputs. It does not remove files that a\n"
+      "running process has locked, and no files that plait did not make.\n"
       "\n"
       "Examples:\n"
       "  plait clean . --dry-run\n"

@@ -1,4 +1,4 @@
-// plait convert: the same content in another backend, codec, filter or block size.
+// plait convert: copies a store into another backend, codec, filter or block size.
 
 #include <fmt/format.h>
 
@@ -14,7 +14,8 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "plait/backends/choose_backend.h"
-#include "plait/convert.h"
+#include "plait/byte_text.h"
+#include "plait/copy_levels.h"
 #include "plait/left_overs.h"
 #include "plait/partial_store.h"
 #include "plait/pipeline_parts.h"
@@ -27,8 +28,8 @@ namespace {
 
 struct Arguments {
   std::filesystem::path from, to;
-  std::string backend, codec, filter;  ///< empty: as the source has it
-  std::uint64_t block_bytes = 0;       ///< 0: as the source has it
+  std::string backend, codec, filter;  ///< empty: the same as the source
+  std::uint64_t block_bytes = 0;       ///< 0: the same as the source
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
   int threads = default_thread_count();
   bool verify = false, force = false;
@@ -39,7 +40,7 @@ struct Target {
   std::string backend_reason;
 };
 
-/// Of all levels of all attributes.
+/// The raw bytes of all levels of all attributes.
 std::uint64_t raw_bytes(const Store& store) {
   std::uint64_t bytes = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
@@ -51,8 +52,8 @@ std::uint64_t raw_bytes(const Store& store) {
 BackendChoice backend_of_copy(const Arguments& arguments, const Store& source,
                               const BackendRegistry& backends) {
   if (arguments.backend == "auto") return choose_backend(backends, arguments.to, raw_bytes(source));
-  if (!arguments.backend.empty()) return {arguments.backend, "asked for"};
-  return {source.options().backend, "as in the source"};
+  if (!arguments.backend.empty()) return {arguments.backend, "given by the user"};
+  return {source.options().backend, "the same as the source"};
 }
 
 Target target_of(const Arguments& arguments, const Store& source, const BackendRegistry& backends) {
@@ -62,7 +63,7 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
   const BackendRegistry::Entry& backend = backends.find(options.backend);
   if (!backend.traits.durable)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("convert: backend {} keeps nothing", backend.name));
+                fmt::format("convert: backend {} writes no files", backend.name));
   if (!backend.traits.compressed && !(arguments.codec.empty() && arguments.filter.empty()))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert: --codec and --filter need a backend that compresses, and {} "
@@ -85,7 +86,7 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
 int run(const Arguments& arguments, const CommandContext& context) {
   Stopwatch clock;
   OpenOptions open;
-  // The two stores share what --memory gives.
+  // The two stores share the budget of --memory.
   open.budget_bytes = arguments.memory_bytes / 2;
   Store source = Store::open(arguments.from, open, context.open_backends);
   const Target target = target_of(arguments, source, context.backends);
@@ -123,7 +124,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
                       output.final_path().native(), format_bytes(to_bytes), options.backend,
                       target.backend_reason, format_bytes(from_bytes), source.options().backend,
                       ratio, clock.seconds()));
-    if (!word.empty()) print(fmt::format("read back: digest {}, that of the source\n", word));
+    if (!word.empty())
+      print(fmt::format("read back: digest {}, equal to that of the source\n", word));
     return kExitDone;
   }
   nlohmann::ordered_json report = {
@@ -146,7 +148,7 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
   command->add_option("STORE", arguments->from, "The store to copy")->required();
   add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
   command->add_option("--backend", arguments->backend,
-                      "What keeps the copy (see below); auto: what suits its size");
+                      "The backend of the copy (see below); auto: chosen by its size");
   command->add_option("--codec", arguments->codec, "none, lz4, zstd or zstd:LEVEL");
   command->add_option("--filter", arguments->filter, "none or shuffle");
   add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O, a power of two")
@@ -157,11 +159,11 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
   command->add_flag("--verify", arguments->verify,
                     "Read the copy back from the disk and compare it with STORE");
   command->add_flag("--force", arguments->force,
-                    "Replace OUT if it is a store; the old one goes when the new one is whole");
+                    "Replace OUT if it is a store, when the new store is complete");
   add_json_option(*command, context);
   command->footer(backend_help(context.backends) +
                   "\n"
-                  "What is not given stays as it is in STORE.\n"
+                  "The copy is like STORE in everything that no option changes.\n"
                   "\n"
                   "Examples:\n"
                   "  plait convert surface.plait small.plait --backend compressed --codec zstd:9\n"

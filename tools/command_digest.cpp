@@ -1,4 +1,4 @@
-// plait digest: one word for a store's content, whatever holds it.
+// plait digest: prints one number computed from all records of a store.
 
 #include <fmt/format.h>
 
@@ -55,14 +55,14 @@ int run(const Arguments& arguments, const CommandContext& context) {
 void add_digest_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      program.add_subcommand("digest", "One word for a store's content, whatever holds it");
+      program.add_subcommand("digest", "Print a number computed from all records of a store");
   command->add_option("STORE", arguments->store, "The store")->required();
-  add_level_option(*command, arguments->level, "Only the vertices born at this level");
+  add_level_option(*command, arguments->level, "Only the vertices that this level creates");
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_threads_option(*command, arguments->threads, "Threads");
   add_json_option(*command, context);
   command->footer(
-      "The last line is one hexadecimal word. It is equal for any backend, codec, block size,\n"
+      "The last line is one hexadecimal number. It is equal for any backend, codec, block size,\n"
       "budget, executor, thread count and layout.\n"
       "\n"
       "Examples:\n"

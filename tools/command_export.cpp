@@ -1,4 +1,4 @@
-// plait export: one level of a store as a mesh file.
+// plait export: writes one level of a store as a mesh file.
 
 #include <fmt/format.h>
 
@@ -14,6 +14,7 @@
 #include "export/mesh_export.h"
 #include "interrupt.h"
 #include "measure.h"
+#include "plait/byte_text.h"
 #include "plait/left_overs.h"
 #include "plait/partial_output.h"
 #include "plait/store.h"
@@ -81,18 +82,20 @@ void add_export_command(CLI::App& program, CommandContext& context) {
   add_output_option(*command, "OUT", arguments->output,
                     "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")
       ->required();
-  add_level_option(*command, arguments->level, "Which level; default: the finest");
+  add_level_option(*command, arguments->level, "The level; default: the finest");
   command
-      ->add_option("--attribute", arguments->attributes,
-                   "Also this attribute, such as normal; again, or a,b, for more")
+      ->add_option(
+          "--attribute", arguments->attributes,
+          "Also write this attribute, such as normal; for more, repeat the option or give a,b")
       ->delimiter(',')
       ->allow_extra_args(false);
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_json_option(*command, context);
   command->footer(
-      "Streams: memory is the budget, whatever the level. Base vertices come first, then vertices\n"
-      "by level in slot order, then triangles. A coarser level has its vertices where the finest\n"
-      "level has them. PLY is binary; normals go into PLY and OBJ.\n"
+      "The command needs only the memory of its budget, for any level. The file has base vertices\n"
+      "first, then vertices by level in slot order, then triangles. Vertices of a coarser level\n"
+      "have the positions that the finest level gives them. PLY is binary; PLY and OBJ can have\n"
+      "normals.\n"
       "\n"
       "Examples:\n"
       "  plait export surface.plait surface.ply --attribute normal\n"

@@ -1,4 +1,4 @@
-// plait generate: a base mesh from a seed.
+// plait generate: makes a base mesh from a seed.
 
 #include <fmt/format.h>
 
@@ -80,9 +80,9 @@ void add_generate_command(CLI::App& program, CommandContext& context) {
   add_output_option(*command, "OUT", arguments->output, "The file to make: NAME.ply")->required();
   constexpr std::uint64_t kLargest = std::numeric_limits<std::uint64_t>::max();
   add_whole_option(*command, "--vertices", arguments->vertices, 0, kLargest,
-                   "Exactly so many vertices")
+                   "The exact number of vertices")
       ->default_str(std::to_string(arguments->vertices));
-  add_whole_option(*command, "--seed", arguments->seed, 0, kLargest, "Another seed, another mesh")
+  add_whole_option(*command, "--seed", arguments->seed, 0, kLargest, "Each seed gives another mesh")
       ->default_str(std::to_string(arguments->seed));
   command->add_flag("--force", arguments->force, "Replace OUT if it exists");
   add_json_option(*command, context);

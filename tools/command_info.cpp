@@ -1,4 +1,4 @@
-// plait info: what a store says about itself.
+// plait info: prints the properties of a store.
 
 #include <fmt/format.h>
 
@@ -8,8 +8,10 @@
 #include <string>
 
 #include "arguments.h"
+#include "build_report.h"
 #include "command.h"
 #include "console.h"
+#include "plait/byte_text.h"
 #include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
@@ -72,7 +74,7 @@ Json store_report(Store& store) {
   const LevelCounts finest =
       counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
-  std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels: nothing else is compressed
+  std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels, because nothing else is compressed
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     attributes.push_back(attribute_report(store, id));
     for (const Json& level : attributes.back()["levels"]) {
@@ -127,7 +129,7 @@ void print_report(const Json& report) {
                     scheme.empty()
                         ? "not recorded"
                         : fmt::format("{}{}, {}, by plait {}", scheme,
-                                      report["limit"].get<bool>() ? " to the limit" : "",
+                                      report["limit"].get<bool>() ? " with limit positions" : "",
                                       text_of(report["precision"]), text_of(report["program"]))));
   print(fmt::format(
       "base       level {}: {} vertices, {} edges ({} border), {} faces; {} in memory\n",
@@ -152,26 +154,43 @@ void print_report(const Json& report) {
                         count_of(level["blocks_raw"])));
   }
   if (report["compressed"].get<bool>())
-    print("\nA block is kept raw where compressing it would save less than an eighth.\n");
+    print("\nA block is stored raw if compression would save less than an eighth of it.\n");
 }
 
 }  // namespace
 
 void add_info_command(CLI::App& program, CommandContext& context) {
-  const auto path = std::make_shared<std::filesystem::path>();
-  CLI::App* command = program.add_subcommand("info", "What a store holds, level by level");
-  command->add_option("STORE", *path, "The store")->required();
+  struct Arguments {
+    std::filesystem::path path;
+    bool build = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      program.add_subcommand("info", "Print the properties of a store and of its levels");
+  CLI::Option* const path = command->add_option("STORE", arguments->path, "The store");
+  CLI::Option* const build = command->add_flag(
+      "--build", arguments->build, "Print what this build of plait contains, instead of a store");
+  build->excludes(path);
   add_json_option(*command, context);
   command->footer(
-      "Reads the manifest and the tables, no vertices; ratio is raw over stored bytes. A block of\n"
-      "a compressed store is kept raw where compressing it would save less than an eighth.\n"
+      "Reads the manifest and the tables, but no vertices. The ratio is raw bytes divided by\n"
+      "stored bytes. A compressed store has a block raw if compression would save less than an\n"
+      "eighth of it.\n"
       "\n"
       "Examples:\n"
       "  plait info surface.plait\n"
-      "  plait info surface.plait --json");
-  command->callback([path, &context] {
-    context.run = [path, &context] {
-      Store store = Store::open(*path, OpenOptions(), context.open_backends);
+      "  plait info surface.plait --json\n"
+      "  plait info --build");
+  command->callback([arguments, &context] {
+    if (arguments->path.empty() && !arguments->build)
+      throw CLI::ValidationError("STORE", "expected a store, or --build");
+    context.run = [arguments, &context] {
+      if (arguments->build) {
+        const Json report = build_report(context.backends);
+        print(context.json ? report.dump(2) + "\n" : build_text(report));
+        return kExitDone;
+      }
+      Store store = Store::open(arguments->path, OpenOptions(), context.open_backends);
       const Json report = store_report(store);
       if (context.json)
         print(report.dump(2) + "\n");

@@ -1,4 +1,4 @@
-// plait layout: what each order of the edges asks of a window.
+// plait layout: compares orders of the edges, and the windows that sweeps need with them.
 
 #include <fmt/format.h>
 
@@ -14,6 +14,7 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "picture/span_diagram.h"
+#include "plait/byte_text.h"
 #include "plait/layout.h"
 #include "plait/left_overs.h"
 #include "plait/mesh_io.h"
@@ -43,7 +44,7 @@ std::vector<LayoutKind> chosen_layouts(const std::string& name) {
   return {LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert, LayoutKind::kRcm};
 }
 
-/// With several layouts each picture has its layout in its name.
+/// With several layouts, the name of each picture contains the layout.
 std::filesystem::path picture_path(const Arguments& arguments, LayoutKind kind) {
   if (arguments.layout != "all") return arguments.picture;
   std::filesystem::path path = arguments.picture;
@@ -154,11 +155,11 @@ void add_layout_command(CLI::App& program, CommandContext& context) {
                    "given, spatial, hilbert, rcm, auto (the best of them) or all")
       ->capture_default_str();
   add_output_option(*command, "--png", arguments->picture,
-                    "Draw the span diagram; with several layouts NAME-LAYOUT.png of each");
+                    "Draw the span diagram; with several layouts, one NAME-LAYOUT.png for each");
   add_json_option(*command, context);
   command->footer(
-      "A stencil's width is the difference of its largest and smallest edge index, the span is\n"
-      "the largest width. A window holds slots of twice the span on every level.\n"
+      "The width of a stencil is the difference of its largest and smallest edge index. The span\n"
+      "is the largest width. A window has the slots of 2 x span edges on every level.\n"
       "\n"
       "Examples:\n"
       "  plait layout molecule.ply\n"

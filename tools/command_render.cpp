@@ -1,4 +1,4 @@
-// plait render: a picture straight from a store, patch by patch.
+// plait render: draws a picture of a store, patch by patch.
 
 #include <fmt/format.h>
 
@@ -96,8 +96,8 @@ void add_render_command(CLI::App& program, CommandContext& context) {
   command->add_option("STORE", arguments->store, "The store")->required();
   add_output_option(*command, "OUT", arguments->output, "The file to make, or to replace: NAME.png")
       ->required();
-  add_level_option(*command, arguments->level, "Which level; default: the finest");
-  command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, each to 8192")
+  add_level_option(*command, arguments->level, "The level; default: the finest");
+  command->add_option("--size", arguments->size, "WIDTHxHEIGHT in pixels, each at most 8192")
       ->capture_default_str();
   command
       ->add_option("--view", arguments->view,
@@ -111,8 +111,9 @@ void add_render_command(CLI::App& program, CommandContext& context) {
   add_threads_option(*command, arguments->threads, "Threads of the shading");
   add_json_option(*command, context);
   command->footer(
-      "Smooth shading from the normals in the store, or from the triangles if it has none. Memory\n"
-      "is the budget and 48 bytes a pixel, whatever the level.\n"
+      "The shading uses the normals of the store, or computes them from the triangles if the "
+      "store\n"
+      "has none. The command needs the budget and 48 bytes per pixel of memory, for any level.\n"
       "\n"
       "Examples:\n"
       "  plait render surface.plait surface.png\n"

@@ -1,4 +1,4 @@
-// plait repair: rebuilds what is damaged and can be computed again, or says what is lost.
+// plait repair: rebuilds damaged files and blocks that can be computed again, and lists the others.
 
 #include <fmt/format.h>
 
@@ -12,8 +12,10 @@
 #include "console.h"
 #include "damage_report.h"
 #include "measure.h"
-#include "plait/kernels/repair.h"
+#include "plait/byte_text.h"
+#include "plait/kernels/recompute_subdivision.h"
 #include "plait/left_overs.h"
+#include "plait/repair.h"
 #include "progress.h"
 
 namespace plait {
@@ -74,15 +76,17 @@ std::string text_report(const Arguments& arguments, const RepairReport& report, 
   text += to_text(rebuilt, report.rebuilt, report.rebuilt_count);
   text += to_text(report.left_over, report.notes);
   text += fmt::format("{}: {} files", arguments.store.native(), report.files);
-  text += report.blocks_examined
-              ? fmt::format(" and {} in {} blocks checked, {:.2f} s: ", format_bytes(report.bytes),
-                            format_count(report.blocks), seconds)
-              : fmt::format(" checked, blocks not read: it cannot be opened as it is, {:.2f} s: ",
-                            seconds);
+  text +=
+      report.blocks_examined
+          ? fmt::format(" and {} in {} blocks checked, {:.2f} s: ", format_bytes(report.bytes),
+                        format_count(report.blocks), seconds)
+          : fmt::format(" checked, blocks not read because the store cannot be opened, {:.2f} s: ",
+                        seconds);
   const std::string done = amount(report.rebuilt_files.size(), report.rebuilt_count);
-  if (report.whole() && done == "nothing") return text + "whole, nothing to repair\n";
+  if (report.whole() && done == "nothing") return text + "no damage, nothing to repair\n";
   text += fmt::format("{} {}", done, rebuilt);
-  if (report.whole()) return text + (arguments.dry_run ? "; nothing changed\n" : "; whole\n");
+  if (report.whole())
+    return text + (arguments.dry_run ? "; nothing changed\n" : "; no damage is left\n");
   return text + fmt::format("; lost: {}\n", amount(report.lost_files.size(), report.lost_count));
 }
 
@@ -96,9 +100,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
   options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
     return progress.update(done, total, phase);
   };
-  // A store may be given as ".", whose name only the path from the root tells.
+  // The user may give the store as ".". Only the absolute path has its name.
   remove_left_overs_of(std::filesystem::absolute(arguments.store), report_warning);
-  const RepairReport report = repair(arguments.store, options, context.open_backends);
+  const RepairReport report =
+      repair(arguments.store, options, context.open_backends, recompute_subdivision());
   progress.clear();
   print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
                      : text_report(arguments, report, clock.seconds()));
@@ -110,20 +115,22 @@ int run(const Arguments& arguments, const CommandContext& context) {
 void add_repair_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      program.add_subcommand("repair", "Rebuild what is damaged in a store, or say what is lost");
+      program.add_subcommand("repair", "Rebuild damaged parts of a store, and list what is lost");
   command->add_option("STORE", arguments->store, "The store")->required();
-  command->add_flag("--dry-run", arguments->dry_run, "Say what would be done and change nothing");
+  command->add_flag("--dry-run", arguments->dry_run,
+                    "Print what repair would do, and change nothing");
   add_size_option(*command, "--memory", arguments->memory_bytes,
-                  "Budget for blocks in memory, half of it for what is computed anew");
+                  "Budget for blocks in memory; half of it is for recomputed levels");
   add_threads_option(*command, arguments->threads, "Threads that compute");
   add_json_option(*command, context);
   command->footer(
-      "Positions and normals that `plait subdivide` made follow from the base mesh: they are\n"
-      "computed anew, and put back where their bytes have the checksums that the store records\n"
-      "for what is damaged. Everything else that is damaged is lost, stays as it is and is named.\n"
-      "What is computed anew and does not fit into memory goes to STORE.repair-PID meanwhile.\n"
-      "Ends with status 0 if everything is there (with --dry-run: would be), 1 if something is\n"
-      "lost.\n"
+      "If `plait subdivide` made the positions and normals, repair computes them again from the "
+      "base\n"
+      "mesh. It replaces a damaged block only if the new bytes have the checksum that the store\n"
+      "records for the block. All other damaged parts are lost: repair lists them and does not\n"
+      "change them. Levels that do not fit into memory are computed in STORE.repair-PID.\n"
+      "Exit status 0: the store has no damage (with --dry-run: would have none). Status 1:\n"
+      "something is lost.\n"
       "\n"
       "Examples:\n"
       "  plait repair surface.plait --dry-run\n"

@@ -1,4 +1,4 @@
-// plait subdivide: a mesh in, a store out.
+// plait subdivide: refines a mesh and makes a store of it.
 
 #include <fmt/format.h>
 
@@ -51,10 +51,10 @@ SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry&
   return request;
 }
 
-/// The option of the command line that helps against an error of the job.
+/// Names the command line option that avoids an error of the job.
 std::string advice(const Error& error, const SubdivisionPlan& plan) {
   if (error.code() == ErrorCode::kCancelled && plan.commits_levels)
-    return "; --resume goes on from what is committed";
+    return "; --resume continues from the last commit";
   if (plan.refusals.empty()) return {};
   const std::string_view refused = plan.refusals.front().field;
   if (refused == "backend" && !plan.commits_levels) return "; add --backend compressed";
@@ -65,7 +65,7 @@ std::string advice(const Error& error, const SubdivisionPlan& plan) {
       {"executor", " (--executor)"},
       {"existing", "; --force replaces a store"},
       {"filter", " (--filter)"},
-      {"ignore_size", "; --ignore-size goes on all the same"},
+      {"ignore_size", "; --ignore-size starts anyway"},
       {"layout", " (--layout)"},
       {"levels", " (--levels)"},
       {"limit", " (--limit)"},
@@ -84,7 +84,7 @@ class Watcher {
  public:
   explicit Watcher(bool json) : nothing_is_made_yet_(json) {}
 
-  /// REQUIRES: this object lives as long as the job runs.
+  /// REQUIRES: this object outlives the run of the job.
   SubdivisionWatch watch() {
     return {[this](const SubdivisionProgress& now) { return update(now); },
             [this](const std::string& warning) {
@@ -136,32 +136,33 @@ void add_surface_options(CLI::App& command, Arguments& arguments) {
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
   command.add_option("--scheme", arguments.scheme,
-                     fmt::format("{}; default {}", scheme_names(), to_string(Scheme::kLoop)));
+                     fmt::format("{}; default {}", scheme_names(), to_string(kDefaultScheme)));
   command
       .add_option("--precision", arguments.precision,
-                  "Of positions: float32 or float64; default float32")
+                  "Type of the positions: float32 or float64; default float32")
       ->check(CLI::IsMember({"float32", "float64"}));
   command.add_flag("--normals", arguments.request.normals, "Also compute unit normals");
-  command.add_flag("--limit", arguments.request.limit,
-                   "Project positions to the limit surface (loop)");
+  command.add_flag(
+      "--limit", arguments.request.limit,
+      fmt::format("Project positions to the limit surface ({})", limit_scheme_names()));
 }
 
 void add_storage_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--backend", arguments.backend,
-                     "What keeps the levels (see below); default auto");
+                     "The backend that stores the levels (see below); default auto");
   command.add_option("--codec", arguments.request.codec,
                      "none, lz4, zstd or zstd:LEVEL; default zstd:1; with --backend compressed");
   command.add_option("--filter", arguments.request.filter,
                      "none or shuffle; default shuffle; with --backend compressed");
   command.add_option(
       "--layout", arguments.layout,
-      "Order of edges on disk: auto (what suits the executor; default), given, spatial, hilbert or "
+      "Order of edges on disk: auto (chosen by the executor; default), given, spatial, hilbert or "
       "rcm");
   add_size_option(command, "--block", arguments.request.block_bytes,
                   "Unit of I/O, a power of two; default 1MiB");
   add_size_option(command, "--max-slot", arguments.request.max_slot_bytes,
-                  "Refine the base mesh in memory until no slot of positions is larger; default "
-                  "16KiB");
+                  "Largest slot of positions: refine the base mesh in memory until all slots fit; "
+                  "default 16KiB");
   command
       .add_option_function<std::string>(
           "--durability",
@@ -169,7 +170,7 @@ void add_storage_options(CLI::App& command, Arguments& arguments) {
             arguments.request.durability =
                 name == "commit" ? Durability::kCommit : Durability::kNone;
           },
-          "commit: on the disk at the end; none: scratch, without waiting for the disk")
+          "commit: wait until the store is on the disk; none: do not wait (temporary stores)")
       ->check(CLI::IsMember({"commit", "none"}))
       ->default_str("commit");
 }
@@ -183,16 +184,15 @@ void add_run_options(CLI::App& command, Arguments& arguments) {
                   "auto (fused; with --resume sweep), fused, sweep or transparent")
       ->capture_default_str();
   command.add_flag("--digest", arguments.request.digest,
-                   "Also read everything back and tell its digest, as plait digest does");
+                   "Also read all levels at the end and print their digest, as plait digest does");
   command.add_flag("--ignore-size", arguments.request.ignore_size,
-                   "Begin although memory, disk or budget are too small for the last level");
+                   "Start even if memory, disk or budget are too small for the last level");
   CLI::Option* const force = command.add_flag(
-      "--force", arguments.force,
-      "Replace STORE if it is a store; the old one goes when the new one is whole");
+      "--force", arguments.force, "Replace STORE if it is a store, when the new store is complete");
   command
       .add_flag("--resume", arguments.resume,
-                "Commit every level under its final name, and go on from the last one committed if "
-                "STORE is there: interrupted, or finished at a coarser level")
+                "Make STORE under its final name and commit every level; if STORE exists, continue "
+                "from its last commit (after an interruption, or to reach a finer level)")
       ->excludes(force);
 }
 
@@ -204,22 +204,27 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
   CLI::App* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
   add_output_option(*command, "STORE", arguments->request.store,
-                    "The store to make, a directory; with --backend memory it may be left out");
+                    "The store to make, a directory; may be omitted with --backend memory");
   add_surface_options(*command, *arguments);
   add_storage_options(*command, *arguments);
   add_run_options(*command, *arguments);
   add_json_option(*command, context);
   command->footer(
       backend_help(context.backends) +
-      "  auto         uring for a store that is large beside the memory available, where the\n"
-      "               kernel and the file system have it; else pread. The files are the same.\n"
+      "  auto         uring for a store that is large compared with the available memory, if the\n"
+      "               kernel and the file system support it; otherwise pread. The files are the\n"
+      "               same.\n"
       "\n"
       "--resume takes scheme, precision, backend, codec, filter, layout, block size and base mesh\n"
-      "from the store, and refuses options that differ. Normals that are there are made anew\n"
-      "(--normals) in the one commit that ends a step to finer levels.\n"
-      "Before it begins it compares what it needs with the budget, the memory available and the\n"
-      "free space of the disk (--ignore-size: and begins all the same).\n"
-      "`seconds` is all that you wait, from the start of the program to its end.\n"
+      "from the store, and refuses options that differ. Normals fit only the level that they were\n"
+      "computed for. So a store with normals needs --normals again, and gets the new levels and\n"
+      "new normals in one commit.\n"
+      "Before it starts, the command compares the memory and the disk space that it needs with "
+      "the\n"
+      "budget, the available memory and the free disk space, and refuses to start if one of them "
+      "is\n"
+      "too small (--ignore-size starts anyway).\n"
+      "`seconds` is the whole time from the start of the program to its end.\n"
       "\n"
       "Examples:\n"
       "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"

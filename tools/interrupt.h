@@ -14,9 +14,9 @@ inline bool interrupted() noexcept { return interrupt_signal() != 0; }
 /// Throws kCancelled if the process has received a signal.
 void throw_if_interrupted();
 
-/// While an object of this class lives, a signal ends the process at once, with the message and the
-/// exit status of a cancelled run. It is for long steps before the program has made any file. Only
-/// one object may live at a time. The constructor throws as throw_if_interrupted() does.
+/// While an object of this class exists, a signal ends the process at once, with the message and
+/// the exit status of a cancelled run. It is for long steps before the program has made any file.
+/// Only one object may exist at a time. The constructor throws as throw_if_interrupted() does.
 class EndAtOnce {
  public:
   /// `json`: the error is also an object on standard output.

@@ -18,6 +18,7 @@
 #include "nearest_name.h"
 #include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "plait/version.h"
 #include "stand_ins.h"
 
 namespace plait {

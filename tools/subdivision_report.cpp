@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "arguments.h"
+#include "plait/byte_text.h"
 
 namespace plait {
 namespace {
@@ -113,7 +114,8 @@ std::string to_text(const SubdivisionReport& report) {
                       format_count(finest.vertices), format_count(finest.edges),
                       format_count(finest.faces));
   text += fmt::format("method     {}{}{}, {}, executor {}, {} thread{}\n",
-                      to_string(plan.subdivide.scheme), plan.subdivide.limit ? " to the limit" : "",
+                      to_string(plan.subdivide.scheme),
+                      plan.subdivide.limit ? " with limit positions" : "",
                       plan.subdivide.normals ? " with normals" : "", to_string(plan.precision),
                       to_string(plan.subdivide.executor), plan.subdivide.threads,
                       plan.subdivide.threads == 1 ? "" : "s");
@@ -122,7 +124,7 @@ std::string to_text(const SubdivisionReport& report) {
   text += fmt::format(
       "time       {:.2f} s: import {:.2f}, layout {:.2f}, refine {:.2f}, commit {:.2f}{}; {:.1f} "
       "ns "
-      "a vertex; {:.2f} s of processors\n",
+      "per vertex; {:.2f} s of processor time\n",
       report.seconds, result.import_seconds, result.layout_seconds, result.refine_seconds,
       result.commit_seconds,
       result.digest.empty() ? "" : fmt::format(", digest {:.2f}", result.digest_seconds),

@@ -1,4 +1,4 @@
-// tools/subdivision_report.h: the figures of one subdivision, as JSON and for people.
+// tools/subdivision_report.h: prints the figures of one subdivision, as JSON and as text.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace plait {
 struct SubdivisionReport {
   std::filesystem::path mesh;
   SubdivisionResult result;
-  // Of the process. `seconds` is the time from its start.
+  // Times of the process. `seconds` is the time since its start.
   double seconds = 0, cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0;
 };

@@ -61,7 +61,7 @@ ExtentAllocator::ExtentAllocator(std::span<const BlockEntry> table, std::uint64_
                   fmt::format("open {}: block {}: expected an extent of its own, found one at byte "
                               "{} in another that ends at {}",
                               file.native(), block, entry.offset, end_bytes_));
-    // The versions that have this very extent stand one behind the other, ascending.
+    // The versions that have this extent are consecutive, in ascending order.
     std::size_t last = at;
     while (last + 1 < extents.size() && extents[last + 1].version != extents[last].version &&
            extents[last + 1].block == block && is_same(extents[last + 1].entry, entry))

@@ -12,7 +12,8 @@
 namespace plait {
 namespace {
 
-/// File offsets are signed, and a level file is padded to a page.
+/// The limit is less than the largest file offset (offsets are signed), because a level file is
+/// padded to a page.
 constexpr std::uint64_t kMaxLevelBytes =
     static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) - 4096;
 
@@ -66,10 +67,12 @@ LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
 }
 
 Slot LevelGeometry::shaped_slot(EdgeId edge) const {
-  const std::uint64_t offset = offset_of(edge);
-  if (shapes_.half().contains(edge))
-    return {offset, whole_bytes_ - half_saving_bytes_, SlotShape::kHalf};
-  if (has_absent_ && shapes_.absent().contains(edge)) return {offset, 0, SlotShape::kAbsent};
+  const EdgeSet::Position half = shapes_.half().find(edge);
+  const EdgeSet::Position absent =
+      has_absent_ ? shapes_.absent().find(edge) : EdgeSet::Position{0, false};
+  const std::uint64_t offset = (edge - absent.rank) * whole_bytes_ - half.rank * half_saving_bytes_;
+  if (half.is_member) return {offset, whole_bytes_ - half_saving_bytes_, SlotShape::kHalf};
+  if (absent.is_member) return {offset, 0, SlotShape::kAbsent};
   return {offset, whole_bytes_, SlotShape::kWhole};
 }
 
@@ -77,7 +80,8 @@ EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
   if (block >= block_count_) return static_cast<EdgeId>(edge_count());
   const std::uint64_t slots_before = block << shift_;
   if (shapes_.absent().empty()) return static_cast<EdgeId>(slots_before);
-  // The first edge with so many present slots before it.
+  // A binary search for the first edge with `slots_before` slots before it, not counting absent
+  // ones.
   std::uint64_t first = 0, after = edge_count();
   while (first < after) {
     const std::uint64_t middle = first + (after - first) / 2;
@@ -87,6 +91,16 @@ EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
       after = middle;
   }
   return static_cast<EdgeId>(first);
+}
+
+std::uint64_t LevelGeometry::block_at(std::uint64_t offset) const {
+  // The last block that begins at or before the offset.
+  std::uint64_t first = 0, after = block_count_;
+  while (after - first > 1) {
+    const std::uint64_t middle = first + (after - first) / 2;
+    (block_offset(middle) <= offset ? first : after) = middle;
+  }
+  return first;
 }
 
 }  // namespace plait

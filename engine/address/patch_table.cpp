@@ -12,7 +12,7 @@ void PatchTable::check(int level, std::int64_t i, std::int64_t j) const {
                 fmt::format("face {}, level {}: expected an active level, {} to {}", face_, level,
                             base_level_, level_number(finest_, base_level_)));
   const std::int64_t size = this->size(level);
-  // Two faces away at most: no stencil reaches further.
+  // No stencil reaches further than two faces.
   if (i < -size || j < -size || i > 2 * size || j > 2 * size || i + j > 2 * size)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("face {}, level {}: expected a point in or near the grid of size {}, "

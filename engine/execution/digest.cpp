@@ -13,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// Hashes slots one after another and sums the hashes. One per thread.
+/// Hashes slots one after another and sums the hashes. Each thread has its own object.
 class SlotHasher {
  public:
   SlotHasher() : state_(XXH3_createState()) {

@@ -11,7 +11,7 @@
 namespace plait {
 namespace {
 
-/// The blocks of one access that one chunk of edges, or one face, needs.
+/// Counts the blocks of one access that a chunk of edges, or a face, needs.
 class NeededBlocks {
  public:
   NeededBlocks(const Store& store, const AccessedLevels& access) : reach_(access.reach) {
@@ -26,7 +26,7 @@ class NeededBlocks {
   }
 
   Reach reach() const { return reach_; }
-  /// -1 without levels. The finest level has the fewest.
+  /// Of the finest level, which has the fewest slots in a block. -1 if there are no levels.
   int slots_per_block_log2() const {
     return levels_.empty() ? -1 : levels_.back().geometry.slots_per_block_log2();
   }
@@ -92,7 +92,7 @@ std::uint64_t patch_needs(const Store& store, const AccessedLevels& access) {
   std::uint64_t most = 0;
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     blocks.begin_stencil();
-    // What the face's edges reach, each of them together, is what the face reaches.
+    // The reach of the face is the union of what its edges reach.
     for (const EdgeId edge : mesh.face_edges[face])
       for_each_edge_in_reach(mesh, edge, access.reach,
                              [&](EdgeId reached) { blocks.need(reached); });

@@ -17,7 +17,8 @@ namespace {
 
 using Kind = FileOperation::Kind;
 
-/// The system has no copy for these two files: another file system, or an old kernel.
+/// Whether the system cannot copy between these two files: they are on different file systems, or
+/// the kernel is old.
 bool must_pass_through_memory(int error) {
   return error == EXDEV || error == EINVAL || error == ENOSYS || error == EOPNOTSUPP ||
          error == EBADF;

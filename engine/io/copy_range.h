@@ -1,5 +1,6 @@
-// Bytes of one file copied to the same place of another, by the system where it can do so without
-// moving them through memory: file systems that share extents (btrfs, xfs) copy nothing at all.
+// Copies bytes of one file to the same offset of another file. The system copies them without
+// moving them through the memory of the process, if it can. On file systems that share extents
+// (btrfs, xfs) it copies no data at all.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,8 @@
 
 namespace plait {
 
-/// Passes the seam of plait/file_operations.h as a read and a write.
-/// Errors: kIo, kNoSpace; kCorruption where `from` ends before the last byte.
+/// Calls the hook of plait/file_operations.h for a read and for a write. Errors: kIo, kNoSpace;
+/// kCorruption if `from` ends before the last byte.
 void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t bytes);
 
 }  // namespace plait

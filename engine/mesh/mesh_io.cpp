@@ -56,7 +56,7 @@ void release_excess(std::vector<Element>& elements) {
 
 }  // namespace
 
-bool FaceFans::add(VertexId vertex) {
+bool FaceDivider::add(VertexId vertex) {
   if (corners_ == 0) first_ = vertex;
   if (corners_ == 3) ++polygons_;
   if (corners_ >= 2) {
@@ -68,7 +68,7 @@ bool FaceFans::add(VertexId vertex) {
   return true;
 }
 
-void FaceFans::report(const Input& input, Warnings* warnings) const {
+void FaceDivider::report(const Input& input, Warnings* warnings) const {
   if (polygons_ > 0 && warnings != nullptr)
     warnings->push_back(
         fmt::format("{}: {} faces of more than three corners divided into triangles",

@@ -44,7 +44,7 @@ class ObjReader {
       text_.input().refuse_at_line(
           highest_line_, fmt::format("face {}: expected a vertex from 1 to {}, found {}",
                                      highest_face_, mesh_.positions.size(), highest_ + 1));
-    fans_.report(text_.input(), warnings);
+    divider_.report(text_.input(), warnings);
     return std::move(mesh_);
   }
 
@@ -56,7 +56,7 @@ class ObjReader {
 
   TextInput text_;
   IndexedMesh mesh_;
-  FaceFans fans_{mesh_.faces};
+  FaceDivider divider_{mesh_.faces};
   std::uint64_t face_count_ = 0;
   /// The highest vertex that a face names, with the line and the number of that face. Vertices may
   /// follow the faces that name them, so the check comes at the end.
@@ -99,7 +99,7 @@ VertexId ObjReader::parse_corner(std::string_view word) const {
 
 void ObjReader::read_face() {
   ++face_count_;
-  fans_.begin();
+  divider_.begin();
   for (std::string_view word = text_.word(); !word.empty(); word = text_.word()) {
     const VertexId vertex = parse_corner(word);
     if (vertex > highest_ || highest_face_ == 0) {
@@ -107,9 +107,9 @@ void ObjReader::read_face() {
       highest_line_ = text_.line();
       highest_face_ = face_count_;
     }
-    if (!fans_.add(vertex)) text_.refuse(face_name(), "at most 2^30 triangles", "more");
+    if (!divider_.add(vertex)) text_.refuse(face_name(), "at most 2^30 triangles", "more");
   }
-  if (fans_.corners() < 3) text_.refuse(face_name(), "three corners or more", "");
+  if (divider_.corners() < 3) text_.refuse(face_name(), "three corners or more", "");
 }
 
 }  // namespace

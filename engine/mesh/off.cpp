@@ -25,7 +25,7 @@ class OffReader {
     for (std::uint64_t face = 0; face < face_count_; ++face) read_face(face);
     if (text_.next_line())
       text_.refuse("end", fmt::format("nothing after {} faces", face_count_), text_.word());
-    fans_.report(text_.input(), warnings);
+    divider_.report(text_.input(), warnings);
     return std::move(mesh_);
   }
 
@@ -45,7 +45,7 @@ class OffReader {
   TextInput text_;
   std::uint64_t vertex_count_ = 0, face_count_ = 0;
   IndexedMesh mesh_;
-  FaceFans fans_{mesh_.faces};
+  FaceDivider divider_{mesh_.faces};
 };
 
 std::uint64_t OffReader::check_count(std::string_view word, std::string_view what,
@@ -111,13 +111,13 @@ void OffReader::read_face(std::uint64_t face) {
   const std::string_view count_word = text_.word();
   const std::optional<std::int64_t> corners = parse_integer(count_word);
   if (!corners || *corners < 3) refuse("three corners or more", count_word);
-  fans_.begin();
+  divider_.begin();
   for (std::int64_t corner = 0; corner < *corners; ++corner) {
     const std::string_view word = text_.word();
     const std::optional<std::int64_t> vertex = parse_integer(word);
     if (!vertex || *vertex < 0 || static_cast<std::uint64_t>(*vertex) >= vertex_count_)
       refuse(fmt::format("a vertex below {}", vertex_count_), word);
-    if (!fans_.add(static_cast<VertexId>(*vertex)))
+    if (!divider_.add(static_cast<VertexId>(*vertex)))
       refuse(fmt::format("at most {} triangles", kMaxFaces), "more");
   }
   pass_numbers("face", face);

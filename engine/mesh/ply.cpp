@@ -60,7 +60,7 @@ class PlyReader {
   }
 
   IndexedMesh finish(Warnings* warnings) {
-    fans_.report(input_, warnings);
+    divider_.report(input_, warnings);
     if (ignored_bytes_ > 0 && warnings != nullptr)
       warnings->push_back(
           fmt::format("{}: {} bytes after the last element of the header were ignored",
@@ -124,7 +124,7 @@ class PlyReader {
   std::size_t face_list_ = 0;
   std::uint64_t ignored_bytes_ = 0;
   IndexedMesh mesh_;
-  FaceFans fans_{mesh_.faces};
+  FaceDivider divider_{mesh_.faces};
 };
 
 void PlyReader::check_header() {
@@ -279,12 +279,12 @@ void PlyReader::read_face(Values& values) {
     }
     const std::uint64_t corners = read_list_count(values, property);
     if (corners < 3) values.refuse("three corners or more", fmt::format("{}", corners));
-    fans_.begin();
+    divider_.begin();
     for (std::uint64_t corner = 0; corner < corners; ++corner) {
       const double index = values.value(property.type);
       if (!is_vertex(index))
         values.refuse(fmt::format("a vertex below {}", vertices_->count), fmt::format("{}", index));
-      if (!fans_.add(static_cast<VertexId>(index)))
+      if (!divider_.add(static_cast<VertexId>(index)))
         values.refuse(fmt::format("at most {} triangles", kMaxFaces), "more");
     }
   }

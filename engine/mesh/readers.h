@@ -22,12 +22,11 @@ IndexedMesh read_off(Input& input, Warnings* warnings);
 /// Whether a word begins an OFF file: OFF, with any of the prefixes ST, C, N, 4, n.
 bool is_off_keyword(std::string_view word);
 
-/// Collects faces corner by corner and divides each into a fan of triangles around the face's first
-/// corner. It keeps no corners, so a face of a million corners needs only the memory of its
-/// triangles.
-class FaceFans {
+/// Takes faces corner by corner, and divides each into triangles around the face's first corner. It
+/// does not store corners, so a face of a million corners needs only the memory of its triangles.
+class FaceDivider {
  public:
-  explicit FaceFans(std::vector<std::array<VertexId, 3>>& triangles) : triangles_(triangles) {}
+  explicit FaceDivider(std::vector<std::array<VertexId, 3>>& triangles) : triangles_(triangles) {}
 
   void begin() { corners_ = 0; }
   /// Returns false if there are now more triangles than a base mesh can have.

@@ -9,7 +9,7 @@
 namespace plait {
 namespace {
 
-/// Specifications may be long; a message is one line.
+/// The most characters of a specification in a message, because a message is one line.
 constexpr std::size_t kMostNamed = 100;
 
 class SeparateLevels final : public Volume {

@@ -1,4 +1,4 @@
-// The half of a call that moves bytes: blocks that are absent are read into the frames it took.
+// The second half of a PinCall: it reads the absent blocks into the frames that the call took.
 #include <algorithm>
 #include <cstring>
 #include <utility>
@@ -14,7 +14,7 @@ bool is_not_filled(Frame::State state) {
 
 bool is_missing(const PinBatch::Entry& entry) {
   return entry.brings_in && entry.frame->content.state == Frame::State::kClaimed &&
-         entry.access != Access::kWrite;
+         entry.access != Access::kOverwrite;
 }
 
 bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
@@ -52,7 +52,7 @@ void Pager::Implementation::PinCall::read() noexcept {
       pager_.count_transfer(*entry.frame, Direction::kRead);
     } else if (entry.context_count == 0) {
       pager_.transfers_.begin_read(*entry.frame);
-      // This thread reads the last; it has nothing better to do.
+      // This thread reads the last block itself, because it would otherwise only wait.
       if (Frame* const before = std::exchange(here, entry.frame)) {
         if (pager_.transfers_.has_threads())
           pager_.transfers_.submit(*before);
@@ -96,7 +96,7 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
       complete = complete && context.content.state != State::kDetached;
     }
     if (!complete) {
-      frame.content.read_error = nullptr;  // the error is that of the context
+      frame.content.read_error = nullptr;  // reading the context failed, not this read
       pager_.table_.detach_block(frame);
       pager_.tell_of_change();
       continue;

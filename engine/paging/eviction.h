@@ -1,22 +1,24 @@
-// Which unpinned frame of a session goes next. A frame leaves by its own links.
+// Eviction policies: which unpinned frame of a session the pager evicts next. To remove a frame
+// from a policy, unlink the frame's own links.
 #pragma once
 
 #include "paging/frame.h"
 
 namespace plait {
 
-/// The frames of a session that may be evicted. One thread at a time (the pager's lock).
+/// The frames of a session that may be evicted. The pager's lock protects it.
 class Eviction {
  public:
   virtual ~Eviction() = default;
-  /// The frame holds no pin any more; its block ends before edge `content.order`.
+  /// Adds a frame that has no pin any more. Its block ends before edge `content.order`.
   virtual void insert(Frame& frame) noexcept = 0;
-  /// The next to go, or nullptr; it stays until it is unlinked.
+  /// The frame to evict next, or nullptr. The frame stays in the policy until it is unlinked.
   virtual Frame* victim() noexcept = 0;
 };
 
-/// Window: the block that ends furthest behind. Since all levels share the edge order, their
-/// windows cover the same edge range without any level being told its share.
+/// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
+/// levels have the same edge order, so the windows of all levels cover the same edges, and no level
+/// needs a share of its own.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }
@@ -26,8 +28,9 @@ class WindowEviction final : public Eviction {
   FrameOrder frames_;
 };
 
-/// Clock: a frame that came back since the hand last passed it is spared once. The hand stands
-/// before the first frame; what it passes goes to the end.
+/// EvictionPolicy::kClock (second chance): a frame that was pinned again since the hand last passed
+/// it is not evicted at the next pass. The first frame of the list is the next one that the hand
+/// passes. A frame that the hand passes moves to the end.
 class ClockEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override {

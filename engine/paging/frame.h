@@ -1,6 +1,6 @@
-// A frame: memory that holds one block, and the links of the lists that it stands in. The links are
-// part of the frame: to move a frame from list to list allocates nothing, so that what ends a pin
-// or a transfer cannot fail.
+// A frame: memory for one block, and the links of the lists that contain the frame. The links are
+// members of the frame, so moving a frame between lists allocates no memory. So the end of a pin or
+// of a transfer cannot fail.
 #pragma once
 
 #include <array>
@@ -22,45 +22,47 @@ using OrderLink =
     boost::intrusive::set_member_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
 
 struct Frame {
-  /// plait/pager.h has the drawing. Every state but kVacant and kDetached is of a frame that the
-  /// table of blocks names.
+  /// plait/pager.h has a diagram. FrameTable::find() finds frames in all states except kVacant and
+  /// kDetached.
   enum class State : std::uint8_t {
-    kVacant,       ///< holds no block
-    kClaimed,      ///< is there for a block whose bytes are not; pinned by who will bring them in
-    kReading,      ///< for pins, or ahead of them
-    kClean,        ///< as the backend has it
-    kDirty,        ///< was stored into
-    kWriting,      ///< may be pinned for reading
-    kWritingHeld,  ///< the same, but it is pinned for writing and may be dirty again
-    kStuck,        ///< dirty, after a write that failed: the only copy, which stays
-    kDetached,     ///< its read failed or it was abandoned: goes with its last pin
+    kVacant,   ///< contains no block
+    kClaimed,  ///< reserved for a block that is not read yet; the call that will read it has a pin
+    kReading,  ///< the backend reads the block, for a pin or for a prefetch
+    kClean,    ///< has the same bytes as the backend
+    kDirty,    ///< changed and not yet written
+    kWriting,  ///< the backend writes the block; it may be pinned for reading
+    kWritingHeld,  ///< the same, but it is pinned for writing, so it may change again
+    kStuck,        ///< dirty after a failed write: the only copy, which is not evicted
+    kDetached,     ///< its read failed or it was abandoned; vacant when its last pin ends
   };
-  /// What a frame has while it holds a block.
+  /// The members of a frame that are valid while it contains a block.
   struct Content {
     const LevelFile* level = nullptr;
     std::uint64_t block = 0;
     std::byte* memory = nullptr;
     std::uint64_t block_bytes = 0, frame_bytes = 0;
     State state = State::kVacant;
-    bool addressed = false;           ///< its memory is the backend's own
-    bool announced = false;           ///< by its session, and not pinned since
-    bool referenced = false;          ///< the clock's
-    std::uint32_t pins = 0;           ///< with those of frames that have it as context
+    bool addressed = false;           ///< its memory belongs to the backend
+    bool announced = false;           ///< prefetched by its session, and not pinned since
+    bool referenced = false;          ///< for ClockEviction
+    std::uint32_t pins = 0;           ///< including those of frames that have it as context
     std::uint32_t writers = 0;        ///< pins for writing, among these
     EdgeId order = 0;                 ///< the block ends before this edge
-    SessionState* session = nullptr;  ///< the last that used it, while that is open
-    std::array<Frame*, kMostContextBlocks> context{};  ///< held until it is read or written
+    SessionState* session = nullptr;  ///< the last one that used it, if that is still open
+    std::array<Frame*, kMostContextBlocks>
+        context{};  ///< pinned until this block is read or written
     std::size_t context_count = 0;
-    std::exception_ptr read_error;  ///< for the one that wanted it read
+    std::exception_ptr read_error;  ///< for the call that asked for the read
   };
 
   Content content;
   std::uint32_t index = 0;
   QueuedTransfer transfer;
-  std::array<std::span<const std::byte>, kMostContextBlocks> context_bytes;  ///< the transfer's
-  ListLink in_list;     ///< vacant; or may be evicted, in a clock or left by an ended session
-  OrderLink in_order;   ///< may be evicted, in a window or announced
-  ListLink to_write;    ///< waits for its write to begin
+  std::array<std::span<const std::byte>, kMostContextBlocks>
+      context_bytes;    ///< for Transfer::context
+  ListLink in_list;     ///< of vacant frames; of a clock; or of frames that ended sessions left
+  OrderLink in_order;   ///< of WindowEviction, or of prefetched frames
+  ListLink to_write;    ///< of dirty frames whose write is queued
   ListLink in_session;  ///< of content.session
 };
 
@@ -75,9 +77,9 @@ constexpr bool is_on_its_way(Frame::State state) {
   return state == Frame::State::kReading || is_being_written(state);
 }
 
-/// The only way to change a frame's state. REQUIRES: the drawing has an arrow.
+/// Changes a frame's state. No other code does. REQUIRES: may_become(frame.content.state, state).
 void become(Frame& frame, Frame::State state) noexcept;
-/// Whether the drawing has an arrow.
+/// Whether the diagram has this arrow.
 bool may_become(Frame::State from, Frame::State to) noexcept;
 
 template <ListLink Frame::*Link>

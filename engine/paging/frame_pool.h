@@ -1,6 +1,7 @@
-// Memory for frames: recycled by size, handed back to the system only when another size needs it.
-// On virtual machines a fresh page costs more than the disk transfer into it, so a frame's pages
-// are touched once, by whoever fills it first and not under the pager's lock, and then kept.
+// Memory for frames. The pool reuses the memory of freed frames by size, and returns it to the
+// system only if another size needs it. On virtual machines, a new page costs more time than the
+// disk transfer into it. So the pool keeps the pages of a frame, and the first thread that fills a
+// frame touches its pages, without the pager's lock.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,7 @@
 
 namespace plait {
 
-/// One thread at a time (the pager's lock).
+/// The pager's lock protects it.
 class FramePool {
  public:
   explicit FramePool(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
@@ -21,27 +22,28 @@ class FramePool {
     return (block_bytes + kAlignment - 1) / kAlignment * kAlignment;
   }
 
-  /// Before the first take() of so many bytes, a frame_bytes() value. Errors: std::bad_alloc.
+  /// Must be called before the first take() of this size. `bytes` is a value of frame_bytes().
+  /// Errors: std::bad_alloc.
   void prepare(std::uint64_t bytes) { idle_.try_emplace(bytes, nullptr); }
   /// Memory for a frame, or nullptr if the budget has no room. Errors: std::bad_alloc.
   std::byte* take(std::uint64_t bytes);
   void give_back(std::byte* memory, std::uint64_t bytes) noexcept;
-  /// Accounts for a frame whose memory is a backend's own.
+  /// Counts a frame whose memory belongs to a backend.
   bool reserve(std::uint64_t bytes) noexcept;
   void unreserve(std::uint64_t bytes) noexcept { used_bytes_ -= bytes; }
 
-  /// Of the budget so much is not for frames.
+  /// Reserves `bytes` of the budget for other memory than frames.
   void set_aside(std::uint64_t bytes) noexcept;
 
-  /// What is for frames.
+  /// The part of the budget that is for frames.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
-  std::uint64_t most_bytes() const { return budget_bytes_; }  ///< if nothing were set aside
-  std::uint64_t used_bytes() const { return used_bytes_; }    ///< in frames that are taken
+  std::uint64_t most_bytes() const { return budget_bytes_; }  ///< the whole budget
+  std::uint64_t used_bytes() const { return used_bytes_; }    ///< of frames in use
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
  private:
   static constexpr std::uint64_t kAlignment = 4096;
-  /// In the first bytes of an idle frame: to give one back allocates nothing.
+  /// A list link in the first bytes of an idle frame, so that giving memory back allocates nothing.
   struct Idle {
     Idle* next;
   };
@@ -50,7 +52,7 @@ class FramePool {
 
   std::uint64_t budget_bytes_, aside_bytes_ = 0;
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
-  std::map<std::uint64_t, Idle*> idle_;  ///< every size that was ever taken
+  std::map<std::uint64_t, Idle*> idle_;  ///< for each size that was prepared
 };
 
 }  // namespace plait

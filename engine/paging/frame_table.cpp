@@ -5,7 +5,7 @@
 
 namespace plait {
 
-/// As many blocks as can be in frames at once when `added` is attached, too.
+/// The most blocks that can be in frames at once after `added` is attached.
 std::uint64_t FrameTable::most_frames(const LevelFile& added) const noexcept {
   std::uint64_t all = 0, smallest = frame_bytes(added);
   const auto count = [&](const LevelFile& level) {
@@ -15,7 +15,7 @@ std::uint64_t FrameTable::most_frames(const LevelFile& added) const noexcept {
   count(added);
   for (const Slot& slot : slots_)
     if (slot.level) count(*slot.level);
-  // Twice, because a block may also be in frames from which it was detached.
+  // Twice, because a detached frame may still have the memory of a block that is in another frame.
   return std::min(2 * all, pool_.most_bytes() / smallest);
 }
 
@@ -63,7 +63,7 @@ Frame* FrameTable::claim(const LevelFile& level, std::uint64_t block, std::byte*
   const std::uint64_t bytes = frame_bytes(level);
   std::byte* const memory = !address ? pool_.take(bytes) : pool_.reserve(bytes) ? address : nullptr;
   if (!memory) return nullptr;
-  // Nearly never: many blocks were detached more than once.
+  // This is rare: many blocks were detached more than once.
   if (vacant_.empty()) {
     if (address)
       pool_.unreserve(bytes);

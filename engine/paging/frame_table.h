@@ -1,5 +1,5 @@
-// Which block is in which frame, and the memory of the frames: under one budget. Knows no session,
-// no backend and no transfer.
+// Tells which block is in which frame, and owns the memory of the frames under one budget. This
+// class does not use sessions, backends or transfers.
 #pragma once
 
 #include <cstddef>
@@ -12,20 +12,20 @@
 
 namespace plait {
 
-/// One thread at a time (the pager's lock). Only attach() allocates anything but memory for frames,
-/// so that all else is noexcept in truth.
+/// The pager's lock protects it. Only attach() allocates memory other than that of frames, so the
+/// noexcept functions never fail.
 class FrameTable {
  public:
   explicit FrameTable(std::uint64_t budget_bytes) : pool_(budget_bytes) {}
-  /// REQUIRES: every frame was vacated.
+  /// REQUIRES: every frame is vacant.
   ~FrameTable() = default;
   FrameTable(const FrameTable&) = delete;
   FrameTable& operator=(const FrameTable&) = delete;
 
-  /// Makes entries for its blocks, and frames for as many as the budget can hold at once.
-  /// Errors: std::bad_alloc, with nothing changed.
+  /// Makes entries for the blocks of the level, and enough frames for all blocks that can be in
+  /// memory at once. Errors: std::bad_alloc, without any change.
   void attach(LevelFile& level);
-  /// REQUIRES: none of its blocks is in a frame.
+  /// REQUIRES: no block of the level is in a frame.
   void detach(LevelFile& level) noexcept;
   bool is_attached(const LevelFile& level) const noexcept { return level.pager_slot != kNoId; }
   /// The attached level of the attribute with this number, or nullptr.
@@ -34,20 +34,22 @@ class FrameTable {
   static std::uint64_t frame_bytes(const LevelFile& level) {
     return FramePool::frame_bytes(level.geometry.max_block_bytes());
   }
-  /// The frame that holds the block, in whatever state, or nullptr.
+  /// The frame of the block, in any state, or nullptr.
   Frame* find(const LevelFile& level, std::uint64_t block) noexcept;
-  /// A frame for a block that has none, in State::kClaimed; nullptr: the budget has no room. With
-  /// an `address` that is its memory. Errors: std::bad_alloc, with nothing changed.
+  /// Returns a frame in State::kClaimed for a block that has none, or nullptr if the budget has no
+  /// room. The memory of the frame is at `address`, unless that is nullptr. Errors: std::bad_alloc,
+  /// without any change.
   Frame* claim(const LevelFile& level, std::uint64_t block, std::byte* address);
-  /// The block is in no frame any more; this one keeps its memory until vacate().
+  /// After this call find() does not find the block. The frame keeps its memory until vacate().
   void detach_block(Frame& frame) noexcept;
-  /// The frame, its links undone, holds no block any more.
+  /// Frees the memory of the frame, which is then vacant. REQUIRES: the frame has no pins, and is
+  /// in no list.
   void vacate(Frame& frame) noexcept;
 
   FramePool& pool() { return pool_; }
   const FramePool& pool() const { return pool_; }
   Frame& operator[](std::uint32_t index) { return frames_[index]; }
-  /// All of them, vacant ones too. A deque, because frames stay where they are.
+  /// All frames, including vacant ones. A deque, because frames must not move.
   std::deque<Frame>& frames() { return frames_; }
 
  private:

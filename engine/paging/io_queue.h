@@ -1,4 +1,4 @@
-// Transfers that happen behind the caller's back, oldest first.
+// A queue of transfers that I/O threads carry out, oldest first.
 #pragma once
 
 #include <boost/intrusive/list.hpp>
@@ -11,34 +11,36 @@
 
 namespace plait {
 
-/// A transfer with its place in the queue: to queue it allocates nothing.
+/// A transfer with its link in the queue, so that queueing it allocates no memory.
 struct QueuedTransfer : Transfer {
   Backend* backend = nullptr;
   boost::intrusive::list_member_hook<> in_queue;
 };
 
-/// Threads that hand queued transfers to their backends. Safe from any thread; no call takes a lock
-/// of the listener's but begin_oldest().
+/// Threads that pass queued transfers to their backends. Safe from any thread. Only begin_oldest()
+/// may call the listener, and so take a lock of the listener.
 class IoQueue {
  public:
   explicit IoQueue(int threads) : thread_count_(threads) {}
-  /// REQUIRES: nothing is queued.
+  /// REQUIRES: the queue is empty.
   ~IoQueue();
   IoQueue(const IoQueue&) = delete;
   IoQueue& operator=(const IoQueue&) = delete;
 
   bool has_threads() const { return thread_count_ > 0; }
 
-  /// Starts the threads unless they run: a store in memory never needs them. One thread at a time.
-  /// Errors: kOutOfMemory for want of a thread.
+  /// Starts the threads, unless they run. (A store in memory never needs them.) Only one thread at
+  /// a time may call it. Errors: kOutOfMemory if a thread cannot be started.
   void start_threads();
 
-  /// Backend and transfer stay until the listener was told. REQUIRES: the threads run.
+  /// Queues a transfer. Backend and transfer must exist until the listener is called. REQUIRES: the
+  /// threads run.
   void submit(QueuedTransfer& transfer) noexcept;
-  /// Takes a transfer back. False: it was begun, and its listener will be told.
+  /// Removes a transfer from the queue. Returns false if it has begun; then its listener will be
+  /// called.
   bool withdraw(QueuedTransfer& transfer) noexcept;
-  /// Begins the oldest queued transfer of this direction in the caller's thread: whoever would have
-  /// to wait for it can as well do it. False: there is none.
+  /// Begins the oldest queued transfer of this direction in the calling thread, which would
+  /// otherwise only wait for it. Returns false if the queue has none.
   bool begin_oldest(Transfer::Direction direction) noexcept;
 
  private:

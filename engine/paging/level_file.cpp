@@ -18,7 +18,7 @@ void UnfinishedLevels::add(LevelFile& level, Access access) {
 void UnfinishedLevels::finish() noexcept {
   for (const Added& added : levels_) {
     --added.level->passes_under_way;
-    if (added.access == Access::kWrite) added.level->left_unfinished = false;
+    if (added.access == Access::kOverwrite) added.level->left_unfinished = false;
   }
   levels_.clear();
 }

@@ -1,11 +1,11 @@
-// Frames are had and given up.
+// The part of the pager that takes, pins and frees frames.
 #include "paging/pager_implementation.h"
 
 namespace plait {
 
 Frame* Pager::Implementation::take_frame(SessionState& session, const LevelFile& level,
                                          std::uint64_t block) {
-  // What a mapping holds for a block never written is not known to be zeros.
+  // A block that was never written reads as zeros, but a mapping may contain other bytes there.
   const bool addressed = level.traits.in_memory || (level.traits.maps_for_reading &&
                                                     !level.writable && was_written(level, block));
   Frame* const frame =

@@ -1,9 +1,9 @@
-// The pager: joins what each know a part of. FrameTable has the blocks and their memory, Sessions
-// whose frames go first, Transfers what is on its way. All of them are under one lock, which is let
-// go while bytes move.
-//
-// Its sources: pager.cpp (levels, sessions, pins), pager_frames.cpp (frames are had and given up),
-// pager_transfers.cpp (transfers end, reading ahead, flush). A pin that must wait is a PinCall.
+// The implementation of the pager. It has three parts: FrameTable knows the blocks and their
+// memory, Sessions decides which frame is evicted next, and Transfers starts reads and writes. One
+// lock protects all of them; the pager releases it while a backend moves bytes.
+// Sources: pager.cpp (levels, sessions, pins), pager_frames.cpp (taking and freeing frames),
+// pager_transfers.cpp (ends of transfers, prefetch, flush). A pin that may have to wait is a
+// PinCall.
 #pragma once
 
 #include <chrono>
@@ -33,14 +33,14 @@ class Pager::Implementation final : public TransferListener {
   std::uint64_t budget_bytes() const noexcept;
   PagingStatistics statistics() const;
 
-  // For sessions.
+  // Called by sessions.
   SessionState& open_session(const SessionOptions& options);
   void end_session(SessionState& session) noexcept;
-  /// Pins requests[i] in frames[i], for the caller with the number that it returns.
+  /// Pins requests[i] in frames[i]. Returns the number of the calling thread in the session.
   /// Errors: those of Session::pin_many.
   std::uint32_t pin(SessionState& session, std::span<const BlockRequest> requests,
                     std::span<Frame*> frames);
-  /// `written`: the level, of a pin for writing.
+  /// `written` is the level if the pin was for writing, otherwise nullptr.
   void unpin(SessionState& session, std::uint32_t caller, Frame& frame, LevelFile* written,
              bool abandon) noexcept;
   bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
@@ -53,30 +53,32 @@ class Pager::Implementation final : public TransferListener {
   using Direction = Transfer::Direction;
   using State = Frame::State;
 
-  /// Adds the time from construction to destruction to the waits of one direction, for a session
-  /// too unless that is nullptr.
+  /// Adds the time from its construction to its destruction to the statistics of waits for one
+  /// direction, and to those of a session unless that is nullptr.
   class Wait;
 
   class PinCall;
-  /// The frame, if the block can be pinned without waiting and without any other block.
+  /// The frame of the block if it can be pinned without waiting and without other blocks, otherwise
+  /// nullptr.
   Frame* find_ready(const BlockRequest& request) noexcept;
 
   // pager_frames.cpp
-  /// A frame for a block that has none, or nullptr. Errors: those of Backend::address;
-  /// std::bad_alloc.
+  /// Takes a frame for a block that has none. Returns nullptr if the budget has no room. Errors:
+  /// those of Backend::address; std::bad_alloc.
   Frame* take_frame(SessionState& session, const LevelFile& level, std::uint64_t block);
-  /// The next to be evicted if it is clean; otherwise nullptr.
+  /// The frame that would be evicted next, if it is clean; otherwise nullptr.
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
-  /// The frame is pinned once more, and belongs to this session.
+  /// Adds a pin to the frame, and gives the frame to this session.
   void hold(SessionState& session, Frame& frame) noexcept;
-  /// A pin of it is for writing: it is dirty.
+  /// Counts a pin for writing, and makes the frame dirty.
   void add_writer(Frame& frame) noexcept;
-  /// Pinned once less.
+  /// Removes a pin from the frame.
   void let_go(Frame& frame) noexcept;
-  /// Nobody pins the frame: where does it go?
+  /// Called when a frame has no pin any more: frees it, queues its write, or makes it a candidate
+  /// for eviction.
   void settle(Frame& frame) noexcept;
-  /// The block leaves the memory.
+  /// Removes the block from memory without writing it, and frees the frame.
   void drop(Frame& frame) noexcept;
   void drop_context(Frame& frame) noexcept;
 
@@ -87,7 +89,8 @@ class Pager::Implementation final : public TransferListener {
   void write_here(Lock& lock, SessionState* session, Frame& frame);
   void abandon(Lock& lock, Frame& frame, LevelFile& level) noexcept;
   void fail(std::exception_ptr error) noexcept;
-  /// Takes back what no thread has begun for this level, or for all if nullptr; waits for the rest.
+  /// Withdraws the queued transfers of this level (nullptr: of all levels) that have not begun, and
+  /// waits for the others.
   void stop_transfers(Lock& lock, const LevelFile* level) noexcept;
   void wait_for_any(Lock& lock, SessionState* session, Direction direction) noexcept;
   void wait_while(Lock& lock, SessionState& session, Frame& frame, bool (*what)(State)) noexcept;
@@ -106,13 +109,13 @@ class Pager::Implementation final : public TransferListener {
   }
 
   mutable std::mutex mutex_;
-  std::condition_variable changed_;  ///< a transfer or a wait for one ended, or a pin
+  std::condition_variable changed_;  ///< notified when a transfer, a PinCall or a pin ends
   std::uint64_t changes_ = 0;
 
   PagingStatistics statistics_;
   FrameTable table_;
   Sessions sessions_;
-  /// Calls that pin blocks and do not wait for room: the frames that they hold may come free.
+  /// PinCalls that are not waiting for a free frame. They may free frames that they have taken.
   std::uint32_t calls_under_way_ = 0;
   Transfers transfers_;  ///< last: its threads end first
 };

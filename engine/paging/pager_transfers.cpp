@@ -1,4 +1,4 @@
-// What is on its way ends, is waited for, and is begun behind the callers' backs.
+// The part of the pager that ends transfers, waits for them, prefetches and flushes.
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -17,7 +17,7 @@ void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr erro
   transfers_.ended(frame, error);
   if (!error) count_transfer(frame, transfer.direction);
   if (was_read && error) {
-    // Whoever waits for the block finds it absent, and reads for itself.
+    // Calls that wait for the block then find it absent, and read it themselves.
     frame.content.read_error = error;
     table_.detach_block(frame);
   } else if (error) {
@@ -70,7 +70,7 @@ bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& lev
   try {
     return begin_prefetch(lock, session, level, block);
   } catch (...) {
-    return false;  // whoever pins the block will be told
+    return false;  // the pin of the block will get the error
   }
 }
 
@@ -85,8 +85,8 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     if (placed) sessions_.place(*frame);
     return true;
   }
-  // The system is told of no block: it reads ahead by itself, and to be told costs a sweep as much
-  // as the read (plait_bench_sweep_rmw).
+  // There is no Advice::kWillNeed here: the system reads ahead by itself, and this advice costs a
+  // sweep as much time as the read (plait_bench_sweep_rmw).
   if (!was_written(level, block) || level.traits.in_memory || !transfers_.has_threads())
     return true;
   const std::uint64_t bytes = FrameTable::frame_bytes(level);
@@ -95,13 +95,14 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
           sessions_.share_bytes(session))
     return false;
 
-  // What it is coded by comes first. No read may begin that would have to wait for another one.
+  // The context of the block must be in memory first. A prefetch must not begin a read that would
+  // have to wait for another one.
   std::array<ContextBlock, kMostContextBlocks> needed;
   std::array<Frame*, kMostContextBlocks> context{};
   const std::size_t context_count = level.backend->context(block, needed);
   for (std::size_t i = 0; i < context_count; ++i) {
     const LevelFile* const other = table_.level(needed[i].attribute, needed[i].level);
-    if (!other || !comes_before(*other, level)) return true;  // whoever pins it will be told
+    if (!other || !comes_before(*other, level)) return true;  // the pin will get the error
     context[i] = table_.find(*other, needed[i].block);
     if (!context[i]) static_cast<void>(begin_prefetch(lock, session, *other, needed[i].block));
     if (!context[i] || !is_filled(context[i]->content.state)) return false;
@@ -133,7 +134,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   return true;
 }
 
-/// What writing a block in memory amounts to.
+/// Writes a dirty block of a level in memory: the backend only marks the block as written.
 void Pager::Implementation::write_in_memory(Frame& frame) noexcept {
   try {
     frame.transfer.backend->write({frame.content.block, 1}, frame.transfer.memory);

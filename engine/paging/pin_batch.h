@@ -1,4 +1,5 @@
-// Blocks that are pinned by one call, and the blocks that these are coded by.
+// The blocks that one call pins, and the blocks that are needed to encode or decode them (their
+// context).
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 
 namespace plait {
 
-/// Whether blocks of `other` may be coded by blocks of `level`.
+/// Whether blocks of `level` may be context of blocks of `other`.
 inline bool comes_before(const LevelFile& level, const LevelFile& other) {
   const BlockTable &a = level.table, &b = other.table;
   return std::pair(a.level(), a.attribute()) < std::pair(b.level(), b.attribute());
@@ -25,9 +26,9 @@ class PinBatch {
     std::uint64_t block = 0;
     Access access = Access::kRead;
     Frame* frame = nullptr;  ///< pinned once for this entry
-    bool brings_in = false;  ///< this call took the frame, and brings the block's bytes in
+    bool brings_in = false;  ///< this call took the frame, and must fill it
     std::size_t context_count = 0;
-    std::size_t context = 0;  ///< the first of its context, which stands together
+    std::size_t context = 0;  ///< index of the first entry of its context; the others follow it
   };
 
   explicit PinBatch(std::span<const BlockRequest> requests) : request_count_(requests.size()) {
@@ -47,28 +48,30 @@ class PinBatch {
     entries_.push_back({&level, block});
     ++entries_[at].context_count;
   }
-  /// As it was before frames were taken.
+  /// Removes all entries of context blocks.
   void forget_context() noexcept {
     entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(request_count_), entries_.end());
     for (Entry& entry : entries_) entry.context_count = 0;
   }
-  /// The first for which `is` is true, or nullptr.
+  /// The first entry for which `is` returns true, or nullptr.
   template <class Is>
   Entry* first(Is is) {
     const auto found = std::ranges::find_if(entries_, is);
     return found == entries_.end() ? nullptr : &*found;
   }
-  /// Whether an entry is to overwrite this block, which the batch takes into memory.
+  /// Whether an entry took this frame in order to overwrite the whole block.
   bool overwrites(const Frame& frame) const noexcept {
     for (const Entry& entry : entries_)
-      if (entry.frame == &frame && entry.brings_in && entry.access == Access::kWrite) return true;
+      if (entry.frame == &frame && entry.brings_in && entry.access == Access::kOverwrite)
+        return true;
     return false;
   }
   void read_before_writing(const Frame& frame) noexcept {
     for (Entry& entry : entries_)
-      if (entry.frame == &frame && entry.access == Access::kWrite) entry.access = Access::kUpdate;
+      if (entry.frame == &frame && entry.access == Access::kOverwrite)
+        entry.access = Access::kUpdate;
   }
-  /// Bytes of frames that all of them take together.
+  /// Bytes of frames that all entries need together.
   std::uint64_t frame_bytes() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// The half of a call that takes frames, and gives them up.
+// The first half of a PinCall: it takes frames, and frees them again after an error.
 #include "paging/pin_call.h"
 
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 
 namespace plait {
 
-/// Counts a call for as long as it lives. A call that ends, with its blocks or with an error, may
-/// leave nothing that the waiting calls could wait for: they look again.
+/// Counts a call while the call runs. After its end there may be nothing left that the waiting
+/// calls could wait for. So the end of a call wakes them, and they check again.
 class Pager::Implementation::PinCall::UnderWay {
  public:
   explicit UnderWay(Implementation& pager) noexcept : pager_(pager) { ++pager_.calls_under_way_; }
@@ -78,7 +78,7 @@ bool Pager::Implementation::PinCall::take_frames() {
         return false;
       }
     }
-    // A block that others are coded by is not overwritten before it was read.
+    // A context block must be read before it is overwritten.
     if (at >= requests_.size()) batch_.read_before_writing(*batch_[at].frame);
     add_context(at);
   }
@@ -90,7 +90,7 @@ void Pager::Implementation::PinCall::add_context(std::size_t at) {
   const LevelFile& level = *entry.level;
   if (level.traits.in_memory || entry.frame->content.context_count > 0) return;
   const bool is_read =
-      entry.brings_in && entry.access != Access::kWrite && was_written(level, entry.block);
+      entry.brings_in && entry.access != Access::kOverwrite && was_written(level, entry.block);
   if (!is_read && entry.access == Access::kRead) return;
   std::array<ContextBlock, kMostContextBlocks> needed;
   const std::size_t count = level.backend->context(entry.block, needed);
@@ -98,7 +98,7 @@ void Pager::Implementation::PinCall::add_context(std::size_t at) {
     const LevelFile* const other = pager_.table_.level(context.attribute, context.level);
     if (!other || context.block >= other->geometry.block_count() || !comes_before(*other, level))
       throw Error(ErrorCode::kBadState,
-                  fmt::format("page in {}: block {} is coded by block {} of level {} of attribute "
+                  fmt::format("page in {}: block {} needs block {} of level {} of attribute "
                               "{}, expected a block of an open level that comes earlier",
                               level.path.native(), entry.block, context.block, context.level,
                               context.attribute));
@@ -127,7 +127,8 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
       pager_.evict(lock_, *last);
     return true;
   }
-  // From here on this call waits for others, who may wait for what it has taken.
+  // This call must wait for other calls. These may wait for frames that this call has taken, so it
+  // frees its frames first.
   const std::uint64_t needed_bytes = batch_.frame_bytes();
   let_go();
   const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
@@ -178,7 +179,7 @@ void Pager::Implementation::PinCall::let_go() noexcept {
   for (PinBatch::Entry& entry : batch_) {
     Frame* const frame = std::exchange(entry.frame, nullptr);
     if (!frame) continue;
-    // Whoever else waits for the block finds it absent, and brings it in.
+    // Calls that wait for the block then find it absent, and read it themselves.
     if (entry.brings_in && frame->content.state == State::kClaimed && frame->content.pins > 1)
       pager_.table_.detach_block(*frame);
     entry.brings_in = false;

@@ -1,10 +1,9 @@
-// One call that pins blocks. All frames of a call are had before its first read begins, and given
-// up before the call waits for anybody who may wait for it. So no two calls wait for each other.
-//
-// A call that brings blocks in waits for reads of others, too: at its end, when all of its own are
-// under way, and before it begins the read of a block that is coded by others. The latter come
-// earlier in the order of (level, attribute), and whoever brings in a block that comes earlier
-// waits only for still earlier ones. So these waits end as well.
+// One call that pins blocks. A call takes all its frames before its first read begins. It frees
+// them before it waits for other calls that may wait for it. So no two calls wait for each other.
+// A call also waits for reads of other calls: at its end, when all its own reads have begun, and
+// before it begins the read of a block that has context. Context blocks come earlier in the order
+// of (level, attribute). A call that reads an earlier block waits only for blocks that come earlier
+// still. So these waits end as well.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +15,7 @@
 
 namespace plait {
 
-/// Lives while the lock is held, which it lets go of where it says so.
+/// Used while the pager's lock is held. The functions that release the lock say so.
 class Pager::Implementation::PinCall {
  public:
   /// Errors: std::bad_alloc.
@@ -24,30 +23,30 @@ class Pager::Implementation::PinCall {
           std::span<const BlockRequest> requests)
       : pager_(pager), lock_(lock), session_(session), requests_(requests), batch_(requests) {}
 
-  /// Pins requests[i] in frames[i], all of them, or leaves nothing behind. Lets go of the lock.
-  /// Errors: those of Session::pin_many; std::bad_alloc.
+  /// Pins requests[i] in frames[i] for each i. After an error it has pinned none of them. Releases
+  /// the lock while it waits. Errors: those of Session::pin_many; std::bad_alloc.
   void run(std::span<Frame*> frames);
 
  private:
   class UnderWay;
 
   // pin_call.cpp
-  /// Takes a frame for each block of the batch, and adds the blocks that these are coded by. False:
-  /// it took none, and waited.
+  /// Takes a frame for each block of the batch, and adds the context blocks to the batch. Returns
+  /// false if it had to wait and has no frames now.
   bool take_frames();
   void add_context(std::size_t at);
-  /// Frees a frame, or waits for what may free one; the batch keeps what it took. False: it has let
-  /// go of that.
+  /// Frees a frame, or waits until one may be free. Returns true if the batch still has its frames,
+  /// false if it has freed them.
   bool make_room(const LevelFile& wanted_by);
   [[noreturn]] void refuse_room(std::uint64_t needed_bytes);
   void check_may_write();
   void add_writer(std::size_t at) noexcept;
-  /// What was taken and brought in is given up.
+  /// Frees the frames that the batch has taken.
   void let_go() noexcept;
 
   // bring_in.cpp
-  /// Begins all reads, then waits. False: the read of another call failed, begin anew.
-  /// Errors: that of a read that this call began.
+  /// Begins all reads, then waits for them. Returns false if the read of another call failed; then
+  /// the call must start again. Errors: those of reads that this call began.
   bool bring_in();
   void read() noexcept;
   void read_with_context() noexcept;

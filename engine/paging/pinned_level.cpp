@@ -13,7 +13,7 @@ PinnedLevel::PinnedLevel(const LevelFile& file, LevelFile* written, Access acces
       frame_bytes_(FramePool::frame_bytes(file.geometry.max_block_bytes())),
       starts_(file.geometry.block_count(), 0),
       blocks_(file.geometry.block_count()) {
-  if (access != Access::kWrite && !file.traits.in_memory)
+  if (access != Access::kOverwrite && !file.traits.in_memory)
     announced_.assign(file.geometry.block_count(), false);
 }
 
@@ -62,10 +62,8 @@ void PinnedLevel::pin_needed(Session& session, std::span<PinnedLevel> levels) {
     }
 }
 
-bool PinnedLevel::announce(Session& session, EdgeId edge) noexcept {
-  if (announced_.empty()) return true;
-  const std::uint64_t block = geometry().block_of(edge);
-  if (!announced_[block]) announced_[block] = session.prefetch(*file_, block);
+bool PinnedLevel::announce_block(Session& session, std::uint64_t block) noexcept {
+  announced_[block] = session.prefetch(*file_, block);
   return announced_[block];
 }
 

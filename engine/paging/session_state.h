@@ -1,5 +1,5 @@
-// What the pager knows of one session: its frames, in the order in which its policy gives them up,
-// and the threads that pinned something for it.
+// The pager's data of one session: its frames, in the order in which its policy evicts them, and
+// the threads that pinned blocks in it.
 #pragma once
 
 #include <boost/intrusive/list.hpp>
@@ -12,10 +12,11 @@
 
 namespace plait {
 
-/// One thread at a time (the pager's lock).
+/// The pager's lock protects it.
 class SessionState {
  public:
-  /// A thread, and how many of its pins have not ended, in whatever thread they will.
+  /// A thread, and the number of pins that it made and that have not ended. Another thread may end
+  /// them.
   struct Caller {
     std::thread::id thread;
     std::uint32_t pins = 0;
@@ -47,11 +48,11 @@ class SessionState {
   const SessionOptions options;
   PagingStatistics statistics;
   std::uint64_t frame_bytes = 0;              ///< of its frames
-  std::uint64_t announced_bytes = 0;          ///< of those that are announced
+  std::uint64_t announced_bytes = 0;          ///< of its prefetched frames that are not pinned yet
   std::uint32_t waiting = 0;                  ///< threads that wait for a frame
-  bool ended = false;                         ///< lives on until its last pin ends
-  SessionFrames frames;                       ///< all that belong to it
-  FrameOrder ahead;                           ///< announced, not pinned; the last are needed last
+  bool ended = false;                         ///< then this object exists until its last pin ends
+  SessionFrames frames;                       ///< all frames of the session
+  FrameOrder ahead;                           ///< prefetched, not pinned; needed in this order
   boost::intrusive::list_member_hook<> link;  ///< in Sessions
 
  private:

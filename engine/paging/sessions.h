@@ -1,5 +1,5 @@
-// Whose frame goes next, and who waits for whom: the rules that plait/session.h promises. Knows
-// neither transfers nor memory.
+// Decides which session's frame is evicted next, and which waits can end, by the rules of
+// plait/session.h. This class does not use transfers or memory.
 #pragma once
 
 #include <boost/intrusive/list.hpp>
@@ -11,10 +11,10 @@
 
 namespace plait {
 
-/// The open sessions. One thread at a time (the pager's lock).
+/// The open sessions. The pager's lock protects it.
 class Sessions {
  public:
-  /// A thread that waits for a frame; lives on its stack, from construction to destruction.
+  /// Marks the calling thread as waiting for a frame, from construction to destruction.
   class Waiter : public boost::intrusive::list_base_hook<> {
    public:
     Waiter(Sessions& sessions, SessionState& session) noexcept;
@@ -34,26 +34,26 @@ class Sessions {
   Sessions& operator=(const Sessions&) = delete;
 
   void add(SessionState& session) noexcept { open_.push_back(session); }
-  /// What its policy would have given up first is the first of what it leaves.
+  /// Ends a session. The pager will evict the frames that it leaves in the order of its policy.
   void end(SessionState& session) noexcept;
 
-  /// The frame belongs to this session from now on; nullptr: to none. Ends an announcement, and the
-  /// frame may not be evicted until it is placed again.
+  /// Gives the frame to this session (nullptr: to none). The frame is then no longer marked as
+  /// prefetched, and it cannot be evicted until place() is called.
   void give(Frame& frame, SessionState* session) noexcept;
-  /// REQUIRES: the frame belongs to a session.
+  /// Marks the frame as prefetched. REQUIRES: the frame belongs to a session.
   void announce(Frame& frame) noexcept;
-  /// The frame is about to be used: it may not be evicted until it is placed again.
+  /// The frame cannot be evicted until place() is called.
   static void unplace(Frame& frame) noexcept;
   static bool is_placed(const Frame& frame) noexcept {
     return frame.in_list.is_linked() || frame.in_order.is_linked();
   }
-  /// The frame may be evicted from now on. REQUIRES: it is not placed.
+  /// The frame can be evicted after this call. REQUIRES: it is not placed.
   void place(Frame& frame) noexcept;
 
-  /// The next to be evicted for a session that asks for a frame of so many bytes, or nullptr. What
-  /// was announced is never among these.
+  /// The frame to evict next if the session `asking` wants a frame of `wanted_bytes`, or nullptr.
+  /// Never a prefetched frame that is not pinned yet.
   Frame* victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
-  /// The announced block that is to go if nothing else can, or nullptr.
+  /// The prefetched frame to evict if no other frame can be freed, or nullptr.
   Frame* last_announced(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
 
   std::uint64_t share_bytes(const SessionState& session) const noexcept;
@@ -71,9 +71,9 @@ class Sessions {
       SessionState, boost::intrusive::member_hook<
                         SessionState, boost::intrusive::list_member_hook<>, &SessionState::link>>;
 
-  const FramePool& pool_;  ///< whose budget is shared
+  const FramePool& pool_;  ///< has the budget that the sessions share
   SessionList open_;
-  FrameList left_;  ///< by sessions that ended, oldest first
+  FrameList left_;  ///< frames of ended sessions, oldest first
   boost::intrusive::list<Waiter> waiters_;
 };
 

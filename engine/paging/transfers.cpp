@@ -87,7 +87,7 @@ void Transfers::fail(std::exception_ptr error) noexcept {
 void Transfers::refuse(std::string_view what) {
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   throw Error(ErrorCode::kBadState,
-              fmt::format("{}: refused since an earlier write failed; reopen the store", what));
+              fmt::format("{}: refused because an earlier write failed; reopen the store", what));
 }
 
 }  // namespace plait

@@ -1,5 +1,5 @@
-// What is on its way, what waits for that, and what has failed. Knows neither sessions nor which
-// block goes where.
+// The transfers in flight, the queue of writes, and the first failed write. This class does not use
+// sessions or the table of frames.
 #pragma once
 
 #include <cstdint>
@@ -12,53 +12,57 @@
 
 namespace plait {
 
-/// One thread at a time (the pager's lock); those calls that take the lock let go of it meanwhile.
+/// The pager's lock protects it. Functions with a parameter `lock` release it while the backend
+/// works.
 class Transfers {
  public:
   using Lock = std::unique_lock<std::mutex>;
   using Direction = Transfer::Direction;
 
-  /// `listener` is told of every transfer that ended, and calls ended() then.
+  /// Backends call `listener` when a transfer has ended; the listener then calls ended().
   Transfers(int threads, TransferListener& listener) : listener_(listener), queue_(threads) {}
-  /// REQUIRES: nothing is on its way.
+  /// REQUIRES: no transfer is in flight.
   ~Transfers() = default;
 
-  /// With none, every transfer happens in the thread that begins it.
+  /// Without threads, each transfer runs in the thread that begins it.
   bool has_threads() const { return queue_.has_threads(); }
   /// Errors: kOutOfMemory.
   void start_threads() { queue_.start_threads(); }
 
-  /// The frame, claimed, is being read from now on, with the context that it holds. The transfer
-  /// itself is for submit() or start() to begin.
+  /// Prepares the read of a claimed frame, with its context, and changes its state. The caller then
+  /// calls submit() or start().
   void begin_read(Frame& frame) noexcept;
-  /// The frame, dirty, is being written from now on.
+  /// Prepares the write of a dirty frame in the same way.
   void begin_write(Frame& frame) noexcept;
-  /// To be carried out by the threads. REQUIRES: there are some.
+  /// Queues the transfer for the I/O threads. REQUIRES: has_threads().
   void submit(Frame& frame) noexcept { queue_.submit(frame.transfer); }
-  /// Begins it in this thread; a backend without threads of its own also ends it here.
+  /// Begins the transfer in this thread. If the backend has no threads of its own, the transfer
+  /// also ends here.
   void start(Lock& lock, Frame& frame) noexcept;
-  /// Begins it here if it is only queued: whoever would have to wait for it can as well do it.
+  /// Begins the transfer in this thread if it is only queued, because this thread would otherwise
+  /// wait for it.
   void help(Lock& lock, Frame& frame) noexcept;
-  /// The same with the oldest that is queued. False: there is none.
+  /// The same for the oldest queued transfer. Returns false if none is queued.
   bool help_any(Lock& lock, Direction direction) noexcept;
-  /// Takes back what no thread has begun: the frame is claimed or dirty again. False: it is begun.
+  /// Withdraws a transfer that no thread has begun: the frame is claimed or dirty again. Returns
+  /// false if it has begun.
   bool withdraw(Frame& frame) noexcept;
-  /// What a listener's finished() comes to: the frame is clean, dirty again, or, after a read that
-  /// failed, still in State::kReading.
+  /// The listener's finished() calls this. The frame becomes clean, or dirty again; after a failed
+  /// read it stays in State::kReading.
   void ended(Frame& frame, const std::exception_ptr& error) noexcept;
 
-  std::uint32_t reads() const { return reads_; }    ///< that are on their way
-  std::uint32_t writes() const { return writes_; }  ///< the same
+  std::uint32_t reads() const { return reads_; }    ///< reads in flight
+  std::uint32_t writes() const { return writes_; }  ///< writes in flight
 
-  /// Waits, dirty, for its write to begin; until then to_write.unlink() takes it back.
+  /// Queues the write of a dirty frame. Until the write begins, to_write.unlink() cancels it.
   void queue_write(Frame& frame) noexcept { to_write_.push_back(frame); }
-  /// Begins as many queued writes as may be on their way at once.
+  /// Begins queued writes, until Pager::kInFlight writes are in flight.
   void write_behind() noexcept;
 
-  /// Nothing is written any more. `error`: what is thrown by the first refuse().
+  /// Cancels queued writes after a failed write. The first refuse() throws `error`.
   void fail(std::exception_ptr error) noexcept;
   bool failed() const { return failed_; }
-  /// Errors: the one that fail() was given, once; then kBadState.
+  /// Throws the error of fail() the first time, and kBadState after that.
   [[noreturn]] void refuse(std::string_view what);
 
  private:
@@ -68,7 +72,7 @@ class Transfers {
   std::uint32_t reads_ = 0, writes_ = 0;
   WriteList to_write_;  ///< oldest first
   bool failed_ = false;
-  std::exception_ptr failure_;  ///< not reported yet
+  std::exception_ptr failure_;  ///< the error that refuse() has not thrown yet
 
   IoQueue queue_;  ///< last: its threads end first
 };

@@ -1,4 +1,5 @@
-// base.mesh: positions as imported and faces in layout order. Byte table: docs/format.md.
+// The file base.mesh: the imported positions, and the faces in layout order. Byte table:
+// docs/format.md.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@
 namespace plait {
 
 static_assert(std::endian::native == std::endian::little,
-              "level files are mapped and read as they lie on disk, which is little-endian");
+              "level files are mapped and read without conversion, and they are little-endian");
 
 template <class T>
 T load(std::span<const std::byte> bytes, std::size_t offset) {

@@ -1,4 +1,4 @@
-// XXH3-64 of a run of bytes.
+// The checksum of bytes: XXH3-64.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace plait {
 
 std::uint64_t checksum_of(std::span<const std::byte> bytes);
 
-/// Of a whole file, in bounded memory. Errors: kIo, kOutOfMemory.
+/// The checksum of a whole file. Needs little memory for any file. Errors: kIo, kOutOfMemory.
 std::uint64_t checksum_of(const File& file);
 
 }  // namespace plait

@@ -1,4 +1,5 @@
-// Fields that follow each other without gaps: little-endian numbers, and text behind its length.
+// Writes and reads fields that follow each other without gaps: little-endian numbers, and texts,
+// each after its length.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,7 +30,7 @@ class FieldWriter {
     bytes_.resize(bytes_.size() + sizeof(T));
     save(std::span(bytes_), bytes_.size() - sizeof(T), value);
   }
-  /// Errors: kInvalidArgument for text that is longer than `most_bytes` or not printable ASCII.
+  /// Errors: kInvalidArgument for text that is longer than `most_bytes`, or not printable ASCII.
   void put_text(std::string_view text, std::size_t most_bytes, std::string_view field) {
     if (text.size() > most_bytes || !is_printable(text))
       throw Error(ErrorCode::kInvalidArgument,
@@ -49,11 +50,11 @@ class FieldWriter {
 
 class FieldReader {
  public:
-  /// Both outlive this object; `path` is for messages.
+  /// Both arguments must outlive this object. `path` is for messages.
   FieldReader(std::span<const std::byte> bytes, const std::filesystem::path& path)
       : bytes_(bytes), path_(path) {}
 
-  /// Errors: kCorruption where the bytes end.
+  /// Errors: kCorruption if the bytes end too early.
   template <class T>
   T take(std::string_view field) {
     if (bytes_.size() - at_ < sizeof(T)) throw ends_before(field);
@@ -61,8 +62,8 @@ class FieldReader {
     at_ += sizeof(T);
     return value;
   }
-  /// Errors: kCorruption where the bytes end, for text that is longer than `most_bytes` or not
-  /// printable ASCII.
+  /// Errors: kCorruption if the bytes end too early, and for text that is longer than `most_bytes`
+  /// or not printable ASCII.
   std::string take_text(std::size_t most_bytes, std::string_view field) {
     const auto length = take<std::uint32_t>(field);
     require(length <= most_bytes, fmt::format("the length of {}", field), length);
@@ -74,7 +75,7 @@ class FieldReader {
   }
   std::size_t bytes_left() const { return bytes_.size() - at_; }
 
-  /// Errors: kCorruption unless `right`.
+  /// Throws kCorruption unless `right`.
   template <class Found>
   void require(bool right, std::string_view field, const Found& found) const {
     if (!right)

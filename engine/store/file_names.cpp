@@ -6,7 +6,7 @@
 namespace plait {
 namespace {
 
-/// What is behind `prefix`.
+/// The text after `prefix`, or nothing if `text` does not begin with it.
 std::optional<std::string_view> after(std::string_view prefix, std::string_view text) {
   if (!text.starts_with(prefix)) return std::nullopt;
   return text.substr(prefix.size());

@@ -25,13 +25,14 @@ inline std::string version_file_name(std::uint64_t version) {
   return fmt::format("version.{}", version);
 }
 
-/// The version that a file describes by its name; nothing for names of another kind.
+/// S for the name "version.S"; nothing for other names.
 std::optional<std::uint64_t> version_described_by(std::string_view name);
 
-/// Whether a file of this name, a description or base records, belongs to this version alone.
+/// Whether the file is version.S or has base records of this version. No other version needs such a
+/// file.
 bool is_of_version_alone(std::string_view name, std::uint64_t version);
 
-/// Whether a name is one of those above, which versions come and go by.
+/// Whether a name is one of those above: of a file that a version adds or removes.
 bool is_version_file_name(std::string_view name);
 
 }  // namespace plait

@@ -21,7 +21,9 @@ class JournaledVolume final : public Volume {
   ~JournaledVolume() override;
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
-  std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
+  std::uint64_t scratch_bytes() const noexcept override {
+    return inner_->scratch_bytes() + journal_.buffer_bytes();
+  }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
 
  private:

@@ -52,14 +52,16 @@ void StoreLock::take(const Directory& store, bool alone) {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (file_.lock(alone)) return check_name(store);
     if (!alone || !file_.lock(false)) break;
-    // Whoever shares it only looks whether a writer has it, and is gone in a moment.
+    // The lock is shared only by processes that check whether there is a writer. They release it at
+    // once.
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   throw Error(ErrorCode::kBusy, fmt::format("open {}: in use by {}, which writes it",
                                             file_.path().native(), holder_text(file_)));
 }
 
-/// Between opening and locking somebody may have removed the store.
+/// Another process may have removed the store after this one opened the file and before it got the
+/// lock.
 void StoreLock::check_name(const Directory& store) const {
   if (store.contains(kLockName, file_.descriptor())) return;
   throw Error(ErrorCode::kBusy, fmt::format("open {}: the store is being replaced or removed",

@@ -1,4 +1,5 @@
-// The lock of a store: who changes it has it alone. Readers lock their version (version_locks.h).
+// The lock of a store. A process that changes the store has the lock exclusively. Readers lock
+// their version (version_locks.h).
 #pragma once
 
 #include <cstdint>
@@ -10,26 +11,27 @@
 namespace plait {
 
 enum class LockFor : std::uint8_t {
-  kReading,  ///< to learn whether a writer has it: readers of a version need no lock of the store
-  kRecovering,  ///< alone, and without a word in the file: by a reader too
-  kWriting,     ///< alone
-  kCreating,    ///< as kWriting, of a store that has no lock file yet
+  kReading,  ///< shared, to check whether there is a writer; readers of a version need no such lock
+  kRecovering,  ///< exclusive, without a process number in the file; also for readers
+  kWriting,     ///< exclusive
+  kCreating,    ///< as kWriting, for a store that has no lock file yet
 };
 
-/// Holds the store's lock until destroyed. It is a lock of the open file (flock), so that it also
-/// tells two opens of one process apart and ends with its holder, however that ends; the record
-/// locks behind Boost.Interprocess file_lock do neither.
+/// Holds the store's lock until it is destroyed. It is a lock of the open file (flock). So two
+/// opens in one process conflict too, and the lock ends when its process ends, for any reason. (The
+/// record locks of Boost.Interprocess file_lock do neither.)
 class StoreLock {
  public:
   StoreLock() = default;
-  /// Changes nothing in a file that is there. Errors: kBusy, of a writer with its process number;
-  /// kCorruption if the lock is no regular file; kIo.
+  /// Does not change the content of an existing lock file. Errors: kBusy (the message names a
+  /// writer's process number); kCorruption if the lock file is not a regular file; kIo.
   StoreLock(const Directory& store, LockFor purpose);
 
-  /// Leaves this process's number in the file, for those who find it taken. REQUIRES: the purpose
-  /// is kWriting or kCreating, and the directory is known to be a store. Errors: kIo, kNoSpace.
+  /// Writes the number of this process to the file, for the messages of other processes. REQUIRES:
+  /// the purpose is kWriting or kCreating, and the directory is known to be a store. Errors: kIo,
+  /// kNoSpace.
   void sign();
-  /// Whoever has the file has the lock.
+  /// The caller then has the lock while it has the file open.
   File release() && { return std::move(file_); }
 
  private:

@@ -8,6 +8,7 @@
 
 #include "plait/error.h"
 #include "plait/provenance.h"
+#include "plait/version.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
@@ -19,7 +20,7 @@ constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', 
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
 
-/// A required feature changes what the bytes of a store mean. This program knows none.
+/// A required feature changes the meaning of a store's bytes. This program knows no such feature.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
   if (required == 0) return;
   throw Error(ErrorCode::kNotSupported,
@@ -28,7 +29,7 @@ void refuse_unknown_features(std::uint32_t required, const std::filesystem::path
                           path.native(), std::countr_zero(required), program_version()));
 }
 
-/// Those of the two slots that are whole.
+/// Returns the whole slots, at most two.
 std::vector<ManifestSlot> read_slots(const File& file) {
   const std::uint64_t size = std::min<std::uint64_t>(file.size(), 2 * kManifestSlotBytes);
   std::vector<ManifestSlot> slots;
@@ -117,7 +118,7 @@ std::vector<Manifest> read_whole_slots(const File& file) {
   for (const ManifestSlot& slot : read_slots(file)) {
     try {
       versions.push_back(decode_manifest(slot, file.path()));
-    } catch (const Error&) {  // the other one may be right
+    } catch (const Error&) {  // the other slot may be valid
     }
   }
   return versions;

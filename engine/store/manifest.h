@@ -1,5 +1,5 @@
-// The manifest: which version of a store is the newest, and the size and checksum of the file
-// that describes it. Byte table: docs/format.md.
+// The manifest names the newest version of a store, and has the size and the checksum of the file
+// that describes this version. Byte table: docs/format.md.
 #pragma once
 
 #include <array>
@@ -24,42 +24,44 @@ struct Manifest {
 };
 
 constexpr std::size_t kManifestSlotBytes = 4096;
-/// One commit a nanosecond takes 292 years.
+/// At one commit per nanosecond, a store reaches it after 292 years.
 constexpr std::uint64_t kMaxSequence = std::uint64_t{1} << 63;
 using ManifestSlot = std::array<std::byte, kManifestSlotBytes>;
 
 ManifestSlot encode_manifest(const Manifest& manifest);
 
-/// Whether magic and checksum are right: the slot was written whole.
+/// Whether the magic number and the checksum are valid: then the whole slot was written.
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot);
 
-/// Every field is checked against its range. Errors: kNotSupported for a version or a required
-/// flag that is not known, kCorruption naming the field; both begin with `path`.
+/// Checks that each field is in its range. Errors: kNotSupported for an unknown format version or
+/// required flag; kCorruption (the message names the field). The messages begin with `path`.
 Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
                          const std::filesystem::path& path);
 
-/// The newest whole slot of the file. Errors: kNotFound if there is no file, kCorruption if no
-/// slot is whole.
+/// Reads the newest whole slot of the file. Errors: kNotFound if there is no file; kCorruption if
+/// no slot is whole.
 Manifest read_manifest(const Directory& store);
 Manifest read_manifest(const File& file);
-/// Both slots as far as they are whole and right.
+/// The slots that are whole and valid, at most two.
 std::vector<Manifest> read_whole_slots(const File& file);
 
-/// What a store has until its first commit: a first slot that has sequence number 0 and names
-/// nothing, and a second one of zeros. With `durable` it is on the disk when this returns.
+/// Creates the manifest that a store has until its first commit. The first slot has sequence number
+/// 0 and names no version; the second one is all zeros. With `durable`, the file is on the disk
+/// when the call returns.
 void create_begun_manifest(const Directory& store, bool durable);
-/// Makes a manifest what it was before the first commit; nothing where there is none. Errors: kIo.
+/// Resets an existing manifest to its content before the first commit. Errors: kIo.
 void begin_manifest_again(const Directory& store);
-/// Whether a store was begun there and never committed, as far as its manifest says; of one that is
-/// damaged this is not known. Errors: kIo; kCorruption if the manifest is no regular file.
+/// Whether the manifest is that of a store that was never committed. False for a damaged manifest.
+/// Errors: kIo; kCorruption if the manifest is not a regular file.
 bool is_begun_manifest(const Directory& store);
 bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot);
-/// Whether the file is a manifest of which not all was written before its creator was killed.
+/// Whether the file can be a manifest of a new store that was written only in part, because its
+/// creator was killed.
 bool is_begun_manifest_in_part(const Directory& store);
-/// Whether one of the slots is whole, of a known version or not: the directory is a store.
+/// Whether a slot is whole, of any format version: then the directory is a store.
 bool has_whole_slot(const Directory& store);
 
-/// Writes the slot that the sequence number says.
+/// Writes the slot that belongs to the sequence number.
 void write_manifest(File& file, const Manifest& manifest);
 
 }  // namespace plait

@@ -1,4 +1,4 @@
-// How a store begins and ends: created, opened, taken down.
+// Creates, opens and closes stores.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,8 +18,10 @@
 namespace plait {
 namespace {
 
-/// Coders and the like take at most this part of the budget.
+/// The scratch memory of a volume is at most this part of the budget.
 constexpr std::uint64_t kScratchShare = 4;
+/// A larger buffer does not make the journal faster.
+constexpr std::uint64_t kMostJournalBufferBytes = 1 << 20;
 
 StoreUuid random_uuid() {
   std::random_device device;
@@ -58,13 +60,14 @@ Store::Implementation::~Implementation() {
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
   if (!on_disk() || !writable) return;
-  // A store that was never committed cannot be opened by anybody: leave nothing of it.
+  // Nobody can open a store that was never committed, so all its files are removed.
   if (sequence == 0)
     remove_uncommitted(directory);
-  else if (!failed)  // a commit that failed may yet turn out to have reached the disk
+  else if (!failed)  // after a failed commit, the new version may be on the disk, and needs its
+                     // files
     try {
       remove_old_versions(directory);
-    } catch (...) {  // what stays is in nobody's way
+    } catch (...) {  // the next writer removes the files
     }
 }
 
@@ -91,22 +94,31 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   return file;
 }
 
+void Store::Implementation::open_volume(int threads) {
+  VolumeSpec spec{std::string(BackendRegistry::options_in(options.backend)),
+                  options.budget_bytes / kScratchShare, threads};
+  if (!on_disk() || !writable || !backend.traits.overwrites_in_place) {
+    volume = backend.open(spec);
+  } else if (options.overwriting == Overwriting::kNewGeneration) {
+    auto made = std::make_unique<GenerationVolume>(backend.open(spec), directory, sequence);
+    generations = made.get();
+    volume = std::move(made);
+  } else if (options.durability == Durability::kCommit) {
+    const std::uint64_t buffer_bytes =
+        std::clamp<std::uint64_t>(spec.most_scratch_bytes / 2, 1, kMostJournalBufferBytes);
+    spec.most_scratch_bytes -= std::min(spec.most_scratch_bytes, buffer_bytes);
+    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence, buffer_bytes);
+    volume = std::make_unique<JournaledVolume>(backend.open(spec), *journal);
+  } else {
+    volume = backend.open(spec);
+  }
+}
+
 void Store::Implementation::make_ready() {
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
-  volume = backend.open({std::string(BackendRegistry::options_in(options.backend)),
-                         options.budget_bytes / kScratchShare, std::max(processors, io_threads)});
-  if (overwrites_in_place()) {
-    if (options.durability == Durability::kCommit) {
-      journal = std::make_unique<RollbackJournal>(directory, uuid, sequence);
-      volume = std::make_unique<JournaledVolume>(std::move(volume), *journal);
-    }
-  } else if (on_disk() && writable && backend.traits.overwrites_in_place) {
-    auto made = std::make_unique<GenerationVolume>(std::move(volume), directory, sequence);
-    generations = made.get();
-    volume = std::move(made);
-  }
+  open_volume(std::max(processors, io_threads));
   pager = std::make_unique<Pager>(options.budget_bytes, io_threads);
 }
 
@@ -125,14 +137,15 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   state->writable = true;
   state->provenance.layout = options.layout;
   state->provenance.base_level = options.base_level;
-  encode_description(state->description());  // refuses text that no version holds, before any work
+  encode_description(
+      state->description());  // refuses text that a version cannot record, before any work
   if (path.empty()) {
     if (state->backend.traits.durable)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("create store: backend {} needs a path", options.backend));
   } else {
     state->directory = claim_store_directory(path, options.durability);
-    state->path = path;  // from here on the destructor removes what there is
+    state->path = path;  // after this, the destructor removes the files
     state->lock = StoreLock(state->directory, LockFor::kCreating);
     state->lock.sign();
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);

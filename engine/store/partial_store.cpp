@@ -81,8 +81,8 @@ void PartialStore::replace_store(const std::function<void(const std::string&)>& 
   };
   for (const std::string& name : replaced.names())
     if (replaced.rename(name, made_.directory(), name, Renaming::kRefuse))
-      tell(
-          fmt::format("{}: '{}' is no file of a store, and was kept", final_path().native(), name));
+      tell(fmt::format("{}: '{}' is not a file of a store, so it stays", final_path().native(),
+                       name));
   if (!output_.directory.remove_directory(temporary.name()))
     tell(fmt::format("{}: parts of the replaced store stay there", path_.native()));
 }

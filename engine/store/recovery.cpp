@@ -21,18 +21,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reader waits only for somebody who puts blocks back, or is about to.
+/// A reader waits only for a process that restores blocks from the journal, or will do so.
 constexpr int kAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
-/// Each time somebody else has committed another version on the way.
+/// The number of attempts to lock the newest version. An attempt fails if a writer commits another
+/// version at that moment.
 constexpr int kMostVersions = 100'000;
 
 bool must_be_undone(const Directory& store, const Manifest& newest) {
   return store.contains(kJournalName) && is_hot_journal(store, newest.uuid, newest.sequence);
 }
 
-/// Where block tables are damaged the levels' geometry must do: the tables may be made again from
-/// levels that are put back.
+/// The levels with their block tables. If the tables are damaged, the geometry of the levels is
+/// enough: after the blocks are restored, repair may make the tables again.
 std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh& base) {
   std::vector<StoredLevel> levels = version.levels(base);
   try {
@@ -43,7 +44,8 @@ std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh&
   return levels;
 }
 
-/// Puts back what a hot journal holds. One of another version means nothing, and is removed.
+/// Restores the blocks that a hot journal has saved. A journal of another version has no meaning,
+/// and is removed.
 void undo(const Directory& store) {
   if (!store.contains(kJournalName)) return;
   const Manifest manifest = read_manifest(store);
@@ -64,10 +66,11 @@ void write_newest_slot_again(const Directory& store) {
   store.sync();
 }
 
-/// A store that is being made has no version yet: whoever makes it is in the way.
+/// A store that another process is making has no version yet. Then the error is kBusy, and names
+/// this process.
 [[noreturn]] void throw_busy_or(const Error& error, const Directory& store) {
   if (error.code() == ErrorCode::kCorruption && store.contains(kLockName))
-    StoreLock(store, LockFor::kReading);  // throws kBusy, naming the writer
+    StoreLock(store, LockFor::kReading);  // throws kBusy, which names the writer
   throw error;
 }
 
@@ -99,27 +102,27 @@ OpenVersion open_for_reading(const Directory& store) {
       if (!version) continue;
       if (!must_be_undone(store, version->manifest)) return std::move(*version);
       version.reset();
-      // A writer may have come and gone, and left a slot of which nobody knows that it is durable:
-      // the journal of the version before is the next writer's to remove.
+      // The journal may belong to the version before the newest one, if a writer has left a slot
+      // that may not be durable. Only the next writer may remove that journal.
       const StoreLock lock(store, LockFor::kRecovering);
       if (must_be_undone(store, read_manifest(store))) undo(store);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kBusy) throw_busy_or(error, store);
-      // Where there is no journal nobody is putting blocks back.
+      // Without a journal, no process can be restoring blocks.
       if (++busy == kAttempts || !store.contains(kJournalName)) throw;
       std::this_thread::sleep_for(kPause);
     }
   }
   throw Error(ErrorCode::kBusy,
-              fmt::format("open {}: another version was committed each of {} times",
+              fmt::format("open {}: in each of {} attempts, a writer committed another version",
                           store.path().native(), kMostVersions));
 }
 
 StoreLock lock_for_writing(const Directory& store, Durability durability) {
   StoreLock lock(store, LockFor::kWriting);
-  read_manifest(store);  // only what is a store is written into
+  read_manifest(store);  // throws if the directory is not a store, before anything is written
   lock.sign();
-  // Before anything goes that the version before the newest one would need.
+  // This must be done before anything is removed that the version before the newest one needs.
   if (durability == Durability::kCommit || store.contains(kJournalName))
     write_newest_slot_again(store);
   undo(store);
@@ -129,7 +132,8 @@ StoreLock lock_for_writing(const Directory& store, Durability durability) {
 namespace {
 
 void remove_if_never_committed(const Directory& store) {
-  // Who creates a store shares the directory's lock from the beginning, before there is a file.
+  // A process that creates a store has a shared lock on the directory before it makes the first
+  // file.
   if (!store.lock(true) || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
@@ -143,7 +147,8 @@ void remove_if_never_committed(const Directory& store) {
   remove_uncommitted(store);
 }
 
-/// One that is empty stays as it is: somebody may have made it for this.
+/// Returns the directory if it is empty: the user may have made it for the store. If a killed
+/// writer left it before its first commit, removes it.
 std::optional<Directory> open_empty(const fs::path& path) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) return std::nullopt;
@@ -169,12 +174,12 @@ Directory claim_store_directory(const fs::path& path, Durability durability) {
     directory = Directory::make(path);
   }
   try {
-    if (!directory->lock(false)) throw taken();  // by somebody who removes it
+    if (!directory->lock(false)) throw taken();  // another process is removing it
     create_begun_manifest(*directory, durability == Durability::kCommit);
   } catch (...) {
     try {
-      directory->remove_itself();  // unless somebody else was faster, and it is not empty
-    } catch (const Error&) {       // the first error is the one to tell
+      directory->remove_itself();  // does nothing if another process has made files in it
+    } catch (const Error&) {       // the caller gets the first error
     }
     throw;
   }
@@ -190,7 +195,7 @@ bool is_uncommitted(const Directory& store) {
 
 void remove_uncommitted(const Directory& store) noexcept {
   try {
-    // A slot that was written in vain must not name what is gone.
+    // A slot of a failed commit must not name files that are removed.
     begin_manifest_again(store);
     for (const std::string& name : store.names())
       if (is_version_file_name(name) || name == kBaseMeshName || name == kJournalName)
@@ -199,7 +204,7 @@ void remove_uncommitted(const Directory& store) noexcept {
     if (store.names() == std::vector<std::string>{kManifestName})
       store.remove_if_possible(kManifestName);
     store.remove_itself();
-  } catch (...) {  // nobody can be told; it is replaced by the next one of this name
+  } catch (...) {  // the next store of this name replaces the remaining files
   }
 }
 
@@ -212,7 +217,7 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
     for (const std::uint64_t version : held)
       needed.merge(
           StoredVersion(store, open_older_version(store, manifest.uuid, version)).file_names());
-  } catch (const Error&) {  // which files it needs is not known, so all stay
+  } catch (const Error&) {  // it is not known which files the version needs, so all stay
     return held;
   }
   const std::vector<Manifest> slots = read_whole_slots(File(store, kManifestName, OpenMode::kRead));

@@ -25,7 +25,8 @@ namespace {
 constexpr char kMagic[] = "plaitjnl";
 constexpr std::size_t kHeaderBytes = 48, kHeaderChecksumOffset = 40;
 constexpr std::size_t kRecordBytes = 40, kRecordChecksumOffset = 32;
-constexpr std::size_t kChunkBytes = 1 << 20;
+/// How much of a block is put back at a time.
+constexpr std::size_t kRollBackBytes = 1 << 20;
 
 using Header = std::array<std::byte, kHeaderBytes>;
 using RecordHeader = std::array<std::byte, kRecordBytes>;
@@ -89,14 +90,14 @@ class RecordChecksum {
   std::unique_ptr<XXH3_state_t, Free> state_;
 };
 
-/// Calls visit(position, part) for each part of `bytes` bytes at `offset`.
+/// Calls visit(position, part) for each part of `bytes` bytes at `offset`. A part has at most as
+/// many bytes as the buffer.
 template <class Visit>
 void for_each_part(const File& file, std::uint64_t offset, std::uint64_t bytes,
-                   std::vector<std::byte>& buffer, Visit visit) {
+                   std::span<std::byte> buffer, Visit visit) {
   for (std::uint64_t done = 0; done < bytes;) {
-    const std::uint64_t count = std::min<std::uint64_t>(kChunkBytes, bytes - done);
-    buffer.resize(kChunkBytes);
-    const std::span<std::byte> part = std::span(buffer).first(count);
+    const std::uint64_t count = std::min<std::uint64_t>(buffer.size(), bytes - done);
+    const std::span<std::byte> part = buffer.first(count);
     file.read_at(offset + done, part);
     visit(done, part);
     done += count;
@@ -105,7 +106,7 @@ void for_each_part(const File& file, std::uint64_t offset, std::uint64_t bytes,
 
 /// The record at `at` and where its block begins, unless the journal's whole part ends there.
 std::optional<Record> read_record(const File& journal, std::uint64_t at, std::uint64_t size,
-                                  std::uint64_t seed, std::vector<std::byte>& buffer) {
+                                  std::uint64_t seed, std::span<std::byte> buffer) {
   if (size - at < kRecordBytes) return {};
   RecordHeader header;
   journal.read_at(at, header);
@@ -191,7 +192,7 @@ std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uu
 template <class Visit>
 void for_each_record(const File& journal, std::uint64_t seed, Visit visit) {
   const std::uint64_t size = journal.size();
-  std::vector<std::byte> buffer;
+  std::vector<std::byte> buffer(kRollBackBytes);
   for (std::uint64_t at = kHeaderBytes;;) {
     const std::optional<Record> record = read_record(journal, at, size, seed, buffer);
     if (!record) return;
@@ -205,7 +206,7 @@ std::uint64_t put_back(const File& journal, std::uint64_t seed, JournaledLevels&
   for_each_record(journal, seed,
                   [&](const Record& record, std::uint64_t) { levels.file_of(record); });
   std::uint64_t restored = 0;
-  std::vector<std::byte> buffer;
+  std::vector<std::byte> buffer(kRollBackBytes);
   for_each_record(journal, seed, [&](const Record& record, std::uint64_t begin) {
     File& level = levels.file_of(record);
     for_each_part(journal, begin, record.bytes, buffer,
@@ -221,8 +222,8 @@ std::uint64_t put_back(const File& journal, std::uint64_t seed, JournaledLevels&
 }  // namespace
 
 RollbackJournal::RollbackJournal(const Directory& store, const StoreUuid& uuid,
-                                 std::uint64_t sequence)
-    : store_(store), uuid_(uuid), sequence_(sequence) {}
+                                 std::uint64_t sequence, std::size_t buffer_bytes)
+    : store_(store), uuid_(uuid), sequence_(sequence), buffer_bytes_(buffer_bytes) {}
 
 void RollbackJournal::create() {
   store_.remove(kJournalName);
@@ -241,13 +242,13 @@ void RollbackJournal::keep(const std::string& name, const BlockTable& table,
   const std::scoped_lock lock(mutex_);
   if (!file_.is_open()) create();
   const File level_file(store_, name, OpenMode::kRead);
-  std::vector<std::byte> buffer;
+  buffer_.resize(buffer_bytes_);
   std::uint64_t end = end_;
   for (const std::uint64_t block : blocks) {
     Record record{table.attribute(), static_cast<std::uint32_t>(table.level()), block,
                   geometry.block_offset(block), geometry.block_bytes(block)};
     RecordChecksum checksum(seed_, record);
-    for_each_part(level_file, record.offset, record.bytes, buffer,
+    for_each_part(level_file, record.offset, record.bytes, buffer_,
                   [&](std::uint64_t at, std::span<const std::byte> part) {
                     checksum.add(part);
                     file_.write_at(end + kRecordBytes + at, part);

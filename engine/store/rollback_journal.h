@@ -10,10 +10,12 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "plait/block_table.h"
 #include "plait/directory.h"
@@ -26,9 +28,11 @@ namespace plait {
 /// Safe from several threads.
 class RollbackJournal {
  public:
-  /// Nothing is made before the first keep().
-  /// `store` outlives this object.
-  RollbackJournal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
+  /// Makes no file and takes no memory before the first keep(), which copies blocks through a
+  /// buffer of `buffer_bytes` bytes. REQUIRES: at least one byte. `store` outlives this object.
+  RollbackJournal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence,
+                  std::size_t buffer_bytes);
+  std::size_t buffer_bytes() const noexcept { return buffer_bytes_; }
 
   /// Enters blocks of a level, as its file `name` has them, good or damaged. On the disk when it
   /// returns. Errors: kIo, kNoSpace; the blocks must not be overwritten then.
@@ -47,6 +51,8 @@ class RollbackJournal {
   std::mutex mutex_;
   File file_;
   std::uint64_t end_ = 0, seed_ = 0;
+  std::size_t buffer_bytes_;
+  std::vector<std::byte> buffer_;
 };
 
 /// Whether the store has a journal of version `sequence`. Errors: kIo.

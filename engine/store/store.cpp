@@ -1,4 +1,4 @@
-// What a store holds: attributes, levels, commits.
+// The functions of a store: attributes, levels, commits.
 #include "plait/store.h"
 
 #include <fmt/format.h>
@@ -18,6 +18,28 @@ namespace {
 void check_writable(const Store::Implementation& state) {
   if (!state.writable)
     throw Error(ErrorCode::kBadState, fmt::format("{}: opened for reading", state.path.native()));
+}
+
+/// Errors: kInvalidArgument for a number that is no attribute's.
+template <class State>
+auto& attribute_of(State& state, AttributeId attribute) {
+  if (attribute >= state.attributes.size())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: expected an attribute below {}, found {}", state.path.native(),
+                            state.attributes.size(), attribute));
+  return state.attributes[attribute];
+}
+
+/// Errors: kInvalidArgument for an attribute or a level that is not there.
+template <class State>
+auto& level_of(State& state, AttributeId attribute, int level) {
+  auto& data = attribute_of(state, attribute);
+  const int first = state.options.base_level + 1, last = state.infos[attribute].finest_level;
+  if (level < first || level > last)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("level {} of '{}': expected {} to {}", level,
+                            state.infos[attribute].schema.name, first, last));
+  return *data.levels[static_cast<std::size_t>(level - first)];
 }
 
 }  // namespace
@@ -48,7 +70,7 @@ void Store::set_provenance(const Provenance& provenance) {
                             provenance.base_level));
   const Provenance former = std::exchange(state.provenance, provenance);
   try {
-    encode_description(state.description());  // refuses text that no version holds
+    encode_description(state.description());  // refuses text that a version cannot record
   } catch (...) {
     state.provenance = former;
     throw;
@@ -102,7 +124,7 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
   if (state.next_number == std::numeric_limits<std::uint32_t>::max())
     throw Error(
         ErrorCode::kNotSupported,
-        fmt::format("add attribute '{}': the store has numbered all that it can", schema.name));
+        fmt::format("add attribute '{}': the store has used all attribute numbers", schema.name));
   Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = state.options.pipeline;
@@ -115,19 +137,19 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
 void Store::add_level(AttributeId attribute) {
   Implementation& state = *implementation_;
   check_writable(state);
+  Implementation::Attribute& data = attribute_of(state, attribute);
   AttributeInfo& info = state.infos[attribute];
   const int level = info.finest_level + 1;
   if (level > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add level {} to '{}': the finest level there can be is {}", level,
+                fmt::format("add level {} to '{}': the finest possible level is {}", level,
                             info.schema.name, kMaxLevel));
-  Implementation::Attribute& data = state.attributes[attribute];
   StoredLevel made;
   made.number = data.record.number;
   made.level = level;
   made.record.pipeline = data.record.pipeline;
   made.record.generation = state.sequence + 1;
-  // Left over by a run that ended before its commit.
+  // The file may be a left-over of a run that ended before its commit.
   if (state.on_disk()) state.directory.remove(made.file_name());
   made.geometry = LevelGeometry(state.base.slot_shapes(), relative_to_base(level, base_level()),
                                 info.schema.record_bytes(), state.options.block_bytes);
@@ -141,18 +163,20 @@ void Store::add_level(AttributeId attribute) {
 void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
   Implementation& state = *implementation_;
   check_writable(state);
+  Implementation::Attribute& data = attribute_of(state, attribute);
   state.backend.validate_pipeline(pipeline);
-  state.attributes[attribute].record.pipeline = std::move(pipeline);
+  data.record.pipeline = std::move(pipeline);
 }
 
 void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   Implementation& state = *implementation_;
   check_writable(state);
+  Implementation::Attribute& old = attribute_of(state, attribute);
+  attribute_of(state, replacement);
   std::string name = state.infos[attribute].schema.name;
   if (attribute == replacement)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("replace attribute '{}': expected another one in its place", name));
-  Implementation::Attribute& old = state.attributes[attribute];
   for (auto& level : old.levels) state.pager->detach(*level);
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
@@ -162,30 +186,29 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
-  return implementation_->attributes[attribute].base_bytes;
+  return attribute_of(*implementation_, attribute).base_bytes;
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
-  return implementation_->attributes[attribute].base_bytes;
+  return attribute_of(*implementation_, attribute).base_bytes;
 }
 
 const LevelFile& Store::level_file(AttributeId attribute, int level) const {
-  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
-      relative_to_base(level, base_level()).refinements - 1)];
+  return level_of(*implementation_, attribute, level);
 }
 
 LevelFile& Store::level_file(AttributeId attribute, int level) {
-  return *implementation_->attributes[attribute].levels[static_cast<std::size_t>(
-      relative_to_base(level, base_level()).refinements - 1)];
+  return level_of(*implementation_, attribute, level);
 }
 
 void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const {
+  attribute_of(*implementation_, attribute);
   const AttributeSchema& schema = attributes()[attribute].schema;
   if (schema.type != type || schema.components != components)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("attribute '{}' holds {} x {}, asked for {} x {}", schema.name,
-                    to_string(schema.type), schema.components, to_string(type), components));
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("attribute '{}' has {} x {} records, but the caller expects {} x {}",
+                            schema.name, to_string(schema.type), schema.components, to_string(type),
+                            components));
 }
 
 void Store::commit() {
@@ -201,7 +224,7 @@ void Store::commit() {
                 fmt::format("commit {}: opened for reading", path().native()));
   if (implementation_->failed)
     throw Error(ErrorCode::kBadState,
-                fmt::format("commit {}: refused since an earlier one failed; reopen the store",
+                fmt::format("commit {}: refused because an earlier commit failed; reopen the store",
                             path().native()));
   try {
     implementation_->pager->flush();
@@ -210,15 +233,24 @@ void Store::commit() {
     else
       ++implementation_->sequence;
   } catch (...) {
-    // The manifest's new slot may be on the disk or not. What were overwritten now belongs to both
-    // versions, and the journal has it for the older one only.
+    // The new manifest slot may be on the disk or not. From here on, an overwritten block could
+    // belong to either version, but the journal can only restore the older one. So the store
+    // refuses further writes.
     implementation_->failed = true;
     implementation_->pager->refuse_writes();
     throw;
   }
 }
 
-void Store::close() { implementation_.reset(); }
+void Store::close() {
+  if (!implementation_) return;
+  if (const auto readers = implementation_.use_count() - 1; readers > 0)
+    throw Error(ErrorCode::kBusy,
+                fmt::format("close {}: expected no reader of this store, found {} with {} open "
+                            "views",
+                            path().native(), readers, implementation_->view_count.load()));
+  implementation_.reset();
+}
 
 std::uint64_t Store::stored_bytes() const {
   std::uint64_t bytes = 0;

@@ -1,4 +1,4 @@
-// What Store holds, shared by the files that implement it.
+// The state of a Store. All source files of Store share it.
 #pragma once
 
 #include <filesystem>
@@ -30,18 +30,21 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
-  /// Opens a level's backend; `level` comes from a committed version, or is new.
+  /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;
-  /// The pager, and a journal where one is needed; `options`, `backend` and the rest are there.
+  /// Opens the volume and makes the pager. REQUIRES: the other members are set.
   void make_ready();
-  /// Of what there is now; the checksums of base records are not in it yet.
+  /// Opens the volume, with generations or the journal around it. `threads` call it at once.
+  void open_volume(int threads);
+  /// The description of the current state, without the checksums of base records.
   VersionDescription description() const;
   void write_version();
-  /// The generation that the version on its way has of levels with a new file.
+  /// Sets the generation of the levels that get a new file in the next version.
   void enter_renewed_levels();
   void read_version(const StoredVersion& version, OpenMode mode);
-  /// Reads block tables of `versions_read`, so that the blocks of these versions stay.
+  /// Reads the block tables of `versions_read`, so that the backend does not overwrite blocks of
+  /// these versions.
   void hold_versions();
   bool overwrites_in_place() const {
     return on_disk() && writable && backend.traits.overwrites_in_place &&
@@ -49,7 +52,7 @@ struct Store::Implementation {
   }
 
   std::filesystem::path path;  ///< as the user gave it
-  Directory directory;         ///< by which all in it is reached; not open without a path
+  Directory directory;         ///< all files are opened through it; not open without a path
   BaseMesh base;
   StoreOptions options;
   Provenance provenance;
@@ -60,22 +63,24 @@ struct Store::Implementation {
   StoredSize base_mesh_size;
   bool writable = false;
   bool name_is_durable = false;  ///< this writer has synced the directory that the store is in
-  bool failed = false;           ///< a commit did: what is on the disk is not known
-  StoreLock lock;                ///< a writer's
-  File
-      version_file;  ///< locked: a reader's version, or the one that a writer in place keeps closed
-  std::unique_ptr<RollbackJournal> journal;  ///< of a durable writer that writes in place
+  bool failed = false;  ///< a commit has failed: the newest version on the disk is not known
+  StoreLock lock;       ///< only for a writer
+  File version_file;    ///< locked: the version of a reader, or the version that a writer in place
+                        ///< locks against readers
+  std::unique_ptr<RollbackJournal> journal;  ///< only for a durable writer that writes in place
   std::unique_ptr<Volume> volume;
-  GenerationVolume* generations = nullptr;   ///< `volume`, for a writer that makes new files
-  std::vector<std::uint64_t> versions_read;  ///< older ones that readers may have open, ascending
+  GenerationVolume* generations = nullptr;  ///< `volume`, if the writer makes new level files
+  std::vector<std::uint64_t>
+      versions_read;  ///< older versions that readers may have open, ascending
   struct HeldVersion {
     std::uint64_t version;
     std::vector<StoredLevel> levels;
   };
-  std::vector<HeldVersion> held;  ///< only while a version is read
+  std::vector<HeldVersion> held;  ///< only while read_version() runs
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
-  std::unique_ptr<Pager> pager;  ///< last: it refers to the level files
+  mutable std::atomic<std::uint64_t> view_count = 0;  ///< PatchViews that have not ended
+  std::unique_ptr<Pager> pager;  ///< last, because it refers to the level files
 };
 
 }  // namespace plait

@@ -44,11 +44,12 @@ const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry&
     for (const std::string_view pipeline : pipelines) backend.validate_pipeline(pipeline);
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
-    // Nobody here asked for it: another program may know what this one refuses.
+    // kInvalidArgument becomes kNotSupported, because the user did not choose these options.
+    // Another program may support them.
     throw Error(ErrorCode::kNotSupported, fmt::format("open {}: {}", path, error.what()));
   }
-  throw Error(ErrorCode::kCorruption, fmt::format("open {}: backend '{}' keeps nothing on disk",
-                                                  path, description_.backend));
+  throw Error(ErrorCode::kCorruption,
+              fmt::format("open {}: backend '{}' writes no files", path, description_.backend));
 }
 
 BaseMesh StoredVersion::read_base_mesh() const {

@@ -1,6 +1,6 @@
-// A committed version as the files of a store have it: the one reader of them. Each call reads and
-// checks one file, believes nothing, and throws; who wants to know of all that is wrong goes on
-// with the next call. Bytes: docs/format.md.
+// Reads the files of a committed version. No other code reads them. Each call reads one file,
+// checks all its bytes, and throws if they are wrong. A caller that wants to find all damage
+// continues with the next call. Bytes: docs/format.md.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +25,10 @@
 
 namespace plait {
 
-/// One level of one attribute: what its file should be.
+/// One level of one attribute, as the description says it should be.
 struct StoredLevel {
   std::size_t attribute = 0;  ///< position in VersionDescription::attributes
-  std::uint32_t number = 0;   ///< the attribute's, in file names and checksums
+  std::uint32_t number = 0;   ///< the attribute's number in file names and checksums
   int level = 0;
   LevelRecord record;
   LevelGeometry geometry;
@@ -39,37 +39,41 @@ struct StoredLevel {
 
 class StoredVersion {
  public:
-  /// `store` outlives this object. Errors: kCorruption, kNotSupported, kIo for version.S.
+  /// `store` must outlive this object. Errors: kCorruption, kNotSupported, kIo for version.S.
   StoredVersion(const Directory& store, OpenVersion version);
 
   const Manifest& manifest() const { return manifest_; }
   const VersionDescription& description() const { return description_; }
-  /// As the description says; what it does not say is as it is by default.
+  /// The options that the description records; all others have their defaults.
   StoreOptions options() const;
-  /// Errors: kNotSupported for a backend, options or pipelines that are not there; kCorruption for
-  /// a backend that keeps nothing on disk.
+  /// Errors: kNotSupported for an unknown backend, or for options or pipelines that it cannot use;
+  /// kCorruption for a backend that writes no files.
   const BackendRegistry::Entry& find_backend(const BackendRegistry& backends) const;
 
-  /// Errors: kNotFound, kCorruption, also for counts that are not the description's; kIo.
+  /// Errors: kNotFound; kCorruption, also if the counts differ from those of the description; kIo.
   BaseMesh read_base_mesh() const;
-  /// Every level, attributes in the description's order, with no block written. `base` outlives
-  /// them. Errors: kCorruption for a level that is too large to be.
+  /// All levels, with attributes in the description's order. All blocks are marked as never
+  /// written. `base` must outlive the result. Errors: kCorruption for a level that is too large for
+  /// a file.
   std::vector<StoredLevel> levels(const BaseMesh& base) const;
-  /// Whether version.S is what the manifest says. Errors: kCorruption, kIo.
+  /// Throws unless version.S has the size and the checksum that the manifest records. Errors:
+  /// kCorruption, kIo.
   void check_version_file() const;
-  /// Enters what version.S says of every level, each entry in its range.
-  /// Errors: kCorruption, and then no level is changed; kIo.
+  /// Reads the block tables of all levels from version.S, and checks that each entry is in its
+  /// range. Errors: kCorruption, and then no level is changed; kIo.
   void read_tables_into(std::span<StoredLevel> levels) const;
-  /// The bytes that version.S has if these are the tables of its levels.
+  /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;
-  /// Of an attribute in the description. Errors: kNotFound, kCorruption, kIo.
+  /// Reads the base records of an attribute in the description. Errors: kNotFound, kCorruption,
+  /// kIo.
   std::vector<std::byte> read_base_records(const AttributeRecord& attribute) const;
 
   std::string version_name() const;
   std::string base_records_name(const AttributeRecord& attribute) const;
-  /// Of all files that belong to this version alone or with others, but for the base mesh.
+  /// The names of all files that this version needs, except the base mesh.
   std::set<std::string> file_names() const;
-  /// version.S, with the reader's lock where there is one. No other call after this.
+  /// Returns the open file version.S, with the reader's lock if it has one. No other function may
+  /// be called after this.
   File release_file() && { return std::move(file_); }
 
  private:

@@ -1,5 +1,4 @@
-// Writing a version, base records, description and block tables, manifest slot, and taking one up
-// again.
+// Writes a version (base records, description, block tables, manifest slot), and reads one.
 #include <fmt/format.h>
 
 #include "plait/error.h"
@@ -14,7 +13,7 @@
 namespace plait {
 namespace {
 
-/// Creates the file anew, whatever an earlier run left under its name.
+/// Creates the file. Replaces a file that an earlier run left under its name.
 void write_whole_file(const Directory& store, const std::string& name,
                       std::span<const std::byte> bytes, bool durable) {
   store.remove(name);
@@ -71,13 +70,13 @@ void Store::Implementation::write_version() {
   const std::vector<std::byte> described =
       encode_version_file(encode_description(content), all_tables);
   write_whole_file(directory, version_file_name(next.sequence), described, durable);
-  // Both versions stay closed to readers until the manifest names the new one.
+  // Both versions stay locked against readers until the manifest names the new one.
   File next_file;
   if (overwrites_in_place()) {
     next_file = File(directory, version_file_name(next.sequence), OpenMode::kRead);
     if (!next_file.lock(true))
-      throw Error(ErrorCode::kBusy, fmt::format("commit {}: somebody has locked {}", path.native(),
-                                                next_file.path().native()));
+      throw Error(ErrorCode::kBusy, fmt::format("commit {}: another process has locked {}",
+                                                path.native(), next_file.path().native()));
   }
   next.version_bytes = described.size();
   next.version_checksum = checksum_of(described);
@@ -92,13 +91,14 @@ void Store::Implementation::write_version() {
     name_is_durable = true;
   }
 
-  // From here on the version is there, whatever becomes of what is no longer needed.
+  // The version is committed. An error in the removal of old files does not change that.
   sequence = next.sequence;
   version_file = std::move(next_file);
   try {
     versions_read = remove_old_versions(directory);
   } catch (const Error&) {
-    // Who reads is not known now. It can only be those before, and readers of the former version.
+    // It is not known which versions have readers. They can only be the versions that had readers
+    // before, and the previous version.
     if (sequence > 1) versions_read.push_back(sequence - 1);
   }
   volume->begin_version(sequence, versions_read);
@@ -117,7 +117,8 @@ void Store::Implementation::enter_renewed_levels() {
 }
 
 void Store::Implementation::hold_versions() {
-  if (backend.traits.overwrites_in_place) return;  // nobody changes what these versions have
+  if (backend.traits.overwrites_in_place)
+    return;  // the backend does not change blocks of these versions
   for (const std::uint64_t number : versions_read) {
     const StoredVersion older(directory, open_older_version(directory, uuid, number));
     held.push_back({number, older.levels(base)});

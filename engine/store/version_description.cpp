@@ -14,14 +14,14 @@ namespace plait {
 namespace {
 
 constexpr std::uint8_t kLimitPositions = 1;  ///< a bit of the provenance's flags
-/// Of an attribute without levels, with empty text.
+/// The size of an attribute without levels, with empty texts.
 constexpr std::size_t kLeastAttributeBytes = 30;
 
 bool is_same_range(const LevelRecord& a, const LevelRecord& b) {
   return a.pipeline == b.pipeline && a.representation == b.representation;
 }
 
-/// Runs of levels that have pipeline and representation in common.
+/// The sizes of the ranges of consecutive levels that have the same pipeline and representation.
 std::vector<std::size_t> range_sizes(const std::vector<LevelRecord>& levels) {
   std::vector<std::size_t> sizes;
   for (std::size_t at = 0; at < levels.size(); ++at)
@@ -57,7 +57,7 @@ void encode_attribute(const AttributeRecord& attribute, FieldWriter& fields) {
   for (const LevelRecord& level : attribute.levels) fields.put(level.generation);
 }
 
-/// One attribute after another, and what each must not have in common with those before it.
+/// Decodes one attribute after another, and checks that their names and numbers differ.
 class AttributeDecoder {
  public:
   AttributeDecoder(FieldReader& fields, const VersionDescription& version, std::uint64_t sequence,

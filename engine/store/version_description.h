@@ -1,5 +1,5 @@
-// What a version of a store consists of, but for its block tables: the part of variable length of
-// the file version.S. Byte table: docs/format.md.
+// The description of a version of a store: all of the file version.S except the header and the
+// block tables. Byte table: docs/format.md.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace plait {
 
-/// What the records of a level are. Stored: never renumber.
+/// How a level represents its values. Stored: never renumber.
 enum class Representation : std::uint32_t {
   kValues = 0,  ///< the values themselves
 };
@@ -30,9 +30,9 @@ struct LevelRecord {
 
 struct AttributeRecord {
   AttributeSchema schema;
-  std::uint32_t number = 0;  ///< in file names and checksums; never given twice
+  std::uint32_t number = 0;  ///< in file names and checksums; each number is used only once
   std::uint64_t base_checksum = 0;
-  std::string pipeline = "none";    ///< of levels that are still to come
+  std::string pipeline = "none";    ///< of levels that are added later
   std::vector<LevelRecord> levels;  ///< [level - base level - 1]
 };
 
@@ -42,8 +42,8 @@ struct VersionDescription {
   std::uint32_t next_attribute_number = 0;
   std::uint64_t base_mesh_bytes = 0, base_mesh_checksum = 0;
   std::string backend;            ///< as in StoreOptions
-  std::string pipeline = "none";  ///< of attributes that are still to come
-  Provenance provenance;          ///< with layout and base level
+  std::string pipeline = "none";  ///< of attributes that are added later
+  Provenance provenance;          ///< includes layout and base level
   std::vector<AttributeRecord> attributes;
 
   int finest_level(const AttributeRecord& attribute) const {
@@ -51,7 +51,8 @@ struct VersionDescription {
   }
 };
 
-/// Bounds that keep what a hostile file can ask for small, and that no store comes near.
+/// Limits that no real store reaches. They keep the memory small that a malicious file can make the
+/// reader allocate.
 constexpr std::size_t kMaxAttributes = 65535;
 constexpr std::size_t kMaxAttributeNameBytes = 255;
 constexpr std::size_t kMaxTextBytes = 65536;
@@ -60,14 +61,14 @@ constexpr std::size_t kMaxDescriptionBytes = std::size_t{64} << 20;
 /// Whether `name` is 1 to kMaxAttributeNameBytes characters of [A-Za-z0-9_-].
 bool is_attribute_name(std::string_view name);
 
-/// Errors: kInvalidArgument for text that is too long or not printable ASCII, for a name that is no
-/// attribute's, and for too many attributes.
+/// Errors: kInvalidArgument for text that is too long or not printable ASCII, for a name that is
+/// not an attribute name, and for too many attributes.
 std::vector<std::byte> encode_description(const VersionDescription& version);
 
-/// Every field is checked against its range, and every count against the bytes that are left before
-/// memory is taken for it. Bytes behind the last field are ignored: they belong to optional
-/// features. `sequence` is the version's. Errors: kCorruption naming the field; kNotSupported for a
-/// representation that is not known. All begin with `path`.
+/// Checks that each field is in its range. Before it allocates memory for a count, it compares the
+/// count with the bytes that are left. Ignores bytes after the last field: they belong to optional
+/// features. `sequence` is the number of the version. Errors: kCorruption (the message names the
+/// field); kNotSupported for an unknown representation. The messages begin with `path`.
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
                                       const std::filesystem::path& path);
 

@@ -91,7 +91,7 @@ std::vector<BlockEntry> BlockTablesReader::next_level(const LevelGeometry& geome
 }
 
 void BlockTablesReader::finish() const {
-  if (!rest_.empty()) throw refuse("there are bytes behind the block table of the last level");
+  if (!rest_.empty()) throw refuse("there are bytes after the block table of the last level");
 }
 
 Error BlockTablesReader::refuse(std::string_view reason) const {

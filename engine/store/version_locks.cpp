@@ -14,7 +14,7 @@
 namespace plait {
 namespace {
 
-/// Whether the manifest names another version by now, or none.
+/// Whether the manifest now names another version than `from`, or none.
 bool has_moved_on(const Directory& store, const Manifest& from) {
   try {
     return read_manifest(store) != from;
@@ -24,7 +24,7 @@ bool has_moved_on(const Directory& store, const Manifest& from) {
   }
 }
 
-/// Versions that have a file, ascending.
+/// The versions that have a file, ascending.
 std::vector<std::uint64_t> versions_there(const Directory& store) {
   std::vector<std::uint64_t> versions;
   for (const std::string& name : store.names())
@@ -33,7 +33,7 @@ std::vector<std::uint64_t> versions_there(const Directory& store) {
   return versions;
 }
 
-/// Whether a reader has the version open. One whose file is no regular one nobody has.
+/// Whether a reader has the version open. If its file is not a regular file, no reader has.
 bool is_being_read(const Directory& store, std::uint64_t version) {
   try {
     return !File(store, version_file_name(version), OpenMode::kRead).lock(true);
@@ -64,7 +64,8 @@ std::optional<OpenVersion> share_newest_version(const Directory& store) {
   const bool locked = version.file.lock(false);
   if (has_moved_on(store, version.manifest)) return {};
   if (locked && store.contains(name, version.file.descriptor())) return version;
-  const StoreLock free_now(store, LockFor::kReading);  // throws if not, naming who writes
+  const StoreLock free_now(store,
+                           LockFor::kReading);  // throws kBusy if there is a writer, and names it
   return {};
 }
 
@@ -84,12 +85,11 @@ std::vector<File> keep_all_readers_out(const Directory& store) {
       file = File(store, version_file_name(version), OpenMode::kRead);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
-      continue;  // no regular file: nobody has it open
+      continue;  // not a regular file, so no reader has it open
     }
     if (!file.lock(true))
-      throw Error(ErrorCode::kBusy,
-                  fmt::format("open {} for itself alone: readers have version {} open",
-                              store.path().native(), version));
+      throw Error(ErrorCode::kBusy, fmt::format("open {} exclusively: readers have version {} open",
+                                                store.path().native(), version));
     files.push_back(std::move(file));
   }
   return files;
@@ -100,7 +100,7 @@ File keep_readers_out(const Directory& store, std::uint64_t newest) {
   const auto name = store.path_of(version_file_name(newest));
   const auto found = std::ranges::find(files, name, &File::path);
   if (found != files.end()) return std::move(*found);
-  throw Error(ErrorCode::kNotFound, fmt::format("open {}: not there", name.native()));
+  throw Error(ErrorCode::kNotFound, fmt::format("open {}: the file does not exist", name.native()));
 }
 
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,

@@ -1,11 +1,10 @@
-// Which versions of a store are read. A reader holds a shared lock (flock) on the file version.S of
-// its version, for as long as it has the store open; the lock ends with its process, however that
-// ends. A writer asks by trying an exclusive lock, and waits for nobody.
-//
-// Why no reader can be overlooked: a reader locks version.S first and reads the manifest again
-// after that; a writer writes the manifest's next slot first and tries the lock after that. So a
-// reader whose lock came too late for the writer to see finds the next version in the manifest, and
-// starts over.
+// Tells which versions of a store readers have open. A reader has a shared lock (flock) on the file
+// version.S of its version while it has the store open. The lock ends when its process ends, for
+// any reason. A writer tests the lock by trying an exclusive one, and does not wait.
+// A writer cannot overlook a reader: a reader first locks version.S and then reads the manifest
+// again. A writer first writes the next slot of the manifest and then tries the lock. So if a
+// reader locks too late for the writer to notice, it finds the next version in the manifest, and
+// starts again.
 #pragma once
 
 #include <cstdint>
@@ -18,32 +17,36 @@
 
 namespace plait {
 
-/// A version and its file version.S, which may hold a lock.
+/// A version and its open file version.S, which may have a lock.
 struct OpenVersion {
   Manifest manifest;
   File file;
 };
 
-/// The newest version, without a lock: for who has the writer's lock.
+/// Opens the newest version without a lock. For processes that have the writer's lock.
 OpenVersion open_newest_version(const Directory& store);
 
-/// The newest version, locked as a reader does it. Nothing if another version was committed on the
-/// way, or somebody held the lock for a moment: try again. Errors: those of read_manifest; kBusy,
-/// naming the process, while a writer overwrites in place or the store is replaced; kIo.
+/// Opens the newest version and locks it as a reader does. Returns nothing if another version was
+/// committed meanwhile, or if another process had the lock for a moment; the caller then tries
+/// again. Errors: those of read_manifest; kBusy (the message names the process) while a writer
+/// overwrites in place or the store is replaced; kIo.
 std::optional<OpenVersion> share_newest_version(const Directory& store);
 
-/// Older versions than `newest` that readers have open, ascending. Errors: kIo.
+/// The versions older than `newest` that readers have open, ascending. Errors: kIo.
 std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint64_t newest);
 
-/// Locks every version that has a file: readers stay out as long as the files are open. Errors:
-/// kBusy if readers have a version open; kIo. REQUIRES: the writer's lock.
+/// Locks every version that has a file. No reader can open the store while the caller has the
+/// returned files open. Errors: kBusy if readers have a version open; kIo. REQUIRES: the writer's
+/// lock.
 std::vector<File> keep_all_readers_out(const Directory& store);
 
-/// The file of version `newest`, locked likewise. A reader opens no older version, so this one lock
-/// is enough. Errors: those of keep_all_readers_out, kNotFound.
+/// Calls keep_all_readers_out(), and returns only the locked file of version `newest`. A reader
+/// opens no older version, so this one lock is enough. Errors: those of keep_all_readers_out();
+/// kNotFound.
 File keep_readers_out(const Directory& store, std::uint64_t newest);
 
-/// A version that is not the newest one, as its file stands there. Errors: kNotFound, kIo.
+/// Opens a version that is not the newest one. Size and checksum are those of the file itself.
+/// Errors: kNotFound, kIo.
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
                                std::uint64_t sequence);
 

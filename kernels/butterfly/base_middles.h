@@ -1,5 +1,5 @@
-// Level 1 of the modified Butterfly scheme, straight from the base mesh: the only level at which
-// both ends of an edge, and any vertex of its stencil, may be extraordinary.
+// Computes level 1 of the modified Butterfly scheme from the base mesh. Only at this level can both
+// ends of an edge, and any vertex of its stencil, be extraordinary.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace plait::butterfly {
 
-/// The vertex over the side of a face, seen from inside.
+/// The vertex across a side of a face. At a border, its continuation.
 template <class Real>
 Vector3<Real> base_wing(const Topology& mesh, std::span<const Vector3<Real>> base, FaceId face,
                         int side) {
@@ -30,8 +30,8 @@ Vector3<Real> base_wing(const Topology& mesh, std::span<const Vector3<Real>> bas
   return continued(corner(side + 1), corner(side + 2), corner(side));
 }
 
-/// The vertices of level 1: [edge]. Pinned by tests/kernels/fused_digest_test.cpp, which compares
-/// with the sweep.
+/// Returns the vertices of level 1: [edge]. Pinned by tests/kernels/fused_digest_test.cpp, which
+/// compares them with the sweep.
 template <class Real>
 std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Vector3<Real>> base) {
   RingTable<Vector3<Real>> rings(mesh.edges.size());
@@ -49,7 +49,8 @@ std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Ve
     } else if (odd_start || odd_end) {
       middles[id] = extraordinary.odd(id, odd_start, odd_end);
     } else {
-      // In its own face the edge starts at the corner after its side's, in the other it ends there.
+      // In its own face, the edge starts at the corner after the corner opposite its side. In the
+      // other face, it ends there.
       const auto [own, own_side] = std::pair(edge.own.face(), edge.own.side());
       const auto [other, other_side] = std::pair(edge.other.face(), edge.other.side());
       const auto wing = [&](FaceId face, int side) {
@@ -68,7 +69,7 @@ std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Ve
 
 namespace plait {
 
-/// What the rings of base vertices begin with: vertices of level 1, [edge].
+/// The vertices of level 1, [edge], from which the rings of base vertices begin.
 template <class Real>
 std::vector<Vector3<Real>> first_middles(const Butterfly<Real>&, const Topology& mesh,
                                          std::span<const Vector3<Real>> base) {

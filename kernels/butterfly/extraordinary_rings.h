@@ -1,4 +1,5 @@
-// The modified Butterfly rule at all extraordinary base vertices of a mesh, once a level.
+// Evaluates the modified Butterfly rule at all extraordinary base vertices of a mesh, once for each
+// level.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@ namespace plait::butterfly {
 template <class Real>
 class ExtraordinaryRings {
  public:
-  /// `rings` holds the rings of the coarser level. Vertices on a border count as regular.
+  /// `rings` has the rings of the coarser level. Vertices on a border count as regular.
   ExtraordinaryRings(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                      std::span<const Vector3<Real>> base)
       : extraordinary_(base.size(), false), values_(mesh.edges.size()) {
@@ -42,8 +43,8 @@ class ExtraordinaryRings {
 
   bool contains(VertexId vertex) const { return extraordinary_[vertex]; }
 
-  /// The odd vertex on `edge` that is next to its start or its end (at level 1: to both), where
-  /// `at_start` and `at_end` say which of these are extraordinary.
+  /// The odd vertex on `edge` that is next to its start or its end (at level 1, next to both).
+  /// `at_start` and `at_end` tell which of these are extraordinary.
   Vector3<Real> odd(EdgeId edge, bool at_start, bool at_end) const {
     const auto& [start, end] = values_[edge];
     return narrow<Real>(at_start && at_end ? 0.5 * (end + start) : at_end ? end : start);

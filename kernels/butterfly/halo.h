@@ -1,6 +1,6 @@
-// One row of vertices beyond the four outer edges of a grid, where the wings of Butterfly
-// stencils lie: taken from the face there, or continued in the plane of the inner triangle where
-// the outer edge is a border.
+// Fills one row of vertices beyond the four outer edges of a grid. The wings of Butterfly stencils
+// read them. They come from the face beyond the outer edge. If that edge is a border, they continue
+// the plane of the inner triangle.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace plait::butterfly {
 
-/// A single vertex, wherever it is stored.
+/// Reads a single vertex at any place.
 template <class Record>
 const Record& fetch(const Topology& mesh, const SlotSource<Record>& source,
                     std::span<const Record> base, const FaceIndex& point) {
@@ -25,8 +25,8 @@ const Record& fetch(const Topology& mesh, const SlotSource<Record>& source,
       at.edge)[static_cast<std::size_t>(slot_position(at.level, border, at.row, at.column))];
 }
 
-/// Fills points (-1, q) and (p, -1), 1 <= p, q <= N, of the edge's own face, and the same of
-/// the other face, turned. REQUIRES: the inside of the grid is there.
+/// Fills the points (-1, q) and (p, -1), 1 <= p, q <= N, beyond the edge's own face, and the same
+/// points of the other face in its rotated frame. REQUIRES: the rest of the grid is filled.
 template <class Record>
 void fill_halo(const Topology& mesh, const SlotSource<Record>& source, std::span<const Record> base,
                EdgeId edge, EdgeGrid<Record>& grid) {
@@ -39,7 +39,8 @@ void fill_halo(const Topology& mesh, const SlotSource<Record>& source, std::span
     };
     const int start = (side.side() + 1) % 3, end = (side.side() + 2) % 3;
     for (const bool beyond_start : {true, false}) {
-      // Where the start's weight p vanishes is the side opposite the start; likewise for the end.
+      // The weight p of the start is 0 on the side opposite the start, and q on the side opposite
+      // the end.
       const int outer = beyond_start ? start : end;
       const bool open = !mesh.across(FaceSide(side.face(), outer)).exists();
       for (std::int64_t k = 1; k <= size; ++k) {

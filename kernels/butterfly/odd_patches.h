@@ -7,7 +7,7 @@
 namespace plait {
 namespace butterfly {
 
-/// An odd vertex away from extraordinary ones and from the ends of borders.
+/// An odd vertex that is not next to an extraordinary vertex or to the end of a border edge.
 template <class Real, int kSide, class Patch>
 Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
   using Record = Vector3<Real>;
@@ -25,7 +25,8 @@ Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
 
 }  // namespace butterfly
 
-/// `rings` holds the rings of level - 1 and receives those of `level`.
+/// Computes the vertices that `level` creates. `rings` has the rings of level - 1; the function
+/// replaces them by those of `level`.
 template <PatchMesh Mesh, class Real>
 void odd_patches(Mesh& mesh, int level, const Butterfly<Real>&,
                  RingTable<typename Mesh::Record>& rings, const BeforeFace& before_face = {}) {
@@ -45,7 +46,8 @@ void odd_patches(Mesh& mesh, int level, const Butterfly<Real>&,
           const EdgeId edge = topology.face_edges[face][static_cast<std::size_t>(side())];
           const Edge& ends = topology.edges[edge];
           Record& to = frame.at(0, 0);
-          // Only the edge's own face sees its ends: the points next to them lie on the edge.
+          // The points next to the ends of an edge are on the edge, so only the patch that owns the
+          // edge computes them.
           const bool at_end = patch.owns(side) && row == 0 && column == last;
           const bool at_start = patch.owns(side) && row == last && column == 0;
           if (border) {

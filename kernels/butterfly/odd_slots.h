@@ -16,7 +16,8 @@
 
 namespace plait::butterfly {
 
-/// The vertex next to border vertex `vertex` along the border that is not on `edge`.
+/// The neighbour of the border vertex `vertex` along the border, on the border edge that is not
+/// `edge`.
 template <class Real>
 Vector3<Real> along_border(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                            VertexId vertex, EdgeId edge) {
@@ -28,8 +29,8 @@ Vector3<Real> along_border(const Topology& mesh, const RingTable<Vector3<Real>>&
   return rings.next_to(mesh, first == edge ? last : first, vertex);
 }
 
-/// The slot at level grid.level() + 1. `grid` has its halo; `coarse` and `extraordinary` hold
-/// the rings at grid.level().
+/// Computes the slot at level grid.level() + 1. `coarse` and `extraordinary` have the rings at
+/// grid.level(). REQUIRES: the halo of `grid` is filled.
 template <class Real>
 void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
               const ExtraordinaryRings<Real>& extraordinary, EdgeId edge,
@@ -41,7 +42,7 @@ void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
     for (std::int64_t column = 0; column < (border ? n - row : n); ++column) {
       const Vector3<Real>& a = *grid.at(row, column + 1);
       const Vector3<Real>& b = *grid.at(row + 1, column);
-      // A is the edge's end in the corner (0, n-1) of the slot, B its start in (n-1, 0).
+      // At (0, n-1) of the slot, A is the end of the edge. At (n-1, 0), B is its start.
       const bool at_end = row == 0 && column == n - 1, at_start = row == n - 1 && column == 0;
       Vector3<Real>& to = *slot++;
       if (border && row + column == n - 1) {
@@ -69,8 +70,8 @@ void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
 
 namespace plait {
 
-/// New vertices of one level, edge by edge. `rings` are those of the coarser level, of which it
-/// keeps a copy; the finer ones may be made meanwhile.
+/// Computes the new vertices of one level, edge by edge. The object copies `rings`, the rings of
+/// the coarser level, so the caller may replace them by finer ones during the pass.
 template <class Real>
 auto odd_slots(const Butterfly<Real>&, const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                std::span<const Vector3<Real>> base) {

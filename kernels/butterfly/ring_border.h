@@ -1,4 +1,5 @@
-// What the Butterfly stencils around a border vertex see beyond its two border edges.
+// Computes the points beyond the two border edges of a border vertex, which Butterfly stencils
+// read.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,7 @@
 
 namespace plait::butterfly {
 
-/// Continues border vertices and their rings, one in each lane, beyond the first and last spoke.
+/// Continues the rings of border vertices, one in each lane, beyond the first and the last spoke.
 template <class Real>
 void continue_ring(int valence, Real* points) {
   using enum RingPart;

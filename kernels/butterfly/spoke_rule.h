@@ -1,10 +1,10 @@
-// The modified Butterfly rule at an extraordinary vertex, for all its spokes at once.
+// The modified Butterfly rule at an extraordinary vertex, for all spokes of the vertex at once.
 //
 // D. Zorin, P. Schroeder, W. Sweldens, "Interpolating Subdivision for Meshes with Arbitrary
 // Topology", SIGGRAPH 1996: 3/4 v + sum s_j e_j over the ring, j = 0 being the spoke itself,
-// s_j = (1/n)(1/4 + cos(2 pi j/n) + 1/2 cos(4 pi j/n)) for n >= 5. These weights have three
-// frequencies only, so three sums over the ring (one of them plain, two with sine and cosine) give
-// the value on every spoke, and a vertex of valence n costs n and not n^2.
+// s_j = (1/n)(1/4 + cos(2 pi j/n) + 1/2 cos(4 pi j/n)) for n >= 5. These weights have only three
+// frequencies. So three sums over the ring (a plain one, and two with sine and cosine) give the
+// value on every spoke. The time for a vertex of valence n is proportional to n, not to n^2.
 // Pinned by tests/kernels/schemes_test.cpp.
 #pragma once
 
@@ -15,13 +15,14 @@
 
 namespace plait::butterfly {
 
-/// Calls set(k, new vertex next to v on spoke k) for all of `valence` spokes, where point(k) is the
-/// old one. A Point is in double and has a sum and a product with a number.
+/// Calls set(k, new vertex next to v on spoke k) for each of the `valence` spokes. point(k) is the
+/// old vertex on spoke k. Point is a type in double that has sums, and products with a number.
 template <class Point, class Ring, class Set>
 void for_each_spoke_value(int valence, const Point& v, Ring point, Set set) {
   const Point kept = 0.75 * v;
   if (valence < 5) {
-    // Valence 2 has no published rule: the weights of valence 4 with opposite spokes folded.
+    // There is no published rule for valence 2. These are the weights of valence 4, with those of
+    // opposite spokes added.
     constexpr std::array<std::array<double, 4>, 3> kWeights = {{{3.0 / 8, -1.0 / 8, 0, 0},
                                                                 {5.0 / 12, -1.0 / 12, -1.0 / 12, 0},
                                                                 {3.0 / 8, 0, -1.0 / 8, 0}}};

@@ -1,5 +1,5 @@
-// Fills the grid of an edge from the slots of its faces' edges, by strided rows: one contiguous
-// read for each row of a slot. Levels count refinements of the base mesh.
+// Fills the grid of an edge from the slots of all edges of its two faces. It reads each row of a
+// slot in one contiguous run. Levels count refinements of the base mesh.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace plait {
 
-/// Where a gather takes its records from: an access of a sweep that reaches the edge's faces.
+/// The source of the records: an access of a sweep with Reach::kFaces or more.
 template <class Record>
 struct SlotSource {
   const SweepView& view;
@@ -27,8 +27,9 @@ struct SlotSource {
   }
 };
 
-/// The vertices that one face has in the slots of one of its sides, copied into the part of
-/// the grid that the face is, as seen from `side`. `turned` says that the face is the other one.
+/// Copies vertices of one face to the grid: those in the slots of the face's side `slots_of`.
+/// `side` is the face's side on the edge of the grid. `turned` tells that the face is the other
+/// face of this edge.
 template <class Record>
 void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSide side, bool turned,
                  int slots_of, int level, EdgeGrid<Record>& grid) {
@@ -37,9 +38,10 @@ void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSid
   const Edge& edge = mesh.edges[edge_id];
   const std::int64_t n = slot_side(level), size = grid.size(), stride = grid.stride();
   const std::int64_t scale = std::int64_t{1} << (grid.level() - level), both = 2 * scale;
-  // Where row 0, column 0 goes in the grid, and what a row and a column further add. On the edge's
-  // own side p follows the row and q the column; on the next one q follows the row, and on the last
-  // one p the column, while the third weight makes up for it.
+  // The place of (row 0, column 0) in the grid, and the steps for one more row and one more column.
+  // On the side of the grid's edge, p increases with the row and q with the column. On the next
+  // side q increases with the row, and on the last side p with the column; the third weight,
+  // opposite the edge, changes accordingly.
   std::int64_t first = scale * stride + scale, row_step = both * stride, column_step = both;
   const int turn = slots_of - side.side() + (slots_of < side.side() ? 3 : 0);
   if (turn == 1) {
@@ -78,8 +80,8 @@ void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSid
   }
 }
 
-/// Fills `grid` for `edge` with the vertices born at levels `first` to `last` (0: the base
-/// vertices) at their places in a grid of `grid.level()`.
+/// Fills `grid` for `edge` with the vertices that levels `first` to `last` create (0: the base
+/// vertices), at their places in a grid of level grid.level().
 template <class Record>
 void gather(const Topology& mesh, const SlotSource<Record>& source, std::span<const Record> base,
             EdgeId edge, int first, int last, EdgeGrid<Record>& grid) {

@@ -10,7 +10,7 @@
 namespace plait {
 namespace {
 
-/// A point of the rings that begin here, at their lane.
+/// Writes one point to its lane.
 template <class Real>
 void put(Real* first, std::size_t point, const Vector3<Real>& v) {
   lattice_points::put(first + point * kPointNumbers, 0, v);
@@ -70,14 +70,15 @@ void BaseRings<Rule>::clear() {
   neighbours_.clear();
 }
 
-/// The vertices of the run, and which corner of which face has which of them.
+/// Finds the vertices of the run, and the vertex of each corner of its faces.
 template <class Rule>
 void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   const Topology& mesh = source_.mesh;
   first_corner_ = 3 * faces.back();
   corners_.resize(3 * faces.size());
   next_corners_.resize(corners_.size());
-  // Beforehand, and not while walking around a vertex: there each would wait for the one before.
+  // The next corners are computed before the walks around vertices, because in a walk each look-up
+  // would wait for the one before.
   for (std::uint32_t i = 0; i < next_corners_.size(); ++i) {
     FaceSide corner;
     corner.code = first_corner_ + i;
@@ -108,7 +109,7 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   for (const VertexId vertex : vertices_) number_of_[vertex] = kNoId;
 }
 
-/// Null: the corner is at no hub.
+/// Returns nullptr if the vertex of the corner is not a hub.
 template <class Rule>
 auto BaseRings<Rule>::hub_at(FaceSide corner) const -> const Corner* {
   const auto found = std::ranges::lower_bound(hub_corners_, corner.code, {},
@@ -116,8 +117,8 @@ auto BaseRings<Rule>::hub_at(FaceSide corner) const -> const Corner* {
   return found != hub_corners_.end() && found->corner == corner ? &found->at : nullptr;
 }
 
-/// Walks around a vertex once: its neighbours. visit(FaceSide, spoke) is told of its corners and
-/// gives the next one counterclockwise.
+/// Walks around a vertex once and collects its neighbours. Calls visit(FaceSide, spoke) for each
+/// corner at the vertex; visit returns the next corner counterclockwise.
 template <class Rule>
 template <class Visit>
 void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
@@ -140,7 +141,7 @@ void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
       {nullptr, ring, {static_cast<int>(neighbours_.size() - ring), border, Rule::kReach}});
 }
 
-/// All levels of the vertices that were added.
+/// Computes all levels of the vertices that add() has added.
 template <class Rule>
 void BaseRings<Rule>::finish() {
   place();
@@ -153,7 +154,8 @@ void BaseRings<Rule>::finish() {
   }
 }
 
-/// Vertices of one kind share batches; lanes left over are computed with and thrown away.
+/// Assigns batches and lanes. Vertices of one kind share batches. The results of unused lanes are
+/// ignored.
 template <class Rule>
 void BaseRings<Rule>::place() {
   placed_.clear();
@@ -205,7 +207,8 @@ void BaseRings<Rule>::fill_first_level() {
       butterfly::continue_ring(batch.shape.valence, points_.data() + batch.first);
 }
 
-/// At level 1: middles of the spokes, their other ends, and middles of the edges between these.
+/// Fills the two rings at level 1: the middles of the spokes, the other ends of the spokes, and the
+/// middles of the edges between these ends.
 template <class Rule>
 void BaseRings<Rule>::fill_two_rings(std::uint32_t number, Real* to) {
   using enum RingPart;

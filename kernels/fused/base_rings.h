@@ -1,7 +1,7 @@
-// The base vertices of a run of faces, each with its ring (for a reach of two, both rings) at every
-// level. A base vertex's rings are closed under refinement: those of a level follow from those of
-// the one before it alone, whatever the valence, so irregular corners are evaluated here, once for
-// all the faces around them, and a patch sees nothing but a regular grid.
+// The base vertices of a run of faces, each with its ring (for a reach of two, with both rings) at
+// every level. The rings of a base vertex at one level depend only on its rings at the coarser
+// level, for any valence. So this class evaluates the irregular corners once for all faces around
+// them, and a patch is a regular grid.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace plait {
 template <class Rule>
 class BaseRings;
 
-/// What base rings are made from. The rule and all spans outlive them.
+/// The input of base rings. The rule and all spans must outlive them.
 template <class Rule>
 struct RingSource {
   using Real = typename Rule::Real;
@@ -29,9 +29,9 @@ struct RingSource {
   Topology mesh;
   std::span<const Vector3<Real>> base;
   int levels = 1;
-  /// Level 1, [edge]: for a reach of two, whose rings begin there.
+  /// The vertices of level 1: [edge]. Only for a reach of two, where the rings begin at level 1.
   std::span<const Vector3<Real>> middles = {};
-  /// Rings that are evaluated already, shared by all threads: see evaluate_hubs(). May be null.
+  /// Rings that all threads share: see evaluate_hubs(). May be nullptr.
   const BaseRings<Rule>* hubs = nullptr;
 
   static constexpr int first_level() { return Rule::kReach - 1; }
@@ -48,17 +48,17 @@ class BaseRings {
   /// Evaluates the vertices of these faces. REQUIRES: they descend one by one.
   void evaluate(std::span<const FaceId> faces);
 
-  /// From this valence on a vertex is a hub: too many runs have a face of it for each of them to
-  /// evaluate it anew.
+  /// A vertex of this valence or more is a hub. Many runs have a face at a hub, so its rings are
+  /// evaluated once for all runs.
   static constexpr int kHubValence = 256;
-  /// Evaluates all hubs of the mesh instead of a run's vertices.
+  /// Evaluates all hubs of the mesh, instead of the vertices of a run.
   void evaluate_hubs();
-  /// Bytes that evaluate_hubs() takes.
+  /// The bytes that evaluate_hubs() needs.
   static std::uint64_t hub_bytes(const Topology& mesh, int levels);
 
   /// A base vertex at one level.
   struct View {
-    const Real* first = nullptr;  ///< [point][axis][lane], at this vertex's lane
+    const Real* first = nullptr;  ///< [point][axis][lane]; points to the lane of this vertex
     RingShape shape;
 
     Vector3<Real> vertex() const { return point(0); }
@@ -74,9 +74,9 @@ class BaseRings {
   };
   View view(std::uint32_t number, int level) const;
 
-  /// A face's corner, and which of its neighbours is the next corner of the face.
+  /// The vertex at a corner of a face, and the spoke that leads to the next corner of the face.
   struct Corner {
-    std::uint32_t number;  ///< among vertices()
+    std::uint32_t number;  ///< index into vertices()
     int spoke;
   };
   Corner corner(FaceId face, std::size_t corner) const {
@@ -87,8 +87,8 @@ class BaseRings {
 
  private:
   struct Rings {
-    const Real* first;       ///< at its lane of the first level; null until it is placed
-    std::size_t neighbours;  ///< in neighbours_
+    const Real* first;       ///< its lane at the first level; nullptr before place()
+    std::size_t neighbours;  ///< index into neighbours_
     RingShape shape;
   };
   struct HubCorner {
@@ -96,12 +96,12 @@ class BaseRings {
     Corner at;
   };
   struct Batch {
-    std::size_t first;  ///< in points_
+    std::size_t first;  ///< index into points_
     RingShape shape;
   };
-  /// Of the last batch of one kind.
+  /// The free lanes of the last batch of one kind of vertices.
   struct Lanes {
-    std::size_t next = 0, left = 0;  ///< next: in points_
+    std::size_t next = 0, left = 0;  ///< `next` is an index into points_
   };
 
   void clear();
@@ -118,14 +118,14 @@ class BaseRings {
   std::vector<std::uint32_t> number_of_;  ///< [vertex] while evaluate() runs
   std::vector<VertexId> vertices_;        ///< [number]
   std::vector<Rings> rings_;
-  std::vector<VertexId> neighbours_;  ///< of all of them, each counterclockwise
+  std::vector<VertexId> neighbours_;  ///< of all vertices, counterclockwise for each
   std::vector<Batch> batches_;
   std::vector<Lanes> lanes_;            ///< [kind] while place() runs
-  std::vector<std::uint32_t> placed_;   ///< numbers of those that are evaluated here
-  std::vector<std::size_t> starts_;     ///< [number] in points_, of those
-  std::uint32_t first_corner_ = 0;      ///< of the run: its code
+  std::vector<std::uint32_t> placed_;   ///< numbers of the vertices that this object evaluates
+  std::vector<std::size_t> starts_;     ///< [number] index into points_, for the placed vertices
+  std::uint32_t first_corner_ = 0;      ///< the code of the first corner of the run
   std::vector<Corner> corners_;         ///< [corner of the run]
-  std::vector<FaceSide> next_corners_;  ///< likewise: the next counterclockwise
+  std::vector<FaceSide> next_corners_;  ///< [corner of the run] the next one counterclockwise
   std::vector<HubCorner> hub_corners_;  ///< ascending
   LatticeBuffer<Real> points_{0};
 };

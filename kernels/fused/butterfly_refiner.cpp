@@ -1,5 +1,6 @@
-// The modified Butterfly scheme, level by level: its stencils reach two steps, so patches have two
-// rows of their neighbours around them, and corners come with two rings.
+// Refines a group of patches by the modified Butterfly scheme, level by level. Its stencils reach
+// two steps. So there are two rows of neighbouring points around each patch, and the corners have
+// two rings.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -41,7 +42,7 @@ class ButterflyRefiner final : public SurfaceRefiner<Butterfly<Real>> {
   }
 };
 
-/// In coarse_, where `level` is.
+/// Fills the points beyond borders in coarse_, which contains `level`.
 template <class Real>
 void ButterflyRefiner<Real>::continue_beyond_borders(int level, std::size_t first,
                                                      std::size_t count) {
@@ -74,10 +75,10 @@ void ButterflyRefiner<Real>::make_odd(int level) {
   for (std::int64_t q = -1; q <= n; ++q) {
     const std::int64_t count = n - q + 2;
     const auto row = [&](std::int64_t i, std::int64_t j) { return from(level, i, q + j); };
-    // Middles of edges along the coarse row.
+    // The middles of the edges along the coarse row.
     this->rule().rows.odd({row(-1, 0), row(0, 0), row(-1, 1), row(0, -1), row(-2, 1), row(1, -1),
                            row(0, 1), row(-1, -1), to(level, -1, 2 * q), count});
-    // Middles of edges that leave the coarse row upwards, in both directions.
+    // The middles of the edges that go up from the coarse row, in both directions.
     this->rule().rows.odd({row(-1, 0), row(-1, 1), row(-2, 1), row(0, 0), row(-2, 0), row(0, 1),
                            row(-2, 2), row(0, -1), to(level, -2, 2 * q + 1), count});
     this->rule().rows.odd({row(0, 0), row(-1, 1), row(-1, 0), row(0, 1), row(0, -1), row(-1, 2),
@@ -85,7 +86,7 @@ void ButterflyRefiner<Real>::make_odd(int level) {
   }
 }
 
-/// Next to the corners the rings of these have them.
+/// Computes odd vertices on borders. Those next to corners come from the rings of the corners.
 template <class Real>
 void ButterflyRefiner<Real>::odd_borders(int level, std::size_t first, std::size_t count) {
   const std::int64_t n = this->lattice(level - 1).size;

@@ -1,4 +1,4 @@
-// Numbers in a patch lattice, several patches side by side in lanes.
+// A buffer for the numbers of a patch lattice, with one patch in each lane.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace plait {
 
-/// Scratch, aligned to vectors. Lanes without a patch, and beyond borders, are computed with and
-/// thrown away.
+/// Scratch memory, aligned to vectors. Results of lanes without a patch, and of points beyond
+/// borders, are ignored.
 template <class Number>
 class LatticeBuffer {
  public:

@@ -1,4 +1,4 @@
-// Rows of the six neighbours of a row of points.
+// Finds the rows of the six neighbours of a row of points.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace plait {
 
-/// The pairs of opposite neighbours in the order of the frame of `side`.
+/// The pairs of opposite neighbours, in the order of the frame of `side`.
 template <class Real>
 Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice, std::int64_t i,
                             std::int64_t j, int side) {

@@ -1,4 +1,4 @@
-// Rules whose new vertices depend on a one-ring, level by level.
+// Refines a group of patches by a one-ring rule, level by level.
 #include <memory>
 
 #include "fused/neighbours.h"
@@ -40,11 +40,11 @@ void OneRingRefiner<Real>::make_odd(int level) {
   const auto to = [&](std::int64_t i, std::int64_t j) {
     return at(this->fine_.data(), fine, i, j);
   };
-  // Fine rows 2q: middles of edges along the coarse row.
+  // Fine rows 2q: the middles of the edges along the coarse row.
   for (std::int64_t q = 0; q <= n; ++q)
     this->rule().odd_row(
         {from(-1, q), from(0, q), from(-1, q + 1), from(0, q - 1), to(-1, 2 * q), n - q + 2});
-  // Fine rows 2q + 1: middles of edges that leave the coarse row upwards, in both directions.
+  // Fine rows 2q + 1: the middles of the edges that go up from the coarse row, in both directions.
   for (std::int64_t q = -1; q < n; ++q) {
     const std::int64_t first = q < 0 ? 1 : 0;
     this->rule().odd_row({from(first, q), from(first, q + 1), from(first - 1, q + 1),

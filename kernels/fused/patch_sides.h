@@ -1,4 +1,4 @@
-// Points along the sides of a patch, and the way from one corner towards another.
+// Points along the sides of a patch, and the steps from one corner towards another.
 #pragma once
 
 #include <cstdint>

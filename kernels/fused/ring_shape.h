@@ -1,20 +1,21 @@
-// How a base vertex and the rings around it are numbered.
+// The numbering of a base vertex and the points of the rings around it.
 #pragma once
 
 #include <cstddef>
 
 namespace plait {
 
-/// The rings that a rule reads around a base vertex, by where a point of them lies.
+/// The parts of the rings that a rule reads around a base vertex.
 enum class RingPart {
   kNear,     ///< next to the vertex on spoke i
   kFar,      ///< two steps out on spoke i
   kBetween,  ///< two steps out, between spokes i and i + 1
 };
 
-/// Point 0 is the vertex itself; then come the rings, kNear alone for a reach of one, all three for
-/// a reach of two. Spokes count counterclockwise, on a border from border to border; with a reach
-/// of two a border vertex has one spoke more on either side, whose points lie beyond the border.
+/// Point 0 is the vertex itself. Then come the points of the rings: kNear alone for a reach of one,
+/// all three parts for a reach of two. Spokes are numbered counterclockwise; at a border vertex
+/// they go from border to border. With a reach of two, a border vertex has one more spoke on either
+/// side, and the points of these spokes lie beyond the border.
 struct RingShape {
   int valence = 0;
   bool border = false;
@@ -24,8 +25,9 @@ struct RingShape {
   constexpr std::size_t points() const {
     return 1 + (reach > 1 ? 3 : 1) * static_cast<std::size_t>(width());
   }
-  /// Spokes follow one another; where a border leaves none the vertex itself stands in.
-  /// REQUIRES: no more than one turn beyond 0 to valence - 1.
+  /// The number of the point on `spoke`. Around an inner vertex, spoke numbers wrap around. If a
+  /// border vertex has no such spoke, the result is the vertex itself. REQUIRES: `spoke` is at most
+  /// one turn outside 0 to valence - 1.
   constexpr std::size_t point(RingPart ring, int spoke) const {
     if (!border)
       spoke += spoke < 0 ? valence : spoke >= valence ? -valence : 0;
@@ -35,7 +37,7 @@ struct RingShape {
     return 1 + static_cast<std::size_t>(ring) * static_cast<std::size_t>(width()) +
            static_cast<std::size_t>(spoke);
   }
-  /// The first of the vertex's own neighbours, which follow one another.
+  /// The number of the vertex's first neighbour. The other neighbours follow it.
   constexpr std::size_t first_neighbour() const { return border && reach > 1 ? 2 : 1; }
 
  private:

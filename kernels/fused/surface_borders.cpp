@@ -1,4 +1,5 @@
-// Normals and limit positions along border edges, over what the rows computed there.
+// Computes normals and limit positions along border edges. They replace the results of the rows
+// there.
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
 #include "normals/normal_rules.h"

@@ -1,4 +1,4 @@
-// Normals and limit positions, the corners of patches, the base vertices.
+// Computes normals and limit positions, corners of patches, and base vertices.
 #include "fused/surface_refiner.h"
 
 #include <algorithm>
@@ -18,9 +18,9 @@ namespace {
 
 using namespace lattice_points;
 
-/// What a patch takes over from the rings of a corner: points whose stencils go around it. Spokes
-/// count from the one along the side that starts there; `next` and `previous` are steps towards the
-/// corners that follow and precede it.
+/// A point that a patch copies from the rings of a corner, because the stencil of the point goes
+/// around the corner. Spoke 0 is along the side that starts at the corner. `next` and `previous`
+/// are the steps from the corner towards the following and the preceding corner.
 struct CornerPoint {
   RingPart ring;
   int spoke;
@@ -28,7 +28,8 @@ struct CornerPoint {
 };
 using enum RingPart;
 constexpr CornerPoint kReachOne[] = {{kNear, -1, 1, -1}, {kNear, 2, -1, 1}};
-// kFar counts at level 1, where it is the base vertex beyond a side; later even vertices keep it.
+// kFar matters only at level 1, where this point is the base vertex beyond a side. At finer levels,
+// the rows of even vertices give the same point.
 constexpr CornerPoint kReachTwo[] = {
     {kNear, -1, 1, -1},   {kNear, 0, 1, 0},      {kNear, 1, 0, 1},
     {kNear, 2, -1, 1},    {kBetween, -2, 1, -2}, {kBetween, -1, 2, -1},
@@ -72,7 +73,8 @@ void SurfaceRefiner<Rule>::begin(std::span<const FaceId> faces) {
   finish_base();
 }
 
-/// A base vertex belongs to the run that has its first corner.
+/// Stores the results of base vertices. The run that contains the first corner of a vertex stores
+/// them.
 template <class Rule>
 void SurfaceRefiner<Rule>::finish_base() {
   const auto [lowest, highest] = std::ranges::minmax(faces_);
@@ -111,7 +113,7 @@ void SurfaceRefiner<Rule>::refine(std::size_t first, std::size_t count) {
   if (!refinement_.results.limits.empty()) std::swap(coarse_, fine_);
 }
 
-/// Finds the corners' rings, and where their points are in them.
+/// Finds the rings of the corners, and the places of the CornerPoints in these rings.
 template <class Rule>
 void SurfaceRefiner<Rule>::find_corners(std::size_t first, std::size_t count) {
   const RingSource<Rule>& source = refinement_.source;
@@ -157,7 +159,7 @@ void SurfaceRefiner<Rule>::inject(int level, std::size_t count) {
   }
 }
 
-/// Normals, and limit positions beside the positions in `coarse_`.
+/// Computes normals, and limit positions, which it writes to `coarse_`.
 template <class Rule>
 void SurfaceRefiner<Rule>::make_surface() {
   const bool normals = !refinement_.results.normals.empty(),

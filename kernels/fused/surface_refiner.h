@@ -1,5 +1,5 @@
-// A group of patches refined from the base mesh to the finest level, with normals and limit
-// positions. How a level follows from the one before it is for the rule to say.
+// Refines a group of patches from the base mesh to the finest level, with normals and limit
+// positions. A subclass for each kind of rule computes a level from the coarser one.
 #pragma once
 
 #include <array>
@@ -19,16 +19,16 @@
 
 namespace plait {
 
-/// What the base vertices become, written by whichever thread has a face of theirs: [vertex].
-/// Empty: not wanted.
+/// The results for the base vertices: [vertex]. The thread that has the first corner of a vertex
+/// writes them. An empty span means that the result is not wanted.
 template <class Real>
 struct BaseResults {
   std::span<Vector3<Real>> positions, limits;
   std::span<Vector3<float>> normals;
 };
 
-/// What is refined, and what comes out: positions (or limit positions in their place), and normals
-/// where `results` has room for those of the base vertices.
+/// The input and the results of a refinement. The results are positions or limit positions, and
+/// normals if results.normals is not empty.
 template <class Rule>
 struct SurfaceRefinement {
   RingSource<Rule> source;
@@ -48,16 +48,17 @@ class SurfaceRefiner : public PatchRefiner {
   const void* points(std::size_t output) const final;
 
  protected:
-  /// Makes `level` in fine_ from the one before it in coarse_, and calls inject(level) for what
-  /// rows cannot make. The group is faces first, first + 1 ... of the run.
+  /// Computes `level` in fine_ from the coarser level in coarse_. Calls inject(level) for the
+  /// points that rows cannot compute. The group is faces first, first + 1 ... of the run.
   virtual void refine_level(int level, std::size_t first, std::size_t count) = 0;
 
   const Rule& rule() const { return refinement_.source.rule; }
 
-  /// Puts the corners and what of their rings no row reaches into fine_. To be called once a level.
+  /// Copies to fine_ the corners, and those points of their rings that rows cannot compute. Must be
+  /// called once for each level.
   void inject(int level, std::size_t count);
 
-  /// Calls visit(lane, side) for the sides that lie on a border.
+  /// Calls visit(lane, side) for each side on a border.
   template <class Visit>
   void for_each_border(std::size_t first, std::size_t count, Visit visit) const {
     const Topology& mesh = refinement_.source.mesh;
@@ -72,13 +73,13 @@ class SurfaceRefiner : public PatchRefiner {
 
   PatchLattice lattice(int level) const { return {std::int64_t{1} << level, finest_.halo}; }
 
-  LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; fine_ is the one being made
+  LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; fine_ is the level in work
 
  private:
-  /// As many points as a rule of a reach of two needs around a corner, besides itself.
+  /// The number of points that a rule with a reach of two copies around a corner.
   static constexpr std::size_t kMostCornerPoints = 9;
   struct Corner {
-    const Real* rings;  ///< at the level that comes next
+    const Real* rings;  ///< at the level of the next inject()
     std::size_t level_numbers;
     std::array<std::size_t, kMostCornerPoints> points;
   };
@@ -103,7 +104,8 @@ std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<Real>
 template <class Real>
 std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<Real>>& refinement);
 
-/// The lattice of a refiner's results, and the bytes of scratch that one holds but for its rings.
+/// The lattice of a refiner's results, and the bytes of scratch memory of a refiner without its
+/// rings.
 PatchLattice surface_lattice(int levels, int reach);
 template <class Real>
 std::uint64_t surface_scratch_bytes(int levels, int reach);

@@ -1,6 +1,7 @@
-// A record's three numbers at once: four lanes of a vector register for float32, the fourth unused;
-// plain numbers for float64. Lanes are the same IEEE operations, so the bits are those of the
-// scalar rules. Pinned by tests/kernels/slot_rows_test.cpp.
+// The three numbers of a record at once. In float32 they take four lanes of a vector register, and
+// the fourth lane is not used. In float64 they are plain numbers. Each lane has the same IEEE
+// operations as the scalar rules, so the bits are equal. Pinned by
+// tests/kernels/slot_rows_test.cpp.
 #pragma once
 
 #include <cmath>
@@ -12,7 +13,7 @@ namespace plait {
 
 using Lanes = float __attribute__((vector_size(16)));
 
-/// REQUIRES: 4 bytes after the record may be read, as they may in a EdgeGrid.
+/// REQUIRES: the 4 bytes after the record are readable, as they are in an EdgeGrid.
 inline Lanes load(const Vector3<float>* record) {
   Lanes lanes;
   std::memcpy(&lanes, record, sizeof(lanes));
@@ -20,7 +21,7 @@ inline Lanes load(const Vector3<float>* record) {
 }
 inline Vector3<double> load(const Vector3<double>* record) { return *record; }
 
-/// Reads the record and nothing after it.
+/// Reads the record and no byte after it.
 inline Lanes load_exactly(const Vector3<float>* record) {
   return Lanes{record->x, record->y, record->z, 0};
 }
@@ -31,7 +32,7 @@ inline void store(const Lanes& lanes, Vector3<float>* to) {
 }
 inline void store(const Vector3<double>& value, Vector3<double>* to) { *to = value; }
 
-/// plait::cross, with its products in the same places.
+/// plait::cross, with the products in the same order.
 inline Lanes cross(const Lanes& a, const Lanes& b) {
   const Lanes a_yzx = __builtin_shufflevector(a, a, 1, 2, 0, 3);
   const Lanes a_zxy = __builtin_shufflevector(a, a, 2, 0, 1, 3);

@@ -1,5 +1,6 @@
-// Unit normals of a slot from the grid of its edge, row by row: the rules of normal_rules.h,
-// evaluated on lanes where the records are float32. Pinned by tests/kernels/slot_rows_test.cpp.
+// Computes unit normals of a slot from the grid of its edge, row by row, by the rules of
+// normal_rules.h. For float32 records it evaluates them on lanes. Pinned by
+// tests/kernels/slot_rows_test.cpp.
 #pragma once
 
 #include <cmath>
@@ -31,7 +32,7 @@ inline void regular_at(const Vector3<double>* v, std::int64_t stride, Vector3<fl
   *to = regular(v[stride] - v[-stride], v[1] - v[-1], v[1 - stride] - v[stride - 1]);
 }
 
-/// Normals of the slot at `level`; `grid` holds the whole finest mesh.
+/// Computes the normals of the slot at `level`. `grid` has the finest level.
 template <class Real>
 void slot_rows(const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
                Vector3<float>* to) noexcept {

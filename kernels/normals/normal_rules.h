@@ -1,8 +1,8 @@
-// Unit normals of a Loop surface by its tangent masks.
+// Computes unit normals of a Loop surface by its tangent masks.
 //
 // Interior: t1 = sum cos(2 pi i/n) p_i, t2 = sum sin(2 pi i/n) p_i (C. Loop 1987; H. Hoppe et al.,
 // "Piecewise Smooth Surface Reconstruction", 1994). For n = 6 these are combinations of the
-// differences of opposite neighbours, so turning the ring by half leaves every bit as it is.
+// differences of opposite neighbours, so rotating the ring by 180 degrees does not change any bit.
 //
 // Border, neighbours p_1 .. p_k counterclockwise from border to border: along it p_1 - p_k; across
 // it the left eigenvector of the plain border rules (odd 1/2 1/2, even 1/8 3/4 1/8) to the
@@ -11,9 +11,9 @@
 //   a (lambda - 1/2) = (y_2 + c)/8 and c (lambda - 3/4) = 3/8 sum(y) + a.
 // For k = 4 that is Hoppe's (-2, -1, 2, 2, -1); for k = 2 the eigenvalue is 1/4 and the mask
 // p_1 + p_2 - 2 v. Pinned by tests/kernels/normals_test.cpp.
-//
-// All sums are of differences to v or between neighbours: in float32 the rounding of positions, a
-// few units in the last place of a coordinate over the length of the local edges, limits the angle.
+// All sums add differences to v, or between neighbours. So in float32 only the rounding of the
+// positions limits the accuracy of the angle: a few units in the last place of a coordinate,
+// divided by the length of the local edges.
 #pragma once
 
 #include <array>
@@ -32,12 +32,12 @@ namespace plait::normals {
 
 constexpr Vector3<float> kPositiveZeros{0, 0, 0};  // -0 + 0 = 0
 
-/// Whether the square of a length is in float's comfortable range.
+/// Whether the square of a length is far from the smallest and the largest float.
 template <class Real>
 constexpr bool comfortable(Real square) {
   return square > Real(1e-30) && square < Real(1e30);
 }
-/// direction() where `square`, which is dot(v, v), is comfortable.
+/// direction() of `v`. REQUIRES: `square` is dot(v, v), and comfortable(square).
 template <class Real>
 Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
   const Real scale = Real(1) / std::sqrt(square);
@@ -45,9 +45,10 @@ Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
          kPositiveZeros;
 }
 
-/// A vector's direction in float32. Where the square of its length leaves float's comfortable range
-/// (tiny or huge model units) the length is taken in double. Zeros are positive: a ring turned by
-/// half would give them the other sign, and which face evaluates a vertex must not show. Pinned by
+/// The direction of a vector, in float32. If the square of its length is not comfortable() (the
+/// units of the mesh are very small or very large), the length is computed in double. Zeros are
+/// made positive: a ring rotated by 180 degrees would give them the other sign, but the result must
+/// not depend on the face that evaluates the vertex. Pinned by
 /// tests/acceptance/flat_surface_test.cpp.
 template <class Real>
 Vector3<float> direction(Vector3<Real> v) {
@@ -56,8 +57,8 @@ Vector3<float> direction(Vector3<Real> v) {
   return narrow<float>(normalized(widen(v))) + kPositiveZeros;
 }
 
-/// Normal to a regular vertex's tangent plane, of any length, from the differences of opposite
-/// neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
+/// A normal of any length to the tangent plane of a regular vertex, from the differences of
+/// opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
 template <class Real>
 constexpr Vector3<Real> regular_cross(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
   return cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
@@ -67,7 +68,7 @@ Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
   return direction(regular_cross(d0, d1, d2));
 }
 
-/// On a border with three faces: neighbours p_1 .. p_4.
+/// The same for a border vertex with three faces: neighbours p_1 .. p_4.
 template <class Real>
 Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2, Vector3<Real> p3,
                               Vector3<Real> p4) {
@@ -75,7 +76,7 @@ Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p
   return direction(cross(p1 - p4, across));
 }
 
-/// Weights of the mask across a border of `neighbours` >= 3 neighbours.
+/// The weights of the mask across a border, for `neighbours` >= 3 neighbours.
 struct BorderMask {
   double theta, end_weight;
 };
@@ -83,22 +84,23 @@ inline BorderMask border_mask(int neighbours) {
   const double theta = std::numbers::pi / (neighbours - 1);
   const double lambda = 0.375 + 0.25 * std::cos(theta);
   const double sum = 1 / std::tan(theta / 2), second = std::sin(theta);
-  // From c = 8 a (lambda - 1/2) - y_2 put into the second equation.
+  // This follows from c = 8 a (lambda - 1/2) - y_2 and the second equation.
   const double end_weight =
       (0.375 * sum + second * (lambda - 0.75)) / (8 * (lambda - 0.5) * (lambda - 0.75) - 1);
   return {theta, end_weight};
 }
 
-/// The two tangent masks of base vertices. A sine and a cosine for each neighbour take longer than
-/// all else about a base vertex, so they are computed once a valence. One thread at a time.
+/// The two tangent masks of base vertices. The sine and cosine for each neighbour take more time
+/// than the rest of the work on a base vertex, so they are computed once for each valence. Only one
+/// thread at a time may use an object.
 class BaseMasks {
  public:
   struct Weights {
     double first, second;
   };
-  /// [neighbour], until the next call.
+  /// The weights: [neighbour]. Valid until the next call.
   std::span<const Weights> of(int valence, bool border) {
-    // Vertices of more neighbours are few, and their masks large.
+    // Masks of higher valences are not stored: such vertices are rare and their masks are large.
     std::vector<Weights>& mask =
         static_cast<std::size_t>(valence) <= kMostKept
             ? kept_[2 * static_cast<std::size_t>(valence) + (border ? 1 : 0)]
@@ -131,8 +133,8 @@ class BaseMasks {
   std::vector<Weights> last_large_;
 };
 
-/// Normal of a base vertex from its ring: point(i), counterclockwise, of as many neighbours as the
-/// mask has.
+/// The normal of a base vertex from its ring. point(i) are its neighbours, counterclockwise, as
+/// many as the mask has weights.
 template <class Point>
 Vector3<float> of_base_vertex(std::span<const BaseMasks::Weights> mask, const Vector3<double>& v,
                               Point point) {
@@ -146,7 +148,7 @@ Vector3<float> of_base_vertex(std::span<const BaseMasks::Weights> mask, const Ve
   return direction(cross(first, second));
 }
 
-/// Normals of the base vertices; `rings` holds the finest level's.
+/// Computes the normals of the base vertices. `rings` has their neighbours at the finest level.
 template <class Real>
 void base(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
           std::span<const Vector3<Real>> positions, std::span<Vector3<float>> normals) {

@@ -1,5 +1,5 @@
-// Rows of the modified Butterfly scheme: a register of lanes at a time. Included once for each
-// instruction set.
+// Computes rows of the modified Butterfly scheme, one register of lanes at a time. Included once
+// for each instruction set.
 #if defined(PLAIT_KERNELS_ROWS_BUTTERFLY_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_BUTTERFLY_ROWS_INL_H
 #undef PLAIT_KERNELS_ROWS_BUTTERFLY_ROWS_INL_H
@@ -40,7 +40,7 @@ void kept_row(const EvenRow<Real>& row) {
   rule_rows::even_row<LaneNumbers<Real>>(MidpointRule{}, row);
 }
 
-/// A point of every lane in double, with the arithmetic that the rule of a vertex's spokes needs.
+/// One point in each lane, in double, with the arithmetic that spoke_rule.h needs.
 struct WidePoint {
   std::array<double, kPointNumbers> k{};
 

@@ -1,4 +1,4 @@
-// Rows of the modified Butterfly scheme.
+// The functions that compute rows of the modified Butterfly scheme.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace plait {
 
-/// Points A, B, C, D as in OddRow and the wings: over the edges AC, DB, CB and AD.
+/// The points A, B, C, D as in OddRow, and the wings beyond the edges AC, DB, CB and AD.
 template <class Real>
 struct WingedRow {
   const Real *a, *b, *c, *d, *wing_ac, *wing_db, *wing_cb, *wing_ad;
@@ -18,7 +18,7 @@ struct WingedRow {
 template <class Real>
 struct ButterflyRows {
   void (*odd)(const WingedRow<Real>&);
-  void (*even)(const EvenRow<Real>&);  ///< copies; looks at no neighbours
+  void (*even)(const EvenRow<Real>&);  ///< copies the points; reads no neighbours
   void (*ring_step)(const RingStep<Real>&);
 };
 

@@ -1,5 +1,5 @@
-// The library's rows, for the best instruction set of the processor (or the one that a test or a
-// measurement chooses) at the time of the call.
+// The library's row functions. Each call uses the best instruction set of the processor, or the one
+// that a test or a measurement has chosen.
 #pragma once
 
 #include "plait/kernels/one_ring.h"
@@ -8,14 +8,14 @@
 
 namespace plait {
 
-/// Puts the rows of one of the library's rules into `functions`.
+/// Sets the row functions of `functions` to those of a library rule.
 template <class Rule, class Real>
 void choose_rows(OneRingFunctions<Real>& functions);
 
 template <class Real>
 ButterflyRows<Real> butterfly_rows();
 
-/// Unit normals, the same for every scheme.
+/// The function that computes rows of unit normals, for every scheme.
 template <class Real>
 using NormalRow = void (*)(const SurfaceRow<Real, float>&);
 template <class Real>

@@ -1,5 +1,5 @@
-// Every instruction set that this processor has, one after another: for tests and measurements of
-// what is compiled for each of them.
+// Runs code with every instruction set of this processor, one after another. For tests and
+// measurements of the row functions.
 #pragma once
 
 #include <hwy/targets.h>
@@ -8,17 +8,18 @@
 
 namespace plait::fused_rows {
 
-/// Makes dynamic dispatch choose one instruction set after another, the narrowest first, calling
-/// visit(name) under each, and lets it choose the best one again. Not while other threads dispatch.
+/// Makes dynamic dispatch choose each instruction set in turn, the narrowest first, and calls
+/// visit(name). At the end, dispatch chooses the best one again. REQUIRES: no other thread calls
+/// row functions at the same time.
 template <class Visit>
 void on_every_target(Visit visit) {
   const auto choose_among = [](std::int64_t targets) {
     hwy::SetSupportedTargetsForTest(targets);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   };
-  choose_among(0);  // all that there are
+  choose_among(0);  // all of them
   const std::int64_t all = hwy::SupportedTargets() & HWY_TARGETS;
-  // Wider instruction sets have lower bits.
+  // In Highway, wider instruction sets have lower bits.
   for (int bit = 62; bit >= 0; --bit) {
     const std::int64_t target = std::int64_t{1} << bit;
     if ((all & target) == 0) continue;

@@ -1,11 +1,11 @@
-// Numbers (plait/kernels/numbers.h) in a register of the instruction set that this header is
-// included for, once for each: the same IEEE operations in the same order, nothing fused, so that
-// every lane has the bits of one number. Written out because compilers turn loops over lanes into
-// scalar code on some instruction sets. Pinned by tests/kernels/fused_rows_test.cpp and
-// fused_butterfly_rows_test.cpp on every instruction set, and rows_assembly_test.sh.
-//
-// Functions that are called with these numbers are compiled for no instruction set of their own, so
-// they must be inlined whole ([[gnu::always_inline]]) into one that is.
+// Numbers (plait/kernels/numbers.h) in a register of one instruction set. This header is included
+// once for each instruction set. Each lane has the same IEEE operations in the same order, and no
+// operation is fused, so every lane has the same bits as a single number. The operations are
+// explicit, because compilers turn loops over lanes into scalar code on some instruction sets.
+// Pinned by tests/kernels/fused_rows_test.cpp and fused_butterfly_rows_test.cpp on every
+// instruction set, and rows_assembly_test.sh.
+// Functions that take these numbers are not compiled for an instruction set themselves. So they
+// must be inlined ([[gnu::always_inline]]) into a function that is.
 #if defined(PLAIT_KERNELS_ROWS_HIGHWAY_NUMBERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_HIGHWAY_NUMBERS_INL_H
 #undef PLAIT_KERNELS_ROWS_HIGHWAY_NUMBERS_INL_H
@@ -24,8 +24,8 @@ namespace plait::fused_rows::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// D is a tag of Highway's. (HWY_ATTR on all: a friend of a template does not take the instruction
-/// set from where it is written.)
+/// D is a tag of Highway. (All functions have HWY_ATTR, because a friend function of a template
+/// does not get the instruction set of the code around it.)
 template <class D>
 struct HighwayNumbers {
   using Real = hn::TFromD<D>;
@@ -56,9 +56,9 @@ struct HighwayNumbers {
     return {hn::Div(a.v, hn::Set(D(), static_cast<Real>(divisor)))};
   }
 
-  /// One instruction each. Which of two zeros comes out, or whether what is no number comes out
-  /// once or twice, makes no difference to a ring_sum(); that it comes out at all does, and
-  /// Highway's own scalar minimum would drop it.
+  /// One instruction each. For ring_sum() it makes no difference which of two zeros is the result,
+  /// or whether a NaN is the result of one function or of both. But a NaN must not get lost, and
+  /// Highway's own scalar minimum would lose it.
   friend HWY_ATTR inline HighwayNumbers smaller(const HighwayNumbers& a, const HighwayNumbers& b) {
 #if HWY_TARGET == HWY_SCALAR
     return {hn::IfThenElse(hn::Lt(b.v, a.v), b.v, a.v)};
@@ -81,7 +81,7 @@ using LaneTag = hn::CappedTag<Real, kPatchLanes>;
 template <class Real>
 using LaneNumbers = HighwayNumbers<LaneTag<Real>>;
 using WideNumbers = LaneNumbers<double>;
-/// As many of `Real` as there are WideNumbers.
+/// As many numbers of `Real` as there are WideNumbers.
 template <class Real>
 using NarrowNumbers = HighwayNumbers<hn::Rebind<Real, LaneTag<double>>>;
 
@@ -99,7 +99,7 @@ HWY_ATTR inline NarrowNumbers<Real> narrowed(const WideNumbers& a) {
     return a;
   else
 #if HWY_TARGET == HWY_SCALAR
-    // Highway's own would make the largest number of what is too large.
+    // Highway's own conversion would turn numbers that are too large into the largest float.
     return {hn::Set(narrow, static_cast<Real>(hn::GetLane(a.v)))};
 #else
     return {hn::DemoteTo(narrow, a.v)};

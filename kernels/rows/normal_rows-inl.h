@@ -1,5 +1,5 @@
-// Normals of a row of points, a register of lanes at a time: the operations of their scalar twins
-// in normals/normal_rules.h. Included once for each instruction set.
+// Computes normals of a row of points, one register of lanes at a time, with the same operations as
+// the scalar functions in normals/normal_rules.h. Included once for each instruction set.
 #if defined(PLAIT_KERNELS_ROWS_NORMAL_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_NORMAL_ROWS_INL_H
 #undef PLAIT_KERNELS_ROWS_NORMAL_ROWS_INL_H
@@ -16,7 +16,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace plait::fused_rows::HWY_NAMESPACE {
 
-/// The three numbers of as many points as a vector has lanes.
+/// The three numbers of several points, one point in each lane.
 template <class V>
 struct Axes {
   V x, y, z;
@@ -32,7 +32,7 @@ struct Axes {
   }
 };
 
-/// normals::regular_cross().
+/// As normals::regular_cross().
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Axes<V> regular_cross(D d, const Axes<V>& d0, const Axes<V>& d1, const Axes<V>& d2) {
   const Axes<V> a = d0 + hn::Set(d, hn::TFromD<D>(0.5)) * (d1 - d2), b = d1 + d2;
@@ -44,7 +44,7 @@ template <class V>
 HWY_INLINE V square_of(const Axes<V>& a) {
   return hn::Add(hn::Add(hn::Mul(a.x, a.x), hn::Mul(a.y, a.y)), hn::Mul(a.z, a.z));
 }
-/// normals::comfortable() in every lane.
+/// Whether normals::comfortable() is true in every lane.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE bool all_comfortable(D d, V square) {
   using Real = hn::TFromD<D>;
@@ -52,7 +52,7 @@ HWY_INLINE bool all_comfortable(D d, V square) {
       d, hn::And(hn::Gt(square, hn::Set(d, Real(1e-30))), hn::Lt(square, hn::Set(d, Real(1e30)))));
 }
 
-/// The difference of a pair of opposite neighbours, at number `at` of their rows on.
+/// The difference of a pair of opposite neighbours, from index `at` of their rows on.
 template <class D, class Real>
 HWY_INLINE Axes<hn::Vec<D>> pair_difference(D d, const Neighbours<Real>& neighbours,
                                             std::size_t pair, std::size_t at) {
@@ -63,7 +63,7 @@ HWY_INLINE Axes<hn::Vec<D>> pair_difference(D d, const Neighbours<Real>& neighbo
   const auto& [first, second] = neighbours.pairs[pair];
   return axes(first + at) - axes(second + at);
 }
-/// In one lane, which is number `at`.
+/// The same difference in one lane, at index `at`.
 template <class Real>
 Vector3<Real> difference(const Neighbours<Real>& neighbours, std::size_t pair, std::size_t at) {
   const Real *a = neighbours.pairs[pair][0] + at, *b = neighbours.pairs[pair][1] + at;
@@ -71,7 +71,7 @@ Vector3<Real> difference(const Neighbours<Real>& neighbours, std::size_t pair, s
   return {a[0] - b[0], a[y] - b[y], a[z] - b[z]};
 }
 
-/// Unit normals have components of float, negative zeros made positive.
+/// Makes negative zeros positive.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_normal(D, V v, float* to) {
   const hn::Rebind<float, D> narrow;

@@ -1,5 +1,5 @@
-// The rows of one-ring rules (plait/kernels/rule_rows.h) as functions of one instruction set.
-// Included once for each.
+// The rows of one-ring rules (plait/kernels/rule_rows.h) as functions for one instruction set.
+// Included once for each instruction set.
 #if defined(PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H
 #undef PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H
@@ -31,7 +31,7 @@ void ring_step(const void* rule, const RingStep<Real>& step) {
   rule_rows::ring_step<NarrowNumbers<Real>, WideNumbers>(*static_cast<const Rule*>(rule), step);
 }
 
-/// Puts them in place of what they are in `functions`.
+/// Sets the row functions of `functions` to these.
 template <class Rule, class Real>
 void put_rows(OneRingFunctions<Real>& functions) {
   functions.odd_row = odd_row<Rule, Real>;

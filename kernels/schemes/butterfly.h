@@ -1,5 +1,5 @@
-// The modified Butterfly scheme: interpolating, and it reads two rings around a vertex. Its
-// stencils and their sources: kernels/butterfly/.
+// The modified Butterfly scheme, which is interpolating and reads two rings around a vertex.
+// kernels/butterfly/ has the stencils and their sources.
 #pragma once
 
 #include "plait/kernels/scheme.h"
@@ -7,7 +7,7 @@
 
 namespace plait {
 
-/// The counterpart of OneRing.
+/// Has the role of OneRing for this scheme.
 template <class RealType>
 struct Butterfly {
   using Real = RealType;

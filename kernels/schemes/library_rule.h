@@ -1,5 +1,5 @@
-// A one-ring rule of the library's: like a program's own, but for the rows, which are chosen for
-// the processor at the time of the call.
+// A one-ring rule of the library. It is like a program's own rule, except for the row functions,
+// which use the best instruction set of the processor.
 #pragma once
 
 #include <memory>

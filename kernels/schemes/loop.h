@@ -1,13 +1,13 @@
-// Loop subdivision in place: the one expression behind every vertex.
+// Loop subdivision in place: the expressions for every vertex.
 //
 // C. Loop, "Smooth Subdivision Surfaces Based on Triangles", master's thesis, University of Utah,
-// 1987; the in-place form of the even rule, from the new odd neighbours, is I. Guskov's,
-// "Non-replicating indexing for out-of-core processing of semi-regular triangular surface meshes",
-// section 5. Limit masks: D. Zorin, P. Schroeder, "Subdivision for Modeling and Animation",
+// 1987. The even rule in place, which reads the new odd neighbours, is from I. Guskov,
+//       "Non-replicating indexing for out-of-core processing of semi-regular triangular surface
+//       meshes", section 5. Limit masks: D. Zorin, P. Schroeder, "Subdivision for Modeling and
+//       Animation",
 // SIGGRAPH course notes, 2000. Pinned by tests/kernels/loop_test.cpp against an independent oracle.
-//
-// Rules of the library are inlined whole: then they become instructions of the function that asks
-// for them, on whichever instruction set that function is compiled for.
+// The rules of the library are always inlined, so that they are compiled for the instruction set of
+// their caller.
 #pragma once
 
 #include <cmath>
@@ -36,7 +36,7 @@ struct LoopRule {
   [[gnu::always_inline]] V even_border(const V& v, const V& p, const V& q) const {
     return 0.5 * v + 0.25 * (p + q);
   }
-  /// b = 8/5 b' of one new odd neighbour in the in-place rule.
+  /// The weight b = 8/5 b' of one new odd neighbour in the in-place rule.
   double even_weight(int valence) const { return 1.6 * old_neighbour_weight(valence); }
 
   template <class V>
@@ -52,7 +52,7 @@ struct LoopRule {
   }
 
  private:
-  /// b' of Loop 1987: weight of one old neighbour.
+  /// b' of Loop 1987: the weight of one old neighbour.
   static double old_neighbour_weight(int valence) {
     const double centre = 0.375 + 0.25 * std::cos(2 * std::numbers::pi / valence);
     return (0.625 - centre * centre) / valence;

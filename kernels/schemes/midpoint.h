@@ -1,4 +1,4 @@
-// Linear subdivision: an odd vertex is the middle of its edge, and even ones stay where they are.
+// Linear subdivision: an odd vertex is the middle of its edge, and even vertices do not move.
 // Pinned by tests/kernels/schemes_test.cpp.
 #pragma once
 

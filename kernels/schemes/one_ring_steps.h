@@ -1,5 +1,5 @@
-// What the executors' steps ask of a scheme, for those of one ring; kernels/butterfly/ has the
-// counterparts for Butterfly.
+// The functions and types that the executors' steps need from a scheme, for one-ring schemes.
+// kernels/butterfly/ has those for Butterfly.
 #pragma once
 
 #include <span>
@@ -13,7 +13,7 @@
 
 namespace plait {
 
-/// New vertices of one level, edge by edge.
+/// Computes the new vertices of one level, edge by edge.
 template <class Real>
 auto odd_slots(const OneRing<Real>& rule, const Topology& mesh, const RingTable<Vector3<Real>>&,
                std::span<const Vector3<Real>>) {
@@ -23,7 +23,7 @@ auto odd_slots(const OneRing<Real>& rule, const Topology& mesh, const RingTable<
   };
 }
 
-/// Rings of base vertices begin with the base mesh itself.
+/// For one-ring schemes, the rings of base vertices begin with the base mesh itself.
 template <class Real>
 std::vector<Vector3<Real>> first_middles(const OneRing<Real>&, const Topology&,
                                          std::span<const Vector3<Real>>) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "plait/error.h"
 
@@ -12,6 +14,19 @@ namespace {
 constexpr auto kTraits = []<class... Schemes>(std::tuple<Schemes...>*) {
   return std::array{Schemes::kTraits...};
 }(static_cast<LibrarySchemes*>(nullptr));
+
+/// The names of the schemes that `has` is true of: "a", "a or b", "a, b or c".
+std::string names_of(bool (*has)(const SchemeTraits&)) {
+  std::vector<std::string_view> names;
+  for (const SchemeTraits& scheme : kTraits)
+    if (has(scheme)) names.push_back(scheme.name);
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == names.size() ? " or " : ", ";
+    text += names[i];
+  }
+  return text;
+}
 
 }  // namespace
 
@@ -33,12 +48,11 @@ SchemeTraits traits_of(const SubdivideOptions& options) {
 std::string_view to_string(Scheme scheme) noexcept { return traits_of(scheme).name; }
 
 std::string scheme_names() {
-  std::string names;
-  for (std::size_t i = 0; i < kTraits.size(); ++i) {
-    names += i == 0 ? "" : i + 1 == kTraits.size() ? " or " : ", ";
-    names += kTraits[i].name;
-  }
-  return names;
+  return names_of([](const SchemeTraits&) { return true; });
+}
+
+std::string limit_scheme_names() {
+  return names_of([](const SchemeTraits& scheme) { return scheme.has_limits; });
 }
 
 Scheme scheme_from_name(std::string_view name) {

@@ -1,4 +1,4 @@
-// The schemes of the library. This list is the only place that names them all.
+// The list of the library's schemes. No other code names all of them.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ constexpr bool are_in_order(std::index_sequence<kNumbers...>) {
 constexpr std::size_t kSchemeCount = std::tuple_size_v<LibrarySchemes>;
 static_assert(are_in_order(std::make_index_sequence<kSchemeCount>()));
 
-/// Calls visit(rule), the rule of a scheme for points of `Real`, and returns what it returns: once
-/// a run, so that nothing below asks which scheme it is.
+/// Calls visit(rule) with the rule of a scheme for points of `Real`, and returns its result. A run
+/// calls it once, so the code below it does not depend on the scheme.
 template <class Real, class Visit>
 auto with_rule(Scheme scheme, Visit visit) {
   using Result = decltype(visit(LoopScheme::rule<Real>()));
@@ -36,14 +36,14 @@ auto with_rule(Scheme scheme, Visit visit) {
   }(static_cast<LibrarySchemes*>(nullptr));
   return calls.at(static_cast<std::size_t>(scheme))(visit);
 }
-/// The same of the options' scheme, which may be the program's own.
+/// The same for the scheme of the options, which may be the program's own.
 template <class Real, class Visit>
 auto with_rule(const SubdivideOptions& options, Visit visit) {
   if (options.own_scheme != nullptr) return visit(options.own_scheme->rule<Real>());
   return with_rule<Real>(options.scheme, visit);
 }
 
-/// The traits of the options' scheme.
+/// The traits of the scheme of the options.
 SchemeTraits traits_of(const SubdivideOptions& options);
 
 }  // namespace plait

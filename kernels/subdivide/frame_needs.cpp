@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kNormalBytes = 12;
 
-/// The accesses of the passes that reach the finest level, which are the widest of their kind:
-/// those of sweep_steps.cpp.
+/// The largest need of the passes of sweep_steps.cpp. The passes at the finest level are the widest
+/// of their kind, so the function needs only their accesses.
 std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& options,
                                 std::size_t record_bytes, bool makes_levels) {
   const int first = store.base_level() + 1, last = options.levels;
@@ -35,8 +35,8 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
   return most;
 }
 
-/// The same of transparent_steps.cpp: passes over patches have half of the budget, the pass over
-/// the finished surface a quarter for each attribute, unless one face needs more.
+/// The same for transparent_steps.cpp. Passes over patches have half of the budget. The pass over
+/// the finished surface has a quarter for each attribute, unless one face needs more.
 std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& options,
                                 std::size_t record_bytes, bool makes_levels) {
   const int first = store.base_level() + 1, last = options.levels;
@@ -49,8 +49,8 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
       patch_needs(store, {record_bytes, first, last, Reach::kFaces})};
   if (options.normals) windows.push_back(patch_needs(store, {kNormalBytes, first, last}));
   if (options.limit) windows.push_back(patch_needs(store, {record_bytes, first, last}));
-  // The smallest budget that holds all windows, each of them at least its quarter: three quarters
-  // are the most, so that this ends.
+  // The smallest budget in which all windows fit, if each has at least a quarter of the budget.
+  // There are at most three windows, so the loop ends.
   for (std::uint64_t budget = 0;;) {
     std::uint64_t all = 0;
     for (const std::uint64_t window : windows) all += std::max(window, budget / 4);

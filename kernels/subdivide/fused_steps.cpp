@@ -38,7 +38,7 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   const SubdivideOptions& options = run.options;
   const int levels = finest(store, options).refinements;
   const std::span<Vector3<Real>> base = store.base_records<Vector3<Real>>(run.position);
-  // The base mesh is read until the last patch is done.
+  // The patches read the base mesh until the last one is done, so the results are separate arrays.
   std::vector<Vector3<Real>> positions(base.size()), limits(options.limit ? base.size() : 0);
 
   const Topology mesh = store.base().topology();
@@ -71,9 +71,9 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const FusedPass pass =
       fused_pass(store, options, Rule::kReach, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
-  // A reach of two keeps level 1; rings and values in double, from which it is made, are given back
-  // before the pass takes what it needs: new base records, the halves that wait and where, hubs,
-  // and what each thread works in.
+  // A scheme with a reach of two has level 1 in memory. The rings and the values in double from
+  // which level 1 is made are freed before the pass allocates its memory: new base records, the
+  // waiting halves and their table, hubs, and scratch memory for each thread.
   constexpr bool keeps_level_1 = Rule::kReach == 2;
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;

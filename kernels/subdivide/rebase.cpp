@@ -69,9 +69,11 @@ int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot
 BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision) {
   const LevelCounts counts = counts_at_level(mesh, times);
   if (counts.vertices >= kNoId || counts.faces >= kNoId / 3)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("refine the base mesh {} times: {} faces are too many for one", times,
-                            counts.faces));
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "refine the base mesh {} times: the result would have {} faces, which is too many",
+            times, counts.faces));
   const auto refine = [&](const auto& rule) { return refine_in_core(mesh, times, rule); };
   return double_precision ? with_rule<double>(scheme, refine) : with_rule<float>(scheme, refine);
 }

@@ -1,5 +1,5 @@
-// The passes that make up a subdivision, each by either executor that has passes. Levels are the
-// store's numbers.
+// The passes of a subdivision, for the sweep and for the transparent executor. Levels are numbered
+// as in the store.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace plait {
 
-/// What all passes of one run share.
+/// The data that all passes of one run share.
 template <class Real>
 struct SubdivisionRun {
   SubdivisionRun(Store& store_to_refine, const SubdivideOptions& run_options, AttributeId id)
@@ -26,7 +26,8 @@ struct SubdivisionRun {
   Store& store;
   const SubdivideOptions& options;
   AttributeId position;
-  /// Rings of the base vertices at the finest level done; the fused executor has its own.
+  /// The rings of the base vertices at the finest finished level. (The fused executor has its own
+  /// rings.)
   RingTable<Vector3<Real>> rings;
   std::uint64_t vertices_before = 0, vertices_total = 0;
 
@@ -35,24 +36,25 @@ struct SubdivisionRun {
               std::uint64_t count) const;
 };
 
-// `Rule` is OneRing<Real> or Butterfly<Real>: with_rule() chooses it once a run.
+// `Rule` is OneRing<Real> or Butterfly<Real>: with_rule() chooses it once for each run.
 
-/// Vertices born at `level`, and their rings.
+/// Computes the vertices that `level` creates, and the rings of the base vertices.
 template <class Rule>
 void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level);
-/// Moves the vertices born before `level`, base vertices included. REQUIRES: rule.moves_even().
+/// Moves the vertices of coarser levels than `level`, including base vertices. REQUIRES:
+/// rule.moves_even().
 template <class Real>
 void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level);
-/// Fills attributes `normal` (float32 x 3) and `limit` (as the positions) over all levels to
-/// `level`; kNoId leaves one out.
+/// Fills the attributes `normal` (float32 x 3) and `limit` (same type as the positions) on all
+/// levels up to `level`. kNoId: not wanted.
 template <class Rule>
 void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level,
                   AttributeId normal, AttributeId limit);
-/// Rings of the base vertices at `level`, read from the store.
+/// Reads the rings of the base vertices at `level` from the store.
 template <class Real>
 void read_rings(SubdivisionRun<Real>& run, int level);
 
-/// The same by the transparent executor.
+/// The same passes with the transparent executor.
 template <class Rule>
 void make_odd_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level);
 template <class Real>
@@ -61,12 +63,12 @@ template <class Rule>
 void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level,
                               AttributeId normal, AttributeId limit);
 
-/// All levels and the surface at once, by the fused executor, into attributes that have all levels
-/// to options.levels already; `normal` may be kNoId. With options.limit positions are limit
-/// positions.
+/// Computes all levels, and normals or limit positions, in one pass of the fused executor.
+/// REQUIRES: the attributes have all levels up to options.levels. `normal` may be kNoId. With
+/// options.limit, the positions are limit positions.
 template <class Rule>
 void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, AttributeId normal);
-/// What run_fused keeps beside the budget.
+/// The memory that run_fused() uses in addition to the budget.
 template <class Rule>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options);
 

@@ -28,12 +28,14 @@ void check(const Store& store, const SubdivideOptions& options) {
     throw Error(ErrorCode::kInvalidArgument,
                 "subdivide: the store has an attribute 'limit' already");
   if (store.has_attribute("normal") && !options.normals)
-    throw Error(ErrorCode::kInvalidArgument,
-                "subdivide: the store has normals, which fit no finer level: ask for normals, and "
-                "they are made anew");
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        "subdivide: the store has normals, which do not fit a finer level: ask for normals, so "
+        "that new ones are computed");
 }
 
-/// Vertices that the whole run computes, even ones as often as they move.
+/// The number of vertices that the whole run computes. An even vertex counts each time that it
+/// moves.
 std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& options,
                                int first_level) {
   const std::uint64_t interior = store.base().edge_count() - store.base().border_edge_count();
@@ -54,7 +56,7 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
   return total;
 }
 
-/// Says where the levels come from: this run, and no other one.
+/// Records in the provenance how this run makes the levels.
 template <class Real>
 void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
   Provenance provenance = store.provenance();
@@ -72,11 +74,11 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
   const int base_level = store.base_level(), levels = options.levels;
   const int done = store.attributes()[position].finest_level;
-  UnfinishedLevels unfinished;  // until all passes over them have ended
+  UnfinishedLevels unfinished;  // until all passes over the levels have ended
   const auto add_levels = [&](AttributeId id) {
     for (int level = base_level + 1; level <= levels; ++level) {
       store.add_level(id);
-      unfinished.add(store.level_file(id, level), Access::kWrite);
+      unfinished.add(store.level_file(id, level), Access::kOverwrite);
     }
   };
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
@@ -85,7 +87,8 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
     add_levels(id);
     return id;
   };
-  // Limit positions, or those of another scheme, are none that this one would have gone on from.
+  // If the existing levels are limit positions or were made by another scheme, this scheme alone
+  // would not have made them. So the provenance names no scheme.
   const Provenance before = store.provenance();
   const bool only_this_run =
       done == base_level || (before.scheme == traits_of(options).name && !before.limit);
@@ -119,7 +122,8 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   }
   if (!options.normals && !options.limit) return;
 
-  // What is committed stays readable until all of the new normals are there.
+  // The committed normals must stay readable until all new normals are complete, so the new ones
+  // are another attribute at first.
   const bool replaces_normals = store.has_attribute("normal");
   const AttributeId normal =
       add(options.normals, schema_of<Vector3<float>>(replaces_normals ? "normal_anew" : "normal"));
@@ -173,7 +177,8 @@ std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOption
     return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options, bytes)
                                                    : with_rule<float>(options, bytes);
   }
-  // A reach of two keeps the coarser rings beside the finer ones, and its extraordinary values.
+  // A scheme with a reach of two has the rings of two levels in memory, and its extraordinary
+  // values.
   const bool two_rings = traits_of(options).reach == 2;
   const std::uint64_t side =
       (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;

@@ -45,7 +45,8 @@ std::uint64_t vertices_born(const Store& store, int first, int last) {
   return vertices;
 }
 
-/// The rings of the edge's ends, from its slot. Edges may be taken by different threads.
+/// Collects the ring vertices on the edge from its slot. Several threads may do this for different
+/// edges.
 template <class Record>
 void set_ring(RingTable<Record>& rings, const Topology& mesh, EdgeId edge, BaseRelativeLevel level,
               std::span<const Record> slot) {
@@ -85,7 +86,7 @@ void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int le
   pass.name = fmt::format("level {}: odd vertices", level);
   pass.accesses = {{run.position, base_level + 1, level - 1, Access::kRead,
                     Rule::kReach == 2 ? Reach::kRing : Reach::kFaces},
-                   {run.position, level, level, Access::kWrite}};
+                   {run.position, level, level, Access::kOverwrite}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
@@ -141,9 +142,9 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
                                : "normals and limit positions";
   pass.accesses = {{run.position, base_level + 1, level, Access::kRead, Reach::kFaces}};
   const std::size_t normal_access = pass.accesses.size();
-  if (normal != kNoId) pass.accesses.push_back({normal, base_level + 1, level, Access::kWrite});
+  if (normal != kNoId) pass.accesses.push_back({normal, base_level + 1, level, Access::kOverwrite});
   const std::size_t limit_access = pass.accesses.size();
-  if (limit != kNoId) pass.accesses.push_back({limit, base_level + 1, level, Access::kWrite});
+  if (limit != kNoId) pass.accesses.push_back({limit, base_level + 1, level, Access::kOverwrite});
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     gather(mesh, SlotSource<Record>{view, 0, base_level}, base, edge, 0, refinements, grid);

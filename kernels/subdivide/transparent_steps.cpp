@@ -15,7 +15,7 @@
 namespace plait {
 namespace {
 
-/// Progress between faces; every face would be too often.
+/// Reports progress between faces, but not after every face, because that would be too often.
 template <class Real>
 BeforeFace reporter(const SubdivisionRun<Real>& run, std::string phase, std::uint64_t vertices) {
   const std::uint64_t faces = run.store.base().face_count();
@@ -24,7 +24,8 @@ BeforeFace reporter(const SubdivisionRun<Real>& run, std::string phase, std::uin
   };
 }
 
-/// Vertices born at levels `first` to `last` of a closed mesh, near enough for a progress bar.
+/// The number of vertices that levels `first` to `last` create, for a closed mesh. It is
+/// approximate for other meshes, which is enough for a progress bar.
 std::uint64_t about_vertices(const Store& store, int first, int last) {
   std::uint64_t vertices = 0;
   for (int level = first; level <= last; ++level)

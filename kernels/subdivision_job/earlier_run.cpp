@@ -37,7 +37,8 @@ class Comparison {
   void surface(bool has_levels) {
     const Provenance& provenance = store_.provenance();
     if (provenance.limit)
-      refuse_store("existing", "it holds limit positions, from which no subdivision can go on");
+      refuse_store("existing",
+                   "its positions are limit positions, and no subdivision can continue from these");
     if (has_levels && provenance.scheme.empty())
       refuse_store("existing", "it does not say which scheme made its levels");
     else if (has_levels && request_.scheme)
@@ -49,8 +50,8 @@ class Comparison {
                                          request_.levels, position_.finest_level));
     if (store_.has_attribute("normal") && position_.finest_level < request_.levels &&
         !request_.normals)
-      refuse_store("normals", fmt::format("it has normals of level {}, which fit no finer one: ask "
-                                          "for normals, and they are made anew",
+      refuse_store("normals", fmt::format("it has normals of level {}, which do not fit a finer "
+                                          "level: ask for normals, so that new ones are computed",
                                           position_.finest_level));
     base_level();
   }
@@ -62,8 +63,8 @@ class Comparison {
         rebase_levels(request_.levels, position_.schema.record_bytes(), *request_.max_slot_bytes);
     if (asked != store_.base_level())
       refuse_store("max_slot_bytes",
-                   fmt::format("slots of at most {} ask for a base mesh refined {} times, and the "
-                               "store has one refined {} times: leave it open",
+                   fmt::format("for slots of at most {}, the base mesh would be refined {} times, "
+                               "but in the store it is refined {} times: leave the option out",
                                size_text(*request_.max_slot_bytes), asked, store_.base_level()));
   }
 
@@ -73,8 +74,8 @@ class Comparison {
   }
   void same(std::string_view field, std::string_view asked, std::string_view found) {
     if (asked != found)
-      refuse_store(field, fmt::format("{} {} was asked for, and the store has {}: leave it open, "
-                                      "or convert the store",
+      refuse_store(field, fmt::format("the request has {} {}, but the store has {}: leave the "
+                                      "option out, or convert the store",
                                       field, asked, found));
   }
   void refuse_store(std::string_view field, const std::string& reason) {
@@ -111,7 +112,7 @@ std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
   plan.precision = position.schema.type;
   plan.layout = layout_from_name(store.options().layout);
   plan.store = store.options();
-  plan.backend_reason = "as the store was made";
+  plan.backend_reason = "the backend of the store";
   EarlierRun& earlier = plan.earlier.emplace();
   earlier.level = position.finest_level;
   earlier.normals = store.has_attribute("normal");
@@ -127,7 +128,7 @@ void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& 
                             return a.x == b.x && a.y == b.y && a.z == b.z;
                           }))
     refuse(plan, "mesh", ErrorCode::kInvalidArgument,
-           fmt::format("resume {}: its base mesh is another one than the mesh that was given",
+           fmt::format("resume {}: the store was made from another mesh than the given one",
                        store.path().native()));
 }
 

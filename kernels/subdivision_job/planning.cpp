@@ -26,12 +26,21 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
     refuse(plan, field, ErrorCode::kInvalidArgument,
            fmt::format("subdivide: a run that can be resumed {}", why));
   };
-  if (!plan.keeps_store) refuse_it("backend", "needs a backend that keeps levels");
+  if (!plan.keeps_store) refuse_it("backend", "needs a backend that stores levels in files");
   if (plan.subdivide.executor == ExecutorKind::kFused)
     refuse_it("executor",
               "needs an executor that makes one level after another (sweep, transparent)");
   if (request.limit)
-    refuse_it("limit", "makes no limit positions, from which no subdivision can go on");
+    refuse_it("limit",
+              "cannot make limit positions, because no subdivision can continue from these");
+}
+
+/// A resumable run never has limit positions: check_resumable() refuses them.
+void check_limit(const SubdivisionRequest& request, SubdivisionPlan& plan) {
+  if (!request.limit || plan.commits_levels) return;
+  if (const SchemeTraits& scheme = traits_of(plan.subdivide.scheme); !scheme.has_limits)
+    refuse(plan, "limit", ErrorCode::kNotSupported,
+           fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
 }
 
 }  // namespace
@@ -58,7 +67,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
     backend.validate(BackendRegistry::options_in(*request.backend));
     backend.validate_pipeline(plan.store.pipeline);
     plan.keeps_store = backend.traits.durable;
-    plan.backend_reason = "asked for";
+    plan.backend_reason = "given by the user";
   }
   plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);
   plan.store.budget_bytes = request.budget_bytes;
@@ -66,7 +75,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.precision = request.precision.value_or(ComponentType::kFloat32);
   plan.commits_levels = request.existing == ExistingStore::kResume;
 
-  plan.subdivide.scheme = request.scheme.value_or(Scheme::kLoop);
+  plan.subdivide.scheme = request.scheme.value_or(kDefaultScheme);
   plan.subdivide.levels = request.levels;
   plan.subdivide.normals = request.normals;
   plan.subdivide.limit = request.limit;
@@ -77,15 +86,17 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.layout = layout_of(request, plan.subdivide.executor);
 
   check_resumable(request, plan);
+  check_limit(request, plan);
   if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)
     refuse(plan, "precision", ErrorCode::kInvalidArgument,
            fmt::format("subdivide: expected precision float32 or float64, found {}",
                        to_string(plan.precision)));
   if (plan.keeps_store && request.store.empty())
     refuse(plan, "store", ErrorCode::kInvalidArgument,
-           "subdivide: the store has no name, and only a backend that keeps nothing goes without");
+           "subdivide: expected a name for the store, found none; only a backend without files "
+           "needs none");
   if (plan.refusals.empty() && !plan.keeps_store && !request.store.empty())
-    plan.warnings.push_back(fmt::format("backend {} keeps nothing: {} is not made",
+    plan.warnings.push_back(fmt::format("backend {} writes no files: {} is not made",
                                         plan.store.backend, request.store.native()));
   return plan;
 }

@@ -13,8 +13,8 @@ namespace plait {
 
 class PlannedRun {
  public:
-  /// `store` is that of the earlier run, or empty; the run puts its own store there. The arguments
-  /// must outlive this object.
+  /// `store` is the store of the earlier run, or empty; the run sets it to its own store. The
+  /// arguments must outlive this object.
   PlannedRun(const SubdivisionRequest& request, const BackendRegistry& backends,
              SubdivisionPlan& plan, std::optional<Store>& store, const SubdivisionWatch& watch)
       : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(store) {}

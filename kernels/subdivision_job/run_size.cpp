@@ -96,8 +96,9 @@ void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
   if (!backend.durable) return;
   const std::uint64_t divisor = backend.compressed ? kExpectedCompression : 1;
   const std::string guess =
-      backend.compressed ? fmt::format(", if compression leaves a {}th, which is a guess", divisor)
-                         : "";
+      backend.compressed
+          ? fmt::format(", if compression reduces it to 1/{}, which is a guess", divisor)
+          : "";
   const std::uint64_t removed = plan.commits_levels ? 0 : left_over_bytes(store);
   const std::uint64_t free_bytes = sum(free_disk_bytes(store), removed);
   if (const std::uint64_t needed = plan.size.disk_bytes / divisor; needed > free_bytes)
@@ -107,8 +108,8 @@ void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
   const std::uint64_t longest = largest_file_bytes();
   if (const std::uint64_t needed = plan.size.longest_file_bytes / divisor; needed > longest)
     refuse_size(plan, ErrorCode::kNoSpace,
-                fmt::format("the longest file there may be in {}{}", store.native(), guess), needed,
-                longest);
+                fmt::format("the longest file that is allowed in {}{}", store.native(), guess),
+                needed, longest);
 }
 
 void check_budget(SubdivisionPlan& plan, const Store& store) {

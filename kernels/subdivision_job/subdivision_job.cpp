@@ -52,7 +52,7 @@ struct SubdivisionJob::Implementation {
   SubdivisionRequest request;
   const BackendRegistry& backends;
   SubdivisionPlan plan;
-  std::optional<Store> store;  ///< that of the earlier run; during run() the one of the run
+  std::optional<Store> store;  ///< the store of the earlier run; during run() the store of the run
   BaseMesh mesh;               ///< until run()
   bool was_run = false;
 };
@@ -109,7 +109,7 @@ const SubdivisionPlan& SubdivisionJob::plan() const { return implementation_->pl
 SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) {
   Implementation& job = *implementation_;
   if (std::exchange(job.was_run, true))
-    throw Error(ErrorCode::kBadState, "subdivide: this job was run already: make another one");
+    throw Error(ErrorCode::kBadState, "subdivide: this job has already run: make another job");
   throw_refusal(job.plan);
   PlannedRun planned(job.request, job.backends, job.plan, job.store, watch);
   try {
@@ -121,7 +121,7 @@ SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) {
     const bool keeps_commits = job.plan.commits_levels && job.store;
     job.store.reset();
     if (!keeps_commits || error.code() != ErrorCode::kCancelled) throw;
-    throw Error(error.code(), fmt::format("{}; what is committed of {} stays", error.what(),
+    throw Error(error.code(), fmt::format("{}; the last commit of {} stays", error.what(),
                                           job.request.store.native()));
   }
   planned.result().plan = job.plan;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The example watched_job: finishes, is cancelled, and goes on from what is committed.
+# The example watched_job: finishes, is cancelled, and continues from the last commit.
 #
 #   example_watched_job.sh PROGRAM MESH
 set -euo pipefail
@@ -16,5 +16,5 @@ expect() {
 }
 expect 0 'level 2,' "$1" "$2" "$here/s.plait" 2
 expect 3 'cancelled' "$1" "$2" "$here/s.plait" 5 0
-expect 0 'goes on from level 2' "$1" "$2" "$here/s.plait" 5
-expect 0 'goes on from level 5' "$1" "$2" "$here/s.plait" 5
+expect 0 'continues from level 2' "$1" "$2" "$here/s.plait" 5
+expect 0 'continues from level 5' "$1" "$2" "$here/s.plait" 5

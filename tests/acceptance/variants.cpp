@@ -51,11 +51,11 @@ Variant make_variant(const BackendChoice& backend, int executor, int threads, in
 std::vector<SweepPass> passes_of(int level, AttributeId position, AttributeId normal) {
   std::vector<SweepPass> passes(3);
   passes[0].accesses = {{position, 1, level - 1, Access::kRead, Reach::kFaces},
-                        {position, level, level, Access::kWrite}};
+                        {position, level, level, Access::kOverwrite}};
   passes[1].accesses = {{position, level, level, Access::kRead, Reach::kFaces},
                         {position, 1, level - 1, Access::kUpdate}};
   passes[2].accesses = {{position, 1, level, Access::kRead, Reach::kFaces},
-                        {normal, 1, level, Access::kWrite}};
+                        {normal, 1, level, Access::kOverwrite}};
   return passes;
 }
 

@@ -1,9 +1,12 @@
 // The part of the suite for levels that are files: reopening, damage, refusals.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cerrno>
+#include <filesystem>
 #include <utility>
 
 #include "backends/conformance.h"
+#include "durability/faults.h"
 #include "plait/error.h"
 
 namespace plait::test {
@@ -160,6 +163,39 @@ TEST_CASE("BackendOpen_FileCutShort_IsFoundAtOpenOrRead") {
       CHECK(error_of_reading(level) == ErrorCode::kCorruption);
       CHECK(error_of_reading(level, OpenMode::kReadWrite) == ErrorCode::kCorruption);
     }
+  }
+}
+
+TEST_CASE("BackendRead_FileCutShortWhileItIsOpen_IsAnError") {
+  for (const auto& subject : durable_backends()) {
+    INFO(subject.label);
+    LevelUnderTest level(subject);
+    write_and_close(level, Content::kRandom);
+    Backend& backend = level.open(OpenMode::kRead);
+    std::filesystem::resize_file(level.file(), 0);
+    for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
+      CHECK_THROWS_AS(read_blocks(backend, level.geometry(), {block, 1}), Error);
+      if (subject.entry.traits.maps_for_reading) CHECK_THROWS_AS(backend.address(block), Error);
+    }
+  }
+}
+
+// Blocks are whole pages, so that each is one write, which fails as a whole.
+TEST_CASE("BackendWrite_ThatFails_LeavesTheBlockAsItWas") {
+  for (const auto& subject : durable_backends()) {
+    INFO(subject.label);
+    LevelUnderTest level(subject, {16, {}, 5, 16, 16 << 10});
+    const LevelGeometry& geometry = level.geometry();
+    Backend& backend = level.open();
+    const Bytes before = make_content(geometry.total_bytes(), Content::kRandom, 3),
+                other = make_content(geometry.block_bytes(1), Content::kRandom, 4);
+    backend.write({0, geometry.block_count()}, before);
+    {
+      const FailingOperations full(level.directory().path(), 0, ENOSPC,
+                                   FailingOperations::From::kAllFromThere);
+      CHECK_THROWS_AS(backend.write({1, 1}, other), Error);
+    }
+    CHECK(read_blocks(backend, geometry, {0, geometry.block_count()}) == before);
   }
 }
 

@@ -77,6 +77,30 @@ TEST_CASE("Journal_OfAnAbandonedStore_IsWhatBringsItBack") {
   }
 }
 
+TEST_CASE("Journal_ItsBuffer_IsSubtractedFromTheBudget") {
+  const TemporaryDirectory here;
+  const fs::path path = here.path() / "s.plait";
+  for (const Setup& setup : setups_in_place()) {
+    CAPTURE(setup.label());
+    fs::remove_all(path);
+    small_store(path, setup, Durability::kCommit).close();
+    const auto budget_of_frames = [&](std::uint64_t budget_bytes, Durability durability) {
+      OpenOptions options;
+      options.writable = true;
+      options.overwriting = Overwriting::kInPlace;
+      options.durability = durability;
+      options.budget_bytes = budget_bytes;
+      return Store::open(path, options, default_backends()).pager().budget_bytes();
+    };
+    // docs/backends.md, "One volume per store".
+    for (const std::uint64_t budget_bytes : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
+      const std::uint64_t buffer_bytes = std::min(budget_bytes / 8, std::uint64_t{1} << 20);
+      CHECK(budget_of_frames(budget_bytes, Durability::kNone) ==
+            budget_of_frames(budget_bytes, Durability::kCommit) + buffer_bytes);
+    }
+  }
+}
+
 TEST_CASE("Journal_AnyByteFlipped_IsFoundOrHarmless") {
   const Abandoned store(Setup("pread", Overwriting::kInPlace));
   const std::vector<std::byte> bytes = file_bytes(store.path / "journal");

@@ -48,7 +48,7 @@ void fill(Store& store) {
   for (int level = 1; level <= store.finest_level(); ++level) {
     LevelFile& file = store.level_file(0, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
-      std::ranges::fill(store.open_session().pin(file, block, Access::kWrite).bytes(), value);
+      std::ranges::fill(store.open_session().pin(file, block, Access::kOverwrite).bytes(), value);
   }
 }
 

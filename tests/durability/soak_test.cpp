@@ -45,7 +45,7 @@ void fill(Store& store, std::byte value) {
     LevelFile& file = store.level_file(0, level);
     Session session = store.open_session();
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = session.pin(file, block, Access::kWrite);
+      const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
       std::ranges::fill(pinned.bytes(), value);
     }
   }
@@ -120,6 +120,9 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
       ++writes;
     }));
     std::this_thread::sleep_for(duration());
+    // On a busy machine a thread may not have had its turn yet.
+    for (int turn = 0; turn < 600 && (reads == 0 || writes == 0); ++turn)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
     end = true;
     for (std::thread& thread : threads) thread.join();
     CAPTURE(errors);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "kernels/oracle.h"
@@ -230,9 +232,15 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
         ErrorCode::kInvalidArgument);
   CHECK(refusal([] { own_scheme("deceitful", DeceitfulRule{}); }, "change places") ==
         ErrorCode::kInvalidArgument);
-  for (const char* name : {"", "two words", "loop/1", "sixteen-letters-"})
-    CHECK(refusal([&] { own_scheme(name, TensionRule{}); }, "expected a name") ==
-          ErrorCode::kInvalidArgument);
+  const std::string too_long(kMostSchemeNameBytes + 1, 'x');
+  for (const auto& [name, says] : {std::pair(std::string(), "found 0 bytes"),
+                                   std::pair(std::string("two words"), "found byte 0x20 at 3"),
+                                   std::pair(std::string("loop/1"), "found byte 0x2f at 4"),
+                                   std::pair(std::string("a\nb"), "'a?b': expected a name"),
+                                   std::pair(std::string("\x1b[2J"), "found byte 0x1b at 0"),
+                                   std::pair(std::string("a\0b", 3), "found byte 0x00 at 1"),
+                                   std::pair(too_long, "found 256 bytes")})
+    CHECK(refusal([&] { own_scheme(name, TensionRule{}); }, says) == ErrorCode::kInvalidArgument);
   for (const SchemeTraits& scheme : schemes())
     CHECK(refusal([&] { own_scheme(std::string(scheme.name), TensionRule{}); },
                   "the library has a scheme of this name") == ErrorCode::kInvalidArgument);
@@ -255,4 +263,33 @@ TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
   options.levels = 2;
   subdivide(store, options);
   CHECK(store.provenance().scheme.empty());
+}
+
+TEST_CASE("OwnRule_OfTheLongestName_IsStoredReopenedAndResumed") {
+  const std::string name(kMostSchemeNameBytes, 'n');
+  const OneRingScheme scheme = own_scheme(name, TensionRule{});
+  SubdivideOptions options;
+  options.own_scheme = &scheme;
+  options.levels = 3;
+  Store expected = refine_in_memory(tetrahedron(), options);
+
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "s.plait";
+  {
+    Store store = Store::create(path, BaseMesh::build(tetrahedron()), {}, default_backends());
+    add_base_positions(store);
+    options.levels = 1;
+    subdivide(store, options);
+    store.commit();
+  }
+  {
+    Store store = Store::open(path, {.writable = true}, default_backends());
+    CHECK(store.provenance().scheme == name);
+    options.levels = 3;
+    subdivide(store, options);
+    store.commit();
+  }
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(store.provenance().scheme == name);
+  CHECK(digest(store) == digest(expected));
 }

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include "plait/backends/registry.h"
-#include "plait/convert.h"
+#include "plait/copy_levels.h"
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
 #include "support/temporary_directory.h"

@@ -157,6 +157,21 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
   }
 }
 
+TEST_CASE("SubdivisionJob_OneLevelMoreThanTheEarlierRun_MakesIt") {
+  const TemporaryDirectory here(Medium::kMemory);
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  request.max_slot_bytes.reset();
+  request.normals = false;
+  request.levels = kLevels - 1;
+  SubdivisionJob(request, default_backends()).run();
+  request.levels = kLevels;
+  SubdivisionJob job(request, default_backends());
+  REQUIRE(job.plan().earlier.has_value());
+  CHECK_FALSE(job.plan().earlier->finished);
+  job.run();
+  CHECK(Store::open(request.store, {}, default_backends()).finest_level() == kLevels);
+}
+
 TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
   const TemporaryDirectory here;
   const fs::path path = here.path() / "s.plait";
@@ -228,6 +243,28 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   const SubdivisionJob in_memory(request, default_backends());
   REQUIRE(in_memory.plan().refusals.size() == 1);
   CHECK(in_memory.plan().refusals[0].code == ErrorCode::kOutOfMemory);
+}
+
+TEST_CASE("SubdivisionPlan_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTheMeshIsRead") {
+  const TemporaryDirectory here;
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kRefuse);
+  request.mesh = here.path() / "missing.ply";
+  request.limit = true;
+  for (const SchemeTraits& scheme : schemes()) {
+    request.scheme = scheme_from_name(scheme.name);
+    CAPTURE(scheme.name);
+    if (scheme.has_limits) {
+      CHECK_THROWS_AS(SubdivisionJob(request, default_backends()), Error);
+      continue;
+    }
+    SubdivisionJob job(request, default_backends());
+    REQUIRE(job.plan().refusals.size() == 1);
+    CHECK(job.plan().refusals[0].field == "limit");
+    CHECK(job.plan().refusals[0].code == ErrorCode::kNotSupported);
+    CHECK_THAT(job.plan().refusals[0].reason, Catch::Contains("has no limit positions"));
+    CHECK_THROWS_AS(job.run(), Error);
+    CHECK(fs::is_empty(here.path()));
+  }
 }
 
 TEST_CASE("SubdivisionJob_OfAnotherMeshThanTheEarlierRun_IsRefusedInWords") {

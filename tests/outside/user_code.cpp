@@ -9,11 +9,12 @@
 #include "plait/fused.h"
 #include "plait/in_core_mesh.h"
 #include "plait/kernels/own_rule.h"
-#include "plait/kernels/repair.h"
+#include "plait/kernels/recompute_subdivision.h"
 #include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/patch.h"
+#include "plait/repair.h"
 #include "plait/store.h"
 #include "plait/sweep.h"
 #include "plait/vertex_numbering.h"
@@ -52,6 +53,6 @@ std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   rings.set_from_base(mesh.topology(), arrays.base_records());
 
   plait::Store opened = plait::Store::open("some.plait", {.writable = true}, backends);
-  plait::repair("some.plait", {.dry_run = true}, backends);
+  plait::repair("some.plait", {.dry_run = true}, backends, plait::recompute_subdivision({scheme}));
   return plait::digest(opened, {.level = 1}).low;
 }

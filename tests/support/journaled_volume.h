@@ -18,7 +18,7 @@ class JournaledForTest final : public Volume {
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     if (!journal_) {
-      journal_ = std::make_unique<RollbackJournal>(level.directory, StoreUuid{}, 1);
+      journal_ = std::make_unique<RollbackJournal>(level.directory, StoreUuid{}, 1, 1000);
       volume_ = std::make_unique<JournaledVolume>(std::move(inner_), *journal_);
     }
     return volume_->open_level(level);

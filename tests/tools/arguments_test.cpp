@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "nearest_name.h"
+#include "plait/byte_text.h"
 #include "plait/error.h"
 #include "progress.h"
 

@@ -128,6 +128,15 @@ TEST_CASE("Usage_WhatIsNotThere_NamesWhatIs") {
   CHECK(errors_with("--scheme", "x").find("butterfly") != std::string::npos);
 }
 
+TEST_CASE("Subdivide_LimitOfASchemeWithoutLimitPositions_IsRefusedBeforeTheMeshIsRead") {
+  const Workplace here;
+  const Outcome outcome = here.plait(
+      {"subdivide", "missing.ply", "s.plait", "--levels", "1", "--scheme", "butterfly", "--limit"});
+  CHECK(outcome.status == 2);
+  CHECK(outcome.errors.find("scheme butterfly has no limit positions (--limit)") !=
+        std::string::npos);
+}
+
 TEST_CASE("Usage_NoSuchCommand_NamesTheCommandsAndTheNearest") {
   const Workplace here;
   for (const Names& arguments : std::vector<Names>{{}, {"foo"}, {"subdvide", "mesh.ply"}}) {

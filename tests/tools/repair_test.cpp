@@ -122,7 +122,7 @@ TEST_CASE("Repair_DamagedBlocks_AreRebuiltInEveryBackend") {
     CHECK(report["rebuilt"].size() == damaged);
     CHECK(report["version"] == 2);
     const std::string again = here.plait({"repair", "s.plait"}).output;
-    CHECK(again.find("whole, nothing to repair") != std::string::npos);
+    CHECK(again.find("no damage, nothing to repair") != std::string::npos);
   }
 }
 
@@ -165,7 +165,7 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     store.add_level(mass);
     {
       const PinnedBlock pinned =
-          store.open_session().pin(store.level_file(mass, 1), 0, Access::kWrite);
+          store.open_session().pin(store.level_file(mass, 1), 0, Access::kOverwrite);
       std::ranges::fill(pinned.bytes(), std::byte{0x3f});
     }
     store.commit();

@@ -182,7 +182,7 @@ TEST_CASE("Resume_OptionsThatTheStoreDecides_AreTakenFromItOrRefused") {
   REQUIRE(open.status == 0);
   CHECK(open.json()["resumed_level"] == 3);
   CHECK(open.json()["backend"] == "compressed");
-  CHECK(open.json()["backend_reason"] == "as the store was made");
+  CHECK(open.json()["backend_reason"] == "the backend of the store");
   CHECK(open.json()["scheme"] == "butterfly");
   CHECK(open.json()["precision"] == "float64");
 }

@@ -142,7 +142,7 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
         std::string::npos);
   CHECK((limited["backend"] == "uring" || limited["backend"] == "pread"));
   CHECK(asked["backend"] == "pread");
-  CHECK(asked["backend_reason"] == "asked for");
+  CHECK(asked["backend_reason"] == "given by the user");
   CHECK(asked["digest"] == limited["digest"]);
 }
 

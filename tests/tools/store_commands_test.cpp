@@ -187,6 +187,22 @@ TEST_CASE("Info_OfAStore_AddsUp") {
   }
 }
 
+TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
+  const Workplace here;
+  const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
+  CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "zstd"}));
+  CHECK(build["filters"] == nlohmann::json({"shuffle"}));
+  CHECK(build["schemes"] == nlohmann::json({"loop", "butterfly", "midpoint"}));
+  REQUIRE(build["backends"].size() == 5);
+  const std::string text = here.plait({"info", "--build"}).output;
+  for (const auto& backend : build["backends"]) {
+    CHECK(text.find(backend["name"].get<std::string>()) != std::string::npos);
+    CHECK(backend["available"] == !backend.contains("reason"));
+  }
+  CHECK(here.plait({"info"}).status == 2);
+  CHECK(here.plait({"info", "s.plait", "--build"}).status == 2);
+}
+
 TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
   const Workplace here;
   for (const std::string backend : {"pread", "mmap", "compressed"}) {

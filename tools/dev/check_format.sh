@@ -13,14 +13,14 @@ clang_format=${PLAIT_CLANG_FORMAT:-clang-format-14}
 list() { git ls-files --cached --others --exclude-standard -z -- "$@"; }
 
 if [ "${1:-}" = --fix ]; then
-  list '*.h' '*.cpp' | xargs -0 --no-run-if-empty "$clang_format" -i
+  list '*.h' '*.c' '*.cpp' | xargs -0 --no-run-if-empty "$clang_format" -i
   exit 0
 fi
 
 failed=0
-list '*.h' '*.cpp' | xargs -0 --no-run-if-empty "$clang_format" --dry-run -Werror || failed=1
+list '*.h' '*.c' '*.cpp' | xargs -0 --no-run-if-empty "$clang_format" --dry-run -Werror || failed=1
 
-text_files=('*.h' '*.cpp' '*.sh' '*.md' '*.txt' '*.json' '*.cmake' .ci/run .clang-format .clang-tidy)
+text_files=('*.h' '*.c' '*.cpp' '*.sh' '*.md' '*.txt' '*.json' '*.cmake' .ci/run .clang-format .clang-tidy)
 if list "${text_files[@]}" | xargs -0 --no-run-if-empty grep -nE '[[:blank:]]+$|'$'\r' /dev/null; then
   echo "check_format: blanks or a carriage return at the end of the lines above" >&2
   failed=1

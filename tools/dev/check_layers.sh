@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Fails if an #include violates the layers, or if a source file is in no build.
 #
-#   tools, bench, tests, examples -> kernels, backends -> engine
-#   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- execution
+#   tools, bench, tests, examples -> c -> kernels, backends -> engine
+#   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- maintenance, execution
 #
 # The tables below have the exact rules. A public header of the engine must be in the first table:
 # if you add a header, choose its layer there.
@@ -12,26 +12,27 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
   [attribute.h]=base [byte_text.h]=base [error.h]=base [pipeline_parts.h]=base [provenance.h]=base [stopwatch.h]=base
-  [topology.h]=base [vector3.h]=base
+  [topology.h]=base [vector3.h]=base [version.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [partial_output.h]=io
-  [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address
+  [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address [face_slots.h]=address
   [level_geometry.h]=address [patch_table.h]=address [slot_shapes.h]=address
   [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
   [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [level_cursor.h]=paging
   [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
-  [convert.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
+  [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
-  [structure.h]=store [verify.h]=store
+  [check_store.h]=maintenance [copy_levels.h]=maintenance [repair.h]=maintenance
+  [verify.h]=maintenance
   [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
-  [pinned_patch.h]=execution [sweep.h]=execution
+  [pinned_patch.h]=execution [reader.h]=execution [sweep.h]=execution
 )
 
 # The layers that each folder of engine/, and each other folder, may include. Layout and address
 # only compute, so they may not include io.
-engine_layers='base io address mesh layout paging store execution'
+engine_layers='base io address mesh layout paging store maintenance execution'
 declare -A may_include=(
   [base]='base'
   [io]='base io'
@@ -40,13 +41,15 @@ declare -A may_include=(
   [layout]='base address mesh layout'
   [paging]='base io address mesh layout paging'
   [store]='base io address mesh layout paging store'
-  [execution]="$engine_layers"
+  [maintenance]='base io address mesh layout paging store maintenance'
+  [execution]='base io address mesh layout paging store execution'
   [backends]="$engine_layers backends"
   [kernels]="$engine_layers kernels"
-  [tools]="$engine_layers backends kernels tools"
-  [bench]="$engine_layers backends kernels bench"
-  [examples]="$engine_layers backends kernels examples"
-  [tests]="$engine_layers backends kernels tools tests"
+  [c]="$engine_layers backends kernels c"
+  [tools]="$engine_layers backends kernels c tools"
+  [bench]="$engine_layers backends kernels c bench"
+  [examples]="$engine_layers backends kernels c examples"
+  [tests]="$engine_layers backends kernels c tools tests"
 )
 
 # System headers that a layer must not include: the library never prints, and layers that only
@@ -57,9 +60,11 @@ declare -A forbidden_system_header=(
   [mesh]='iostream'
   [paging]='iostream'
   [store]='iostream'
+  [maintenance]='iostream'
   [execution]='iostream'
   [backends]='iostream'
   [kernels]='iostream'
+  [c]='iostream|cstdio'
 )
 forbidden_system_header[address]=${forbidden_system_header[base]}
 forbidden_system_header[layout]=${forbidden_system_header[base]}
@@ -89,13 +94,13 @@ layer() {
 # nothing.
 resolve() {
   local from=$1 name=$2 component=${1%%/*} folder
-  local folders=("${from%/*}" engine/include backends/include kernels/include "$component")
+  local folders=("${from%/*}" engine/include backends/include kernels/include c/include "$component")
   # Tests and measurements may include private headers.
-  [ "$component" != tests ] || folders+=(engine backends kernels tools)
+  [ "$component" != tests ] || folders+=(engine backends kernels c tools)
   [ "$component" != bench ] || folders+=(engine kernels)
   found_file=
   for folder in "${folders[@]}"; do
-    if [ -f "$folder/$name" ]; then
+    if [ -f "$folder/$name" ] || [ -f "$folder/$name.in" ]; then  # CMake makes a header of its .in
       found_file=$folder/$name
       return
     fi
@@ -142,7 +147,7 @@ check_include() {
 }
 
 folders=()
-for folder in engine backends kernels tools bench examples tests; do
+for folder in engine backends kernels c tools bench examples tests; do
   [ ! -d "$folder" ] || folders+=("$folder")
 done
 
@@ -158,7 +163,7 @@ while IFS= read -r file; do
   while IFS=: read -r line text; do
     check_include "$file" "$line" "$text" "$own_layer"
   done < <(grep -nE '^[[:blank:]]*#[[:blank:]]*include[[:blank:]]*[<"]' "$file" || true)
-done < <(find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' \) | LC_ALL=C sort)
+done < <(find "${folders[@]}" -type f \( -name '*.h' -o -name '*.cpp' -o -name '*.c' \) | LC_ALL=C sort)
 
 # A source that no CMakeLists.txt names is never compiled, so its tests never run.
 while IFS= read -r file; do
@@ -176,7 +181,7 @@ while IFS= read -r file; do
     folder=${folder%/*}
   done
   [ "$named" = yes ] || fail "$file: named in no CMakeLists.txt, so it is never built"
-done < <(find "${folders[@]}" -type f -name '*.cpp' | LC_ALL=C sort)
+done < <(find "${folders[@]}" -type f -regex '.*\.\(c\|cpp\)' | LC_ALL=C sort)
 
 if [ "$file_count" -eq 0 ]; then
   fail "found no source file"

@@ -13,7 +13,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 clang_tidy=${PLAIT_CLANG_TIDY:-clang-tidy-14}
 
-folders='engine|backends|kernels|tools|examples|bench'
+folders='engine|backends|kernels|c|tools|examples|bench'
 since=
 most=
 while [ $# -gt 0 ]; do

@@ -1,34 +1,43 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, as far as they are missing.
 #
-#   tools/dev/install_packages.sh [build] [tests] [checks] [fuzz]     default: build tests
+#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages]
+#                                                                     default: build tests
+#
+#   library    what the library needs, and nothing else of the project
+#   build      the same and what the program needs
+#   packages   what tools/dev/check_packages.sh needs
 #
 # This script is the only list of packages. It needs root or sudo only if a package is missing. On a
 # system without dpkg it prints the names of the packages and installs nothing.
 set -euo pipefail
 
+library_packages=(
+  g++ cmake make pkg-config libboost-iostreams-dev libtbb-dev libfmt-dev
+  libzstd-dev liblz4-dev libxxhash-dev liburing-dev libhwy-dev
+)
 build_packages=(
-  g++ cmake ninja-build pkg-config ccache
-  libboost-dev libboost-iostreams-dev libtbb-dev libfmt-dev
-  libzstd-dev liblz4-dev zlib1g-dev libxxhash-dev libpng-dev liburing-dev libhwy-dev
-  libcli11-dev nlohmann-json3-dev
+  "${library_packages[@]}" ninja-build ccache zlib1g-dev libpng-dev libcli11-dev nlohmann-json3-dev
 )
 tests_packages=(catch2 libbenchmark-dev)
 # The versions are fixed, because another clang-format formats the same code differently.
 checks_packages=(clang-format-14 clang-tidy-14)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
+packages_packages=(lintian mmdebstrap)
 
 groups=("$@")
 [ ${#groups[@]} -gt 0 ] || groups=(build tests)
 wanted=()
 for group in "${groups[@]}"; do
   case $group in
+    library) wanted+=("${library_packages[@]}") ;;
     build) wanted+=("${build_packages[@]}") ;;
     tests) wanted+=("${tests_packages[@]}") ;;
     checks) wanted+=("${checks_packages[@]}") ;;
     fuzz) wanted+=("${fuzz_packages[@]}") ;;
+    packages) wanted+=("${packages_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are build, tests, checks, fuzz" >&2
+      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages" >&2
       exit 2
       ;;
   esac

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "arguments.h"
+#include "argument_text.h"
 #include "export/format_writers.h"
 
 namespace plait {

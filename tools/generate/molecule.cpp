@@ -168,8 +168,8 @@ IndexedMesh make_molecule(std::uint64_t vertices, std::uint64_t seed, const Prog
   const std::uint64_t atom_count =
       std::clamp(vertices / kVerticesPerAtom, kFewestAtoms, kMostAtoms);
   IndexedMesh mesh;
-  // A small surface of high genus may have no triangulation with so few vertices. Then another fold
-  // of the chain is tried.
+  // A small surface of high genus may have no triangulation with so few vertices. Then the loop
+  // tries another fold of the chain.
   constexpr std::uint64_t kFolds = 16;
   for (std::uint64_t fold = 0; fold < kFolds; ++fold) {
     Random random(mix(seed) + fold);

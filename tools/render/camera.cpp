@@ -7,7 +7,7 @@
 namespace plait {
 namespace {
 
-constexpr double kDistance = 4.5;  // in radii of the model
+constexpr double kDistance = 4.5;  // in radii of the surface
 constexpr double kMargin = 0.045;  // in widths of the picture, on every side
 
 }  // namespace
@@ -28,8 +28,8 @@ Camera::Camera(const Bounds& bounds, const ViewAngles& view, UpAxis up)
     : centre_(bounds.centre()), radius_(bounds.radius()), distance_(kDistance * radius_) {
   constexpr double kRadians = std::numbers::pi / 180;
   const double azimuth = view.azimuth * kRadians, elevation = view.elevation * kRadians;
-  // First in axes where y is up and azimuth 0 looks along -z. Then the model's axes are exchanged
-  // in cyclic order.
+  // First in axes where y is up and azimuth 0 looks along -z. Then the axes of the mesh are
+  // exchanged in cyclic order.
   const Vector3<double> axes[3] = {{std::cos(azimuth), 0, -std::sin(azimuth)},
                                    {-std::sin(elevation) * std::sin(azimuth), std::cos(elevation),
                                     -std::sin(elevation) * std::cos(azimuth)},

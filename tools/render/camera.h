@@ -1,5 +1,5 @@
-// render/camera.h: projects points of the model to the picture, with a weak perspective that fits
-// the model.
+// render/camera.h: projects points of the surface to the picture, with a weak perspective that fits
+// the surface.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct Bounds {
 };
 
 /// A point of the picture: x to the right and y down in samples; `nearness` is 1 at the middle of
-/// the model, larger in front of it, and linear over a triangle on the screen.
+/// the surface, larger in front of it, and linear over a triangle on the screen.
 struct ScreenPoint {
   double x = 0, y = 0, nearness = 0;
 };
@@ -28,7 +28,7 @@ struct ScreenPoint {
 class Camera {
  public:
   /// Looks at the middle of `bounds` from azimuth (around the up axis) and elevation (above the
-  /// plane across it). Before fit(), a sample is one model unit, and the middle is at (0, 0).
+  /// plane across it). Before fit(), a sample is one unit of the mesh, and the middle is at (0, 0).
   Camera(const Bounds& bounds, const ViewAngles& view, UpAxis up);
 
   /// Scales and shifts the picture so that the rectangle from (x_low, y_low) to (x_high, y_high)
@@ -41,7 +41,7 @@ class Camera {
 
   /// The inverse of project, in samples at nearness 1: x to the right, y up, z towards the camera.
   Vector3<float> unproject(float x, float y, float nearness) const;
-  /// The model's radius in samples at nearness 1.
+  /// The surface's radius in samples at nearness 1.
   float radius() const { return static_cast<float>(radius_ * scale_); }
 
  private:

@@ -15,7 +15,7 @@ constexpr int kTurns = 5;  // of the spiral; has no common divisor with kTaps
 constexpr int kTile = 4;
 constexpr std::size_t kSpirals = 16;  // kTile squared
 constexpr float kStrength = 7.5f;     // chosen by eye
-// In radii of the model: for creases and for caves.
+// In radii of the surface: for creases and for caves.
 constexpr std::array<float, 2> kReaches = {0.09f, 0.40f};
 // In units of the reach. With less, a flat surface would darken itself.
 constexpr float kBias = 0.02f;

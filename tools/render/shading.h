@@ -10,8 +10,8 @@
 namespace plait {
 
 /// Shades every sample. A pixel is the mean of its kSamplesPerSide x kSamplesPerSide samples in
-/// linear light. Memory: eight bytes per pixel beside the image. The result does not depend on
-/// `threads`.
+/// linear light. Memory: eight bytes per pixel in addition to the image. The result does not depend
+/// on `threads`.
 Image shade(const SampleBuffer& samples, const Camera& camera, int threads);
 
 }  // namespace plait

@@ -102,7 +102,7 @@ template <class Real>
 void draw_patches(Store& store, AttributeId position, int level, const Camera& camera,
                   SampleBuffer& samples,
                   const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
-  // Positions keep a third of the budget pinned, and normals another third.
+  // A third of the budget is for pins of positions, and a third for pins of normals.
   const std::uint64_t share_bytes = store.pager().budget_bytes() / 3;
   StorePatches<Vector3<Real>> patches(store, position, share_bytes);
   patches.activate(level, 1, 0);

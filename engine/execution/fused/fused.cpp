@@ -19,7 +19,7 @@
 namespace plait {
 namespace {
 
-/// What the threads of a pass share.
+/// The objects that the threads of a pass share.
 class FusedRun {
  public:
   FusedRun(Store& store, const FusedPass& pass, int threads)
@@ -30,7 +30,8 @@ class FusedRun {
 
   FusedSchedule& schedule() { return schedule_; }
 
-  /// Takes runs of faces until there are none. The first error of any thread ends all of them.
+  /// Refines runs of faces until none is left. After the first error of any thread, all threads
+  /// stop.
   template <class AfterRun>
   void work(AfterRun after_run) noexcept {
     try {
@@ -116,16 +117,16 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
   if (needs.frame_bytes > store.pager().budget_bytes())
     throw Error(
         ErrorCode::kBudget,
-        fmt::format("fused '{}': {} bytes of blocks are filled at once by {} threads and "
-                    "the budget has {} for them; a block holds {} bytes: raise the budget, take "
-                    "smaller blocks or fewer threads",
-                    pass.name, needs.frame_bytes, options.threads, store.pager().budget_bytes(),
+        fmt::format("fused '{}': {} threads fill {} bytes of blocks at once, and the budget has "
+                    "{} for them; a block has {} bytes: raise the budget, take smaller blocks or "
+                    "fewer threads",
+                    pass.name, options.threads, needs.frame_bytes, store.pager().budget_bytes(),
                     store.options().block_bytes));
 
   UnfinishedLevels written;
   for (const AttributeId id : pass.outputs)
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
-      written.add(store.level_file(id, level), Access::kWrite);
+      written.add(store.level_file(id, level), Access::kOverwrite);
   FusedRun run(store, pass, options.threads);
   const std::uint64_t faces = store.base().face_count();
   {

@@ -1,4 +1,4 @@
-// How many levels a fused pass makes, which sizes all that it works with.
+// The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
 #pragma once
 
 #include "plait/base_relative_level.h"

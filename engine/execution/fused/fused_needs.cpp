@@ -17,8 +17,8 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
   const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
 
-  // Edges are numbered by their first face: a run of faces, taken from the last to the first, ends
-  // with the edges that are new in it and begins with all others that it has.
+  // Edges are numbered by the first face that uses them, and the executor takes faces from the last
+  // to the first. So a run completes the edges that it uses first, and it begins its other edges.
   std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     EdgeId after = edges_before[face];
@@ -31,14 +31,14 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const EdgeSet& half = store.base().slot_shapes().half();
   for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
     const EdgeId first_new = edges_before[face];
-    // An edge of one face has no half that waits.
+    // A border edge has only one half, so it never waits.
     const std::uint64_t ends = edges_before[face + 1] - first_new -
                                (half.rank(edges_before[face + 1]) - half.rank(first_new));
     for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
     most_under_way = std::max(most_under_way, under_way);
     under_way -= ends;
   }
-  // One half of each waits; threads out of turn may begin more.
+  // Each of these edges has one waiting half. Threads that are ahead of others may begin more.
   const std::uint64_t most_halves =
       most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +

@@ -7,7 +7,8 @@
 namespace plait {
 
 std::uint64_t FusedSchedule::run_faces(int levels) {
-  // About a quarter of a million vertices, but never so many faces that a thread waits for work.
+  // A run has about a quarter of a million vertices, but at most kMostFaces faces, so that there
+  // are enough runs for all threads.
   constexpr std::uint64_t kVertices = 1 << 18, kMostFaces = 512;
   return std::clamp<std::uint64_t>(kVertices >> (2 * levels), kPatchLanes, kMostFaces);
 }

@@ -1,4 +1,4 @@
-// Runs of faces, handed to threads from the last face to the first.
+// Gives runs of faces to threads, from the last face to the first.
 #pragma once
 
 #include <condition_variable>
@@ -15,8 +15,8 @@ struct FaceRun {
   FaceId first = 0, after = 0;
 };
 
-/// Nobody gets further ahead of the slowest thread than `runs_ahead` runs: what is under way at
-/// once stays bounded. Safe from several threads.
+/// No thread gets more than `runs_ahead` runs ahead of the slowest thread. This limits the memory
+/// of the faces in work. Safe from several threads.
 class FusedSchedule {
  public:
   FusedSchedule(std::uint64_t face_count, std::uint64_t run_faces, std::uint64_t runs_ahead)
@@ -25,7 +25,8 @@ class FusedSchedule {
   static std::uint64_t run_faces(int levels);
   static std::uint64_t runs_ahead(int threads) { return 2 * static_cast<std::uint64_t>(threads); }
 
-  /// The next run, or nothing if there is none left or stop() was called. Waits for the slowest.
+  /// The next run, or nothing if none is left or stop() was called. Waits if the slowest thread is
+  /// too far behind.
   std::optional<FaceRun> next();
   void done(const FaceRun& run);
   void stop();
@@ -36,7 +37,7 @@ class FusedSchedule {
   mutable std::mutex mutex_;
   std::condition_variable moved_;
   std::uint64_t handed_out_ = 0, faces_done_ = 0;
-  std::set<std::uint64_t> under_way_;  ///< runs, numbered in the order they are handed out
+  std::set<std::uint64_t> under_way_;  ///< runs in work, numbered in the order of next()
   bool stopped_ = false;
 };
 

@@ -11,15 +11,17 @@ std::size_t whole_lines(std::size_t bytes) {
   return (bytes + kLineBytes - 1) / kLineBytes * kLineBytes;
 }
 
-/// A piece of every half of a group together take half of an innermost cache of 32 KiB or a little
-/// more, unless records are very large: 16 of any size are whole lines.
+/// The pieces of all halves of a group together take about half of a first-level cache of 32 KiB,
+/// unless records are very large. The result is a multiple of 16, because 16 records of any size
+/// fill whole cache lines.
 std::int64_t piece_records(std::size_t record_bytes) {
   constexpr std::size_t kPieceBytes = 768;
   return static_cast<std::int64_t>(
       std::clamp<std::size_t>(std::bit_floor(kPieceBytes / record_bytes), 16, 64));
 }
 
-/// Of a run of records: level 1 has one, and room for a whole move.
+/// The bytes of `records` records in whole cache lines. There is room for one whole move, although
+/// level 1 has only one record.
 std::size_t run_bytes(std::uint64_t records, std::size_t record_bytes) {
   return whole_lines(std::max<std::uint64_t>(records, kMoveRecords) * record_bytes);
 }
@@ -89,7 +91,7 @@ class PieceMaker {
     }
   }
 
-  /// A record that the half has not takes the place of one that it has.
+  /// For a record that does not belong to the half, the move reads the point of one that does.
   HalfMove move(int side, int level, std::int64_t first, std::size_t offset, bool own) const {
     const auto records = static_cast<std::int64_t>(slot_records(level));
     const std::int64_t n = slot_side(level), scale = std::int64_t{1} << (finest_ - level);
@@ -150,7 +152,8 @@ std::size_t HalfLayout::half_bytes(const Store& store, std::span<const Attribute
 std::size_t HalfLayout::table_bytes(const Store& store, std::span<const AttributeId> attributes,
                                     int finest) {
   std::size_t moves = 0;
-  for (int level = 1; level <= finest; ++level)  // where a row passes from half to half both move
+  for (int level = 1; level <= finest;
+       ++level)  // both halves have a move where a row changes from one half to the other
     moves += slot_records(level) / kMoveRecords + static_cast<std::size_t>(slot_side(level));
   return half_bytes(store, attributes, finest) + attributes.size() * 3 * moves * sizeof(HalfMove);
 }

@@ -1,9 +1,10 @@
-// What one face has of the slots of one of its edges. Two faces have a half each of an interior
-// edge's slots: of row r the own face has columns 0 to n - 1 - r, the other face the r ones behind.
-//
-// Halves are laid out as slots are, output after output and level after level, each from a line of
-// the cache on, and have no meaning where the other face's records are. They are filled and put
-// together in pieces: those of a group's halves stay in the innermost cache.
+// The half of an edge's slots that belongs to one face. The slots of an inner edge have two
+// halves. In row r, columns 0 to n - 1 - r belong to the own face, and the other r columns belong
+// to the other face.
+// A half has the same layout as the slots: output after output, level after level, each level
+// aligned to a cache line. The bytes at the places of the other face's records are undefined. The
+// executor fills and joins halves in pieces, which are so small that the pieces of a group stay in
+// the first-level cache.
 #pragma once
 
 #include <array>
@@ -20,16 +21,16 @@ namespace plait {
 
 constexpr std::size_t kLineBytes = 64;
 
-/// Records are moved four at a time, which of three floats each fill whole vectors.
+/// Records are moved four at a time, because four records of three floats fill whole vectors.
 constexpr std::size_t kMoveRecords = 4;
 
-/// From points of a lattice to records that follow one another, one of them at least of this half.
+/// Moves points of a lattice to consecutive records. At least one of these belongs to the half.
 struct HalfMove {
   std::array<std::uint32_t, kMoveRecords> points;
-  std::uint32_t offset;  ///< in the piece
+  std::uint32_t offset;  ///< of the first record in the piece
 };
 
-/// A few levels, or some records of one.
+/// A part of a half: a few whole levels, or some records of one level.
 struct HalfPiece {
   struct Part {
     int level;
@@ -40,40 +41,40 @@ struct HalfPiece {
   struct Moves {
     std::vector<HalfMove> own, other;
   };
-  std::size_t at = 0;  ///< in an output of a half
+  std::size_t at = 0;  ///< offset in the bytes of one output of a half
   std::size_t bytes = 0;
   std::vector<Part> parts;
   std::array<Moves, 3> moves;           ///< [side]
   std::vector<std::uint32_t> own_mask;  ///< all bits set where the own face's records are
 };
 
-/// Where a half is: whole, or only the piece that is being made.
+/// Memory for a whole half, or only for the piece that the executor works on.
 struct HalfBuffer {
   static constexpr std::size_t kWhole = ~std::size_t{0}, kPiece = 0;
   std::byte* memory;
-  std::size_t extent;  ///< one of these
+  std::size_t extent;  ///< kWhole or kPiece
 
   bool whole() const { return extent == kWhole; }
-  /// Where the piece begins that is `offset` bytes into the half.
+  /// The address of the piece at `offset` bytes in the half.
   std::byte* piece(std::size_t offset) const { return memory + (offset & extent); }
 };
 
-/// An output of a half.
+/// One output (attribute) in a half.
 struct HalfOutput {
   std::uint32_t components = 3;
   std::size_t component_bytes = 4, record_bytes = 12;
-  std::size_t offset = 0;  ///< in a half
+  std::size_t offset = 0;  ///< in the half
 };
 
 class HalfLayout {
  public:
-  /// Levels 1 to the finest, which is that of the lattice.
+  /// Lays out levels 1 to `finest`, which is the level of the lattice.
   HalfLayout(const Store& store, std::span<const AttributeId> attributes, int finest,
              const PatchLattice& lattice);
 
   static std::size_t half_bytes(const Store& store, std::span<const AttributeId> attributes,
                                 int finest);
-  /// At most, of what a layout itself keeps.
+  /// An upper limit for the bytes of a layout object's tables.
   static std::size_t table_bytes(const Store& store, std::span<const AttributeId> attributes,
                                  int finest);
 
@@ -87,7 +88,8 @@ class HalfLayout {
  private:
   std::vector<HalfOutput> outputs_;
   std::vector<std::vector<HalfPiece>> pieces_;
-  std::vector<std::size_t> pieces_of_;  ///< [output]; records of one size share theirs
+  std::vector<std::size_t>
+      pieces_of_;  ///< [output]; outputs with records of one size share their pieces
   std::size_t bytes_ = 0, most_piece_bytes_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// The choice between two halves, for each instruction set.
+// Joins two halves, compiled for each instruction set.
 #include "execution/fused/half_merge.h"
 
 #include <hwy/cache_control.h>
@@ -16,7 +16,8 @@ namespace plait::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Of every bit, the own half's where the mask has one. `streaming`: whole lines from a line on.
+/// Copies the bits of `own` where the mask has ones, and the bits of `other` elsewhere. REQUIRES
+/// for `streaming`: `to` is aligned to a cache line, and the words fill whole lines.
 HWY_INLINE void choose(const std::uint32_t* mask, const std::uint32_t* own,
                        const std::uint32_t* other, std::size_t words, bool streaming,
                        std::uint32_t* to) {
@@ -39,9 +40,9 @@ HWY_INLINE void choose(const std::uint32_t* mask, const std::uint32_t* own,
   for (; at < words; ++at) hn::StoreU(chosen(one, at), one, to + at);
 }
 
-void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const EdgeHalves> edges,
                  bool streaming) {
-  // A slot of less than a few lines would leave parts of lines behind.
+  // Smaller parts are not streamed, because streaming parts of cache lines is slow.
   constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
   for (const auto& [own_half, other_half, slots] : edges) {
     const std::byte *const own = own_half.piece(offset), *const other = other_half.piece(offset);
@@ -66,7 +67,7 @@ namespace plait {
 
 HWY_EXPORT(merge_piece);
 
-void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const EdgeHalves> edges,
                  bool streaming) {
   HWY_DYNAMIC_DISPATCH(merge_piece)(piece, offset, edges, streaming);
 }

@@ -1,4 +1,4 @@
-// From halves to slots.
+// Joins the halves of an edge to slots.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,19 @@
 
 namespace plait {
 
-/// Both halves of an edge, and where its slots begin.
-struct SlotHalves {
+/// Both halves of an edge, and the addresses of its slots.
+struct EdgeHalves {
   HalfBuffer own, other;
   std::byte* const* slots;  ///< [level - 1]
 };
 
-/// Puts the records of a piece, `offset` bytes into the halves, into the slots of these edges.
-/// `streaming` bypasses the caches: for memory that is not read again soon.
-void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const SlotHalves> edges,
+/// Copies the records of the piece at `offset` bytes in the halves to the slots of these edges.
+/// `streaming` bypasses the caches, for memory that is not read again soon.
+void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const EdgeHalves> edges,
                  bool streaming);
 
-/// The records of the own face alone, row after row: a border edge's slot, whole. `own` is to where
-/// the level begins in the half.
+/// Writes the whole slot of a border edge: the records of the own face, row after row. `own` is the
+/// address of the level in the half.
 void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own, std::byte* slot);
 
 /// Makes streamed slots visible to other threads.

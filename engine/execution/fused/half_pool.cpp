@@ -9,7 +9,8 @@
 namespace plait {
 namespace {
 
-/// Whole huge pages, one fault instead of hundreds; an eighth is left over at most.
+/// The size of a slab, in whole huge pages: one page fault instead of hundreds. A slab has room for
+/// at least eight halves, so at most an eighth of it is unused.
 std::size_t slab_bytes(std::size_t half_bytes) {
   constexpr std::size_t kHugePage = 2 << 20, kLeastHalves = 8;
   return (kLeastHalves * half_bytes + kHugePage - 1) / kHugePage * kHugePage;
@@ -29,7 +30,8 @@ std::byte* HalfPool::take() {
     const std::size_t bytes = slab_bytes(half_bytes_);
     void* const memory =
         ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED) throw system_error("map", "memory for slots under way", errno);
+    if (memory == MAP_FAILED)
+      throw system_error("map", "memory for waiting halves of slots", errno);
     slabs_.emplace_back(static_cast<std::byte*>(memory), Unmap{bytes});
     ::madvise(memory, bytes, MADV_HUGEPAGE);
     for (std::size_t at = bytes / half_bytes_; at-- > 0;)

@@ -1,4 +1,4 @@
-// Memory for halves that wait.
+// Memory for halves that wait for the other half of their edge.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,14 @@
 
 namespace plait {
 
-/// What was given back last is taken first: it is still in cache. One thread at a time.
+/// take() returns the memory that was given back last, because it is still in the cache. Only one
+/// thread at a time may use a pool.
 class HalfPool {
  public:
   explicit HalfPool(std::size_t half_bytes) : half_bytes_(half_bytes) {}
-  /// Memory that it takes for so many at once.
+  /// The memory that a pool needs for `halves` halves at once.
   static std::uint64_t bytes(std::size_t half_bytes, std::uint64_t halves);
-  /// Aligned to lines of the cache where half_bytes is.
+  /// Memory for one half. It is aligned to cache lines if half_bytes is a multiple of a line.
   std::byte* take();
   void give_back(std::byte* half) { vacant_.push_back(half); }
 

@@ -1,4 +1,4 @@
-// The transposition from lanes to records, for each instruction set.
+// Transposes lanes to records, compiled for each instruction set.
 #include "execution/fused/half_scatter.h"
 
 #include <cstring>
@@ -26,7 +26,7 @@ void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const
     }
 }
 #else
-/// A block of four numbers goes to every fourth lane.
+/// Stores each block of four numbers of a vector to every fourth lane.
 template <class D, class V>
 HWY_INLINE void store_blocks(D d, V v, const LanePieces& to, std::size_t lane, std::size_t offset) {
   if constexpr (hn::MaxLanes(D()) == kMoveRecords) {
@@ -38,14 +38,14 @@ HWY_INLINE void store_blocks(D d, V v, const LanePieces& to, std::size_t lane, s
   }
 }
 
-/// Four records of three floats are three vectors of every lane.
+/// Moves four records of three floats at a time: they are three vectors for each lane.
 void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const LanePieces& to) {
   const hn::CappedTag<float, kPatchLanes> d;
   const hn::Repartition<double, decltype(d)> pairs;
   constexpr std::size_t kBlockBytes = kMoveRecords * sizeof(float);
   const auto store = [&](auto v, std::size_t lane, std::size_t offset)
                          HWY_ATTR { store_blocks(d, hn::BitCast(d, v), to, lane, offset); };
-  /// Numbers a, b, c and d of each lane, one after the other.
+  /// Stores the numbers a, b, c and d of each lane one after the other.
   const auto store_four = [&](auto a, auto b, auto c, auto d4, std::size_t lane,
                               std::size_t offset) HWY_ATTR {
     const auto ab_low = hn::BitCast(pairs, hn::InterleaveLower(d, a, b));

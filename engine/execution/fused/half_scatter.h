@@ -1,4 +1,4 @@
-// From the lanes of a group of patches to pieces of halves.
+// Copies the lanes of a group of patches to pieces of halves.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace plait {
 
-/// [lane] where its piece begins.
+/// [lane] the address of its piece.
 using LanePieces = std::array<std::byte*, kPatchLanes>;
 
-/// `points` is what PatchRefiner::points() gives for this output.
+/// `points` is the result of PatchRefiner::points() for this output.
 void scatter_piece(const HalfOutput& output, const void* points, std::span<const HalfMove> moves,
                    const LanePieces& to);
 

@@ -10,7 +10,7 @@ OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, in
     for (int number = 1; number <= levels; ++number) {
       LevelFile& file =
           store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
-      levels_.emplace_back(file, Access::kWrite);
+      levels_.emplace_back(file, Access::kOverwrite);
       std::vector<std::uint32_t>& to_fill = to_fill_.emplace_back();
       for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
         to_fill.push_back(static_cast<std::uint32_t>(file.geometry.slot_count(block)));

@@ -17,7 +17,7 @@ SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
       waiting_(mesh_.edges.size(), nullptr) {}
 
 SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
-  // One line more, for pieces that would all begin in the same sets of the cache.
+  // One extra cache line, because otherwise all pieces would begin in the same sets of the cache.
   const std::size_t lines = delivery.layout_.most_piece_bytes() / kLineBytes + 1;
   memory_.resize(lines * (3 * kPatchLanes + 1));
   std::byte* next = reinterpret_cast<std::byte*>(memory_.data());
@@ -42,9 +42,10 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
 }
 
 void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const {
-  // Sides seen before, by edge: neighbouring edges have neighbouring numbers.
+  // A hash table of the sides visited so far, by edge. The edge number is the hash, because the
+  // edges of neighbouring faces have close numbers.
   constexpr std::size_t kTableSize = std::bit_ceil(std::size_t{4} * 3 * kPatchLanes);
-  std::array<std::uint8_t, kTableSize> seen{};  // its number in `sides` and one, or none
+  std::array<std::uint8_t, kTableSize> seen{};  // 1 + number of the side in `sides`; 0: empty
   static_assert(3 * kPatchLanes < 255);
   const auto seen_at = [&](std::size_t at) -> Side& {
     const std::size_t number = seen[at] - std::size_t{1};
@@ -70,8 +71,9 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
   }
 }
 
-/// Decides where every half goes, and finds which slots are complete with them. A border edge's
-/// half is taken whole: its slot has other rows.
+/// Assigns a buffer to every half, and returns the edges whose slots are complete with these
+/// halves. A border edge gets a buffer for the whole half, because its slot has rows of another
+/// length.
 auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch)
     -> Completes {
   Completes complete;
@@ -101,7 +103,7 @@ void SlotDelivery::fill(const PatchRefiner& refiner, const Sides& sides, std::si
   find_lanes(sides, count, scratch);
   for (std::size_t output = 0; output < layout_.outputs().size(); ++output) {
     const void* const points = refiner.points(output);
-    const std::span<const SlotHalves> halves = find_slots(output, edges, scratch);
+    const std::span<const EdgeHalves> halves = find_slots(output, edges, scratch);
     for (const HalfPiece& piece : layout_.pieces(output)) {
       scatter(output, piece, points, scratch);
       merge_piece(piece, layout_.outputs()[output].offset + piece.at, halves, streaming_);
@@ -141,9 +143,9 @@ void SlotDelivery::scatter(std::size_t output, const HalfPiece& piece, const voi
   }
 }
 
-/// Where the halves of these edges go.
+/// Finds the halves and the slots of these edges for one output.
 auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edges,
-                              Scratch& scratch) const -> std::span<const SlotHalves> {
+                              Scratch& scratch) const -> std::span<const EdgeHalves> {
   scratch.slots_.resize(edges.size() * level_count_);
   scratch.halves_.clear();
   std::byte** slots = scratch.slots_.data();
@@ -155,8 +157,9 @@ auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edge
   return scratch.halves_;
 }
 
-/// Whole halves wait from now on. Complete are those of border edges, and those whose other half
-/// another thread has published in the meantime.
+/// Publishes the whole halves of the group, so that other threads can complete their slots. Returns
+/// the edges that are complete now: border edges, and edges whose other half another thread has
+/// published in the meantime.
 auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
   Completes complete;
   const std::scoped_lock lock(mutex_);
@@ -179,7 +182,7 @@ auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
 void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) const {
   for (std::size_t output = 0; output < layout_.outputs().size(); ++output) {
     const HalfOutput& shape = layout_.outputs()[output];
-    for (const SlotHalves& halves : find_slots(output, edges, scratch))
+    for (const EdgeHalves& halves : find_slots(output, edges, scratch))
       for (const HalfPiece& piece : layout_.pieces(output)) {
         const std::size_t offset = shape.offset + piece.at;
         if (halves.other.memory) {
@@ -208,7 +211,7 @@ void SlotDelivery::open(std::span<const Complete> edges) {
   try {
     blocks_.open(edges_of(edges, ids));
   } catch (...) {
-    // The next pin would say no more than that a write has failed.
+    // Later pins would only report that a write has failed, so this error is stored for them.
     failure_ = std::current_exception();
     throw;
   }

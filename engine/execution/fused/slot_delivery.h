@@ -1,8 +1,7 @@
-// From finished groups of patches to slots in blocks.
-//
-// A slot is complete when its second half is there. Where that is at hand, because the other face
-// has delivered before or is in the same group, both halves go to the slot piece by piece and are
-// never whole in memory; the others wait, whole.
+// Turns refined groups of patches into slots, and writes these into blocks.
+// A slot needs both of its halves. If the other face of the edge is in the same group, or was
+// refined before, the slot is complete. Then this class fills the slot piece by piece, and needs no
+// buffer for the whole new half. Otherwise it keeps the whole half until the other half comes.
 #pragma once
 
 #include <array>
@@ -22,13 +21,13 @@
 
 namespace plait {
 
-/// Safe from several threads, each with scratch of its own. Everything but what is in slots and
-/// halves is under one lock, taken three times a group.
+/// Safe from several threads, if each has its own Scratch. One lock protects everything except the
+/// contents of slots and halves. A thread takes the lock three times for each group.
 class SlotDelivery {
  public:
   SlotDelivery(Store& store, const FusedPass& pass);
 
-  /// Where pieces of a group's halves are made.
+  /// Memory for the pieces of a group's halves.
   class Scratch {
    public:
     explicit Scratch(const SlotDelivery& delivery);
@@ -40,28 +39,29 @@ class SlotDelivery {
     struct alignas(kLineBytes) Line {
       std::array<std::byte, kLineBytes> bytes;
     };
-    /// The halves of one kind, and where lanes of the other kind are thrown away.
+    /// The buffers of own halves, or of other halves. Lanes of the other kind write to `spare_`.
     struct Lanes {
       bool any = false;
       std::array<HalfBuffer, kPatchLanes> buffers;
     };
     std::vector<Line> memory_;
     std::array<LanePieces, 3> pieces_;  ///< [side]
-    std::byte* spare_;                  ///< for what is not wanted
+    std::byte* spare_;                  ///< nobody reads it
     std::array<Lanes, 3> own_, other_;  ///< [side] of the group
     std::vector<std::byte*> slots_;     ///< [complete edge][level - 1] of one output
-    std::vector<SlotHalves> halves_;    ///< [complete edge] of one output
+    std::vector<EdgeHalves> halves_;    ///< [complete edge] of one output
   };
 
-  /// Takes the refiner's last group, which was of these faces. Errors: those of Session::pin; after
-  /// the first one every thread gets that, not what follows from it.
+  /// Writes the slots of the refiner's last group; `faces` are the faces of the group. Errors:
+  /// those of Session::pin. After the first error, all threads get this error, and not later errors
+  /// that follow from it.
   void deliver(const PatchRefiner& refiner, std::span<const FaceId> faces, Scratch& scratch);
 
  private:
   struct Side {
     EdgeId edge;
     bool own, border;
-    Side* mate;  ///< the other side of the same edge, where it is in the same group
+    Side* mate;  ///< the other side of the same edge if it is in the same group, else nullptr
     HalfBuffer buffer;
   };
   using Sides = std::array<std::array<Side, kPatchLanes>, 3>;
@@ -69,7 +69,7 @@ class SlotDelivery {
     EdgeId edge;
     HalfBuffer own, other;
   };
-  /// At most one for each side of a group.
+  /// Edges whose slots are complete: at most one for each side of a group.
   struct Completes {
     std::array<Complete, 3 * kPatchLanes> edges;
     std::size_t count = 0;
@@ -89,9 +89,9 @@ class SlotDelivery {
                const Scratch& scratch) const;
   Completes publish(const Sides& sides, std::size_t count);
   void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
-  std::span<const SlotHalves> find_slots(std::size_t output, std::span<const Complete> edges,
+  std::span<const EdgeHalves> find_slots(std::size_t output, std::span<const Complete> edges,
                                          Scratch& scratch) const;
-  /// REQUIRE the lock: from open() to close() an edge's slots are there to be filled.
+  /// From open() to close(), the blocks of an edge's slots are pinned. REQUIRES for both: the lock.
   void open(std::span<const Complete> edges);
   void close(std::span<const Complete> edges);
   static std::span<const EdgeId> edges_of(std::span<const Complete> edges, EdgesOfGroup& ids);
@@ -103,7 +103,7 @@ class SlotDelivery {
   HalfPool pool_;
   OpenBlocks blocks_;
   const bool streaming_;
-  std::vector<std::byte*> waiting_;  ///< [edge] the half that came first, until the other comes
+  std::vector<std::byte*> waiting_;  ///< [edge] the half that waits for the other half, or nullptr
   std::exception_ptr failure_;
 };
 

@@ -1,4 +1,4 @@
-// The edges that a kernel may touch when it works at one edge.
+// The edges that a kernel may access when it works on one edge.
 #pragma once
 
 #include "plait/sweep.h"

@@ -81,7 +81,8 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
     for (int level = access.first_level; level <= access.last_level; ++level)
       written.add(store.level_file(access.attribute, level), access.access);
 
-  // No more than the machine runs at once: TBB would print a warning and ignore the rest.
+  // At most the number of threads that the machine can run at once: TBB would print a warning and
+  // ignore the others.
   const int concurrency = std::min(options.threads, tbb::this_task_arena::max_concurrency());
   std::optional<tbb::task_arena> arena;
   if (concurrency > 1) arena.emplace(concurrency);

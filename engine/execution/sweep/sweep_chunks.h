@@ -1,4 +1,4 @@
-// How many edges a sweep works at between two moves of its window.
+// How many edges a sweep works on between two moves of its window.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,9 @@ namespace plait {
 
 constexpr int kMostChunkEdgesLog2 = 12;
 
-/// As many as a block of the finest level has slots, within limits: enough for every thread, and
-/// not so many that the window grows. `fewest_slots_log2` is of the level with the fewest.
+/// The number of slots in a block of the finest level, but enough edges for every thread, and not
+/// so many that the window grows. `fewest_slots_log2` belongs to the level with the fewest slots in
+/// a block.
 inline EdgeId chunk_edges(int fewest_slots_log2, int threads) {
   constexpr EdgeId kMinEdgesPerThread = 8;
   EdgeId wanted = 1;

@@ -14,7 +14,7 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
     for (int number = access.first_level; number <= access.last_level; ++number) {
       LevelFile& file = store.level_file(access.attribute, number);
       levels_.emplace_back(file, access.access);
-      if (access.access != Access::kWrite && !file.traits.in_memory)
+      if (access.access != Access::kOverwrite && !file.traits.in_memory)
         file.backend->advise({0, file.geometry.block_count()}, Advice::kSequential);
     }
   }
@@ -40,7 +40,8 @@ void SweepWindow::plan(EdgeId first, EdgeId after) {
     for (EdgeId edge = first; edge < after; ++edge)
       for_each_edge_in_reach(mesh, edge, pass_.accesses[access].reach,
                              [&](EdgeId needed) { finest.need(needed); });
-    // The finest level has the fewest slots in a block, so the other levels need few blocks more.
+    // The finest level has the fewest slots in a block, so its blocks need only few blocks of other
+    // levels.
     for (PinnedLevel& level : levels.first(levels.size() - 1)) level.need_edges_of(finest);
   }
 }
@@ -57,17 +58,16 @@ void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   const EdgeId end = edge_count - first > kRuns * chunk ? first + kRuns * chunk : edge_count;
   for (ahead_ = std::max(ahead_, first); ahead_ < end; ++ahead_)
     for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
-      if (!announce(access, ahead_)) return;
+      for (PinnedLevel& level : levels_of(access))
+        if (level.can_be_announced() && !announce(level, pass_.accesses[access].reach, ahead_))
+          return;
 }
 
-/// False: the session has no room at the moment.
-bool SweepWindow::announce(std::size_t access, EdgeId edge) {
-  if (pass_.accesses[access].access == Access::kWrite) return true;
+/// Returns false if the session has no free frame at the moment.
+bool SweepWindow::announce(PinnedLevel& level, Reach reach, EdgeId edge) {
   bool taken = true;
-  for (PinnedLevel& level : levels_of(access))
-    for_each_edge_in_reach(
-        store_.base().topology(), edge, pass_.accesses[access].reach,
-        [&](EdgeId needed) { taken = taken && level.announce(session_, needed); });
+  for_each_edge_in_reach(store_.base().topology(), edge, reach,
+                         [&](EdgeId needed) { taken = taken && level.announce(session_, needed); });
   return taken;
 }
 

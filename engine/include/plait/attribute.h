@@ -37,7 +37,7 @@ struct AttributeSchema {
   friend bool operator==(const AttributeSchema&, const AttributeSchema&) = default;
 };
 
-/// The record type that C++ code reads and writes, with its schema; specialise it for your own.
+/// The schema of a C++ record type. A program specialises it for record types of its own.
 template <class Record>
 struct RecordTraits;
 template <>

@@ -1,9 +1,10 @@
-// plait/backend.h: what moves blocks between memory and wherever a level is kept; nothing else.
-// Residency, dirtiness, eviction and statistics belong to the pager.
+// plait/backend.h: the interface of a backend. A backend moves blocks between memory and the place
+// where a level is stored, and does nothing else. The pager decides which blocks are resident, and
+// counts them.
 //
-// A backend opens a Volume for a store, and the volume a Backend for each level of each attribute.
-// Calls of a Backend for different blocks may come from several threads at once; calls for the same
-// block never do.
+// A backend opens a Volume for a store. The volume opens a Backend for each level of each
+// attribute. Several threads may call a Backend at the same time for different blocks. No two
+// threads call it at the same time for the same block.
 #pragma once
 
 #include <cstddef>
@@ -32,18 +33,20 @@ struct BlockRange {
 
 enum class Advice : std::uint8_t { kWillNeed, kDontNeed, kSequential, kRandom };
 
-/// What a backend is, said outright: nobody asks for its name, or infers one answer from another.
+/// The properties of a backend. The engine reads these flags only: it never decides by a backend's
+/// name, and it never infers one flag from another.
 struct BackendTraits {
-  /// A level is a file, and is there after the process.
+  /// A level is a file, which exists after the process has ended.
   bool durable = false;
-  /// A level is memory of this process. Every block has an address, which is its frame, and is
-  /// stored into there; nothing is moved and nothing is hashed.
+  /// A level is memory of this process. Every block has an address, and the memory there is the
+  /// block's frame. No block is copied and none has a checksum.
   bool in_memory = false;
-  /// A level that was opened for reading hands out addresses, where its blocks are read without
-  /// being copied.
+  /// If a level is opened for reading, address() returns mapped memory. Readers read the blocks
+  /// there, without a copy.
   bool maps_for_reading = false;
-  /// A write goes to where the geometry has the block, over what the block held before: what a
-  /// crash must be able to bring back is kept in the journal. Others copy on write.
+  /// A write overwrites the old bytes of the block, at the offset that LevelGeometry gives. So the
+  /// store must save the old bytes first, or write to a new file. A backend without this flag
+  /// copies on write.
   bool overwrites_in_place = false;
   /// The stored size of a block differs from its raw size.
   bool compressed = false;
@@ -51,111 +54,117 @@ struct BackendTraits {
 
 struct Transfer;
 
-/// At most so many blocks are needed to code one block.
+/// The largest number of blocks that are needed to encode or decode one block.
 inline constexpr std::size_t kMostContextBlocks = 4;
 
-/// A block whose bytes are needed to encode or decode another one: the coarser block of the same
-/// edges, say, or another attribute's block. Attribute and level are numbered as in BlockTable.
+/// A block whose bytes are needed to encode or decode another block. Examples are the coarser block
+/// of the same edges, or a block of another attribute. Attribute and level are numbered as in
+/// BlockTable.
 struct ContextBlock {
   std::uint32_t attribute = 0;
   int level = 0;
   std::uint64_t block = 0;
 };
 
-/// Is told when a transfer has ended, from whatever thread that happens in.
+/// A backend calls the listener when a transfer has ended, on any thread.
 class TransferListener {
  public:
-  /// Once per transfer, with its error or nullptr. The transfer may be used anew at once.
+  /// Called once per transfer. `error` is nullptr if the transfer succeeded. The listener may use
+  /// the transfer again at once.
   virtual void finished(Transfer& transfer, std::exception_ptr error) noexcept = 0;
 
  protected:
   ~TransferListener() = default;
 };
 
-/// One block on its way between memory and a backend. Transfer and memory are the caller's, who
-/// keeps both, and leaves the memory alone, until the listener was told.
+/// One block on its way between memory and a backend. The caller owns the transfer and the memory.
+/// Until the backend calls the listener, the caller must not free either of them, and must not
+/// change the memory. During a read it must not read the memory either.
 struct Transfer {
   enum class Direction : std::uint8_t { kRead, kWrite };
   Direction direction = Direction::kRead;
   std::uint64_t block = 0;
   std::span<std::byte> memory = {};  ///< the block's raw bytes; a write does not change them
-  /// The bytes of the blocks that Backend::context() named, in that order. They are pinned, and
-  /// nobody stores into them.
+  /// The bytes of the blocks that Backend::context() named, in that order. These blocks are pinned,
+  /// and nobody changes them.
   std::span<const std::span<const std::byte>> context = {};
   TransferListener* listener = nullptr;
-  std::uint32_t tag = 0;  ///< the listener's
+  std::uint32_t tag = 0;  ///< for use by the listener
 };
 
 class Backend {
  public:
   virtual ~Backend() = default;
 
-  /// Whole blocks into `into` (their raw bytes one after another), or a throw. A block that was
-  /// never written reads as zeros. Every block's checksum is verified, unless the level is in
-  /// memory: what never leaves memory is not hashed. If `into` is the blocks' own address, nothing
-  /// is copied. Errors: kIo, kCorruption.
+  /// Reads whole blocks: fills `into` with their raw bytes, one block after another, or throws. A
+  /// block that was never written reads as zeros. Verifies the checksum of every block, unless the
+  /// level is in memory: levels in memory have no checksums. If `into` is the blocks' own address,
+  /// the backend copies no bytes. Errors: kIo, kCorruption.
   virtual void read(BlockRange blocks, std::span<std::byte> into) = 0;
 
-  /// Whole blocks from `from`, sealed in the block table. All is handed to the operating system
-  /// when it returns. If `from` is the blocks' own address, nothing is copied.
-  /// Errors: kIo, kNoSpace; kBadState if the level was opened for reading.
+  /// Writes whole blocks from `from` and seals them in the block table. When the call returns, the
+  /// operating system has all bytes. If `from` is the blocks' own address, the backend copies no
+  /// bytes. Errors: kIo, kNoSpace; kBadState if the level was opened for reading.
   virtual void write(BlockRange blocks, std::span<const std::byte> from) = 0;
 
-  /// Begins to read or write one block. As it stands it does all of it with read() or write(); a
-  /// backend that keeps several blocks in flight returns before the transfer has ended.
+  /// Begins to read or write one block. The default calls read() or write(), and then the listener.
+  /// A backend that keeps several blocks in flight returns before the transfer has ended.
   virtual void start(Transfer& transfer) noexcept;
 
-  /// Where the block's bytes are, for as long as the backend lives; nullptr unless the level is in
-  /// memory, or is mapped and was opened for reading. Only into a level in memory anything may be
-  /// stored there; it counts once write() was called with this address.
-  /// Errors: kCorruption for a file that was cut short.
+  /// The address of the block's bytes, valid while the backend exists. Returns nullptr, unless the
+  /// level is in memory, or is mapped and was opened for reading. Callers may change the bytes only
+  /// if the level is in memory. Changes take effect when write() is called with this address.
+  /// Errors: kCorruption if the file is too short.
   virtual std::byte* address(std::uint64_t block) {
     static_cast<void>(block);
     return nullptr;
   }
 
-  /// Which blocks must be in memory to encode or decode this block; returns how many there are.
-  /// Each comes earlier in the order of (level, attribute), so that no two blocks need each other.
-  /// The answer is the same for as long as the level is open. A backend that names some is given
-  /// them with every transfer, and does without read() and write(), which throw kNotSupported.
-  /// Levels in memory are never asked.
+  /// Fills `blocks` with the blocks that must be in memory to encode or decode `block`, and returns
+  /// their number. Each of them comes earlier in the order of (level, attribute), so no two blocks
+  /// need each other. The result must stay the same while the level is open. If the result is not
+  /// empty, the pager passes these blocks with every transfer of `block` (Transfer::context), and
+  /// read() and write() of `block` throw kNotSupported. The pager does not call context() for
+  /// levels in memory.
   virtual std::size_t context(std::uint64_t block,
                               std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept {
     static_cast<void>(block), static_cast<void>(blocks);
     return 0;
   }
 
-  /// Never changes a result, never fails.
+  /// A hint for the operating system. It changes no result and never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
 
-  /// What was written so far becomes part of the version that is being committed. With `durable` it
-  /// is on the disk when this returns. A backend that does not overwrite in place leaves the blocks
-  /// of a version alone until the next version but one was committed, and as long as readers have
-  /// the version open (Volume::begin_version). Errors: kIo, kNoSpace.
+  /// All blocks that were written so far become part of the version that is being committed. With
+  /// `durable`, their bytes are on the disk when the call returns. A backend that does not
+  /// overwrite in place must not reuse the space of version V's blocks before version V + 2 is
+  /// committed, nor while a reader has version V open (Volume::begin_version). Errors: kIo,
+  /// kNoSpace.
   virtual void sync(bool durable) = 0;
 
-  /// Bytes that the level takes where it is kept.
+  /// Bytes that the level takes on the disk, or in memory if it is in memory.
   virtual std::uint64_t stored_bytes() const = 0;
 };
 
-/// The block table that an older version has for a level, while readers have that version open.
+/// The block table of a level in an older version that readers have open.
 struct HeldTable {
   std::uint64_t version = 0;
   const BlockTable* table = nullptr;
 };
 
-/// One level of one attribute as a backend sees it. The references outlive the backend.
+/// The arguments with which a volume opens one level of one attribute. The referenced objects
+/// outlive the backend.
 struct LevelSpec {
-  const Directory& directory;  ///< the store's; not open for a store that is only in memory
+  const Directory& directory;  ///< of the store; not open if the store is only in memory
   std::string name;            ///< of the level's file in the directory
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
-  std::size_t component_bytes = 4;  ///< what a shuffle filter groups by
+  std::size_t component_bytes = 4;  ///< the size of the groups of a shuffle filter
   /// How blocks are encoded: stages such as "shuffle,zstd:1", or "none".
   std::string pipeline = "none";
-  /// Tables of older versions whose blocks, in the same file, must stay as they are. Read by
-  /// open_level() only.
+  /// Tables of older versions with blocks in the same file. The backend must not overwrite these
+  /// blocks. Only open_level() reads the tables.
   std::vector<HeldTable> held = {};
 
   /// For messages.
@@ -164,25 +173,27 @@ struct LevelSpec {
 
 /// How a volume is opened.
 struct VolumeSpec {
-  std::string options = {};  ///< "key=value,...": what the store's backend has behind its name
-  /// What the volume may take of the store's budget, and how many threads will call at once.
+  std::string options = {};  ///< "key=value,...": the text after the name of the store's backend
+  /// The part of the store's budget that the volume may use, and the number of threads that call it
+  /// at the same time.
   std::uint64_t most_scratch_bytes = ~std::uint64_t{0};
   int threads = 1;
 };
 
-/// All levels of one store as a backend keeps them, and what these have together: coders, rings,
-/// memory. It outlives its levels. open_level() and begin_version() are called by one thread at a
-/// time.
+/// One store as its backend opens it. It opens the levels and owns the resources that they share,
+/// such as coders, io_uring queues and memory. It outlives its levels. Only one thread at a time
+/// calls open_level() or begin_version().
 class Volume {
  public:
   virtual ~Volume() = default;
-  /// Errors: kIo, kNoSpace, kCorruption, kNotFound as the level's file has it; kInvalidArgument.
+  /// Errors: kIo, kNoSpace, kCorruption and kNotFound for the level's file; kInvalidArgument.
   virtual std::unique_ptr<Backend> open_level(const LevelSpec& level) = 0;
-  /// The most memory that all levels together take beside frames: at most what the specification
-  /// allows. Grows with the blocks of the levels that are opened.
+  /// The most memory that all levels together use in addition to frames, at most
+  /// VolumeSpec::most_scratch_bytes. It grows with the block size of the opened levels.
   virtual std::uint64_t scratch_bytes() const noexcept { return 0; }
-  /// Version `sequence` was committed: all that was written so far is part of it. Readers have the
-  /// older versions `held` open, in ascending order: blocks of these must stay as they are.
+  /// The store calls this after version `sequence` is committed; all blocks written so far are part
+  /// of that version. `held` are the older versions that readers have open, in ascending order. The
+  /// backend must not overwrite blocks of these versions.
   virtual void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
     static_cast<void>(sequence);
     static_cast<void>(held);
@@ -192,11 +203,11 @@ class Volume {
 using OpenLevel = std::function<std::unique_ptr<Backend>(const LevelSpec&)>;
 using OpenVolume = std::function<std::unique_ptr<Volume>(const VolumeSpec&)>;
 
-/// For backends whose levels have nothing together.
+/// A volume for backends whose levels share no resources.
 OpenVolume open_each_level(OpenLevel open);
 
-/// Names to backends. The engine knows none by itself; plait::default_backends() has the built-in
-/// ones, and a program may add its own.
+/// Finds backends by name. The engine contains no backend. plait::default_backends() has the
+/// built-in ones, and a program may add its own.
 class BackendRegistry {
  public:
   struct Entry {
@@ -204,22 +215,23 @@ class BackendRegistry {
     std::string summary = {};  ///< one line for --help
     BackendTraits traits = {};
     OpenVolume open = {};
-    /// Whether the backend can be had here with these options ("key=value,..."), asked before
-    /// anything is made. Throws kInvalidArgument or kNotSupported. Empty: there are no options.
+    /// Throws kInvalidArgument or kNotSupported if this machine cannot use the backend with these
+    /// options ("key=value,..."). A store calls it before it makes or opens a level. Empty: the
+    /// backend has no options.
     std::function<void(std::string_view options)> validate = {};
-    /// What encodes the blocks of a store that names no pipeline.
+    /// The pipeline of a store that names none.
     std::string default_pipeline = "none";
-    /// Refuses a pipeline that the backend cannot follow, with kInvalidArgument or kNotSupported.
-    /// Empty: there is none but "none".
+    /// Throws kInvalidArgument or kNotSupported for a pipeline that the backend cannot use. Empty:
+    /// the backend accepts only "none".
     std::function<void(std::string_view pipeline)> validate_pipeline = {};
   };
 
-  /// Errors: kInvalidArgument if the name is taken or empty, or `open` is.
+  /// Errors: kInvalidArgument if the name is taken or empty, or if `open` is empty.
   void add(Entry entry);
-  /// The backend that a specification ("name" or "name:key=value,...") names.
-  /// Errors: kNotSupported naming the backends there are.
+  /// The backend that a specification ("name" or "name:key=value,...") names. Errors:
+  /// kNotSupported; the message lists the known names.
   const Entry& find(std::string_view specification) const;
-  /// What a specification has behind the name: "key=value,...", or nothing.
+  /// The options in a specification: "key=value,...", or an empty text.
   static std::string_view options_in(std::string_view specification);
   std::vector<std::string> names() const;
 

@@ -1,4 +1,4 @@
-// plait/base_mesh.h: the irregular triangle mesh at level 0, resident in memory.
+// plait/base_mesh.h: the irregular triangle mesh whose faces are refined, in memory.
 #pragma once
 
 #include <array>
@@ -14,13 +14,13 @@
 
 namespace plait {
 
-/// Triangles as a file gives them: no promise about their quality.
+/// Triangles as read from a file. They may be invalid.
 struct IndexedMesh {
   std::vector<Vector3<double>> positions;
   std::vector<std::array<VertexId, 3>> faces;
 };
 
-/// An oriented 2-manifold, with or without border, any genus, any number of components.
+/// An oriented 2-manifold with or without border, of any genus, with any number of components.
 /// Immutable and safe to read from any number of threads.
 class BaseMesh {
  public:
@@ -28,8 +28,8 @@ class BaseMesh {
 
   /// Builds the connectivity of `mesh` in O(V + F + sum of d log d) for valences d.
   /// Faces keep their order and their rotation; edges are numbered by first use (face by face,
-  /// sides 2, 0, 1: ab, bc, ca). build() drops vertices that no face uses. Where the faces of a
-  /// component disagree in orientation, build() flips them to the orientation of the component's
+  /// sides 2, 0, 1: ab, bc, ca). build() drops vertices that no face uses. If the faces of a
+  /// component disagree in orientation, build() flips faces to the orientation of the component's
   /// first face. Each of these two changes adds a line to `warnings`, if the caller gave
   /// `warnings`. `source` (a file name) begins every error message.
   /// Errors: kInvalidArgument naming the first bad element: an index out of range, a position that
@@ -50,7 +50,8 @@ class BaseMesh {
   std::uint64_t edge_count() const { return edges_.size(); }
   std::uint64_t face_count() const { return faces_.size(); }
   std::uint64_t border_edge_count() const { return border_edges_.size(); }
-  /// The shapes of the edges' slots, the same on every level: half on a border, else whole.
+  /// The shapes of the edges' slots, which are the same on every level: half for a border edge,
+  /// whole for all others.
   const SlotShapes& slot_shapes() const { return slot_shapes_; }
 
   std::span<const Vector3<double>> positions() const { return positions_; }

@@ -1,9 +1,11 @@
-// plait/base_relative_level.h: the two countings of levels, and the one place that converts them.
+// plait/base_relative_level.h: the two ways to count levels, and the only functions that convert
+// between them.
 //
 // A level number of a store, in every call, message and page, is a plain int and counts from the
 // mesh that the user gave. The base mesh of a store may be that mesh refined a few times already
 // (Store::base_level()). Sizes of grids and slots follow from how often the *base mesh* is refined:
-// such a count is a BaseRelativeLevel, and no number becomes one by accident.
+// such a count is a BaseRelativeLevel. Its constructor is explicit, so a plain int cannot become
+// one by accident.
 #pragma once
 
 #include <compare>
@@ -23,7 +25,7 @@ struct BaseRelativeLevel {
 constexpr BaseRelativeLevel relative_to_base(int level, int base_level) {
   return BaseRelativeLevel(level - base_level);
 }
-/// The inverse.
+/// The inverse of relative_to_base().
 constexpr int level_number(BaseRelativeLevel level, int base_level) {
   return level.refinements + base_level;
 }

@@ -1,8 +1,9 @@
-// plait/block_table.h: for every block of one level of one attribute: where its stored bytes are,
-// how they are encoded, and their checksum.
+// plait/block_table.h: the table of the blocks of one level of one attribute. An entry says where
+// the stored bytes of a block are, how they are encoded, and what their checksum is.
 //
 // The checksum is XXH3-64 of the stored bytes, seeded by the block's identity (store, attribute,
-// level, block number), so that a flipped bit, a torn and a misplaced block are all found.
+// level, block number). So it detects a flipped bit, a block that was written in part, and a block
+// at the wrong place.
 #pragma once
 
 #include <array>
@@ -25,7 +26,7 @@ enum class BlockEncoding : std::uint32_t {
   kEncoded = 2,  ///< by the pipeline of its level
 };
 
-/// Stored as it is: see docs/format.md, "Block tables".
+/// Files contain this struct byte for byte: see docs/format.md, "Block tables".
 struct BlockEntry {
   std::uint64_t offset = 0;        ///< in the level file, bytes
   std::uint32_t stored_bytes = 0;  ///< on disk
@@ -34,7 +35,7 @@ struct BlockEntry {
 };
 static_assert(sizeof(BlockEntry) == 24);
 
-/// One writer of an entry at a time; different entries may be set from different threads.
+/// Only one thread at a time may set an entry; several threads may set different entries.
 class BlockTable {
  public:
   BlockTable() = default;
@@ -47,14 +48,15 @@ class BlockTable {
   std::span<const BlockEntry> entries() const { return entries_; }
   std::span<BlockEntry> entries() { return entries_; }
 
-  /// Enters a block whose stored bytes are `stored`, with their checksum.
+  /// Sets the entry of a block whose stored bytes are `stored`, and computes their checksum.
   void seal(std::uint64_t block, std::uint64_t offset, BlockEncoding encoding,
             std::span<const std::byte> stored);
-  /// Enters a raw block without a checksum: for levels that never leave memory.
+  /// Sets the entry of a raw block without a checksum, for levels in memory.
   void mark_written(std::uint64_t block, std::uint64_t offset, std::uint64_t bytes);
-  /// Whether `stored` is what was sealed.
+  /// Whether the size and the checksum of `stored` are those of the sealed block.
   bool matches(std::uint64_t block, std::span<const std::byte> stored) const;
-  /// Errors: kCorruption naming `file`, level, block and offset, both checksums.
+  /// Throws kCorruption unless matches(). The message names `file`, level, block, offset and both
+  /// checksums.
   void check(std::uint64_t block, std::span<const std::byte> stored,
              const std::filesystem::path& file) const;
 

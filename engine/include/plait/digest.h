@@ -1,4 +1,4 @@
-// plait/digest.h: one number for a store's content, whatever holds it.
+// plait/digest.h: one number computed from all records of a store.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,19 @@ struct Digest {
 };
 
 struct DigestOptions {
-  /// Only what is born at this level (the base level: the base records); -1: everything.
+  /// Counts only the vertices that this level creates (for the base level, the base vertices). -1:
+  /// all vertices.
   int level = -1;
   int threads = 1;
   std::function<bool(std::uint64_t done, std::uint64_t total)> proceed = {};  ///< false cancels
 };
 
-/// The sum modulo 2^128, over base vertices and slots, of XXH3-128(lower endpoint, higher endpoint,
-/// level: three little-endian uint32; attribute name, a zero byte; the decoded bytes). A base
-/// vertex has itself as both endpoints and the store's base level. Equal for any backend, codec,
-/// block size, budget, executor, thread count and layout.
-/// Errors: kInvalidArgument for a level that is not there; kCorruption; kIo; kCancelled.
+/// The sum, modulo 2^128, of one XXH3-128 hash for each base vertex and each slot. The input of a
+/// hash is: lower endpoint, higher endpoint and level (three little-endian uint32), the attribute's
+/// name, a zero byte, and the decoded bytes. For a base vertex, both endpoints are the vertex and
+/// the level is the store's base level. The digest is equal for any backend, codec, block size,
+/// budget, executor, thread count and layout.
+/// Errors: kInvalidArgument for a level that does not exist; kCorruption; kIo; kCancelled.
 Digest digest(Store& store, const DigestOptions& options = {});
 
 }  // namespace plait

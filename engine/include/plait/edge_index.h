@@ -55,7 +55,7 @@ struct SideIndex {
 /// Rows (and columns) of a slot: 2^(level-1). REQUIRES: level >= 1.
 constexpr std::int64_t slot_side(int level) { return std::int64_t{1} << (level - 1); }
 
-/// Records in the slot of an interior edge (n x n) or of a border edge (the triangle n(n+1)/2).
+/// Records in the slot of an inner edge (n x n) or of a border edge (the triangle n(n+1)/2).
 constexpr std::uint64_t slot_records(int level, bool border = false) {
   const auto n = static_cast<std::uint64_t>(slot_side(level));
   return border ? n * (n + 1) / 2 : n * n;
@@ -133,8 +133,8 @@ constexpr FaceIndex at_level(const FaceIndex& point, int level) {
                                           point.j >> (point.level - level)};
 }
 
-/// Across which side of the face a point outside the face lies: the side opposite its negative
-/// weight. -1 for a point of the face.
+/// The side of the face beyond which a point lies: the side opposite its negative weight. -1 for a
+/// point of the face.
 constexpr int side_beyond(const FaceIndex& point) {
   const std::int64_t k0 = (std::int64_t{1} << point.level) - point.i - point.j;
   return k0 < 0 ? 0 : point.i < 0 ? 1 : point.j < 0 ? 2 : -1;

@@ -1,9 +1,10 @@
-// plait/edge_set.h: a set of edges that answers in constant time whether it has an edge, and how
-// many of its edges come before one (the edge's rank).
+// plait/edge_set.h: a set of edges. In constant time it tells whether an edge is a member, and how
+// many members come before an edge (the rank of the edge).
 //
-// A bit for each edge, and beside each 64 bits the number of members before them: one word and one
-// count answer a question. Source: G. Jacobson, "Space-efficient static trees and graphs", 1989,
-// section 2, with one kind of blocks. Pinned by tests/engine/address/edge_set_test.cpp.
+// The set has one bit for each edge, and for each 64 bits the number of members before them. So a
+// query reads one word of bits and one number. Source: G. Jacobson, "Space-efficient static trees
+// and graphs", 1989, section 2, with one level of blocks instead of two. Pinned by
+// tests/engine/address/edge_set_test.cpp.
 #pragma once
 
 #include <bit>
@@ -16,8 +17,8 @@
 
 namespace plait {
 
-/// Immutable. Copies share their memory: 16 bytes for each 64 edges up to the largest member, and
-/// nothing for the empty set. Safe from any number of threads.
+/// Immutable and safe from any number of threads. Copies share their memory. A set takes 16 bytes
+/// for each 64 edges up to the largest member; the empty set takes none.
 class EdgeSet {
  public:
   EdgeSet() = default;
@@ -33,21 +34,30 @@ class EdgeSet {
   bool contains(std::uint64_t edge) const noexcept {
     return edge / 64 < parts_.size() && (parts_[edge / 64].members >> edge % 64 & 1) != 0;
   }
-  /// Members below `edge`, which may be any number.
-  std::uint64_t rank(std::uint64_t edge) const noexcept {
-    if (edge / 64 >= parts_.size()) return size_;
+  /// The number of members below `edge`. `edge` may be any number.
+  std::uint64_t rank(std::uint64_t edge) const noexcept { return find(edge).rank; }
+
+  struct Position {
+    std::uint64_t rank = 0;
+    bool is_member = false;
+  };
+  /// The answers of rank() and contains(), for the price of one.
+  Position find(std::uint64_t edge) const noexcept {
+    if (edge / 64 >= parts_.size()) return {size_, false};
     const Part& part = parts_[edge / 64];
-    const std::uint64_t below = part.members & ((std::uint64_t{1} << edge % 64) - 1);
-    // Borders are rare: most often there is nothing to count, which saves a call where the
-    // processor's own instruction may not be used.
-    return below == 0 ? part.before
-                      : part.before + static_cast<std::uint64_t>(std::popcount(below));
+    const std::uint64_t bit = std::uint64_t{1} << edge % 64;
+    const std::uint64_t below = part.members & (bit - 1);
+    // Members are rare, so `below` is mostly 0. Then there is no popcount, which is a function call
+    // where the build does not allow the processor's popcount instruction.
+    const std::uint64_t rank =
+        below == 0 ? part.before : part.before + static_cast<std::uint64_t>(std::popcount(below));
+    return {rank, (part.members & bit) != 0};
   }
   bool intersects(const EdgeSet& other) const noexcept;
 
  private:
   struct Part {
-    std::uint64_t members = 0;  ///< bit i: edge 64 times the part's number, and i
+    std::uint64_t members = 0;  ///< bit i is edge 64 p + i, where p is the part's number
     std::uint64_t before = 0;   ///< members of the parts before
   };
   std::shared_ptr<const std::vector<Part>> owned_;

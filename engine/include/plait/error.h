@@ -20,7 +20,7 @@ enum class ErrorCode : std::uint8_t {
   kNoSpace,          ///< the disk or the quota is full
   kOutOfMemory,      ///< an allocation failed
   kBudget,           ///< the memory budget is too small; the message says how much is enough
-  kBusy,             ///< another process holds the store
+  kBusy,             ///< another process has the store open
   kBadState,         ///< a call that the object's state forbids
   kCancelled,        ///< the caller cancelled the work
 };

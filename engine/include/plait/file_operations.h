@@ -47,7 +47,7 @@ constexpr bool is_harmless(FileOperation::Kind kind) {
 class FileOperationHook {
  public:
   struct Verdict {
-    int error = 0;  ///< an errno: the operation is not called, and fails with it
+    int error = 0;  ///< an errno value: the operation is skipped and fails with this error
     std::uint64_t most_bytes = std::numeric_limits<std::uint64_t>::max();  ///< of a read or write
     bool pretend = false;  ///< of a sync: the call is skipped and reported as a success
   };

@@ -1,12 +1,14 @@
-// plait/fused.h: the fused executor: every patch goes from the base mesh to the finest level in
-// cache, and each slot is written once, whole, and never read back.
+// plait/fused.h: the fused executor. It refines a patch from the base mesh to the finest level
+// while the patch is in the cache. It writes each slot once, as a whole, and never reads a slot
+// back.
 //
-// A refinement rule says how a group of patches is refined (PatchRefiner); the executor walks the
-// faces, takes the finished halves of slots apart and together, and fills the blocks. Faces are
-// taken from the last to the first: edges are numbered by the first face that uses them, so slots
-// are completed in descending order and a block is filled in one go, whatever the layout. What is
-// under way at once are the edges between faces done and faces to come; the order of the faces
-// decides how many (a Hilbert curve: few).
+// A PatchRefiner refines a group of patches. The executor walks over the faces, splits each refined
+// patch into halves of slots, joins the two halves of a slot, and fills the blocks. It takes the
+// faces from the last to the first. Edges are numbered by the first face that uses them, so the
+// slots are completed in descending order, and each block is filled without a break, in every
+// layout. The executor keeps the first half of a slot until the other face of its edge is done. The
+// order of the faces decides how many halves it keeps at the same time; with a Hilbert curve there
+// are few.
 #pragma once
 
 #include <array>
@@ -23,14 +25,14 @@
 
 namespace plait {
 
-/// A patch is in memory whole: at this level half a million points.
+/// The limit exists because a whole patch is in memory. At 10 levels it has half a million points.
 constexpr int kMostFusedLevels = 10;
 
-/// Patches that are refined side by side, one in each lane of a vector.
+/// The number of patches that are refined together, one in each lane of a vector.
 constexpr std::size_t kPatchLanes = 16;
 
-/// The points of a patch and of `halo` rows of its neighbours around it: i, j >= -halo and
-/// i + j <= size + halo. Row after row; a point takes [component][lane] numbers.
+/// The points of a patch and of `halo` rows of its neighbours around it: i, j >= -halo and i + j <=
+/// size + halo. They are stored row by row. A point is an array [component][lane] of numbers.
 struct PatchLattice {
   std::int64_t size = 1;  ///< 2^level
   std::int64_t halo = 1;
@@ -42,31 +44,35 @@ struct PatchLattice {
   constexpr std::int64_t points() const { return index(-halo, size + 2 * halo + 1); }
 };
 
-/// The corner of a face that is corner 0 of its patch, the others following in turn: that of the
-/// smallest vertex index. So sides 2 and 1 of a patch are, but for borders, its own and another
-/// face's, and the lanes of a group seldom differ.
+/// The corner of a face that becomes corner 0 of its patch: the one with the smallest vertex index.
+/// The other corners follow counterclockwise. With this rotation, side 2 belongs to the face and
+/// side 1 to its neighbour (except at borders). So most patches of a group own the same sides.
 constexpr int first_corner(const Topology& mesh, FaceId face) {
   const auto& [a, b, c] = mesh.faces[face];
   return a < b ? (a < c ? 0 : 2) : (b < c ? 1 : 2);
 }
 
-/// A rule at work, one for each thread.
+/// Refines groups of patches by one rule. Each thread has its own object.
 class PatchRefiner {
  public:
   virtual ~PatchRefiner() = default;
-  /// The groups that follow are of these faces, which descend one by one.
+  /// Begins a run: the following calls of refine() are for these faces. The face numbers descend in
+  /// steps of one.
   virtual void begin(std::span<const FaceId> faces) = 0;
-  /// Refines faces[first], faces[first + 1] ... of the run, `count` <= kPatchLanes, lane by lane,
-  /// each turned as first_corner() says.
+  /// Refines the `count` faces from faces[first] on, one in each lane. Each face is rotated as
+  /// first_corner() says. REQUIRES: count <= kPatchLanes.
   virtual void refine(std::size_t first, std::size_t count) = 0;
-  /// What refine() made of this output: PatchLattice::points() x components x kPatchLanes numbers.
+  /// The result of refine() for one output: PatchLattice::points() x components x kPatchLanes
+  /// numbers.
   virtual const void* points(std::size_t output) const = 0;
 };
 
 struct FusedPass {
-  std::string name = {};                  ///< for progress and errors
-  std::vector<AttributeId> outputs = {};  ///< each once; of components of four or eight bytes
-  /// All levels to this one, at most kMostFusedLevels finer than the base mesh.
+  std::string name = {};  ///< for progress and errors
+  /// No two are equal. Their components have four or eight bytes.
+  std::vector<AttributeId> outputs = {};
+  /// The pass makes all levels up to this one, which is at most kMostFusedLevels finer than the
+  /// base mesh.
   int finest_level = 1;
   PatchLattice lattice = {};  ///< of the finest level
   std::function<std::unique_ptr<PatchRefiner>()> make_refiner = {};
@@ -78,17 +84,17 @@ struct FusedOptions {
   std::function<bool(std::uint64_t faces_done, std::uint64_t face_count)> proceed = {};
 };
 
-/// What a pass needs at its widest place; the levels need not exist yet.
+/// The most memory that a pass needs at any moment. The levels need not exist yet.
 struct FusedNeeds {
   std::uint64_t frame_bytes = 0;  ///< of the pager's budget
-  std::uint64_t slot_bytes = 0;   ///< beside it: slots under way
+  std::uint64_t slot_bytes = 0;   ///< in addition to the budget: slots that wait for a second half
 };
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
 
-/// Runs the pass: fills all levels to pass.finest_level of every output, without reading any.
-/// Base records are the rule's own affair. Errors: kBudget before anything is touched, saying what
-/// is needed; kInvalidArgument, kNotSupported and kBadState likewise; kCancelled; those of
-/// Session::pin; what a refiner throws.
+/// Runs the pass: fills all levels up to pass.finest_level of every output, and reads no level. It
+/// does not touch base records either; refiners may. Errors: kBudget (the message says how much is
+/// needed), kInvalidArgument, kNotSupported and kBadState, all before it changes anything;
+/// kCancelled; those of Session::pin; exceptions of a refiner.
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options);
 
 }  // namespace plait

@@ -18,7 +18,7 @@ namespace plait {
 struct LeftOver {
   std::string name;  ///< in the directory that was searched
   bool is_directory = false;
-  bool in_use = false;      ///< another process has its lock, so it is not left over and stays
+  bool in_use = false;      ///< another process has its lock: remove_left_over() does not remove it
   std::uint64_t bytes = 0;  ///< of the files that plait made
   std::vector<std::string> foreign;  ///< entries of a directory that plait did not make; they stay
 };

@@ -1,5 +1,5 @@
-// plait/level_cursor.h: the slots of one level in the order of edges, with one block pinned at a
-// time and the next ones on their way.
+// plait/level_cursor.h: visits the slots of one level in the order of edges. It pins one block at a
+// time and prefetches the next ones.
 #pragma once
 
 #include <utility>
@@ -8,10 +8,10 @@
 
 namespace plait {
 
-/// One thread. Must not outlive the level.
+/// For one thread. Must not outlive the level.
 class LevelCursor {
  public:
-  /// For reading, by a session of its own.
+  /// Opens the level for reading. The cursor owns its session.
   LevelCursor(Session session, const LevelFile& file)
       : session_(std::move(session)), level_(file) {}
   LevelCursor(Session session, LevelFile& file, Access access)

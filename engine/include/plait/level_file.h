@@ -1,4 +1,5 @@
-// plait/level_file.h: one level of one attribute, open; and which levels are not whole.
+// plait/level_file.h: an open level of one attribute, and the record of which levels are
+// unfinished.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +12,15 @@
 
 namespace plait {
 
-/// What a block is pinned for, or what a pass does to a level.
+/// How the owner of a pin uses the block, or how a pass uses a level.
 enum class Access : std::uint8_t {
   kRead,
-  kWrite,   ///< all of it will be written: nothing is read
-  kUpdate,  ///< read, then written
+  kOverwrite,  ///< writes all of it, so the pager does not read it first
+  kUpdate,     ///< reads it and then changes it
 };
 
-/// One level of one attribute, open. Not movable: backend and geometry point into it. A const level
-/// can be read; only what is not const can be pinned for writing.
+/// One open level of one attribute. Not movable, because the backend has references to its members.
+/// A const level can only be read; blocks are pinned for writing through a level that is not const.
 struct LevelFile {
   LevelGeometry geometry;
   BlockTable table;
@@ -27,28 +28,29 @@ struct LevelFile {
   std::unique_ptr<Backend> backend;
   BackendTraits traits;
   std::string pipeline = "none";     ///< how the backend encodes blocks
-  bool writable = true;              ///< false: opened for reading
-  std::uint32_t pager_slot = kNoId;  ///< the pager's; nobody else's
+  bool writable = true;              ///< false if the level was opened for reading
+  std::uint32_t pager_slot = kNoId;  ///< for use by the pager only
 
-  /// Whether no pass that writes to it is under way or was left half done: otherwise the level must
-  /// not be committed. While nobody else works on the level.
+  /// Whether all passes that wrote to the level have finished. A level that is not finished must
+  /// not be committed. REQUIRES: no other thread pins blocks of the level or begins a pass at the
+  /// same time.
   bool is_finished() const noexcept { return !left_unfinished && passes_under_way == 0; }
-  bool left_unfinished = false;        ///< by UnfinishedLevels, PinnedBlock::abandon(), patches
+  bool left_unfinished = false;        ///< set by UnfinishedLevels, PinnedBlock::abandon(), patches
   std::uint32_t passes_under_way = 0;  ///< counted by UnfinishedLevels
 };
 
-/// What a pass, or several that count only together, write to: from add() to finish() the levels
-/// are unfinished, and if finish() is never called, because of an error say, they stay so until a
-/// pass has overwritten them whole. The executors have one for each pass; who changes a level with
-/// several passes, or by pins, keeps one around them. One thread.
+/// Marks levels as unfinished while a pass writes to them, from add() to finish(). If finish() is
+/// not called, for example after an error, the levels stay unfinished until a pass has overwritten
+/// each of them as a whole. The executors use one object for each pass. A program that changes a
+/// level in several passes, or through pins, uses one object around all of them. For one thread.
 class UnfinishedLevels {
  public:
   UnfinishedLevels() = default;
   ~UnfinishedLevels();
   UnfinishedLevels(const UnfinishedLevels&) = delete;
   UnfinishedLevels& operator=(const UnfinishedLevels&) = delete;
-  /// `access` is what the pass does to the whole level; kRead: nothing happens. The level outlives
-  /// this object.
+  /// `access` tells how the pass uses the whole level; with kRead the call does nothing. The level
+  /// must outlive this object.
   void add(LevelFile& level, Access access);
   void finish() noexcept;
 

@@ -1,10 +1,11 @@
-// plait/level_geometry.h: where slots and blocks lie in one level of one attribute. Nobody else
-// computes an offset, nor what one depends on.
+// plait/level_geometry.h: the offsets and sizes of slots and blocks in one level of one attribute.
+// No other code computes an offset.
 //
 //   offset of edge e = (whole(e) n^2 + half(e) n(n+1)/2) record_bytes,   n = 2^(level-1)
 //
 // where whole(e) and half(e) count the slots of these shapes that belong to edges before e. A block
-// is a run of 2^s slots, absent ones not counted. Nothing lies between slots nor between blocks.
+// is a run of 2^s slots, not counting absent ones. There are no bytes between slots or between
+// blocks.
 // Pinned by tests/engine/address/level_geometry_test.cpp.
 #pragma once
 
@@ -18,19 +19,20 @@
 
 namespace plait {
 
-/// Where an edge's records lie in a level, and which of them there are.
+/// The place of an edge's records in a level, and their number.
 struct Slot {
   std::uint64_t offset = 0;  ///< bytes from the start of the level
   std::uint64_t bytes = 0;
   SlotShape shape = SlotShape::kWhole;
 };
 
-/// Immutable; safe from any number of threads.
+/// Immutable and safe from any number of threads.
 class LevelGeometry {
  public:
   LevelGeometry() = default;
-  /// `level` is at least 1. A block holds as many slots as fit into `block_bytes` if all are whole,
-  /// a power of two, at least one, and no more than the level has.
+  /// `level` is at least 1. The number of slots in a block is the largest power of two for which a
+  /// block of whole slots fits into `block_bytes`, but at least one and not more than the level
+  /// needs.
   /// Errors: kInvalidArgument for a level or a size that a file cannot have.
   LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level, std::size_t record_bytes,
                 std::uint64_t block_bytes);
@@ -39,7 +41,7 @@ class LevelGeometry {
   std::size_t record_bytes() const { return record_bytes_; }
   std::uint64_t edge_count() const { return shapes_.edge_count(); }
 
-  /// In constant time.
+  /// The slot of an edge, in constant time.
   Slot slot(EdgeId edge) const {
     if (!all_whole_) [[unlikely]]
       return shaped_slot(edge);
@@ -48,13 +50,16 @@ class LevelGeometry {
 
   std::uint64_t block_count() const { return block_count_; }
   int slots_per_block_log2() const { return shift_; }
-  /// The block whose range of edges has this edge, in constant time. REQUIRES: there is a block.
+  /// The block whose range of edges contains this edge, in constant time. REQUIRES: block_count() >
+  /// 0.
   std::uint64_t block_of(EdgeId edge) const {
     if (has_absent_) [[unlikely]]
       return std::min(present_before(edge) >> shift_, block_count_ - 1);
     return std::uint64_t{edge} >> shift_;
   }
   EdgeId first_edge(std::uint64_t block) const;  ///< first edge of the block
+  /// The block that has the byte at `offset`. REQUIRES: offset < total_bytes().
+  std::uint64_t block_at(std::uint64_t offset) const;
   EdgeId edge_after(std::uint64_t block) const { return first_edge(block + 1); }
   std::uint64_t block_offset(std::uint64_t block) const {  ///< block_count() gives the total
     return offset_of(first_edge(block));
@@ -72,7 +77,8 @@ class LevelGeometry {
   }
 
  private:
-  /// Out of the way of those who ask for slots that are all whole.
+  /// slot() for levels with half or absent slots. A function of its own, so that slot() stays
+  /// short.
   Slot shaped_slot(EdgeId edge) const;
   std::uint64_t present_before(std::uint64_t edge) const {
     return edge - shapes_.absent().rank(edge);
@@ -81,7 +87,8 @@ class LevelGeometry {
     return present_before(edge) * whole_bytes_ - shapes_.half().rank(edge) * half_saving_bytes_;
   }
 
-  // First what every look-up of a slot reads: on a closed mesh all of it is in one cache line.
+  // The members that every look-up of a slot reads come first. On a closed mesh, they are all that
+  // a look-up reads, and they are in one cache line.
   std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
   int shift_ = 0;
   bool all_whole_ = true, has_absent_ = false;

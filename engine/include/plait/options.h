@@ -11,38 +11,42 @@ namespace plait {
 
 enum class Durability : std::uint8_t {
   kCommit,  ///< commit() returns when the version is on the disk
-  kNone,    ///< scratch: commit() publishes without waiting for the disk
+  kNone,    ///< for temporary stores: commit() publishes without waiting for the disk
 };
 
-/// What happens to blocks of a committed version that are written anew, in a backend that
-/// overwrites in place. Others write elsewhere in the same file, whatever is chosen here.
+/// How a store overwrites blocks of a committed version. This option is for backends that overwrite
+/// in place. Other backends write the new bytes to free space of the same file, whatever this
+/// option is.
 enum class Overwriting : std::uint8_t {
-  /// The level gets a new file beside the old one, and the commit switches. Each byte of a pass
-  /// that overwrites a level whole is written once; of a level that is overwritten in part the
-  /// commit copies the rest. Takes the disk space of the level once more. Readers and the writer do
-  /// not disturb each other.
+  /// The level gets a new file, and the commit replaces the old file by the new one. If a pass
+  /// overwrites a whole level, each byte is written once. If it overwrites a part of a level, the
+  /// commit copies the rest. Until the commit, both files take disk space. Readers can have the
+  /// store open at the same time.
   kNewGeneration,
-  /// In place; what the blocks held goes to the rollback journal first (unless durability is
-  /// kNone). For a few blocks of a large level. Nobody can read the store meanwhile.
+  /// The block is overwritten in the level's file. The store first saves the old bytes to the
+  /// journal (unless durability is kNone). This is for programs that change a few blocks of a large
+  /// level. No reader can have the store open at the same time.
   kInPlace,
 };
 
 struct StoreOptions {
   // Behaviour
   std::string backend = "pread";  ///< a name in the registry, or "name:key=value,..."
-  /// How blocks are encoded: stages in their order, such as "shuffle,zstd:1". Empty: as the backend
-  /// does by default. Attributes may have pipelines of their own (Store::set_pipeline).
+  /// The filters and the codec that encode blocks, such as "shuffle,zstd:1". Empty: the default of
+  /// the backend. Store::set_pipeline gives an attribute a pipeline of its own.
   std::string pipeline = {};
-  std::string layout = "given";  ///< recorded in the store: the order of `base`
-  int base_level = 0;            ///< how often `base` was refined already (rebase)
+  std::string layout = "given";  ///< the name of the order of `base`, which the store records
+  int base_level = 0;            ///< how often the user's mesh was refined to make `base` (rebase)
   Durability durability = Durability::kCommit;
   Overwriting overwriting = Overwriting::kNewGeneration;
 
   // Performance
-  std::uint64_t block_bytes = 1 << 20;      ///< unit of I/O; 4 KiB to 1 GiB, a power of two
-  std::uint64_t budget_bytes = 256u << 20;  ///< all frames; at least 64 KiB
-  /// Threads that read ahead and write behind, 0 to 64; 0: every transfer happens in the caller.
-  /// Not set: one, and where blocks are compressed one for each processor.
+  std::uint64_t block_bytes = 1 << 20;  ///< unit of I/O; 4 KiB to 1 GiB, a power of two
+  /// For frames and for scratch memory of the backend; at least 64 KiB.
+  std::uint64_t budget_bytes = 256u << 20;
+  /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
+  /// transfer runs in the thread that needs it. Not set: one thread, or one for each processor if
+  /// the backend compresses.
   std::optional<int> io_threads = {};
 };
 
@@ -50,7 +54,8 @@ struct OpenOptions {
   bool writable = false;
   std::uint64_t budget_bytes = 256u << 20;
   std::optional<int> io_threads = {};  ///< as in StoreOptions
-  /// Of what a writer does. kNone: nothing waits for the disk, so that a crash may cost the store.
+  /// For writers. With kNone the store never waits for the disk, so a crash of the system may
+  /// destroy the store.
   Durability durability = Durability::kCommit;
   Overwriting overwriting = Overwriting::kNewGeneration;
 };

@@ -1,28 +1,26 @@
-// plait/pager.h: which blocks are in memory. See docs/paging.md.
+// plait/pager.h: the pager decides which blocks are in memory. See docs/paging.md.
 //
 // Invariants
-//  1. Bytes of all frames, pinned or not, in transfer or not, never exceed the budget less what was
-//     set aside.
+//  1. The frames together, pinned or not, in transfer or not, never take more than the budget minus
+//     the bytes that set_aside() reserves.
 //  2. A pinned block stays at one address until its last pin ends.
-//  3. A block is in at most one frame, so that all pins of a block see the same bytes, whatever
-//  they
-//     were pinned for. A frame is memory of the pager. For a level in memory, and for one that is
-//     mapped and was opened for reading, it is the place where the block lies anyway. After a read
-//     that failed and after abandon(), a frame is detached: whoever still pins it keeps it, and the
-//     block is absent.
-//  4. A dirty block that was not abandoned leaves its frame only by way of its backend.
-//  5. A block pinned for Access::kWrite is never read from its backend.
-//  6. Bytes served are bytes whose checksum was verified since they came in (what never leaves
-//     memory has none).
-//  7. After a failed write the pager is in error: it reads, and refuses to write or flush. The
-//  first
-//     caller that is refused gets the error itself, later ones get kBadState.
-//  8. A block that is being written is neither evicted nor pinned for writing.
-//  9. No transfer, checksum or (de)compression happens under the pager's lock.
-// 10. A pin that fails leaves nothing behind: no frame, no pin, no dirty block.
-// 11. While a block is read, and from its first store until it is written, the blocks that are
-// needed
-//     to code it (Backend::context) are in frames, too.
+//  3. A block is in at most one frame. So all pins of a block see the same bytes, however they were
+//     pinned. A frame is memory of the pager. For a level in memory, and for a mapped level that
+//     was opened for reading, the frame is the backend's own memory at the block's address. After a
+//     failed read and after abandon(), a frame is detached: existing pins still have its memory,
+//     but the block is absent.
+//  4. A dirty block that was not abandoned leaves its frame only when the backend has written it.
+//  5. The pager never reads a block from its backend to pin it for Access::kOverwrite.
+//  6. Each block is verified against its checksum when it is read (except levels in memory, which
+//     have no checksums).
+//  7. After a failed write the pager is in error: it still reads, but refuses to write or flush.
+//  The
+//     first caller that it refuses gets the error of the write, later callers get kBadState.
+//  8. A block that is being written is not evicted, and no pin for writing begins.
+//  9. No transfer, checksum or (de)compression runs while the pager's lock is held.
+// 10. A failed pin changes nothing: it leaves no frame, no pin and no dirty block.
+// 11. The blocks that are needed to encode or decode a block (Backend::context) are in frames too,
+//     while the block is read, and from its first change until it is written.
 //
 // States of a frame (engine/paging/frame.h)
 //
@@ -31,13 +29,14 @@
 //                 |           |                    +--> stuck <+  a write failed
 //                 +-----------+------> detached <--+
 //
-//   A pin that finds the block absent claims a frame: under Access::kWrite the frame becomes dirty,
-//   otherwise it is read. A clean frame that nobody pins may be evicted: then it is vacant. A dirty
-//   one must be written before. When the last pin of a dirty block ends, its write is queued at
-//   once; for a session of EvictionPolicy::kClock, and without I/O threads, the block is written
-//   when its frame is needed. Who pins a block that is being written reads what is written. A block
-//   that is pinned for writing while flush() writes it is dirty again afterwards. A stuck block is
-//   the only copy of its bytes and stays. A detached frame is vacant when its last pin ends.
+//   A pin of an absent block claims a frame. With Access::kOverwrite the frame becomes dirty;
+//   otherwise the pager reads the block into it. The pager may evict a clean frame that has no pin;
+//   the frame is then vacant. It must write a dirty frame first. When the last pin of a dirty block
+//   ends, the pager queues the write at once. In a session of EvictionPolicy::kClock, and without
+//   I/O threads, it writes the block when it needs the frame. A block that is being written can be
+//   pinned for reading. A block that is pinned for writing while flush() writes it is dirty again
+//   afterwards. A stuck block is the only copy of its bytes, so the pager does not evict it. A
+//   detached frame becomes vacant when its last pin ends.
 #pragma once
 
 #include <cstdint>
@@ -47,41 +46,44 @@
 
 namespace plait {
 
-/// Safe from several threads. Outlives its sessions and their pins.
+/// Safe from several threads. Must outlive its sessions and their pins.
 class Pager {
  public:
-  /// Blocks in flight each way: enough to keep a disk busy.
+  /// The number of reads, and of writes, that may be in flight: enough to keep a disk busy.
   static constexpr std::uint32_t kInFlight = 8;
 
-  /// `io_threads` read ahead and write behind; with 0 every transfer happens in the caller.
+  /// `io_threads` threads prefetch blocks and write dirty ones. With 0, each transfer runs in the
+  /// thread that needs it.
   explicit Pager(std::uint64_t budget_bytes, int io_threads = 1);
   ~Pager();
   Pager(const Pager&) = delete;
   Pager& operator=(const Pager&) = delete;
 
-  /// The level must outlive the pager or be detached. Errors: kOutOfMemory, for want of a thread
-  /// too.
+  /// The level must outlive the pager or be detached first. Errors: kOutOfMemory, also if a thread
+  /// cannot be started.
   void attach(LevelFile& level);
-  /// Drops all its blocks; dirty ones are lost, so flush first. Waits for what is in flight.
-  /// REQUIRES: none is pinned, and no other call of this pager at the same time.
+  /// Drops all blocks of the level. Changes in dirty blocks are lost, so call flush() first. Waits
+  /// for transfers in flight. REQUIRES: no block of the level is pinned, and no other thread calls
+  /// this pager at the same time.
   void detach(LevelFile& level);
 
   /// Errors: kOutOfMemory.
   Session open_session(const SessionOptions& options = {});
 
-  /// Hands all dirty blocks to their backends; they stay resident. Waits for what is in flight.
-  /// REQUIRES: nobody changes a pinned block meanwhile. Errors: as Session::pin() for writing.
+  /// Writes all dirty blocks by their backends. The blocks stay resident. Waits for transfers in
+  /// flight. REQUIRES: no thread changes a pinned block at the same time. Errors: as Session::pin()
+  /// for writing.
   void flush();
-  /// From now on nothing is written: pins for writing and flush() are refused with kBadState.
+  /// After this call the pager writes no block: pins for writing and flush() fail with kBadState.
   void refuse_writes() noexcept;
-  /// Forgets every block that is not pinned, without writing: for a store that is thrown away.
+  /// Drops every block that is not pinned, without writing it. For a store that is discarded.
   void discard() noexcept;
 
-  /// So much of the budget is not for frames from now on: others hold memory there. Frames that are
-  /// taken already are not taken away.
+  /// Reserves `bytes` of the budget for other memory than frames. Frames that are in use stay in
+  /// use.
   void set_aside(std::uint64_t bytes) noexcept;
-  std::uint64_t budget_bytes() const noexcept;  ///< what is for frames
-  /// Of all sessions, open or ended, together.
+  std::uint64_t budget_bytes() const noexcept;  ///< the part of the budget that is for frames
+  /// The sum over all sessions, open or ended.
   PagingStatistics statistics() const;
 
   class Implementation;

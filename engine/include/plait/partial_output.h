@@ -32,9 +32,9 @@ struct OutputName {
 };
 
 /// The temporary name NAME.KIND-PID of a file or directory with the final name NAME. The process
-/// that makes the file or directory locks it (flock), and the lock ends with the process. So a
-/// process that was killed left each one that is not locked; plait/left_overs.h finds it by its
-/// name.
+/// that makes the file or directory locks it (flock), and the lock ends with the process. So if a
+/// file or directory with such a name is not locked, the process that made it was killed.
+/// plait/left_overs.h finds these by their names.
 class TemporaryName {
  public:
   /// `kind` is "partial" or another word of letters. Errors: as OutputName.

@@ -1,8 +1,9 @@
-// plait/patch.h: the transparent executor: a program's own loops over patches, coarse to fine,
-// with at(level, i, j), while the store decides what is in memory (Guskov's paper, section 4).
+// plait/patch.h: the transparent executor. A program loops over patches and levels itself and
+// reaches vertices by at(level, i, j). The store decides which blocks are in memory (Guskov's
+// paper, section 4).
 //
 // The same source runs over StorePatches and over InCoreMesh (plait/in_core_mesh.h); the concept
-// PatchMesh says what it may rely on.
+// PatchMesh lists the functions that such a source may use.
 #pragma once
 
 #include <concepts>
@@ -17,12 +18,12 @@
 
 namespace plait {
 
-/// What a program written for patches may use. A patch is a face of the mesh's base mesh, which is
-/// at some level itself (of a store: Store::base_level(), 0 unless it was rebased); at that level
-/// and finer ones a patch is a grid with corners (0, 0), (size(level), 0) and (0, size(level)).
-/// `at` takes any point of it, and points beyond a side that unfold into a face there; references
-/// stay valid while the patch is the mesh's current one. `exists` tells whether a border cuts such
-/// a point off.
+/// The functions that a program written for patches may use. A patch is a face of the base mesh and
+/// its refined grid. The base mesh has a level itself (Store::base_level() for a store, which is 0
+/// unless the store was rebased). At that level and at finer ones a patch is a grid with corners
+/// (0, 0), (size(level), 0) and (0, size(level)). `at` takes a point of this grid, or a point
+/// beyond a side that unfolds into a neighbouring face. References stay valid while the patch is
+/// the mesh's current patch. `exists` returns false for a point beyond a border.
 template <class Mesh>
 concept PatchMesh = requires(Mesh mesh, FaceId face, int level, std::int64_t i, int side) {
   typename Mesh::Record;
@@ -36,7 +37,8 @@ concept PatchMesh = requires(Mesh mesh, FaceId face, int level, std::int64_t i, 
   { mesh.patch(face).exists(level, i, i) } -> std::convertible_to<bool>;
 };
 
-/// One attribute of a store as a PatchMesh: its patches are the faces of Store::base(). One thread.
+/// One attribute of a store as a PatchMesh. Its patches are the faces of Store::base(). For one
+/// thread.
 template <class RecordType>
 class StorePatches {
  public:
@@ -57,7 +59,7 @@ class StorePatches {
   void activate(int readable, int first_writable, int last_writable) {
     pinned_->activate(readable, first_writable, last_writable);
   }
-  /// Makes `face` the current patch; the one before it must not be used any more.
+  /// Makes `face` the current patch. The previous patch must not be used any more.
   Patch patch(FaceId face) {
     pinned_->enter(face);
     return Patch(*this);

@@ -1,4 +1,5 @@
-// plait/pinned_patch.h: what the transparent executor has pinned while a program works at a patch.
+// plait/pinned_patch.h: the blocks that the transparent executor pins while a program works on a
+// patch.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +12,26 @@
 
 namespace plait {
 
-/// Pins the blocks of the current face's stencil in one attribute: those of its edges, with
-/// Reach::kFaces also of the faces across them, with Reach::kRing also of the faces around these.
-/// Blocks that earlier faces needed stay pinned as long as all pins together fit into a share of
-/// the budget; those whose need lies furthest back are released first. One thread.
+/// Pins the blocks of the current face's stencil in one attribute. These are the blocks of the
+/// face's edges; with Reach::kFaces also those of the faces across its sides; with Reach::kRing
+/// also those of the faces around these. Blocks that earlier faces needed stay pinned while all
+/// pins together fit into a share of the budget. The blocks that no face has needed for the longest
+/// time are released first. For one thread.
 class PinnedPatch {
  public:
-  /// `share_bytes` is that share. A face's own stencil is pinned even if it takes more.
+  /// `share_bytes` is the share of the budget. The stencil of the current face is pinned even if it
+  /// takes more.
   PinnedPatch(Store& store, AttributeId attribute, Reach reach, std::uint64_t share_bytes);
   PinnedPatch(const PinnedPatch&) = delete;
   PinnedPatch& operator=(const PinnedPatch&) = delete;
 
-  /// Levels up to `readable` may be read; of these, levels `first_writable` to `last_writable` may
-  /// also be written. Level numbers count from the mesh that the user gave. The level of the base
-  /// mesh is always active; a face has no grid of levels before it. Ends all pins.
-  /// Errors: kInvalidArgument for levels that are not there; kBadState for writing to a store that
-  /// was opened for reading.
+  /// Chooses the levels that the program works on, and ends all pins. The program may read levels
+  /// up to `readable`, and may also write levels `first_writable` to `last_writable` of these.
+  /// Level numbers count from the user's mesh. The level of the base mesh is always active; a face
+  /// has no grid at coarser levels. Errors: kInvalidArgument for levels that do not exist;
+  /// kBadState for writing to a store that was opened for reading.
   void activate(int readable, int first_writable, int last_writable);
-  /// Makes `face` current. Errors: kBudget, and those of Session::pin_many.
+  /// Makes `face` the current face. Errors: those of Session::pin_many.
   void enter(FaceId face);
   const PatchTable& table() const { return table_; }
 

@@ -1,4 +1,4 @@
-// plait/pipeline_parts.h: a pipeline as two texts, as the options --filter and --codec have it.
+// plait/pipeline_parts.h: a pipeline split into the values of the options --filter and --codec.
 #pragma once
 
 #include <string>
@@ -6,7 +6,8 @@
 
 namespace plait {
 
-/// The two sides of the first comma of a pipeline; plait/backends/pipeline.h has the grammar.
+/// The text before and after the first comma of a pipeline; plait/backends/pipeline.h has the
+/// grammar.
 struct PipelineParts {
   std::string filter = "none", codec = "none";
 

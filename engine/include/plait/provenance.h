@@ -1,4 +1,4 @@
-// plait/provenance.h: where the content of a store comes from: enough to make it again.
+// plait/provenance.h: how the levels of a store were made, in enough detail to make them again.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace plait {
 
-/// Recorded by every commit. Names are printable ASCII, at most 64 KiB each. `layout` and
-/// `base_level` are said when the store is created; the rest is what made the levels of attribute
-/// "position", and subdivide() says it.
+/// Every commit records it. Names are printable ASCII, at most 64 KiB each. Store::create sets
+/// `layout` and `base_level`. subdivide() sets the other members; they describe how the levels of
+/// attribute "position" were made.
 struct Provenance {
-  /// "loop", "butterfly", "midpoint" or a name of one's own. Empty: no level was made, or what made
-  /// them is not known, or was not one thing.
+  /// "loop", "butterfly", "midpoint" or the name of a program's own scheme. Empty: there is no
+  /// level, or the scheme is not known, or different levels have different schemes.
   std::string scheme = {};
   bool limit = false;  ///< positions were projected to the scheme's limit surface afterwards
   ComponentType precision = ComponentType::kFloat32;  ///< of the arithmetic: float32 or float64

@@ -1,21 +1,24 @@
-// plait/session.h: what a reader, a sweep or a walk over patches opens on a pager: it pins blocks.
-// Every session has an eviction policy, a share of the budget and statistics of its own, so that
-// one session's sweep does not throw out what another session's walk needs. See docs/paging.md.
+// plait/session.h: sessions pin blocks. A reader, a sweep or a walk over patches opens a session on
+// a pager. Every session has its own eviction policy, share of the budget and statistics, so that
+// one session's sweep does not evict the blocks that another session's walk needs. See
+// docs/paging.md.
 //
-// A frame belongs to the session that used it last. Whoever needs a frame while none is free takes
-//  1. a frame that an ended session left, the oldest first;
-//  2. a frame of the session that is furthest over its share, where the caller's session counts
-//     with the frame that it asks for: the policy of that session chooses the frame.
-// If all frames are busy, the caller waits for one to come free. It comes free when a transfer
-// ends, or when another session unpins it. The caller does not wait but gets kBudget if no transfer
-// is under way and every pin of another session
-//  - is of a session of which a thread waits for a frame, or
+// A frame belongs to the session that used it last. If a session needs a frame and none is free,
+// the pager takes
+//  1. a frame of a session that has ended, the oldest first;
+//  2. otherwise a frame of the session that is furthest over its share; the policy of that session
+//     chooses the frame. For this comparison, the caller's session counts with the frame that it
+//     asks for.
+// If all frames are busy, the caller waits until one is free: a transfer ends, or another session
+// unpins a block. But the call fails with kBudget, instead of waiting, if no transfer is under way
+// and every pin of another session
+//  - is of a session in which a thread waits for a frame, or
 //  - was made by a thread that waits for a frame, or by the caller's own thread.
-// So two sessions that hold half the budget each and ask for more do not wait for each other: the
-// first one waits, the second one gets kBudget, and when it lets go of its pins the first goes on.
-// Pins of the caller's own session are never waited for: whoever would end them may be waiting for
-// the caller. REQUIRES: nobody waits, outside the pager, for a thread that pins, while holding pins
-// that this thread may have to wait for.
+// Example: two sessions hold half of the budget each, and both ask for more. The first one waits,
+// and the second one gets kBudget. When the second one ends its pins, the first one continues.
+// The caller never waits for pins of its own session, because the thread that would end them may be
+// waiting for the caller. REQUIRES: a thread that holds pins which another thread may wait for must
+// not itself wait, outside the pager, for that other thread.
 #pragma once
 
 #include <cstddef>
@@ -27,39 +30,39 @@
 namespace plait {
 
 enum class EvictionPolicy : std::uint8_t {
-  /// Evicts the block whose last edge lies furthest behind: the windows of all levels cover the
-  /// same edge range and move forward together (the paper's circular buffer). Writes a dirty block
-  /// as soon as it is unpinned.
-  kWindow,
+  /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
+  /// cover the same edges and move forward together (the paper's circular buffer). Writes a dirty
+  /// block as soon as it is unpinned.
+  kLayoutOrder,
   /// Second chance, for random reads. Writes a dirty block when it is evicted.
   kClock,
 };
 
 struct SessionOptions {
-  EvictionPolicy policy = EvictionPolicy::kWindow;
-  /// The part of the budget that the session counts on. It is no limit: a session takes more while
-  /// nobody else needs it. 0: the sessions that say 0 divide equally what the shares of the others
-  /// leave.
+  EvictionPolicy policy = EvictionPolicy::kLayoutOrder;
+  /// The part of the budget that the session can rely on. It is no limit: a session takes more
+  /// while no other session needs it. 0: all sessions with 0 get equal parts of the rest of the
+  /// budget.
   std::uint64_t share_bytes = 0;
-  /// The part of the share that prefetch() leaves to pins.
+  /// The part of the share that prefetch() does not use, so that it is free for pins.
   std::uint64_t window_bytes = 0;
 };
 
 struct PagingStatistics {
-  std::uint64_t blocks_read = 0, bytes_read = 0;        ///< raw bytes, by way of the backend
+  std::uint64_t blocks_read = 0, bytes_read = 0;        ///< raw bytes, through the backend
   std::uint64_t blocks_written = 0, bytes_written = 0;  ///< raw bytes
   std::uint64_t blocks_prefetched = 0, blocks_evicted = 0;
   std::uint64_t read_waits = 0, read_wait_ns = 0;    ///< callers that waited for a block
   std::uint64_t write_waits = 0, write_wait_ns = 0;  ///< callers that waited for a write
-  std::uint64_t peak_frame_bytes = 0;                ///< of the frames that it had at once
+  std::uint64_t peak_frame_bytes = 0;                ///< the most bytes of frames at one moment
 };
 
 class SessionState;
 struct Frame;
 
-/// Holds a block in its frame. Move-only; ends when destroyed. It may outlive its session (nobody
-/// waits for such a pin), but not the pager. One thread at a time; not only the one that pinned the
-/// block.
+/// A pin: it keeps a block in its frame. Move-only. The destructor ends the pin. A pin may outlive
+/// its session (no caller waits for such a pin), but not the pager. Only one thread at a time may
+/// use it; this need not be the thread that pinned the block.
 class PinnedBlock {
  public:
   PinnedBlock() = default;
@@ -67,12 +70,12 @@ class PinnedBlock {
   PinnedBlock(PinnedBlock&& other) noexcept;
   PinnedBlock& operator=(PinnedBlock&& other) noexcept;
   void release() noexcept { end(false); }
-  /// Ends the pin, too; what was stored into the block is not whole. With its last pin the block
-  /// leaves the memory without being written, and its level stays unfinished. A pin for reading is
-  /// only released.
+  /// Ends a pin for writing whose changes are incomplete. When the last pin of the block ends, the
+  /// pager drops the block without writing it, and the level stays unfinished. For a pin for
+  /// reading this is release().
   void abandon() noexcept { end(true); }
-  /// The block's records, at one address until the pin ends. REQUIRES: nothing is stored into a
-  /// block that was pinned for reading.
+  /// The block's records, at one address until the pin ends. REQUIRES: the caller does not change a
+  /// block that it pinned for reading.
   std::span<std::byte> bytes() const noexcept { return bytes_; }
   explicit operator bool() const noexcept { return session_ != nullptr; }
 
@@ -84,12 +87,12 @@ class PinnedBlock {
 
   SessionState* session_ = nullptr;
   Frame* frame_ = nullptr;
-  LevelFile* written_ = nullptr;  ///< nullptr: pinned for reading
+  LevelFile* written_ = nullptr;  ///< nullptr if pinned for reading
   std::span<std::byte> bytes_;
   std::uint32_t caller_ = 0;
 };
 
-/// A block and what it is wanted for.
+/// A block to pin, and how the caller will use it.
 class BlockRequest {
  public:
   BlockRequest(const LevelFile& level, std::uint64_t block) : level_(&level), block_(block) {}
@@ -110,37 +113,39 @@ class BlockRequest {
   Access access_ = Access::kRead;
 };
 
-/// Move-only; ends when destroyed. Must not outlive the pager. Several sessions may be open at
-/// once, and each may be called from several threads. A pin waits for the transfers that it needs,
-/// and for room, and for nothing else.
+/// Move-only. The destructor ends the session. Must not outlive the pager. Several sessions may be
+/// open at once, and several threads may call each of them. A pin waits only for the transfers that
+/// it needs, and for free frames.
 class Session {
  public:
-  /// Not open: may only be assigned to.
+  /// A session that is not open. It may only be assigned to.
   Session() = default;
   ~Session() { end(); }
   Session(Session&& other) noexcept;
   Session& operator=(Session&& other) noexcept;
 
-  /// Errors: kBudget with the bytes that are needed and those there are, see above; kIo, kNoSpace,
-  /// kCorruption from the backend; kBadState for writing to a level that was opened for reading;
-  /// kOutOfMemory; after a failed write that write's error, once, and kBadState from then on.
+  /// Pins a block. Errors: kBudget (see above; the message names the needed and the available
+  /// bytes); kIo, kNoSpace, kCorruption from the backend; kBadState for writing to a level that was
+  /// opened for reading; kOutOfMemory. After a failed write, the first pin for writing that is
+  /// refused gets the error of that write, and later ones get kBadState.
   PinnedBlock pin(LevelFile& level, std::uint64_t block, Access access);
-  /// For reading.
+  /// Pins a block for reading.
   PinnedBlock pin(const LevelFile& level, std::uint64_t block);
 
-  /// Pins requests[i] in pinned[i], whose former pin ends: all of them, or none after an error.
-  /// All reads begin before the first of them is waited for. The same block may be asked for
-  /// several times. REQUIRES: pinned.size() == requests.size(). Errors: as pin(); if several reads
-  /// fail, the error of one of them.
+  /// Ends the pins in `pinned`, then pins the block of requests[i] in pinned[i] for each i. After
+  /// an error no block is pinned. The call begins all reads before it waits for the first one.
+  /// `requests` may name a block several times. REQUIRES: pinned.size() == requests.size(). Errors:
+  /// as pin(); if several reads fail, the error of one of them.
   void pin_many(std::span<const BlockRequest> requests, std::span<PinnedBlock> pinned);
 
-  /// The block will be read soon: begins to read it if a frame is free or can be had without
-  /// writing and without taking one from a block announced before, and keeps it until it was pinned
-  /// or nothing else makes room. False: not now, ask again after the next pin. Without I/O threads
-  /// nothing is read ahead.
+  /// Begins to read a block that the caller will soon pin for reading. It does so only if a frame
+  /// is free, or if it can evict a clean block that is not itself prefetched and still unpinned. A
+  /// prefetched block stays resident until it is pinned; the pager evicts it earlier only if no
+  /// other frame can be freed. Returns false if the read cannot begin now: the caller may try again
+  /// after the next pin. Without I/O threads, prefetch() reads nothing.
   bool prefetch(const LevelFile& level, std::uint64_t block) noexcept;
 
-  /// Of this session alone.
+  /// The statistics of this session alone.
   PagingStatistics statistics() const;
   explicit operator bool() const noexcept { return state_ != nullptr; }
 

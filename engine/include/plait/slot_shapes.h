@@ -1,9 +1,9 @@
-// plait/slot_shapes.h: which records of an edge's grid have a slot to lie in.
+// plait/slot_shapes.h: which records of an edge's grid exist, and so have a place in its slot.
 //
-// An edge's grid at one level is the square between its two faces. Where one of the faces has no
-// such level, half of the square is not there; where neither has it, nothing is. Today every face
-// has every level, so that halves belong to border edges and no slot is absent. docs/adaptive.md
-// tells what changes when faces are refined to different depths.
+// An edge's grid at one level is the square between its two faces. If only one of the faces has
+// this level, only half of the square exists. If neither face has it, the slot is absent. Today
+// every face has every level, so only border edges have half slots, and no slot is absent.
+// docs/adaptive.md tells what changes if faces are refined to different depths.
 #pragma once
 
 #include <cstddef>

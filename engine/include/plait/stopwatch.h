@@ -1,4 +1,4 @@
-// plait/stopwatch.h: how long something took.
+// plait/stopwatch.h: measures elapsed time.
 #pragma once
 
 #include <chrono>

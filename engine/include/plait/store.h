@@ -1,8 +1,9 @@
-// plait/store.h: a semi-regular mesh in a directory: base mesh in memory, one file per level and
-// attribute, paged under one budget.
+// plait/store.h: a semi-regular mesh in a directory. The base mesh is in memory. Each level of each
+// attribute is a file, and its blocks are paged under one budget.
 //
-// Threads: while a thread calls a non-const function, no other thread calls any; const functions
-// and sessions may be called from several threads. Executors use threads of their own.
+// Threads: while a thread calls a function that is not const, no other thread may call any function
+// of the store. Several threads may call const functions, and use sessions, at the same time.
+// Executors start threads of their own.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +26,13 @@
 
 namespace plait {
 
-using AttributeId = std::uint32_t;  ///< position in Store::attributes()
+/// A position in Store::attributes(). Every call that takes one throws kInvalidArgument for a
+/// number that is no attribute's.
+using AttributeId = std::uint32_t;
 
 struct AttributeInfo {
   AttributeSchema schema;
-  int finest_level = 0;  ///< levels base_level+1 .. finest_level have files
+  int finest_level = 0;  ///< levels base_level + 1 to finest_level have files
 };
 
 struct BlockAddress {
@@ -40,74 +43,75 @@ struct BlockAddress {
 
 class Store {
  public:
-  /// A new store of `base` in layout order, with no attribute yet. With an empty `path` nothing
-  /// touches the disk; the backend must then not be durable. The directory is complete and
-  /// openable from the first commit() on; what a writer left that was killed before it is replaced.
-  /// Errors: kInvalidArgument, kNotSupported, kIo, kNoSpace;
-  /// kInvalidArgument if `path` exists.
+  /// Makes a new store of `base`, whose edges and faces are in layout order. The store has no
+  /// attribute yet. With an empty `path` the store is only in memory; then the backend must not be
+  /// durable. The store can be opened after its first commit(). If `path` is a directory of a
+  /// writer that was killed before its first commit, create() replaces the directory's content.
+  /// Errors: kInvalidArgument, also if `path` exists otherwise; kNotSupported, kIo, kNoSpace.
   static Store create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
                       const BackendRegistry& backends);
 
-  /// The same of a mesh that was laid out, and records which layout it has: a subdivision that is
-  /// resumed lays the mesh out again.
+  /// The same for the result of lay_out(). It also records the layout, so that a resumed
+  /// subdivision can lay the mesh out in the same order.
   static Store create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
                       const BackendRegistry& backends);
 
-  /// The last committed version. One writer, and any number of readers beside it.
-  /// Errors: kNotFound, kCorruption, kNotSupported (version, feature flags, backend), kBusy naming
-  /// the holder.
+  /// Opens the last committed version. One writer and any number of readers can have a store open
+  /// at the same time. Errors: kNotFound; kCorruption; kNotSupported (format version, feature
+  /// flags, backend); kBusy (the message names the process that has the store open).
   static Store open(const std::filesystem::path& path, const OpenOptions& options,
                     const BackendRegistry& backends);
 
-  /// False where the directory is empty, or a writer was killed in it before its first commit; true
-  /// of anything else, damaged or not. Errors: kIo.
+  /// Returns false if the directory is empty, or if a writer was killed in it before its first
+  /// commit. Returns true for any other directory, damaged or not. Errors: kIo.
   static bool has_commit(const std::filesystem::path& path);
 
   Store(Store&&) noexcept;
   Store& operator=(Store&&) noexcept;
-  /// Loses what was not committed. Never throws.
+  /// Discards all changes since the last commit. Never throws.
   ~Store();
 
   const std::filesystem::path& path() const;
-  /// The mesh whose faces are patches and whose edges have slots: the one that the user gave,
-  /// refined base_level() times.
+  /// The mesh whose faces are patches and whose edges have slots: the user's mesh, refined
+  /// base_level() times.
   const BaseMesh& base() const;
-  /// As created, with the backend's default pipeline where none was named; of an opened store, as
-  /// its version says.
+  /// The options of a created store, with the backend's default pipeline if the caller named none.
+  /// For an opened store, the options that its version records.
   const StoreOptions& options() const;
   const StoreUuid& uuid() const;
   std::uint64_t sequence() const;  ///< commits so far
   BackendTraits backend_traits() const;
 
-  /// Where the levels come from. set_provenance says it, for the next commit to record, as
-  /// subdivide() does by itself; `layout` and `base_level` must be those that the store has.
-  /// Errors: kInvalidArgument, also for a name that is too long.
+  /// How the levels were made. The next commit records it. subdivide() calls set_provenance().
+  /// `layout` and `base_level` must be those of the store. Errors: kInvalidArgument, also for a
+  /// name that is too long.
   const Provenance& provenance() const;
   void set_provenance(const Provenance& provenance);
 
-  /// Level numbers, in every call and message of a store, count from the mesh that the user gave.
-  /// base() is that mesh refined base_level() times: 0 unless slots of the finest level would be
-  /// larger than they may be. Level base_level() are the vertices of base(), in memory with it;
-  /// levels before it are among these and have no number for face and edge of their own.
+  /// How often the user's mesh was refined to make base(): 0, unless slots of the finest level
+  /// would be too large. Level numbers count from the user's mesh, in every call and message of a
+  /// store. Level base_level() consists of the vertices of base(), which are in memory. The
+  /// vertices of coarser levels are among them; these levels have no faces and edges with numbers
+  /// of their own.
   int base_level() const;
-  int finest_level() const;  ///< of the attribute with most levels
+  int finest_level() const;  ///< of the attribute with the most levels
 
   std::span<const AttributeInfo> attributes() const;
-  /// Errors: kNotFound naming the attributes there are.
+  /// Errors: kNotFound; the message lists the attributes of the store.
   AttributeId attribute(std::string_view name) const;
   bool has_attribute(std::string_view name) const;
   /// Errors: kInvalidArgument if the name is taken or ill-formed.
   AttributeId add_attribute(AttributeSchema schema);
-  /// How blocks of levels that add_level() makes from now on are encoded; those that are there keep
-  /// what they have (LevelFile::pipeline). At first it is options().pipeline.
-  /// Errors: kInvalidArgument, kNotSupported for a pipeline that the backend does not have.
+  /// Sets the pipeline of levels that later calls of add_level() make. Existing levels keep their
+  /// pipeline (LevelFile::pipeline). The initial value is options().pipeline. Errors:
+  /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
   void set_pipeline(AttributeId attribute, std::string pipeline);
-  /// One level more for this attribute; reads as zeros until written.
+  /// Adds one level to the attribute. Its blocks read as zeros until they are written.
   void add_level(AttributeId attribute);
-  /// Removes `attribute` and calls `replacement` by its name.
+  /// Removes `attribute` and gives its name to `replacement`.
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
-  /// Level base_level(): one record per base vertex, in memory.
+  /// The records of level base_level(): one for each base vertex, in memory.
   template <class Record>
   std::span<Record> base_records(AttributeId attribute) {
     check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
@@ -123,37 +127,44 @@ class Store {
   std::span<std::byte> base_bytes(AttributeId attribute);
   std::span<const std::byte> base_bytes(AttributeId attribute) const;
 
-  /// The open file of a level. REQUIRES: base_level() < level <= finest level of the attribute.
+  /// The open file of a level. Errors: kInvalidArgument unless base_level() < level <= finest level
+  /// of the attribute.
   LevelFile& level_file(AttributeId attribute, int level);
   const LevelFile& level_file(AttributeId attribute, int level) const;
-  /// Errors: kInvalidArgument naming both types.
+  /// Throws kInvalidArgument if the attribute has another type. The message names both types.
   void check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const;
 
-  /// For one reader, sweep or walk: several may be open at once, in several threads. What a const
-  /// store gives out can only be read. Errors: kOutOfMemory.
+  /// Opens a session for one reader, sweep or walk. Several sessions may be open at once, in
+  /// several threads. A const store gives out only const levels, which can only be read. Errors:
+  /// kOutOfMemory.
   Session open_session(const SessionOptions& options = {}) const;
   Pager& pager();
   const Pager& pager() const;
 
-  /// Publishes all levels and attributes as the next version, durably unless options().durability
-  /// is kNone: after a crash at any moment open() gives the version before, or this one, whole.
-  /// After an error nothing more can be committed before the store is opened again. REQUIRES: no
-  /// block is pinned for writing. Errors: kIo, kNoSpace; kBadState after a failed write or commit,
-  /// and, with nothing changed, while a level is unfinished: a pass that writes to it was cancelled
-  /// or failed, and no other has overwritten all of it since.
+  /// Publishes all levels and attributes as the next version. Unless options().durability is kNone,
+  /// the commit is durable: after a crash at any moment, open() gives either the version before or
+  /// this version, complete. After a failed commit the store refuses further commits until it is
+  /// opened again. REQUIRES: no block is pinned for writing. Errors: kIo, kNoSpace; kBadState after
+  /// a failed write or commit. Also kBadState, without any change, while a level is unfinished: a
+  /// pass that wrote to it was cancelled or failed, and no later pass has overwritten all of it.
   void commit();
-  /// As the destructor, now: what was not committed is lost, and others may open the store.
+  /// Closes the store now, as the destructor does: discards all changes since the last commit, and
+  /// releases the locks. Errors: kBusy with the number of readers and of their open views, if the
+  /// store has readers (plait/reader.h). The destructor waits for nobody: after it, readers and
+  /// views keep the store's files and memory, and the locks, until the last of them ends.
   void close();
 
   PagingStatistics statistics() const;
-  /// Everything the store takes on disk, or in memory for one without a path.
+  /// Bytes of all levels and base records, and of the base mesh file: on disk, or in memory if the
+  /// store has no path.
   std::uint64_t stored_bytes() const;
 
   struct Implementation;
 
  private:
+  friend class Reader;
   explicit Store(std::unique_ptr<Implementation> implementation);
-  std::unique_ptr<Implementation> implementation_;
+  std::shared_ptr<Implementation> implementation_;  ///< readers and views keep it alive
 };
 
 }  // namespace plait

@@ -1,9 +1,9 @@
-// plait/sweep.h: the sweep executor: passes over a store, edge by edge in layout order.
+// plait/sweep.h: the sweep executor. It runs passes over a store, edge by edge in layout order.
 //
-// A pass declares what it reads and writes; the executor pins those blocks, calls the kernel for
-// every edge from several threads, and lets the window move on. A kernel computes the slots of
-// one edge: every vertex has exactly one edge, so no two calls write the same bytes and the result
-// does not depend on threads, blocks or budget.
+// A pass declares which levels it reads and writes. The executor pins the blocks of the window,
+// calls the kernel for every edge, from several threads, and moves the window forward. A kernel
+// call computes the slots of one edge. Every vertex belongs to exactly one edge, so no two calls
+// write the same bytes, and the result does not depend on threads, blocks or budget.
 #pragma once
 
 #include <cstdint>
@@ -17,25 +17,25 @@
 
 namespace plait {
 
-/// Which slots a kernel may touch when it works at an edge.
+/// Which slots a kernel may access when it works on an edge.
 enum class Reach : std::uint8_t {
   kOwn,    ///< the edge's own
-  kFaces,  ///< also those of the other edges of its two faces: the Loop stencil
-  kRing,   ///< also those of the faces across these: the Butterfly stencil
+  kFaces,  ///< also the slots of the other edges of its two faces: the Loop stencil
+  kRing,   ///< also the slots of the faces across those edges: the Butterfly stencil
 };
 
 struct LevelAccess {
   AttributeId attribute = 0;
   int first_level = 1, last_level = 0;  ///< nothing if last < first
-  Access access = Access::kRead;        ///< kWrite and kUpdate need Reach::kOwn
+  Access access = Access::kRead;        ///< kOverwrite and kUpdate need Reach::kOwn
   Reach reach = Reach::kOwn;
 };
 
-/// Pinned slots, as a kernel sees them. Valid during the call.
+/// Gives a kernel access to the pinned slots. Valid during the kernel call.
 class SweepView {
  public:
-  /// Slot of `edge` at `level` of the access with this number in SweepPass::accesses.
-  /// REQUIRES: declared and within reach of the edge that the kernel was called for.
+  /// The slot of `edge` at `level`. `access` is an index into SweepPass::accesses. REQUIRES: the
+  /// pass declared the level, and `edge` is within reach of the edge of the kernel call.
   std::span<std::byte> slot(std::size_t access, int level, EdgeId edge) const noexcept {
     const Levels& of_access = accesses_[access];
     return of_access.levels[level - of_access.first_level].slot(edge).bytes;
@@ -59,7 +59,7 @@ class SweepView {
 struct SweepPass {
   std::string name = {};  ///< for progress and errors: "odd vertices of level 3"
   std::vector<LevelAccess> accesses = {};
-  /// Called once per edge; `worker` is in [0, threads). Must not throw.
+  /// Called once for each edge; `worker` is in [0, threads). Must not throw.
   std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel = {};
 };
 
@@ -69,13 +69,13 @@ struct SweepOptions {
   std::function<bool(std::uint64_t edges_done, std::uint64_t edge_count)> proceed = {};
 };
 
-/// Bytes of frames that the pass pins at once at its widest place: the smallest budget that does.
+/// The most bytes of frames that the pass pins at once. This is the smallest budget for the pass.
 std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads = 1);
 
-/// Runs the pass over all edges. Every block is read at most once as long as the budget covers the
-/// window and the span of the layout; write-only blocks are never read.
-/// Errors: kBudget before anything is touched, saying what is needed and for which span;
-/// kCancelled; those of Session::pin.
+/// Runs the pass over all edges. If the budget covers the window and the span of the layout, each
+/// block is read at most once. Blocks that are only written are never read. Errors: kBudget before
+/// it changes anything (the message says how much is needed, and for which span); kCancelled; those
+/// of Session::pin.
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
 
 }  // namespace plait

@@ -30,7 +30,7 @@ struct FaceSide {
   friend constexpr bool operator==(FaceSide, FaceSide) = default;
 };
 
-/// A base edge. An interior edge runs from `start` to `end` in its own face, and `start` has the
+/// A base edge. An inner edge runs from `start` to `end` in its own face, and `start` has the
 /// lower vertex index. The own face of a border edge is its only face.
 struct Edge {
   VertexId start = kNoId, end = kNoId;

@@ -31,7 +31,7 @@ struct VerifyReport {
 /// Damage, also a block that the operating system fails to read, goes into the report; only what
 /// keeps it from going on is thrown (kCancelled, kOutOfMemory; kIo while flushing).
 /// `damaged` is told of every bad block, also of those that the report only counts. What
-/// Store::open refuses already is found by check_structure (plait/structure.h).
+/// Store::open refuses already is found by check_store (plait/check_store.h).
 VerifyReport verify(
     Store& store, const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {},
     const std::function<void(const BlockAddress&)>& damaged = {});

@@ -11,6 +11,7 @@
 
 #include "backends/conformance.h"
 #include "plait/backends/registry.h"
+#include "plait/error.h"
 #include "plait/store.h"
 #include "support/test_meshes.h"
 
@@ -84,6 +85,15 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     if (kMemoryIsCounted) CHECK(bytes_in_use() - before <= kSmallThings);
     CHECK(code_in_threads(pool, pipeline));
   }
+}
+
+TEST_CASE("CoderPool_CoderThatCannotBeMade_LeavesRoomForAnother") {
+  CoderPool pool(default_pipelines(), {{}, ~std::uint64_t{0}, 1});
+  const Coding coding{"lz4", 4};
+  pool.make_room_for(coding, kBlockBytes);
+  REQUIRE(pool.most_coders() == 1);
+  CHECK_THROWS_AS(CoderPool::Lease(pool, {"no-such-codec", 4}), Error);
+  const CoderPool::Lease coder(pool, coding);  // waits for good if the other one is still counted
 }
 
 TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {

@@ -25,7 +25,7 @@ const std::vector<AttributeSchema> kSchemas = {{"mass", ComponentType::kFloat32,
 
 /// In an order that keeps few blocks open, so that the others are written on the way.
 BaseMesh mesh_of_many_runs() {
-  return lay_out(BaseMesh::build(random_sphere(8, 200)), LayoutKind::kHilbert).mesh;
+  return lay_out(BaseMesh::build(random_sphere(8, edits(200, 66))), LayoutKind::kHilbert).mesh;
 }
 
 Store store_in_memory(const BaseMesh& base) {

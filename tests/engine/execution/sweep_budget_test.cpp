@@ -35,7 +35,7 @@ struct SumPass {
   SumPass(const BaseMesh& base, Reach reach) : reach_of(naive_reach(base, reach)) {
     pass.name = "sums";
     pass.accesses = {{0, 1, kLevels, Access::kRead, reach},
-                     {1, kLevels, kLevels, Access::kWrite, Reach::kOwn}};
+                     {1, kLevels, kLevels, Access::kOverwrite, Reach::kOwn}};
     pass.kernel = [this, &base](const SweepView& view, EdgeId edge, int) {
       std::uint32_t sum = 0;
       for (const EdgeId other : reach_of[edge])

@@ -117,9 +117,9 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
       {
         Store store = Store::open(place.path, {true, 1 << 20}, default_backends());
         SweepPass pass;
-        pass.accesses = {{0, 2, 3, Access::kWrite, Reach::kOwn}};
+        pass.accesses = {{0, 2, 3, Access::kOverwrite, Reach::kOwn}};
         pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-          if (edge % 3 != 0) {  // kWrite promises all of it
+          if (edge % 3 != 0) {  // kOverwrite promises all of it
             for (const int level : {2, 3})
               std::ranges::fill(view.slot(0, level, edge), std::byte{0});
             return;
@@ -180,7 +180,7 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
     const BackendRegistry counting = counting_registry(default_backends(), counts);
     Store store = Store::open(place.path, {true, 64 << 10}, counting);
     SweepPass pass;
-    pass.accesses = {{0, 1, 3, Access::kWrite, Reach::kOwn}};
+    pass.accesses = {{0, 1, 3, Access::kOverwrite, Reach::kOwn}};
     pass.kernel = [](const SweepView& view, EdgeId edge, int) {
       for (int level = 1; level <= 3; ++level)
         std::ranges::fill(view.slot(0, level, edge), std::byte{1});
@@ -252,7 +252,7 @@ TEST_CASE("Sweep_RecordTypeOfTheProgramsOwn_IsReadAndWritten") {
   store.add_level(id);
   store.add_level(id);
   SweepPass pass;
-  pass.accesses = {{id, 1, 2, Access::kWrite, Reach::kOwn}};
+  pass.accesses = {{id, 1, 2, Access::kOverwrite, Reach::kOwn}};
   pass.kernel = [](const SweepView& view, EdgeId edge, int) {
     for (const int level : {1, 2})
       for (Spin& spin : view.records<Spin>(0, level, edge))
@@ -333,7 +333,7 @@ TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
     CHECK(names(error, {"'wrong'", word}));
   };
   for (const int threads : {0, -1, 1025}) refused(threads, "threads");
-  for (const Access access : {Access::kWrite, Access::kUpdate})
+  for (const Access access : {Access::kOverwrite, Access::kUpdate})
     for (const Reach reach : {Reach::kFaces, Reach::kRing}) {
       pass.accesses[0].access = access;
       pass.accesses[0].reach = reach;
@@ -366,7 +366,7 @@ TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
     Store store = Store::open(place.path, {}, default_backends());
     SweepPass pass;
     pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };
-    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+    for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
       pass.accesses = {{0, 1, 1, access, Reach::kOwn}};
       const Error error = error_of([&] { sweep(store, pass, {}); });
       CHECK(error.code() == ErrorCode::kBadState);

@@ -3,7 +3,10 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cstring>
+#include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <random>
@@ -25,6 +28,7 @@ struct Log {
   std::mutex mutex;
   std::vector<ContextBlock> reads;  ///< in the order in which they began
   std::atomic<bool> misnamed = false;
+  std::function<void(int level, const Transfer&)> before;  ///< before a transfer moves a byte
 };
 
 class DifferenceBackend final : public Backend {
@@ -36,6 +40,7 @@ class DifferenceBackend final : public Backend {
   void write(BlockRange, std::span<const std::byte>) override { refuse(); }
   void start(Transfer& transfer) noexcept override {
     std::exception_ptr error;
+    if (log_.before) log_.before(level_.table.level(), transfer);
     try {
       transfer.direction == Transfer::Direction::kRead ? decode(transfer) : encode(transfer);
     } catch (...) {
@@ -135,7 +140,7 @@ struct Levels {
     Session session = pager.open_session({.policy = policy});
     for (int number = 1; number <= kLevels; ++number)
       for (std::uint64_t block = 0; block < at(number).geometry.block_count(); ++block) {
-        const PinnedBlock pinned = session.pin(at(number), block, Access::kWrite);
+        const PinnedBlock pinned = session.pin(at(number), block, Access::kOverwrite);
         for (std::size_t i = 0; i < kBlockBytes; ++i) pinned.bytes()[i] = value(number, block, i);
       }
     pager.flush();
@@ -150,7 +155,7 @@ struct Fixture {
   Fixture(std::uint64_t frames, int io_threads) : pager(frames * kBlockBytes, io_threads) {
     Pager maker(64 * kBlockBytes, 0);
     levels.attach(maker);
-    levels.fill(maker, EvictionPolicy::kWindow);
+    levels.fill(maker, EvictionPolicy::kLayoutOrder);
     levels.detach(maker);
     levels.attach(pager);
   }
@@ -162,6 +167,37 @@ struct Fixture {
   Levels levels;
   Pager pager;
 };
+
+/// Holds the first transfer of block 0 of level 2 in one direction until it is let go.
+class HeldTransfer {
+ public:
+  HeldTransfer(Log& log, Transfer::Direction direction) {
+    log.before = [this, direction](int level, const Transfer& transfer) {
+      if (level != 2 || transfer.block != 0 || transfer.direction != direction) return;
+      if (was_begun_.exchange(true)) return;
+      begun_.set_value();
+      let_go_.get_future().wait();
+    };
+  }
+  void wait_until_begun() { begun_.get_future().wait(); }
+  void let_go() { let_go_.set_value(); }
+
+ private:
+  std::atomic<bool> was_begun_ = false;
+  std::promise<void> begun_, let_go_;
+};
+
+/// Three frames hold block 0 of level 2, which is on its way, the block that it is coded by, and
+/// another one that is pinned. A fourth block must wait for the transfer.
+void check_that_a_fourth_block_waits(Fixture& f, Session& session, HeldTransfer& held) {
+  held.wait_until_begun();
+  const PinnedBlock other = session.pin(f.level(1), 1);
+  auto fourth = std::async(std::launch::async,
+                           [&] { return holds_its_values(session.pin(f.level(2), 4), 2, 4); });
+  CHECK(fourth.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout);
+  held.let_go();
+  CHECK(fourth.get());
+}
 
 template <class Call>
 ErrorCode code_of(Call&& call) {
@@ -192,7 +228,7 @@ TEST_CASE("Context_BlockOfTheFinestLevel_IsDecodedByCoarserOnesThatAreReadBefore
 
 TEST_CASE("Context_WrittenBlocks_AreEncodedByWhatTheyNeedWhateverIsEvicted") {
   const int io_threads = GENERATE(0, 1, 2);
-  const auto policy = GENERATE(EvictionPolicy::kWindow, EvictionPolicy::kClock);
+  const auto policy = GENERATE(EvictionPolicy::kLayoutOrder, EvictionPolicy::kClock);
   Levels levels;
   Pager pager(3 * kBlockBytes, io_threads);
   levels.attach(pager);
@@ -251,11 +287,55 @@ TEST_CASE("ContextPrefetch_AskedAgain_ReadsCoarserBlocksFirst") {
   CHECK(session.statistics().blocks_prefetched == 3);
 }
 
+TEST_CASE("ContextPrefetch_WhileItIsRead_KeepsWhatItIsCodedBy") {
+  Fixture f(3, 1);
+  Session session = f.pager.open_session();
+  session.pin(f.level(1), 0);
+  HeldTransfer held(f.levels.log, Transfer::Direction::kRead);
+  REQUIRE(session.prefetch(f.level(2), 0));
+  check_that_a_fourth_block_waits(f, session, held);
+  CHECK(holds_its_values(session.pin(f.level(2), 0), 2, 0));
+}
+
+TEST_CASE("ContextPrefetch_WhileWhatItIsCodedByIsRead_DoesNotBegin") {
+  Fixture f(8, 2);
+  Session session = f.pager.open_session();
+  session.pin(f.level(1), 0);
+  HeldTransfer held(f.levels.log, Transfer::Direction::kRead);
+  REQUIRE(session.prefetch(f.level(2), 0));
+  held.wait_until_begun();
+  CHECK_FALSE(session.prefetch(f.level(3), 0));
+  held.let_go();
+  CHECK(holds_its_values(session.pin(f.level(3), 0), 3, 0));
+}
+
+TEST_CASE("ContextPrefetch_WithoutRoom_HoldsNothing") {
+  Fixture f(2, 1);
+  Session session = f.pager.open_session();
+  session.pin(f.level(1), 0);
+  {
+    const PinnedBlock other = session.pin(f.level(1), 1);
+    CHECK_FALSE(session.prefetch(f.level(2), 0));
+  }
+  CHECK(holds_its_values(session.pin(f.level(2), 4), 2, 4));
+}
+
+TEST_CASE("Context_WhileABlockIsWritten_IsKept") {
+  Fixture f(3, GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  HeldTransfer held(f.levels.log, Transfer::Direction::kWrite);
+  session.pin(f.levels.at(2), 0, Access::kUpdate).bytes()[0] = std::byte{99};
+  auto flushed = std::async(std::launch::async, [&] { f.pager.flush(); });
+  check_that_a_fourth_block_waits(f, session, held);
+  flushed.get();
+  CHECK(f.levels.stored(2, 0)[0] == (std::byte{99} ^ value(1, 0, 0)));
+}
+
 TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
   Fixture f(3, GENERATE(0, 1));
   Session session = f.pager.open_session();
   f.levels.stored(1, 0)[7] ^= std::byte{1};
-  for (const Access access : {Access::kRead, Access::kUpdate, Access::kWrite})
+  for (const Access access : {Access::kRead, Access::kUpdate, Access::kOverwrite})
     CHECK(code_of([&] { session.pin(f.levels.at(3), 4, access); }) == ErrorCode::kCorruption);
   f.levels.stored(1, 0)[7] ^= std::byte{1};
   f.pager.flush();
@@ -268,7 +348,7 @@ TEST_CASE("Context_BlockThatTheSameCallOverwrites_IsReadBefore") {
   Fixture f(4, GENERATE(0, 1));
   Session session = f.pager.open_session();
   const bool coarser_first = GENERATE(false, true);
-  std::vector<BlockRequest> requests{{f.level(2), 7}, {f.levels.at(1), 1, Access::kWrite}};
+  std::vector<BlockRequest> requests{{f.level(2), 7}, {f.levels.at(1), 1, Access::kOverwrite}};
   if (coarser_first) std::swap(requests[0], requests[1]);
   std::vector<PinnedBlock> pinned(2);
   session.pin_many(requests, pinned);
@@ -294,7 +374,7 @@ TEST_CASE("Context_ManyThreadsAndSessions_NeverWaitForEachOtherForGood") {
     threads.emplace_back([&, seed] {
       std::mt19937 random(seed);
       Session session = f.pager.open_session(
-          {.policy = seed % 2 == 0 ? EvictionPolicy::kWindow : EvictionPolicy::kClock});
+          {.policy = seed % 2 == 0 ? EvictionPolicy::kLayoutOrder : EvictionPolicy::kClock});
       for (int step = 0; step < 400; ++step) {
         const int number = 1 + static_cast<int>(random() % kLevels);
         const std::uint64_t count = f.level(number).geometry.block_count();

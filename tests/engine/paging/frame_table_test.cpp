@@ -120,3 +120,23 @@ TEST_CASE("FrameTableAttach_ManyBlocks_MakesNoMoreFramesThanTheBudgetCanHold") {
   table.detach(small);
   table.detach(large);
 }
+
+TEST_CASE("FrameTableClaim_BlockDetachedAgainAndAgain_EndsWithoutAFrameAndLosesNoMemory") {
+  FrameTable table(16 * kBlockBytes);
+  LevelFile level;
+  shape(level, 1);
+  table.attach(level);
+  const bool addressed = GENERATE(false, true);
+  std::vector<std::byte> memory(kBlockBytes);
+  std::vector<Frame*> frames;
+  while (Frame* const frame = table.claim(level, 0, addressed ? memory.data() : nullptr)) {
+    frames.push_back(frame);
+    table.detach_block(*frame);
+  }
+  CHECK(frames.size() == 2);  // that of the block, and one from which it was detached
+  CHECK(table.find(level, 0) == nullptr);
+  CHECK(table.pool().used_bytes() == 2 * kBlockBytes);
+  for (Frame* const frame : frames) table.vacate(*frame);
+  CHECK(table.pool().used_bytes() == 0);
+  table.detach(level);
+}

@@ -53,7 +53,7 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
     // Invariants 2 and 3.
     const auto [known, fresh] = addresses.try_emplace(block, pinned.bytes().data());
     REQUIRE((fresh || known->second == pinned.bytes().data()));
-    if (access != Access::kWrite) REQUIRE(holds(pinned, expected[block]));
+    if (access != Access::kOverwrite) REQUIRE(holds(pinned, expected[block]));
     if (access != Access::kRead) {
       expected[block] = static_cast<unsigned char>(random());
       fill(pinned, expected[block]);
@@ -72,7 +72,7 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
 }  // namespace
 
 TEST_CASE("Pager_RandomPins_ServesWhatWasWrittenWithinTheBudget") {
-  for (const EvictionPolicy policy : {EvictionPolicy::kWindow, EvictionPolicy::kClock})
+  for (const EvictionPolicy policy : {EvictionPolicy::kLayoutOrder, EvictionPolicy::kClock})
     for (const BackendTraits& traits : {kFramed, kInMemory})
       for (const int io_threads : {0, 1, 3})
         random_pins(policy, traits, io_threads, traits.in_memory ? 1 : 2);
@@ -83,7 +83,7 @@ TEST_CASE("PagerPin_WriteAccess_ReadsNothing") {  // invariant 5
   Session session = pager.open_session();
   TestLevel level(pager, 1, 16 * 4096);
   for (std::uint64_t block = 0; block < 16; ++block)
-    fill(session.pin(level.file, block, Access::kWrite), 7);
+    fill(session.pin(level.file, block, Access::kOverwrite), 7);
   pager.flush();
   CHECK(level.backend->reads == 0);
   CHECK(level.backend->writes == 16);
@@ -94,7 +94,8 @@ TEST_CASE("PagerWindow_NextSweep_EvictsWhatTheLastOneLeftAhead") {
   Pager pager(4 * kBlockBytes, GENERATE(0, 1));
   Session session = pager.open_session();
   TestLevel level(pager, 1, 16 * 4096);
-  for (std::uint64_t block = 0; block < 16; ++block) session.pin(level.file, block, Access::kWrite);
+  for (std::uint64_t block = 0; block < 16; ++block)
+    session.pin(level.file, block, Access::kOverwrite);
   pager.flush();  // what is being written goes later
   session = pager.open_session();
   for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.file, block, Access::kRead);
@@ -107,7 +108,7 @@ TEST_CASE("PagerPin_NeverWrittenBlock_IsZeroEvenInARecycledFrame") {
   Pager pager(kBlockBytes, GENERATE(0, 1));
   Session session = pager.open_session();
   TestLevel level(pager, 1, 2 * 4096);
-  fill(session.pin(level.file, 0, Access::kWrite), 9);
+  fill(session.pin(level.file, 0, Access::kOverwrite), 9);
   CHECK(holds(session.pin(level.file, 1, Access::kRead), 0));
   CHECK(level.backend->reads == 0);
 }
@@ -130,7 +131,7 @@ TEST_CASE("PagerPin_ForWritingALevelOpenedForReading_IsRefusedAndReadsOn") {
     TestLevel level(pager, 1, 2 * 4096, traits);
     level.file.writable = false;
     level.put_on_disk(0, 5);
-    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+    for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
       try {
         session.pin(level.file, 0, access);
         FAIL("expected an error");
@@ -164,11 +165,11 @@ TEST_CASE("PagerPin_MappedLevel_IsServedWhereItLiesUnlessItIsWritten") {
 
 TEST_CASE("PinnedBlockAbandon_HalfWrittenBlock_IsNeverWrittenAndItsLevelIsUnfinished") {
   for (const BackendTraits& traits : {kFramed, kInMemory})
-    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+    for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
       Pager pager(2 * kBlockBytes, GENERATE(0, 1));
       Session session = pager.open_session();
       TestLevel level(pager, 1, 4 * 4096, traits);
-      fill(session.pin(level.file, 0, Access::kWrite), 1);
+      fill(session.pin(level.file, 0, Access::kOverwrite), 1);
       pager.flush();
       const int writes = level.backend->writes;
       PinnedBlock half = session.pin(level.file, 1, access);
@@ -205,15 +206,15 @@ TEST_CASE("PagerPin_AllFramesPinned_ThrowsBudgetAndRecovers") {
 }
 
 TEST_CASE("PagerPin_RefusedHalfway_LeavesNothingBehind") {  // invariant 10
-  const auto access = GENERATE(Access::kRead, Access::kWrite, Access::kUpdate);
+  const auto access = GENERATE(Access::kRead, Access::kOverwrite, Access::kUpdate);
   SECTION("because no frame can be had: the block that is in the way cannot be written") {
     Pager pager(3 * kBlockBytes, 0);
     Session session = pager.open_session({.policy = EvictionPolicy::kClock});
     TestLevel level(pager, 1, 8 * 4096);
     for (const unsigned block : {2u, 3u, 4u})
       level.put_on_disk(block, static_cast<unsigned char>(block));
-    fill(session.pin(level.file, 0, Access::kWrite), 10);
-    fill(session.pin(level.file, 1, Access::kWrite), 11);
+    fill(session.pin(level.file, 0, Access::kOverwrite), 10);
+    fill(session.pin(level.file, 1, Access::kOverwrite), 11);
     session.pin(level.file, 2, Access::kRead);
     level.backend->fail_writes = true;
     CHECK_THROWS_AS(session.pin(level.file, 3, access), Error);
@@ -267,7 +268,7 @@ TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
     CHECK_FALSE(level.file.is_finished());
     pass.finish();
     CHECK(level.file.is_finished());
-    pass.add(level.file, Access::kWrite);
+    pass.add(level.file, Access::kOverwrite);
   }
   CHECK_FALSE(level.file.is_finished());
   UnfinishedLevels update;
@@ -276,7 +277,7 @@ TEST_CASE("UnfinishedLevels_UntilFinish_AndForGoodWithoutIt") {
   CHECK_FALSE(level.file.is_finished());  // it changed what is not whole
   UnfinishedLevels outer, inner;
   outer.add(level.file, Access::kUpdate);
-  inner.add(level.file, Access::kWrite);
+  inner.add(level.file, Access::kOverwrite);
   inner.finish();
   CHECK_FALSE(level.file.is_finished());
   outer.finish();
@@ -309,10 +310,11 @@ TEST_CASE("PagerWindow_LevelsOfDifferentFineness_KeepTheSameEdges") {
   Session session = pager.open_session();
   TestLevel coarse(pager, 1, 8 * 4096), fine(pager, 2, 8 * 4096);
   // One coarse block spans four fine ones; it came first, but it ends furthest ahead.
-  session.pin(coarse.file, 0, Access::kWrite);
-  for (std::uint64_t block = 0; block < 3; ++block) session.pin(fine.file, block, Access::kWrite);
+  session.pin(coarse.file, 0, Access::kOverwrite);
+  for (std::uint64_t block = 0; block < 3; ++block)
+    session.pin(fine.file, block, Access::kOverwrite);
   pager.flush();
-  session.pin(fine.file, 3, Access::kWrite);
+  session.pin(fine.file, 3, Access::kOverwrite);
   session.pin(coarse.file, 0, Access::kRead);
   CHECK(coarse.backend->reads == 0);
   session.pin(fine.file, 0, Access::kRead);
@@ -323,7 +325,8 @@ TEST_CASE("PagerClock_BlockUsedAgain_OutlivesOneThatWasNot") {
   Pager pager(3 * kBlockBytes, GENERATE(0, 1));
   Session session = pager.open_session({.policy = EvictionPolicy::kClock});
   TestLevel level(pager, 1, 8 * 4096);
-  for (std::uint64_t block = 0; block < 8; ++block) session.pin(level.file, block, Access::kWrite);
+  for (std::uint64_t block = 0; block < 8; ++block)
+    session.pin(level.file, block, Access::kOverwrite);
   pager.flush();
   pager.discard();
   level.backend->reads = 0;
@@ -339,15 +342,15 @@ TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invarian
   Pager pager(2 * kBlockBytes, GENERATE(0, 1));
   Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
-  fill(session.pin(level.file, 0, Access::kWrite), 1);
+  fill(session.pin(level.file, 0, Access::kOverwrite), 1);
   pager.flush();
-  fill(session.pin(level.file, 1, Access::kWrite), 2);
+  fill(session.pin(level.file, 1, Access::kOverwrite), 2);
   level.backend->fail_writes = true;
   CHECK_THROWS_AS(pager.flush(), Error);
   level.backend->fail_writes = false;
   for (const auto& attempt :
        {std::function<void()>([&] { pager.flush(); }),
-        std::function<void()>([&] { session.pin(level.file, 2, Access::kWrite); })}) {
+        std::function<void()>([&] { session.pin(level.file, 2, Access::kOverwrite); })}) {
     try {
       attempt();
       FAIL("expected an error");
@@ -381,7 +384,7 @@ TEST_CASE("PagerPrefetch_NoThreads_NeitherReadsNorAnnounces") {
   Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
   for (std::uint64_t block = 0; block < 3; ++block)
-    fill(session.pin(level.file, block, Access::kWrite), 1);
+    fill(session.pin(level.file, block, Access::kOverwrite), 1);
   // 0 is evicted, 1 and 2 are resident, 3 was never written.
   for (std::uint64_t block = 0; block < 4; ++block) CHECK(session.prefetch(level.file, block));
   CHECK(level.backend->reads == 0);
@@ -393,7 +396,7 @@ TEST_CASE("PagerPrefetch_WithAThread_ReadsTheBlockAndAnnouncesNothing") {
   Pager pager(2 * kBlockBytes, 1);
   Session session = pager.open_session();
   TestLevel level(pager, 1, 4 * 4096);
-  fill(session.pin(level.file, 0, Access::kWrite), 1);
+  fill(session.pin(level.file, 0, Access::kOverwrite), 1);
   pager.flush();
   pager.discard();
   CHECK(session.prefetch(level.file, 0));

@@ -120,6 +120,18 @@ TEST_CASE("PinnedLevel_SeveralLevels_ArePinnedTogetherOrNotAtAll") {
   CHECK(levels[1].needed_bytes() == 4 * kBlockBytes);
 }
 
+TEST_CASE("PinnedLevelNeedEdgesOf_BlocksOfOneSlot_AreNeededOneByOne") {
+  Pager pager(4 * kBlockBytes, 0);
+  TestLevel one(pager, 7, 8), other(pager, 7, 8);
+  PinnedLevel asked(std::as_const(one.file)), needed(std::as_const(other.file));
+  REQUIRE(asked.geometry().block_count() == 8);
+  asked.begin_step();
+  needed.begin_step();
+  for (const EdgeId edge : {2u, 7u}) asked.need(edge);
+  needed.need_edges_of(asked);
+  CHECK(needed.needed_bytes() == 2 * kBlockBytes);
+}
+
 TEST_CASE("PinnedLevel_DestroyedByAnException_AbandonsWhatItWrote") {
   Pager pager(8 * kBlockBytes, 0);
   TestLevel file(pager, 2, 2 * kBlockEdges);
@@ -155,7 +167,7 @@ TEST_CASE("LevelCursor_AllEdges_ReadsAndWritesEachBlockOnce") {
     put_numbers_on_disk(from);
     {
       LevelCursor source(pager.open_session(), std::as_const(from.file));
-      LevelCursor target(pager.open_session(), to.file, Access::kWrite);
+      LevelCursor target(pager.open_session(), to.file, Access::kOverwrite);
       bool right = true;
       for (EdgeId edge = 0; edge < 20 * kBlockEdges; ++edge) {
         const std::span<std::byte> slot = source.slot(edge).bytes;

@@ -117,7 +117,7 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
     store.add_level(some);
     LevelFile& file = store.level_file(some, variant.base_level + 1);
     REQUIRE(file.geometry.block_count() > 1);
-    std::ranges::fill(store.open_session().pin(file, 1, Access::kWrite).bytes(), std::byte{7});
+    std::ranges::fill(store.open_session().pin(file, 1, Access::kOverwrite).bytes(), std::byte{7});
     part = read_level(store, some, variant.base_level + 1);
     store.commit();
     if (variant.base_level > 0) store.commit();  // both slots of the manifest get their turn

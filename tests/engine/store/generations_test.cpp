@@ -1,13 +1,19 @@
 // What happens to levels of a committed version that are written anew: a new file, or in place;
 // which files and extents stay for readers, and who is kept out.
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "engine/store/sample_store.h"
+#include "maintenance/replace_file.h"
 #include "plait/backends/registry.h"
+#include "plait/check_store.h"
+#include "plait/file_operations.h"
 #include "plait/store_directory.h"
-#include "plait/structure.h"
 #include "plait/verify.h"
 #include "store/generation_volume.h"
 #include "support/temporary_directory.h"
@@ -58,13 +64,40 @@ std::vector<std::string> backends_in_place() {
 /// Writes `value` over one block of a level.
 void fill_block(Store& store, int level, std::uint64_t block, std::byte value) {
   std::ranges::fill(
-      store.open_session().pin(store.level_file(0, level), block, Access::kWrite).bytes(), value);
+      store.open_session().pin(store.level_file(0, level), block, Access::kOverwrite).bytes(),
+      value);
 }
 
 void fill_level(Store& store, int level, std::byte value) {
   for (std::uint64_t block = 0; block < store.level_file(0, level).geometry.block_count(); ++block)
     fill_block(store, level, block, value);
 }
+
+/// Does `work` as somebody is about to lock a file of this name for the first time.
+class BeforeLock final : public FileOperationHook {
+ public:
+  BeforeLock(std::string name, std::function<void()> work)
+      : name_(std::move(name)), work_(std::move(work)) {
+    set_file_operation_hook(this);
+  }
+  ~BeforeLock() { set_file_operation_hook(nullptr); }
+  BeforeLock(const BeforeLock&) = delete;
+  BeforeLock& operator=(const BeforeLock&) = delete;
+
+  Verdict before(const FileOperation& operation) noexcept override {
+    if (operation.kind == FileOperation::Kind::kLock && operation.path.filename() == name_ &&
+        !was_done_.exchange(true))
+      work_();
+    return {};
+  }
+  void after(const FileOperation&) noexcept override {}
+  bool was_done() const { return was_done_; }
+
+ private:
+  const std::string name_;
+  const std::function<void()> work_;
+  std::atomic<bool> was_done_ = false;
+};
 
 bool is_filled(Store& store, int level, std::byte value) {
   return std::ranges::all_of(read_level(store, 0, level), [=](std::byte b) { return b == value; });
@@ -109,8 +142,10 @@ TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
       Store writer = place.open(true);
       expected = read_level(writer, 0, kLevels);
       const LevelGeometry& geometry = writer.level_file(0, kLevels).geometry;
-      REQUIRE(geometry.block_count() > 6);
-      for (const std::uint64_t block : {std::uint64_t{1}, std::uint64_t{4}, std::uint64_t{5}}) {
+      REQUIRE(geometry.block_count() > 9);
+      // What is left are single blocks, the first and the last among them, and a run.
+      for (const std::uint64_t block :
+           {std::uint64_t{1}, std::uint64_t{3}, std::uint64_t{4}, geometry.block_count() - 2}) {
         fill_block(writer, kLevels, block, std::byte{9});
         const auto begin =
             expected.begin() + static_cast<std::ptrdiff_t>(geometry.block_offset(block));
@@ -203,6 +238,54 @@ TEST_CASE("Reader_WhileVersionsAreCommitted_KeepsItsOwnAndItsFiles") {
   }
 }
 
+TEST_CASE("Reader_OfAVersionThatTheNextWritersFind_KeepsItsBytes") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    Store reader = place.open();
+    // Each writer finds levels that the reader's version and the newest one have in common.
+    for (int first_level = kLevels; first_level > 1; --first_level) {
+      Store writer = place.open(true);
+      for (const int mask : {0x55, 0x33, 0x0f}) {
+        for (int level = first_level; level <= kLevels; ++level) {
+          std::vector<std::byte> other = sample_level(writer, kSchema, level);
+          for (std::byte& byte : other) byte ^= static_cast<std::byte>(mask);
+          write_level(writer, 0, level, other);
+        }
+        writer.commit();
+      }
+    }
+    CHECK(holds_sample(reader, 0));
+    CHECK(verify(reader).damaged_count == 0);
+  }
+}
+
+// The writer could not see the lock when it removed the files of version 1.
+TEST_CASE("Reader_WhoseLockComesAfterACommit_OpensTheNewVersion") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const Place place(backend);
+    Store writer = place.open(true);
+    fill_level(writer, 3, std::byte{7});
+    const BeforeLock commit("version.1", [&] { CHECK_NOTHROW(writer.commit()); });
+    Store reader = place.open();
+    CHECK(commit.was_done());
+    CHECK(reader.sequence() == 2);
+    CHECK(is_filled(reader, 3, std::byte{7}));
+  }
+}
+
+// A repair puts another file in its place: a lock on the former one would be seen by nobody.
+TEST_CASE("Reader_WhoseVersionFileIsReplacedBeforeItsLock_LocksTheNewOne") {
+  const Place place("pread");
+  const fs::path file = place.path / "version.1", copy = place.path / "copy";
+  fs::copy_file(file, copy);
+  const BeforeLock replace("version.1", [&] { fs::rename(copy, file); });
+  const Store reader = place.open();
+  CHECK(replace.was_done());
+  CHECK(error_of([&] { place.open(true, Overwriting::kInPlace); }).code() == ErrorCode::kBusy);
+}
+
 TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
   const Place place("compressed");
   const auto rewrite = [](Store& store, int times) {
@@ -284,8 +367,8 @@ TEST_CASE("CheckStructure_WhileAWriterWorks_SeesTheCommittedVersion") {
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
     writer.pager().flush();
-    const StoreStructure structure = check_structure(place.path, default_backends());
-    CHECK(structure.sequence == 1);
-    CHECK(structure.damaged.empty());
+    const StoreCheck check = check_store(place.path, default_backends());
+    CHECK(check.sequence == 1);
+    CHECK(check.damaged.empty());
   }
 }

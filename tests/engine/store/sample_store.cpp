@@ -85,7 +85,7 @@ void write_level(Store& store, AttributeId attribute, int level, std::span<const
   REQUIRE(bytes.size() == file.geometry.total_bytes());
   Session session = store.open_session();
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-    const PinnedBlock pinned = session.pin(file, block, Access::kWrite);
+    const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
     std::ranges::copy(bytes.first(pinned.bytes().size()), pinned.bytes().begin());
     bytes = bytes.subspan(pinned.bytes().size());
   }

@@ -11,9 +11,10 @@
 #include <map>
 
 #include "engine/store/sample_store.h"
+#include "maintenance/replace_file.h"
 #include "plait/backends/registry.h"
+#include "plait/check_store.h"
 #include "plait/file.h"
-#include "plait/structure.h"
 #include "store/manifest.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -640,7 +641,7 @@ TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {
       store.commit();
     }
     Store reader = Store::open(place.path, {}, default_backends());
-    for (const Access access : {Access::kWrite, Access::kUpdate}) {
+    for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
       const Error error =
           error_of([&] { reader.open_session().pin(reader.level_file(0, 2), 0, access); });
       CHECK(error.code() == ErrorCode::kBadState);
@@ -662,4 +663,33 @@ TEST_CASE("Store_MovedFrom_LivesOnInItsNewPlace") {
   CHECK_FALSE(std::filesystem::exists(other.path));  // it was never committed
   third.commit();
   CHECK(holds_sample(third, 0));
+}
+
+TEST_CASE("Store_AttributeOrLevelThatIsNotThere_IsRefusedInWords") {
+  Store store = Store::create({}, BaseMesh::build(octahedron()), sample_options("memory"),
+                              default_backends());
+  const AttributeId id = add_sample(store, sample_schemas()[0], 2);
+  const Store& reading = store;
+  const std::vector<std::function<void()>> calls = {
+      [&] { store.level_file(1, 1); },
+      [&] { reading.level_file(1, 1); },
+      [&] { store.base_bytes(1); },
+      [&] { reading.base_bytes(1); },
+      [&] { store.add_level(kNoId); },
+      [&] { store.set_pipeline(1, "none"); },
+      [&] { store.replace_attribute(id, 1); },
+      [&] { store.replace_attribute(1, id); },
+      [&] { store.check_type(1, ComponentType::kFloat32, 3); }};
+  for (const auto& call : calls) {
+    const Error error = error_of(call);
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {"an attribute below 1", "found"}));
+  }
+  for (const int level : {-1, 0, 3, 1000})
+    for (const auto& call : std::vector<std::function<void()>>{
+             [&] { store.level_file(id, level); }, [&] { reading.level_file(id, level); }}) {
+      const Error error = error_of(call);
+      CHECK(error.code() == ErrorCode::kInvalidArgument);
+      CHECK(names(error, {"level " + std::to_string(level), "1 to 2"}));
+    }
 }

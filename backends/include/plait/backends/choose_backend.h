@@ -14,8 +14,8 @@ namespace plait {
 
 /// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
 /// Once dirty pages fill about a tenth of the memory, Linux slows writers down to the speed of the
-/// disk (vm.dirty_ratio, vm.dirty_background_ratio). And new pages of the page cache cost more time
-/// than writing without the page cache. docs/backends.md has the measurement.
+/// disk (vm.dirty_ratio, vm.dirty_background_ratio). Also, adding new pages to the page cache takes
+/// more time than writing without the page cache. docs/backends.md has the measurement.
 inline constexpr std::uint64_t kLargeStoreDivisor = 16;
 
 /// Returns "uring" for a large store, if the kernel allows io_uring and the file system of `path`

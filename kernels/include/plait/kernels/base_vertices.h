@@ -1,5 +1,6 @@
-// plait/kernels/base_vertices.h: a rule at the base vertices, of any valence, from their rings.
-// Evaluated in double, and functions of the library. `Real` is float or double.
+// plait/kernels/base_vertices.h: applies a rule to the base vertices, which may have any valence.
+// It reads their rings and computes in double. The library contains both functions for `Real` =
+// float and double.
 #pragma once
 
 #include <span>
@@ -11,14 +12,14 @@
 
 namespace plait {
 
-/// Moves every base vertex; `rings` holds the new odd vertices around them. REQUIRES:
+/// Moves every base vertex. `rings` has the new odd vertices around each. REQUIRES:
 /// rule.moves_even().
 template <class Real>
 void move_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                         const OneRing<Real>& rule, std::span<Vector3<Real>> base);
 
-/// Limit positions of the base vertices; `rings` holds the finest level's. REQUIRES:
-/// rule.has_limits().
+/// Computes the limit positions of the base vertices. `rings` has their neighbours at the finest
+/// level. REQUIRES: rule.has_limits().
 template <class Real>
 void limit_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
                          const OneRing<Real>& rule, std::span<const Vector3<Real>> base,

@@ -8,10 +8,10 @@
 //   apex (0,0)------(N,0) start
 //
 // Neighbours of a point, counterclockwise: (+1,0) (0,+1) (-1,+1) (-1,0) (0,-1) (+1,-1). The
-// vertices in the edge's slot at level l are the points with p = (2 row + 1) 2^(level-l) and
-// q = (2 column + 1) 2^(level-l), so their one-rings never leave the grid: gather once, then every
-// rule is plain arithmetic on an array. A border edge has only its own face. Levels count how often
-// the base mesh is refined.
+// vertices in the edge's slot at level l are the points with p = (2 row + 1) 2^(level-l) and q = (2
+// column + 1) 2^(level-l). So their one-rings are inside the grid: a kernel gathers the grid once,
+// and then every rule is plain arithmetic on an array. The grid of a border edge has only its own
+// face. Levels count how often the base mesh is refined.
 #pragma once
 
 #include <cstddef>
@@ -22,16 +22,19 @@
 
 namespace plait {
 
-/// Storage is kept from edge to edge. One per thread.
+/// An object is used for many edges, one after another, so that it allocates memory only once. Each
+/// thread has its own.
 template <class Record>
 class EdgeGrid {
  public:
-  /// Makes a grid of `level`, with one more row of points around it. Contents are undefined.
+  /// Resizes the grid for `level`, with one more row of points around it. The contents are then
+  /// undefined.
   void resize(int level) {
     level_ = level;
     size_ = std::int64_t{1} << level;
     stride_ = size_ + 3;
-    // One record more, for reads of a whole vector register at the last one.
+    // One extra record, because reading the last record with a whole vector register reads beyond
+    // it.
     points_.resize(static_cast<std::size_t>(stride_ * stride_) + 1);
   }
 
@@ -51,8 +54,9 @@ class EdgeGrid {
   std::vector<Record> points_;
 };
 
-/// Calls visit(row, first, step, n) for every row of the slot at `level`: its vertex of column 0 in
-/// the grid and the step from one column to the next. Border slots end their rows before column n.
+/// Calls visit(row, first, step, n) for every row of the slot at `level`. `first` is the grid point
+/// of the row's column 0, and `step` leads from one column to the next. In border slots, rows end
+/// before column n.
 template <class Record, class Visit>
 void for_each_slot_row(const EdgeGrid<Record>& grid, int level, Visit visit) {
   const std::int64_t n = slot_side(level);

@@ -1,12 +1,12 @@
-// plait/kernels/numbers.h: numbers side by side, whose arithmetic has the same bits in every build.
+// plait/kernels/numbers.h: a vector of numbers whose arithmetic gives the same bits in every build.
 //
-// A rule is written for such numbers. It is evaluated on one number where there is one, and on as
-// many as a vector register holds where there are many, and each number gets the same IEEE
-// operations in the same order. GCC and Clang contract a product and a sum into one rounding where
-// the processor can (-march=x86-64-v3, every aarch64, unless -ffp-contract=off is given). They
-// cannot do so here: every product passes through an empty assembler statement, which costs no
-// instruction and hides where the product came from. Pinned by tests/outside and by
-// tests/kernels/numbers_test.cpp.
+// Rules are written for this type. The caller evaluates a rule on a single number, or on as many
+// numbers as a vector register holds. Each number gets the same IEEE operations in the same order.
+// GCC and Clang may contract a product and a sum into one operation with one rounding, if the
+// processor has such an instruction (-march=x86-64-v3, every aarch64, unless -ffp-contract=off is
+// given). Here they cannot: every product passes through an empty assembler statement. It costs no
+// instruction, and it hides from the compiler that the value is a product. Pinned by tests/outside
+// and by tests/kernels/numbers_test.cpp.
 #pragma once
 
 #include <cstring>
@@ -25,11 +25,11 @@ struct NumberVector<Real, 1> {
   using Type = Real;
 };
 
-/// A product as the processor rounded it.
+/// Returns the product after rounding, so that the compiler cannot contract it with a sum.
 template <class Product>
 [[gnu::always_inline]] inline Product rounded(Product product) {
   if constexpr (sizeof(Product) == sizeof(double) && !std::is_same_v<Product, double>) {
-    // Two floats: Clang takes no vector of this size here, but does take its bits as one number.
+    // Two floats. Clang accepts no vector of this size here, but accepts its bits as one number.
     double bits;
     std::memcpy(&bits, &product, sizeof(bits));
     bits = rounded(bits);
@@ -48,8 +48,8 @@ template <class Product>
   return product;
 }
 
-/// b < a ? b : a, and b < a ? a : b, of each pair: one instruction where the processor has one that
-/// is defined so. (Compilers find it only where they see the comparison once.)
+/// b < a ? b : a, and b < a ? a : b, for each pair. This is one instruction on processors that have
+/// an instruction with this definition. (Compilers find it only if the comparison appears once.)
 template <class Real, class Vector>
 [[gnu::always_inline]] inline Vector smaller_of(Vector a, Vector b) {
 #if defined(__x86_64__)
@@ -77,8 +77,8 @@ template <class Real, class Vector>
   return b < a ? a : b;
 }
 
-/// `kCount` numbers, a power of two that fits into a register; `Real` is float or double. A
-/// constant that stands before or behind an operator is rounded to `Real` first.
+/// `kCount` numbers. `kCount` is a power of two, and the numbers fit into a register; `Real` is
+/// float or double. A constant that is an operand is rounded to `Real` first.
 template <class RealType, int kNumbers>
 struct Numbers {
   static_assert(std::is_same_v<RealType, float> || std::is_same_v<RealType, double>);
@@ -89,7 +89,7 @@ struct Numbers {
 
   Vector v;
 
-  /// Reads `kCount` numbers, aligned as one number is.
+  /// Reads `kCount` numbers. `from` needs only the alignment of one number.
   [[gnu::always_inline]] static Numbers load(const Real* from) {
     Numbers result;
     std::memcpy(&result.v, from, sizeof(Vector));
@@ -113,7 +113,8 @@ struct Numbers {
   [[gnu::always_inline]] friend Numbers operator/(const Numbers& a, double divisor) {
     return {a.v / static_cast<Real>(divisor)};
   }
-  /// The smaller and the larger of two; of equals (zeros of either sign) each comes out once.
+  /// The smaller and the larger of two numbers. Of two equal numbers (such as 0 and -0), smaller()
+  /// returns one and larger() the other.
   [[gnu::always_inline]] friend Numbers smaller(const Numbers& a, const Numbers& b) {
     return {smaller_of<Real, Vector>(a.v, b.v)};
   }
@@ -124,11 +125,11 @@ struct Numbers {
 
 template <class Real>
 using Number = Numbers<Real, 1>;
-/// As many numbers as a register holds for which the source is compiled.
+/// As many numbers as fit into a register of the processor for which the source is compiled.
 template <class Real>
 using RegisterNumbers = Numbers<Real, static_cast<int>(__BIGGEST_ALIGNMENT__ / sizeof(Real))>;
 
-/// The same numbers in double, and back in `Real`.
+/// Converts numbers to double, and back to `Real`.
 template <class Real, int kCount>
 [[gnu::always_inline]] inline Numbers<double, kCount> widened(const Numbers<Real, kCount>& a) {
   if constexpr (kCount == 1 || std::is_same_v<Real, double>)
@@ -146,7 +147,7 @@ template <class Real, int kCount>
     return {__builtin_convertvector(a.v, typename Numbers<Real, kCount>::Vector)};
 }
 
-/// rule(numbers ...) for each of the three numbers of points: the rule of a point.
+/// Applies a rule for numbers to points: calls rule(numbers ...) for each of the three coordinates.
 template <class Real, class Rule, class... Points>
 [[gnu::always_inline]] inline Vector3<Real> by_axis(Rule rule, const Vector3<Real>& first,
                                                     const Points&... rest) {
@@ -155,7 +156,7 @@ template <class Real, class Rule, class... Points>
           rule(Number<Real>{first.z}, Number<Real>{rest.z}...).v};
 }
 
-/// Points in double, and back in `Real`.
+/// Converts points to double, and back to `Real`.
 template <class Real>
 Vector3<double> widen(const Vector3<Real>& v) {
   return {double(v.x), double(v.y), double(v.z)};

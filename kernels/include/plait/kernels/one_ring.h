@@ -1,6 +1,6 @@
-// plait/kernels/one_ring.h: a one-ring rule as functions, in the shapes in which the executors need
-// it: a vertex at a time, a slot at a time, a row of sixteen patches at a time. The library's own
-// rules and those of a program come in this same form.
+// plait/kernels/one_ring.h: a one-ring rule as a table of functions for the executors. They compute
+// one vertex, one slot, or one row of sixteen patches per call. The library's rules and a program's
+// own rules both have this form.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,8 @@
 
 namespace plait {
 
-/// Each is called with the rule first. Made by functions_of() (plait/kernels/own_rule.h).
+/// The first argument of each function is the rule. functions_of() makes the table
+/// (plait/kernels/own_rule.h).
 template <class Real>
 struct OneRingFunctions {
   using Point = Vector3<Real>;
@@ -44,9 +45,9 @@ struct OneRingFunctions {
   void (*ring_step)(const void* rule, const RingStep<Real>& step);
 };
 
-/// A rule at work on points of float or double. Copies share the rule, which nobody changes; safe
-/// from any number of threads; no call fails. What moves even vertices REQUIRES moves_even(), what
-/// gives limit positions has_limits().
+/// A rule for points of float or double. Copies share the rule, which never changes. Safe from any
+/// number of threads. No call fails. REQUIRES: moves_even() for functions that move even vertices,
+/// has_limits() for functions that compute limit positions.
 template <class RealType>
 class OneRing {
  public:
@@ -60,32 +61,34 @@ class OneRing {
 
   bool moves_even() const { return functions_.even != nullptr; }
   bool has_limits() const { return functions_.limit != nullptr; }
-  /// odd() is odd_border() of its first two points.
+  /// Whether odd() equals odd_border() of its first two points.
   bool reads_ends_only() const { return functions_.reads_ends_only; }
 
-  /// A new vertex between `a` and `b`, opposite `c` and `d`; on a border between `a` and `b`.
+  /// A new vertex on the edge between `a` and `b`; `c` and `d` lie opposite. odd_border(): the same
+  /// on a border, between `a` and `b`.
   Point odd(const Point& a, const Point& b, const Point& c, const Point& d) const {
     return functions_.odd(rule_.get(), a, b, c, d);
   }
   Point odd_border(const Point& a, const Point& b) const {
     return functions_.odd_border(rule_.get(), a, b);
   }
-  /// Where an even vertex of valence 6 goes, from the ring_sum() of its new neighbours; on a border
-  /// from its two new neighbours along it.
+  /// The new position of an even vertex of valence 6, from the ring_sum() of its new neighbours. On
+  /// a border, from its two new neighbours on the border.
   Point even(const Point& v, const Point& ring) const {
     return functions_.even(rule_.get(), v, ring);
   }
   Point even_border(const Point& v, const Point& p, const Point& q) const {
     return functions_.even_border(rule_.get(), v, p, q);
   }
-  /// Limit positions likewise, from the neighbours at the finest level.
+  /// The limit position of a vertex, from its neighbours at the finest level in the same form.
   Point limit(const Point& v, const Point& ring) const {
     return functions_.limit(rule_.get(), v, ring);
   }
   Point limit_border(const Point& v, const Point& p, const Point& q) const {
     return functions_.limit_border(rule_.get(), v, p, q);
   }
-  /// The same of a base vertex; on a border the ring's first and last neighbour lie on it.
+  /// The same for a base vertex. If it is on a border, the first and the last neighbour of the ring
+  /// are on the border.
   Vector3<double> even_base(const BaseRing& ring, bool border, const Vector3<double>& v) const {
     return functions_.even_base(rule_.get(), ring, border, v);
   }
@@ -93,11 +96,11 @@ class OneRing {
     return functions_.limit_base(rule_.get(), ring, border, v);
   }
 
-  /// The slot at level grid.level() + 1.
+  /// Computes the slot at level grid.level() + 1.
   void odd_slot(const EdgeGrid<Point>& grid, bool border, Point* slot) const {
     functions_.odd_slot(rule_.get(), grid, border, slot);
   }
-  /// The slot at a coarser `level` of the grid, whose vertices move.
+  /// Moves the vertices of the slot at `level`, which is coarser than the grid.
   void even_slot(const EdgeGrid<Point>& grid, int level, bool border, Point* slot) const {
     functions_.even_slot(rule_.get(), grid, level, border, slot);
   }
@@ -117,8 +120,8 @@ class OneRing {
   OneRingFunctions<Real> functions_;
 };
 
-/// A one-ring rule with a name, for positions in either precision. A program makes one of a rule of
-/// its own by own_scheme() (plait/kernels/own_rule.h).
+/// A one-ring rule with a name, for positions in either precision. own_scheme() makes one from a
+/// program's own rule (plait/kernels/own_rule.h).
 class OneRingScheme {
  public:
   OneRingScheme(std::string name, const OneRing<float>& in_float, const OneRing<double>& in_double)
@@ -139,7 +142,7 @@ class OneRingScheme {
   OneRing<double> in_double_;
 };
 
-/// The library's own.
+/// The schemes of the library.
 const OneRingScheme& loop_scheme();
 const OneRingScheme& midpoint_scheme();
 

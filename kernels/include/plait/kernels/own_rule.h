@@ -1,14 +1,15 @@
-// plait/kernels/own_rule.h: a subdivision rule of a program's own for all executors.
+// plait/kernels/own_rule.h: makes a program's own subdivision rule available to all executors.
 //
 //   struct MyRule { ... };                                  // plait/kernels/one_ring_rule.h
 //   const plait::OneRingScheme scheme = plait::own_scheme("mine", MyRule{});
 //   plait::subdivide(store, {.own_scheme = &scheme, .levels = 5});
 //
-// The functions below are compiled in the program, for the instruction set that the program is
-// compiled for (-march=x86-64-v3 makes the fused executor's registers twice as wide), and they give
-// the same bits on each. docs/schemes.md has figures.
+// The functions below are compiled in the program, for the program's instruction set
+// (-march=x86-64-v3 makes the fused executor's registers twice as wide). They give the same bits on
+// every instruction set. docs/schemes.md has figures.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,12 +21,15 @@
 
 namespace plait {
 
-/// Refuses names that a store could not keep or that the library has given to a scheme, and rules
-/// whose odd() gives other bits when `a` and `b` or `c` and `d` change places, tried on a few
-/// numbers. Errors: kInvalidArgument.
+/// A store has room for longer names, but messages and reports print names.
+inline constexpr std::size_t kMostSchemeNameBytes = 255;
+
+/// Refuses a name that own_scheme() does not allow, and a name of a library scheme. Also refuses a
+/// rule whose odd() gives other bits if `a` and `b`, or `c` and `d`, change places; it tries this
+/// on a few numbers. Errors: kInvalidArgument.
 void check_own_scheme(const OneRingScheme& scheme);
 
-/// What OneRingFunctions points to.
+/// The functions to which OneRingFunctions points.
 template <class Rule, class Real>
 struct RuleFunctions {
   using Point = Vector3<Real>;
@@ -97,12 +101,12 @@ struct RuleFunctions {
   }
 };
 
-/// All functions of `Rule`; those that it does not have are null.
+/// All functions of `Rule`. Functions that it does not have are nullptr.
 template <class Real, OneRingRule Rule>
 OneRingFunctions<Real> functions_of() {
   static_assert(kIsWhole<Rule>,
-                "a rule has even, even_border and even_weight or none of them; and likewise limit, "
-                "limit_border and limit_weight");
+                "a rule has all of even, even_border and even_weight or none of them; the same "
+                "holds for limit, limit_border and limit_weight");
   using Of = RuleFunctions<Rule, Real>;
   OneRingFunctions<Real> made{};
   made.reads_ends_only = kReadsEndsOnly<Rule>;
@@ -128,8 +132,8 @@ OneRingFunctions<Real> functions_of() {
   return made;
 }
 
-/// A scheme of a copy of `rule`. `name` is what a store's provenance will say: 1 to 15 letters,
-/// digits, '-' and '_'. Errors: those of check_own_scheme().
+/// Makes a scheme from a copy of `rule`. The provenance of a store records `name`: 1 to
+/// kMostSchemeNameBytes letters, digits, '-' and '_'. Errors: those of check_own_scheme().
 template <OneRingRule Rule>
 OneRingScheme own_scheme(std::string name, const Rule& rule) {
   const auto shared = std::make_shared<const Rule>(rule);

@@ -1,4 +1,5 @@
-// plait/kernels/patch_frames.h: which vertices a patch computes, and their neighbours by direction.
+// plait/kernels/patch_frames.h: visits the vertices that a patch computes, and finds their
+// neighbours by direction.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +9,15 @@
 
 namespace plait {
 
-/// A side of a face as a type: a rule compiled for each side has its directions as constants.
+/// A side of a face as a type. So a function that is compiled for each side has the directions as
+/// constants.
 template <int kSide>
 using PatchSide = std::integral_constant<int, kSide>;
 
-/// The vertices that the current patch computes at one level of birth: those in its interior and
-/// those on the edges that it owns. Calls visit(PatchSide, row, column, on_border): the vertex's
-/// place in the slot of that side, seen from this face; PatchFrame has its place in the patch.
+/// Calls visit(PatchSide, row, column, on_border) for each vertex of `level` that the current patch
+/// computes: the vertices inside the patch, and those on the edges that the patch owns. Row and
+/// column are in the slot of that side, as seen from this face. PatchFrame converts them to a place
+/// in the patch.
 template <class Patch, class Visit>
 void for_each_owned(const Patch& patch, int level, Visit visit) {
   const std::int64_t n = patch.size(level) / 2;
@@ -30,14 +33,14 @@ void for_each_owned(const Patch& patch, int level, Visit visit) {
   visit_side(PatchSide<2>());
 }
 
-/// A vertex of a patch and its surroundings as seen from a side of the face, in steps towards the
-/// side's start and end. Seen from the other face of an edge everything is turned by half, which
-/// the rules do not notice.
+/// A vertex of a patch and its neighbours, in the frame of a side of the face: in steps towards the
+/// side's start and end. In the other face of an edge this frame is rotated by 180 degrees, which
+/// does not change the result of a rule.
 template <int kSide, class Patch>
 class PatchFrame {
  public:
-  /// The vertex at (row, column) of the side's slot at `level`; `grid_level` is the level whose
-  /// grid the steps are in.
+  /// The vertex at (row, column) of the side's slot at `level`. Steps are those of the grid of
+  /// `grid_level`.
   PatchFrame(const Patch& patch, PatchSide<kSide>, int level, std::int64_t row, std::int64_t column,
              int grid_level)
       : patch_(patch), level_(grid_level) {
@@ -54,7 +57,7 @@ class PatchFrame {
   [[gnu::always_inline]] auto& at(std::int64_t p, std::int64_t q) const {
     return patch_.at(level_, i_ + step(1, p, q), j_ + step(2, p, q));
   }
-  /// The same of a vertex that the next coarser level has. REQUIRES: it has.
+  /// The same vertex, read at the next coarser level. REQUIRES: it exists at that level.
   [[gnu::always_inline]] auto& coarse_at(std::int64_t p, std::int64_t q) const {
     return patch_.at(level_ - 1, (i_ + step(1, p, q)) >> 1, (j_ + step(2, p, q)) >> 1);
   }
@@ -63,7 +66,7 @@ class PatchFrame {
   }
 
  private:
-  /// How the weight of a corner changes.
+  /// The change of the weight of a corner.
   static constexpr std::int64_t step(int corner, std::int64_t p, std::int64_t q) {
     return corner == kSide ? -(p + q) : corner == (kSide + 1) % 3 ? p : q;
   }

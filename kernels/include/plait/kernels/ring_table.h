@@ -1,6 +1,7 @@
-// plait/kernels/ring_table.h: the one-ring of every base vertex at one level, kept in memory: on
-// each edge the vertex next to its start and the one next to its end. The ring at a level is all
-// that a base vertex needs of it, whatever its valence, so no wheel of slots is ever held at once.
+// plait/kernels/ring_table.h: the one-ring of every base vertex at one level, in memory. The table
+// has, for each edge, the vertex next to its start and the vertex next to its end. A rule at a base
+// vertex reads only its ring. So the table replaces pins on the slots of all edges around a base
+// vertex, whose number has no limit.
 #pragma once
 
 #include <array>
@@ -17,17 +18,18 @@ class RingTable {
  public:
   explicit RingTable(std::uint64_t edge_count) : spokes_(edge_count) {}
 
-  /// At level 0 a base vertex's neighbours are base vertices.
+  /// Fills the table for the base mesh itself, where the neighbours of base vertices are base
+  /// vertices.
   void set_from_base(const Topology& mesh, std::span<const Record> base) {
     for (std::size_t edge = 0; edge < spokes_.size(); ++edge)
       spokes_[edge] = {base[mesh.edges[edge].end], base[mesh.edges[edge].start]};
   }
-  /// Edges may be set from different threads.
+  /// Several threads may set different edges.
   void set(EdgeId edge, const Record& next_to_start, const Record& next_to_end) noexcept {
     spokes_[edge] = {next_to_start, next_to_end};
   }
 
-  /// The vertex next to `vertex` on `edge`, one of whose ends it is.
+  /// The vertex next to `vertex` on `edge`. REQUIRES: `vertex` is an end of `edge`.
   const Record& next_to(const Topology& mesh, EdgeId edge, VertexId vertex) const {
     return spokes_[edge][mesh.edges[edge].end == vertex];
   }
@@ -36,8 +38,9 @@ class RingTable {
   std::vector<std::array<Record, 2>> spokes_;
 };
 
-/// Calls visit(EdgeId spoke) counterclockwise around a base vertex: from its border to its border,
-/// or from the neighbour of smallest index once around. Returns the valence.
+/// Calls visit(EdgeId spoke) for each edge at a base vertex, counterclockwise. It starts at the
+/// first border edge, or, at an inner vertex, at the edge to the neighbour with the smallest index.
+/// Returns the valence.
 template <class Visit>
 int for_each_spoke(const Topology& mesh, VertexId vertex, Visit visit) {
   const FaceSide first = mesh.vertex_corners[vertex];

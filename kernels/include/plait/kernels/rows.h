@@ -1,4 +1,5 @@
-// plait/kernels/rows.h: rows of points of a refined group of patches, and what is made of them.
+// plait/kernels/rows.h: the arguments of functions that compute rows of points of a group of
+// patches.
 //
 // A point is [axis][lane]: kPointNumbers numbers. Steps and counts are in points. Rows are aligned
 // to 64 bytes.
@@ -13,8 +14,8 @@ namespace plait {
 
 constexpr std::size_t kPointNumbers = 3 * kPatchLanes;
 
-/// Points A, B (ends of an edge) and C, D (opposite it), each the first of a row of coarse points;
-/// every second fine point of `to` is made.
+/// Each of A, B (the ends of an edge) and C, D (opposite the edge) points to the first of a row of
+/// coarse points. The function computes every second fine point of `to`.
 template <class Real>
 struct OddRow {
   const Real *a, *b, *c, *d;
@@ -22,13 +23,14 @@ struct OddRow {
   std::int64_t count;
 };
 
-/// The six neighbours of a row of points in opposite pairs.
+/// The six neighbours of a row of points, in opposite pairs.
 template <class Real>
 struct Neighbours {
   const Real* pairs[3][2];
 };
 
-/// `v`, a row of coarse points, moves to every second fine point of `to`.
+/// `v` is a row of coarse points. The function writes their new positions to every second fine
+/// point of `to`.
 template <class Real>
 struct EvenRow {
   const Real* v;
@@ -37,7 +39,7 @@ struct EvenRow {
   std::int64_t count;
 };
 
-/// Points `step` apart in one lattice, and the same points of an output.
+/// Points at distance `step` in one lattice, and the same points of an output.
 template <class Real, class Output>
 struct SurfaceRow {
   const Real* v;
@@ -46,9 +48,9 @@ struct SurfaceRow {
   std::int64_t step, count;
 };
 
-/// Base vertices of one valence and their rings, a vertex in each lane: `from` at one level, `to`
-/// at the next. Point 0 is the vertex; its neighbours follow counterclockwise, on a border from
-/// border to border. (The rings of a rule that reads two of them are numbered by RingShape.)
+/// Base vertices of one valence and their rings, one vertex in each lane: `from` at one level, `to`
+/// at the next. Point 0 is the vertex. Its neighbours follow counterclockwise; at a border they go
+/// from border to border. (For a rule that reads two rings, RingShape numbers the points.)
 template <class Real>
 struct RingStep {
   const Real* from;

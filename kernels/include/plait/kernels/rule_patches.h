@@ -1,10 +1,10 @@
-// plait/kernels/rule_patches.h: subdivision in place by a one-ring rule, written once for any
+// plait/kernels/rule_patches.h: subdivision in place by a one-ring rule. The same code works on any
 // PatchMesh: plain arrays in memory (InCoreMesh) or a store far larger than memory (StorePatches).
 //
-// The loops are a program's own: they take the faces one after another and speak of vertices by
-// (level, i, j). Equal, bit for bit, to the sweep executor's results; pinned by
-// tests/kernels/executors_test.cpp. Levels number as in the mesh that is walked: a store's as
-// everywhere in it, from the mesh that the user gave.
+// The loops visit one face after another and address vertices by (level, i, j), as a user's own
+// program would. The results equal those of the sweep executor bit for bit; pinned by
+// tests/kernels/executors_test.cpp. Levels are numbered as in the mesh: for a store, they count
+// from the user's mesh.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,11 @@
 
 namespace plait {
 
-/// Called before each face; may throw to stop.
+/// Called before each face. It may throw an exception to stop.
 using BeforeFace = std::function<void(FaceId)>;
 
-/// The vertices next to the base vertices on the edges that the current patch owns, at `level`.
+/// Collects the vertices at `level` that are next to base vertices on the edges that the patch
+/// owns.
 template <class Patch, class Record>
 void collect_rings(const Patch& patch, const Topology& mesh, int level, RingTable<Record>& rings) {
   const std::int64_t last = patch.size(level) / 2 - 1;
@@ -37,7 +38,8 @@ void collect_rings(const Patch& patch, const Topology& mesh, int level, RingTabl
   collect(PatchSide<2>());
 }
 
-/// Makes the vertices born at `level` from the mesh one level coarser, and collects their rings.
+/// Computes the vertices that `level` creates from the next coarser level, and collects the rings
+/// of the base vertices.
 template <PatchMesh Mesh, class Real>
 void odd_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
                  RingTable<typename Mesh::Record>& rings, const BeforeFace& before_face = {}) {
@@ -61,8 +63,8 @@ void odd_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
   }
 }
 
-/// Moves the vertices born before `level` that are no base vertices, from the new ones at `level`.
-/// REQUIRES: rule.moves_even().
+/// Moves the vertices that coarser levels created, except base vertices. It reads their new
+/// neighbours at `level`. REQUIRES: rule.moves_even().
 template <PatchMesh Mesh, class Real>
 void even_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
                   const BeforeFace& before_face = {}) {
@@ -84,7 +86,7 @@ void even_patches(Mesh& mesh, int level, const OneRing<Real>& rule,
   }
 }
 
-/// One level of subdivision, base vertices and all.
+/// Makes one level of subdivision, including the base vertices.
 template <PatchMesh Mesh, class Real>
 void refine_patches(Mesh& mesh, int level, const OneRing<Real>& rule) {
   RingTable<typename Mesh::Record> rings(mesh.topology().edges.size());

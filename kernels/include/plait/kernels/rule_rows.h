@@ -1,9 +1,9 @@
-// plait/kernels/rule_rows.h: a rule applied to rows of points, a register of numbers at a time:
-// what the fused executor evaluates. `V` is Numbers, or in the library what does the same on the
-// instruction set that the processor has.
+// plait/kernels/rule_rows.h: applies a rule to rows of points, one register of numbers at a time.
+// The fused executor uses these functions. `V` is Numbers, or a type of the library with the same
+// operators for the processor's instruction set.
 //
-// All are inlined whole, so that they become instructions of the function that calls them. Pinned
-// by tests/kernels/fused_rows_test.cpp and own_rule_rows_test.cpp.
+// All functions are always inlined, so that they are compiled for the instruction set of their
+// caller. Pinned by tests/kernels/fused_rows_test.cpp and own_rule_rows_test.cpp.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ template <class V, class Rule, class Real>
   }
 }
 
-/// The sum of a ring at number `at` of the rows of its points.
+/// The sum of a ring, at index `at` of the rows of its points.
 template <class V, class Real>
 [[gnu::always_inline]] inline V ring_sum_at(const Neighbours<Real>& around, std::size_t at) {
   const auto& [pair0, pair1, pair2] = around.pairs;
@@ -56,8 +56,8 @@ template <class V, class Rule, class Real>
   }
 }
 
-/// Base vertices and their rings, at the next level. `Wide` are as many numbers in double as `V`
-/// has: even base vertices are evaluated in them.
+/// Computes base vertices and their rings at the next level. `Wide` has as many numbers as `V`, in
+/// double: even base vertices are computed in double.
 template <class V, class Wide, class Rule, class Real>
 [[gnu::always_inline]] inline void ring_step(const Rule& rule, const RingStep<Real>& step) {
   static_assert(V::kCount == Wide::kCount);

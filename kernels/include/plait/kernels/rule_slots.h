@@ -1,5 +1,5 @@
-// plait/kernels/rule_slots.h: a rule applied to the slot of an edge, from the edge's grid: what the
-// sweep executor evaluates. Pinned by tests/kernels/slot_rows_test.cpp.
+// plait/kernels/rule_slots.h: applies a rule to the slot of an edge, and reads the edge's grid. The
+// sweep executor uses these functions. Pinned by tests/kernels/slot_rows_test.cpp.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace plait::rule_slots {
 
-/// A record's three numbers at once. Of float32 they take one register, whose fourth number nobody
-/// reads; of float64 they are three numbers.
+/// Loads the three numbers of a record at once. In float32 they take one register, and its fourth
+/// number is not used. In float64 they are three separate numbers.
 template <class Real>
 struct PointNumbers;
 
 template <>
 struct PointNumbers<float> {
   using V = Numbers<float, 4>;
-  /// REQUIRES: 4 bytes after the record may be read, as they may in an EdgeGrid.
+  /// REQUIRES: the 4 bytes after the record are readable, as they are in an EdgeGrid.
   static V load(const Vector3<float>* record) { return V::load(&record->x); }
-  /// Reads the record and nothing after it.
+  /// Reads the record and no byte after it.
   static V load_exactly(const Vector3<float>* record) {
     return {typename V::Vector{record->x, record->y, record->z, 0}};
   }
@@ -54,8 +54,9 @@ struct PointNumbers<double> {
   }
 };
 
-/// The slot at level grid.level() + 1 from the coarser mesh in `grid`. An odd vertex sits in a cell
-/// of the grid: A and B on the cell's diagonal along the edge, C and D on the other.
+/// Computes the slot at level grid.level() + 1 from the coarser mesh in `grid`. An odd vertex is in
+/// a cell of the grid. A and B are on the cell's diagonal along the edge, C and D on the other
+/// diagonal.
 template <class V, class Rule, class Real>
 void odd_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, bool border,
               Vector3<Real>* slot) {
@@ -75,14 +76,14 @@ void odd_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, bool border
     for (; k < 3 * columns; ++k)
       rule.odd(One{lower[k + 3]}, One{upper[k]}, One{lower[k]}, One{upper[k + 3]}).store(to + k);
     slot += columns;
-    // The last one of a border slot's row lies on the border itself.
+    // The last vertex in a row of a border slot is on the border itself.
     if (border)
       *slot++ = by_axis([&](auto a, auto b) { return rule.odd_border(a, b); },
                         *grid.at(row, n - row), *grid.at(row + 1, n - 1 - row));
   }
 }
 
-/// The neighbours of a vertex of the grid in the order of ring_sum().
+/// The neighbours of a grid vertex, in the order that ring_sum() expects.
 template <class Real>
 auto ring_sum_at(const Vector3<Real>* v, std::int64_t stride) {
   using At = PointNumbers<Real>;
@@ -90,7 +91,8 @@ auto ring_sum_at(const Vector3<Real>* v, std::int64_t stride) {
                   At::load(v + 1 - stride) + At::load(v + stride - 1));
 }
 
-/// Moves the slot at `level` < grid.level(), which holds the new odd vertices.
+/// Moves the vertices of the slot at `level`. `grid` has the new odd vertices. REQUIRES: level <
+/// grid.level().
 template <class Rule, class Real>
 void even_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
                Vector3<Real>* slot) {
@@ -109,7 +111,7 @@ void even_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level,
       });
 }
 
-/// Limit positions of the slot at `level`; `grid` holds the whole finest mesh.
+/// Computes the limit positions of the slot at `level`. `grid` has the finest level.
 template <class Rule, class Real>
 void limit_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level, bool border,
                 Vector3<Real>* slot) {

@@ -1,4 +1,4 @@
-// plait/kernels/scheme.h: the subdivision schemes that the library has, and what each can do.
+// plait/kernels/scheme.h: the subdivision schemes of the library and their properties.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,25 @@ enum class Scheme : std::uint8_t {
   kButterfly,  ///< modified Butterfly, interpolating
   kMidpoint,   ///< linear
 };
+/// The scheme of a subdivision if nobody names one.
+inline constexpr Scheme kDefaultScheme = Scheme::kLoop;
 
 struct SchemeTraits {
   std::string_view name;    ///< in options, reports and a store's provenance
   int reach = 1;            ///< rings around a vertex that a new one depends on
-  bool moves_even = false;  ///< every refinement moves the vertices that are there
+  bool moves_even = false;  ///< every refinement moves the existing vertices
   bool has_limits = false;  ///< limit positions can be computed
 };
 
-/// Traits of all schemes: [Scheme]. Normals are defined for each: see docs/kernels.md.
+/// The traits of all schemes: [Scheme]. All schemes have normals: see docs/kernels.md.
 std::span<const SchemeTraits> schemes() noexcept;
 const SchemeTraits& traits_of(Scheme scheme) noexcept;
 std::string_view to_string(Scheme scheme) noexcept;
-/// "loop, butterfly or midpoint", for helps and errors.
+/// "loop, butterfly or midpoint", for help texts and error messages.
 std::string scheme_names();
-/// Errors: kInvalidArgument naming the schemes there are.
+/// The same for the schemes that have limit positions.
+std::string limit_scheme_names();
+/// Errors: kInvalidArgument; the message lists the known schemes.
 Scheme scheme_from_name(std::string_view name);
 
 }  // namespace plait

@@ -42,13 +42,13 @@ struct SubdivisionRequest {
   std::filesystem::path store = {};
   int levels = 1;  ///< the level to reach, counted from the mesh
 
-  // A resumed job takes these from the store, and refuses a value that differs. A new store gets
-  // the default that is named here for each one that is not given.
+  // Properties of the store. A resumed job takes them from the store, and refuses a value that
+  // differs. For a new store, the comment of each member names its default.
   std::optional<std::string> backend = {};           ///< the result of choose_backend, or "pread"
-  std::optional<std::string> codec = {};             ///< that of the backend
-  std::optional<std::string> filter = {};            ///< that of the backend
+  std::optional<std::string> codec = {};             ///< the default of the backend
+  std::optional<std::string> filter = {};            ///< the default of the backend
   std::optional<LayoutKind> layout = {};             ///< Hilbert for fused, else kAutomatic
-  std::optional<Scheme> scheme = {};                 ///< Loop
+  std::optional<Scheme> scheme = {};                 ///< kDefaultScheme
   std::optional<ComponentType> precision = {};       ///< float32
   std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
@@ -58,10 +58,10 @@ struct SubdivisionRequest {
   int threads = 1;
   bool normals = false;
   bool limit = false;
-  /// kNone: nothing waits for the disk. A job that is cancelled or killed leaves the last commit
-  /// all the same, but a crash of the system may cost the store.
+  /// With kNone, the job never waits for the disk. If the job is cancelled or killed, the last
+  /// commit stays; but a crash of the system may destroy the store.
   Durability durability = Durability::kCommit;
-  bool digest = false;       ///< read everything back at the end, for the result's digest
+  bool digest = false;       ///< at the end, read all levels and compute the digest
   bool ignore_size = false;  ///< start even if memory, disk or budget are too small
   ExistingStore existing = ExistingStore::kRefuse;
   /// Chooses the backend of a new store if `backend` is not given. plait/backends/choose_backend.h
@@ -98,8 +98,8 @@ struct SubdivisionRefusal {
   std::string reason;  ///< one line
 };
 
-/// What a job will do. If the job refuses something before it reads the mesh, then all that follows
-/// from the mesh is empty.
+/// The plan of a job. If the job refuses something before it reads the mesh, the members that
+/// depend on the mesh are empty.
 struct SubdivisionPlan {
   std::vector<SubdivisionRefusal> refusals;  ///< run() throws the first one, as an Error
   std::vector<std::string> warnings;         ///< such as those of read_base_mesh
@@ -124,7 +124,7 @@ enum class SubdivisionStep : std::uint8_t {
   kLayout,    ///< sort the faces of the base mesh
   kLevels,    ///< make levels, normals and limit positions
   kCommit,    ///< with kResume also after every level
-  kDigest,    ///< read everything back
+  kDigest,    ///< read all levels and compute the digest
   kPublish,   ///< give the store its final name
 };
 std::string_view to_string(SubdivisionStep step) noexcept;
@@ -137,13 +137,14 @@ struct SubdivisionProgress {
 
 /// The thread that called run() calls both.
 struct SubdivisionWatch {
-  /// Called at the start of every step and then again and again; false cancels the job.
+  /// Called at the start of every step and many times during it. If it returns false, the job is
+  /// cancelled.
   std::function<bool(const SubdivisionProgress&)> progress = {};
   std::function<void(const std::string&)> warn = {};
 };
 
 struct SubdivisionResult {
-  SubdivisionPlan plan;         ///< with what run() added to it
+  SubdivisionPlan plan;         ///< including the additions of run()
   std::filesystem::path store;  ///< empty if the backend is not durable
   /// The open store if the backend is not durable. Otherwise run() has closed the store.
   std::optional<Store> in_memory;
@@ -155,7 +156,7 @@ struct SubdivisionResult {
   double refine_seconds = 0;  ///< base mesh and all levels
   double commit_seconds = 0, digest_seconds = 0;
   std::uint64_t stored_bytes = 0;
-  /// Memory beside the budget: the base mesh, its records, and subdivide_resident_bytes().
+  /// Memory in addition to the budget: the base mesh, its records, and subdivide_resident_bytes().
   std::uint64_t base_mesh_bytes = 0;
   PagingStatistics paging;  ///< until the end of the last commit
   std::string digest;       ///< empty if the request does not ask for it
@@ -168,18 +169,18 @@ struct SubdivisionResult {
 /// Does not print and does not handle signals. Only one thread at a time may use a job.
 class SubdivisionJob {
  public:
-  /// Plans the run. It reads the mesh, opens the store of an earlier run (and keeps its lock), and
-  /// compares the size of the run with what the machine has. It makes no file, so that a process
-  /// may end at any moment before run(). `backends` must outlive the job. Errors beside
-  /// plan().refusals: those of read_base_mesh, Store::open and backends.find; kNotSupported if a
-  /// backend cannot be used here.
+  /// Plans the run. The constructor reads the mesh, opens and locks the store of an earlier run,
+  /// and compares the size of the run with the memory and disk space of the machine. It makes no
+  /// file, so the program may end at any moment before run(). `backends` must outlive the job.
+  /// Errors, in addition to plan().refusals: those of read_base_mesh, Store::open and
+  /// backends.find; kNotSupported if a backend cannot be used here.
   SubdivisionJob(SubdivisionRequest request, const BackendRegistry& backends);
   SubdivisionJob(SubdivisionJob&&) noexcept;
   SubdivisionJob& operator=(SubdivisionJob&&) noexcept;
   ~SubdivisionJob();
 
-  /// run() adds refusals that it can find only then: another mesh than that of the earlier run, a
-  /// budget that is too small for the layout.
+  /// run() adds refusals that it cannot find earlier: a mesh that is not the mesh of the earlier
+  /// run, or a budget that is too small for the layout.
   const SubdivisionPlan& plan() const;
 
   /// Runs the plan, once. After an error only the commits of an earlier run and of kResume stay on

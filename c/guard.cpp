@@ -1,0 +1,123 @@
+#include "guard.h"
+
+#include <fmt/format.h>
+
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+namespace plait::c {
+namespace {
+
+/// The message of the last failed call of a thread.
+class LastMessage {
+ public:
+  const char* get() const noexcept { return fixed_ != nullptr ? fixed_ : text_.c_str(); }
+  /// Keeps a text that is valid for ever. Needs no memory.
+  void keep_fixed(const char* text) noexcept { fixed_ = text; }
+  void keep(const char* call, const char* reason) noexcept {
+    try {
+      text_ = fmt::format("{}: {}", call, reason);
+      fixed_ = nullptr;
+    } catch (...) {
+      keep_fixed("no memory for the message");
+    }
+  }
+
+ private:
+  std::string text_;
+  const char* fixed_ = nullptr;
+};
+
+LastMessage& last_message() noexcept {
+  thread_local LastMessage message;
+  return message;
+}
+
+plait_status status_of(ErrorCode code) noexcept {
+  switch (code) {
+    case ErrorCode::kNotFound:
+      return PLAIT_ERROR_NOT_FOUND;
+    case ErrorCode::kInvalidArgument:
+      return PLAIT_ERROR_INVALID_ARGUMENT;
+    case ErrorCode::kCorruption:
+      return PLAIT_ERROR_CORRUPTION;
+    case ErrorCode::kNotSupported:
+      return PLAIT_ERROR_NOT_SUPPORTED;
+    case ErrorCode::kIo:
+      return PLAIT_ERROR_IO;
+    case ErrorCode::kNoSpace:
+      return PLAIT_ERROR_NO_SPACE;
+    case ErrorCode::kOutOfMemory:
+      return PLAIT_ERROR_OUT_OF_MEMORY;
+    case ErrorCode::kBudget:
+      return PLAIT_ERROR_BUDGET;
+    case ErrorCode::kBusy:
+      return PLAIT_ERROR_BUSY;
+    case ErrorCode::kBadState:
+      return PLAIT_ERROR_BAD_STATE;
+    case ErrorCode::kCancelled:
+      return PLAIT_ERROR_CANCELLED;
+  }
+  return PLAIT_ERROR_INTERNAL;
+}
+
+}  // namespace
+
+plait_status keep_current_error(const char* call) noexcept {
+  try {
+    throw;
+  } catch (const Error& error) {
+    last_message().keep(call, error.what());
+    return status_of(error.code());
+  } catch (const std::bad_alloc&) {
+    last_message().keep_fixed("an allocation failed");
+    return PLAIT_ERROR_OUT_OF_MEMORY;
+  } catch (const std::length_error&) {
+    last_message().keep_fixed("an allocation failed: a count is too large");
+    return PLAIT_ERROR_OUT_OF_MEMORY;
+  } catch (const std::exception& error) {
+    last_message().keep(call, error.what());
+    return PLAIT_ERROR_INTERNAL;
+  } catch (...) {
+    last_message().keep(call, "an exception of an unknown type");
+    return PLAIT_ERROR_INTERNAL;
+  }
+}
+
+void refuse_null(const char* argument) {
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("expected a value for '{}', found NULL", argument));
+}
+
+void check_choice(const char* what, std::int32_t found, std::int32_t count) {
+  if (found < 0 || found >= count)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: expected 0 to {}, found {}", what, count - 1, found));
+}
+
+void check_reserved(std::int32_t found) {
+  if (found != 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("member 'reserved': expected 0, found {}", found));
+}
+
+void refuse_cancelled(const char* what) {
+  throw Error(ErrorCode::kCancelled, fmt::format("{}: cancelled by the callback", what));
+}
+
+}  // namespace plait::c
+
+const char* plait_error_message(void) { return plait::c::last_message().get(); }
+
+const char* plait_status_name(plait_status status) {
+  if (status == PLAIT_OK) return "ok";
+  if (status == PLAIT_ERROR_INTERNAL) return "internal";
+  for (int code = 0; code <= static_cast<int>(plait::ErrorCode::kCancelled); ++code) {
+    const auto known = static_cast<plait::ErrorCode>(code);
+    if (plait::c::status_of(known) == status)
+      return plait::to_string(known).data();  // a literal, so a zero byte follows
+  }
+  return "unknown";
+}

@@ -1,0 +1,49 @@
+// guard.h: turns exceptions into status codes, and checks what a C program passes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "plait.h"
+#include "plait/error.h"
+
+namespace plait::c {
+
+/// The code and the message of the exception that is being handled. Keeps the message for
+/// plait_error_message().
+plait_status keep_current_error(const char* call) noexcept;
+
+/// Runs the body of a call of the C interface. No exception passes it.
+template <class Body>
+plait_status guarded(const char* call, const Body& body) noexcept {
+  try {
+    body();
+    return PLAIT_OK;
+  } catch (...) {
+    return keep_current_error(call);
+  }
+}
+
+/// Throws kInvalidArgument: the argument is NULL.
+[[noreturn]] void refuse_null(const char* argument);
+template <class Pointer>
+void check_given(Pointer pointer, const char* argument) {
+  if (pointer == nullptr) refuse_null(argument);
+}
+
+/// Throws kInvalidArgument unless `found` is below `count`.
+void check_choice(const char* what, std::int32_t found, std::int32_t count);
+/// Throws kInvalidArgument unless a member that has no meaning yet is 0.
+void check_reserved(std::int32_t found);
+
+/// The text, or `otherwise` for NULL.
+inline std::string text_or(const char* text, std::string_view otherwise) {
+  return std::string(text == nullptr ? otherwise : std::string_view(text));
+}
+
+/// Throws kCancelled: a callback has returned 0.
+[[noreturn]] void refuse_cancelled(const char* what);
+
+}  // namespace plait::c

@@ -1,0 +1,453 @@
+/* plait.h: the C interface of plait, a storage engine for semi-regular triangle meshes. C11 and
+ * C++. docs/c_api.md explains it; docs/glossary.md has the words.
+ *
+ * Errors: a call returns PLAIT_OK or the code of an error. plait_error_message() then has the
+ * reason. A failed call changes no output argument. No C++ exception leaves a call.
+ *
+ * Arguments: a pointer must not be NULL unless its comment allows it. A call with NULL fails with
+ * PLAIT_ERROR_INVALID_ARGUMENT. Texts are UTF-8 and end with a zero byte. The library copies the
+ * texts and arrays that it needs after the call. Options may be NULL: then all have their defaults.
+ * A program makes options by the macro PLAIT_..._INIT, which sets struct_size and the defaults.
+ *
+ * Lifetimes: the program ends each handle once: a store by plait_store_close() or
+ * plait_store_release(), a reader by plait_reader_close(), a view by plait_view_release(). These
+ * calls accept NULL. A pointer that a call returns is valid until the handle ends, unless its
+ * comment says otherwise.
+ *
+ * Threads: any number of threads may call one reader or one view at the same time. While a thread
+ * is in a call with a `plait_store*` that is not const, no other thread may use the store or its
+ * readers. Different stores are independent. A call that changes a store fails with
+ * PLAIT_ERROR_BUSY while the store has readers or views.
+ *
+ * Callbacks run in the thread that made the call. They must return: they must not throw or longjmp.
+ * If the call has a `plait_store*` that is not const, its callbacks must not use that store. */
+#ifndef PLAIT_H
+#define PLAIT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define PLAIT_API __attribute__((visibility("default")))
+#else
+#define PLAIT_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Errors and versions ---- */
+
+/* A later version may add codes. Numbers never change. */
+typedef int32_t plait_status;
+enum {
+  PLAIT_OK = 0,
+  PLAIT_ERROR_NOT_FOUND = 1,        /* a file, store, attribute or level does not exist */
+  PLAIT_ERROR_INVALID_ARGUMENT = 2, /* an argument out of its range, or a refused input file */
+  PLAIT_ERROR_CORRUPTION = 3,       /* stored bytes are damaged */
+  PLAIT_ERROR_NOT_SUPPORTED = 4,    /* this build or machine lacks a backend, codec or feature */
+  PLAIT_ERROR_IO = 5,               /* the operating system refused a file operation */
+  PLAIT_ERROR_NO_SPACE = 6,         /* the disk or the quota is full */
+  PLAIT_ERROR_OUT_OF_MEMORY = 7,    /* an allocation failed */
+  PLAIT_ERROR_BUDGET = 8,           /* the memory budget is too small */
+  PLAIT_ERROR_BUSY = 9,             /* somebody else has the store open; or it has readers */
+  PLAIT_ERROR_BAD_STATE = 10,       /* a call that the object's state forbids */
+  PLAIT_ERROR_CANCELLED = 11,       /* a callback cancelled the work */
+  PLAIT_ERROR_INTERNAL = 12         /* a mistake in the library */
+};
+
+/* The reason of the last call in this thread that failed. Valid until another call fails in this
+ * thread. Never NULL; empty if no call has failed. */
+PLAIT_API const char* plait_error_message(void);
+/* "ok", "not_found", ...; "unknown" for a number that is no code. Valid for ever. */
+PLAIT_API const char* plait_status_name(plait_status status);
+
+/* The interface that this header declares. It grows when a function or a member is added. A program
+ * can use a library whose plait_abi_version() is at least its own PLAIT_ABI_VERSION. */
+#define PLAIT_ABI_VERSION 1u
+PLAIT_API uint32_t plait_abi_version(void);
+/* The version of the library, such as "0.1.0". */
+PLAIT_API const char* plait_version_string(void);
+/* One line for each of: version, backends, codecs, filters, schemes, executors, layouts. A line is
+ * a word, a colon, and names with blanks between them. */
+PLAIT_API const char* plait_build_info(void);
+
+/* ---- Handles and types ---- */
+
+typedef struct plait_store plait_store;   /* a store that this process has opened */
+typedef struct plait_reader plait_reader; /* reads patches and vertices of a store */
+typedef struct plait_view plait_view;     /* the records of one patch, pinned in memory */
+
+typedef int32_t plait_component_type;
+enum {
+  PLAIT_FLOAT32 = 1,
+  PLAIT_FLOAT64 = 2,
+  PLAIT_INT8 = 3,
+  PLAIT_INT16 = 4,
+  PLAIT_INT32 = 5,
+  PLAIT_INT64 = 6,
+  PLAIT_UINT8 = 7,
+  PLAIT_UINT16 = 8,
+  PLAIT_UINT32 = 9,
+  PLAIT_UINT64 = 10
+};
+
+/* Called many times during long work. `phase` is a short text, valid during the call. Returns 0 to
+ * cancel the work: the call then fails with PLAIT_ERROR_CANCELLED. */
+typedef int (*plait_progress)(const char* phase, uint64_t done, uint64_t total, void* user);
+/* Told what the library changed in an input. `text` is valid during the call. */
+typedef void (*plait_warning)(const char* text, void* user);
+
+/* ---- Stores ---- */
+
+enum {
+  PLAIT_DURABILITY_COMMIT = 0, /* a commit returns when the version is on the disk */
+  PLAIT_DURABILITY_NONE = 1    /* for temporary stores: never waits for the disk */
+};
+enum {
+  PLAIT_OVERWRITE_NEW_GENERATION = 0, /* a level that is overwritten gets a new file */
+  PLAIT_OVERWRITE_IN_PLACE = 1        /* blocks are overwritten where they are; for few blocks */
+};
+#define PLAIT_NO_POSITIONS 0         /* position_type: the program adds "position" itself */
+#define PLAIT_AUTOMATIC_THREADS (-1) /* io_threads: the library chooses */
+#define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)
+#define PLAIT_DEFAULT_BUDGET_BYTES (UINT64_C(256) << 20)
+
+typedef struct plait_store_options {
+  size_t struct_size;
+  const char* backend;     /* "name" or "name:key=value,..."; NULL: "pread" */
+  const char* pipeline;    /* such as "shuffle,zstd:1"; NULL: the default of the backend */
+  const char* layout;      /* the order of the faces; NULL: "auto" */
+  const char* base_scheme; /* the scheme that refines the mesh to base_level; NULL: "loop" */
+  uint64_t block_bytes;    /* unit of I/O: 4 KiB to 1 GiB, a power of two */
+  uint64_t budget_bytes;   /* the most memory for blocks; at least 64 KiB */
+  plait_warning warn;      /* NULL: changes of the mesh are not reported */
+  void* user;              /* for `warn` */
+  int32_t base_level;      /* so often the mesh is refined in memory, to make slots smaller */
+  int32_t io_threads;      /* 0 to 64, or PLAIT_AUTOMATIC_THREADS */
+  plait_component_type position_type; /* PLAIT_FLOAT32, PLAIT_FLOAT64 or PLAIT_NO_POSITIONS */
+  int32_t durability;                 /* PLAIT_DURABILITY_... */
+  int32_t overwriting;                /* PLAIT_OVERWRITE_... */
+  int32_t reserved;                   /* 0 */
+} plait_store_options;
+#define PLAIT_STORE_OPTIONS_INIT                                                           \
+  {                                                                                        \
+    sizeof(plait_store_options), NULL, NULL, NULL, NULL, PLAIT_DEFAULT_BLOCK_BYTES,        \
+        PLAIT_DEFAULT_BUDGET_BYTES, NULL, NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, \
+        PLAIT_DURABILITY_COMMIT, PLAIT_OVERWRITE_NEW_GENERATION, 0                         \
+  }
+
+typedef struct plait_open_options {
+  size_t struct_size;
+  uint64_t budget_bytes;
+  int32_t writable; /* 1: for writing; 0: for reading */
+  int32_t io_threads;
+  int32_t durability;
+  int32_t overwriting;
+} plait_open_options;
+#define PLAIT_OPEN_OPTIONS_INIT                                                         \
+  {                                                                                     \
+    sizeof(plait_open_options), PLAIT_DEFAULT_BUDGET_BYTES, 0, PLAIT_AUTOMATIC_THREADS, \
+        PLAIT_DURABILITY_COMMIT, PLAIT_OVERWRITE_NEW_GENERATION                         \
+  }
+
+/* Makes a store of triangles, with attribute "position" at the base level. `positions` has three
+ * numbers for each vertex. `triangles` has three vertices for each triangle, counterclockwise. The
+ * mesh must be an oriented 2-manifold, with or without border. The store drops vertices that no
+ * triangle uses, and puts the faces in the order of the layout: plait_store_get_faces() has the
+ * result. `path` is a directory that does not exist; it is empty for backend "memory". The first
+ * commit makes the store permanent.
+ * Errors: INVALID_ARGUMENT also names the first bad vertex or triangle; NOT_SUPPORTED, IO,
+ * NO_SPACE. */
+PLAIT_API plait_status plait_store_create(const char* path, const double* positions,
+                                          uint64_t vertex_count, const uint32_t* triangles,
+                                          uint64_t triangle_count,
+                                          const plait_store_options* options, plait_store** store);
+/* The same for the triangles of a file: PLY, OBJ or OFF, also .gz and .zst. */
+PLAIT_API plait_status plait_store_create_from_file(const char* path, const char* mesh_path,
+                                                    const plait_store_options* options,
+                                                    plait_store** store);
+/* Opens the last committed version. Errors: NOT_FOUND, CORRUPTION, NOT_SUPPORTED; BUSY if another
+ * writer has the store open. */
+PLAIT_API plait_status plait_store_open(const char* path, const plait_open_options* options,
+                                        plait_store** store);
+/* Sets *has_commit to 0 if the directory is empty, or if its writer was killed before the first
+ * commit; otherwise to 1. */
+PLAIT_API plait_status plait_store_has_commit(const char* path, int32_t* has_commit);
+/* Publishes all levels and attributes as the next version. Errors: BAD_STATE, for example while a
+ * level is unfinished because work on it was cancelled; IO, NO_SPACE. */
+PLAIT_API plait_status plait_store_commit(plait_store* store);
+/* Ends the handle. Changes since the last commit are lost. Errors: BUSY with the number of readers
+ * and views; then the handle stays valid. Does nothing for NULL. */
+PLAIT_API plait_status plait_store_close(plait_store* store);
+/* Ends the handle at once. Its readers and views stay valid, and keep the files and locks of the
+ * store until the last of them ends. Does nothing for NULL. */
+PLAIT_API void plait_store_release(plait_store* store);
+
+/* ---- What a store contains ---- */
+
+typedef struct plait_store_info {
+  size_t struct_size;
+  /* Texts are valid until the next call that changes the store. */
+  const char* path;
+  const char* backend;
+  const char* pipeline;
+  const char* layout;
+  const char* scheme;  /* that made the levels; empty: none, or not known */
+  const char* program; /* the version of plait that made the levels; may be empty */
+  uint64_t sequence;   /* commits so far */
+  uint64_t stored_bytes;
+  uint64_t block_bytes;
+  uint64_t budget_bytes;
+  uint64_t vertex_count; /* of the base mesh, as the next three */
+  uint64_t edge_count;
+  uint64_t face_count; /* patches of the store */
+  uint64_t border_edge_count;
+  uint8_t uuid[16];
+  uint32_t attribute_count;
+  int32_t base_level;
+  int32_t finest_level; /* of the attribute with the most levels */
+  int32_t writable;
+  int32_t limit;                  /* 1: positions were projected to the limit surface */
+  plait_component_type precision; /* of the arithmetic that made the levels */
+} plait_store_info;
+#define PLAIT_STORE_INFO_INIT                                                                     \
+  {                                                                                               \
+    sizeof(plait_store_info), NULL, NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, {0}, 0, \
+        0, 0, 0, 0, 0                                                                             \
+  }
+PLAIT_API plait_status plait_store_get_info(const plait_store* store, plait_store_info* info);
+
+typedef struct plait_attribute_info {
+  size_t struct_size;
+  const char* name; /* valid until the next call that changes the store */
+  uint64_t record_bytes;
+  plait_component_type type;
+  uint32_t components;  /* numbers in a record */
+  int32_t finest_level; /* the attribute has the base level and all levels up to this one */
+  uint32_t index;
+} plait_attribute_info;
+#define PLAIT_ATTRIBUTE_INFO_INIT \
+  { sizeof(plait_attribute_info), NULL, 0, 0, 0, 0, 0 }
+/* Errors: NOT_FOUND unless `index` is below attribute_count. */
+PLAIT_API plait_status plait_store_get_attribute(const plait_store* store, uint32_t index,
+                                                 plait_attribute_info* info);
+/* Errors: NOT_FOUND; the message lists the attributes of the store. */
+PLAIT_API plait_status plait_store_find_attribute(const plait_store* store, const char* name,
+                                                  plait_attribute_info* info);
+
+/* Vertices, edges and faces of the whole mesh at a level, base level or finer. An output may be
+ * NULL. */
+PLAIT_API plait_status plait_store_get_counts(const plait_store* store, int32_t level,
+                                              uint64_t* vertices, uint64_t* edges, uint64_t* faces);
+/* The corners of the base faces, three vertices for each face. Face f is patch f. Valid until the
+ * store ends. */
+PLAIT_API plait_status plait_store_get_faces(const plait_store* store, const uint32_t** triangles,
+                                             uint64_t* face_count);
+/* The positions from which the store was made, three numbers for each base vertex. */
+PLAIT_API plait_status plait_store_get_base_positions(const plait_store* store,
+                                                      const double** positions,
+                                                      uint64_t* vertex_count);
+
+typedef struct plait_paging_statistics {
+  size_t struct_size;
+  uint64_t blocks_read, bytes_read; /* before compression */
+  uint64_t blocks_written, bytes_written;
+  uint64_t blocks_prefetched, blocks_evicted;
+  uint64_t read_waits, read_wait_ns; /* callers that waited for a block */
+  uint64_t write_waits, write_wait_ns;
+  uint64_t peak_frame_bytes; /* the most memory of blocks at one moment */
+} plait_paging_statistics;
+#define PLAIT_PAGING_STATISTICS_INIT \
+  { sizeof(plait_paging_statistics), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+PLAIT_API plait_status plait_store_get_statistics(const plait_store* store,
+                                                  plait_paging_statistics* statistics);
+
+/* ---- Attributes ---- */
+
+/* Adds an attribute whose levels go up to `finest_level`. All records are zero. `name` has 1 to 31
+ * characters of [A-Za-z0-9_-], `components` is 1 to 255. */
+PLAIT_API plait_status plait_store_add_attribute(plait_store* store, const char* name,
+                                                 plait_component_type type, uint32_t components,
+                                                 int32_t finest_level);
+/* Adds the next finer level to an attribute. Its records are zero. */
+PLAIT_API plait_status plait_store_add_level(plait_store* store, const char* name);
+/* Sets the pipeline of levels that later calls add to the attribute. */
+PLAIT_API plait_status plait_store_set_pipeline(plait_store* store, const char* name,
+                                                const char* pipeline);
+/* Removes attribute `name`. Attribute `replacement` gets its name. */
+PLAIT_API plait_status plait_store_replace_attribute(plait_store* store, const char* name,
+                                                     const char* replacement);
+/* The records of the base vertices, for reading. Valid until the next call that changes the
+ * attributes of the store. An output may be NULL, here and in the next call. */
+PLAIT_API plait_status plait_store_get_base_records(const plait_store* store, const char* name,
+                                                    const void** records, uint64_t* count);
+/* The same, for writing. The program writes before it opens a reader. The next commit publishes
+ * what the program has written. */
+PLAIT_API plait_status plait_store_edit_base_records(plait_store* store, const char* name,
+                                                     void** records, uint64_t* count);
+
+/* ---- Work on a whole store ---- */
+
+typedef struct plait_subdivide_options {
+  size_t struct_size;
+  const char* scheme;      /* "loop", "butterfly" or "midpoint"; NULL: "loop" */
+  const char* executor;    /* "fused", "sweep" or "transparent"; NULL: "sweep" */
+  plait_progress progress; /* may be NULL */
+  void* user;              /* for `progress` */
+  int32_t levels;          /* the level to reach */
+  int32_t threads;
+  int32_t normals;       /* 1: also makes attribute "normal": float32 x 3, unit length */
+  int32_t limit;         /* 1: projects positions to the limit surface */
+  int32_t commit_levels; /* 1: commits when a level is complete; not with "fused" */
+  int32_t reserved;      /* 0 */
+} plait_subdivide_options;
+#define PLAIT_SUBDIVIDE_OPTIONS_INIT \
+  { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
+/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
+ * Errors: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme without them; "fused" in a
+ * store that has levels); BUDGET with the needed bytes; CANCELLED, IO, NO_SPACE. */
+PLAIT_API plait_status plait_store_subdivide(plait_store* store,
+                                             const plait_subdivide_options* options);
+
+/* One block of a level: `count` records, the first of which is that of vertex `first`. Valid during
+ * the call. Returns 0 to cancel the work. */
+typedef int (*plait_edit)(void* records, uint64_t first, uint64_t count, void* user);
+enum {
+  PLAIT_ACCESS_UPDATE = 0,   /* the callback reads the old records and changes them */
+  PLAIT_ACCESS_OVERWRITE = 1 /* the callback writes every record; the old ones are not read */
+};
+/* Calls `edit` for each block of a level of an attribute, in ascending order. Vertices are numbered
+ * as in plait_reader_read_vertices(). If `edit` cancels, the level stays unfinished: the store
+ * cannot be committed until a later pass has overwritten the level. */
+PLAIT_API plait_status plait_store_apply(plait_store* store, const char* name, int32_t level,
+                                         int32_t access, plait_edit edit, void* user);
+
+#define PLAIT_DIGEST_BYTES 33
+#define PLAIT_ALL_LEVELS (-1)
+/* Writes 32 hexadecimal digits and a zero byte to `text`. They depend on all records of a level, or
+ * of all levels, and not on backend, layout or executor. `progress` may be NULL. */
+PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int32_t threads,
+                                          plait_progress progress, void* user,
+                                          char text[PLAIT_DIGEST_BYTES]);
+
+typedef struct plait_damaged_block {
+  size_t struct_size;
+  const char* attribute;
+  const char* reason;
+  uint64_t block;
+  uint64_t file_offset;
+  uint32_t first_edge;
+  uint32_t edge_after;
+  int32_t level;
+  int32_t reserved;
+} plait_damaged_block;
+typedef struct plait_verify_report {
+  size_t struct_size;
+  uint64_t blocks, bytes; /* read and checked */
+  uint64_t never_written; /* blocks that read as zeros */
+  uint64_t damaged_count;
+} plait_verify_report;
+#define PLAIT_VERIFY_REPORT_INIT \
+  { sizeof(plait_verify_report), 0, 0, 0, 0 }
+/* Told of a damaged block. The block is valid during the call. */
+typedef void (*plait_damage)(const plait_damaged_block* block, void* user);
+/* Reads every block of the store and compares its checksum. Damage is no error of the call: it is
+ * in the report. At the end `damage` is told of the first 1,000 damaged blocks. `progress`,
+ * `damage` and `report` may be NULL. */
+PLAIT_API plait_status plait_store_verify(plait_store* store, plait_progress progress,
+                                          plait_damage damage, void* user,
+                                          plait_verify_report* report);
+
+/* ---- Readers ---- */
+
+enum {
+  PLAIT_EVICTION_CLOCK = 0,       /* for patches in random order */
+  PLAIT_EVICTION_LAYOUT_ORDER = 1 /* for faces that ascend */
+};
+typedef struct plait_reader_options {
+  size_t struct_size;
+  const char* const* attributes; /* names; NULL: all attributes of the store */
+  uint64_t attribute_count;
+  uint64_t
+      share_bytes;  /* the part of the store's budget that the reader counts on; 0: equal parts */
+  int32_t eviction; /* PLAIT_EVICTION_... */
+  int32_t reserved; /* 0 */
+} plait_reader_options;
+#define PLAIT_READER_OPTIONS_INIT \
+  { sizeof(plait_reader_options), NULL, 0, 0, PLAIT_EVICTION_CLOCK, 0 }
+PLAIT_API plait_status plait_reader_open(const plait_store* store,
+                                         const plait_reader_options* options,
+                                         plait_reader** reader);
+/* Ends the handle. Its views stay valid. Does nothing for NULL. */
+PLAIT_API void plait_reader_close(plait_reader* reader);
+
+/* Pins all records of face `face` at `level`, of all attributes of the reader, until the program
+ * releases the view. Views take memory of the budget.
+ * Errors: INVALID_ARGUMENT for a face or a level that is not there; BUDGET with the number of open
+ * views; IO, CORRUPTION. */
+PLAIT_API plait_status plait_reader_read_patch(const plait_reader* reader, uint32_t face,
+                                               int32_t level, plait_view** view);
+/* Told of one patch. The library ends the view after the call. Returns 0 to cancel the work. */
+typedef int (*plait_visit_patch)(const plait_view* view, void* user);
+/* Calls `visit` for these faces, in this order, and reads the next patches ahead. */
+PLAIT_API plait_status plait_reader_visit_patches(const plait_reader* reader, const uint32_t* faces,
+                                                  uint64_t face_count, int32_t level,
+                                                  plait_visit_patch visit, void* user);
+/* The triangles of a patch: three places in row order for each, counterclockwise. They are the same
+ * for all patches of a level. Sets *triangle_count, and fills `indices` unless it is NULL.
+ * `capacity` is the room of `indices` in triangles. Errors: INVALID_ARGUMENT if the room is too
+ * small. */
+PLAIT_API plait_status plait_reader_patch_indices(const plait_reader* reader, int32_t level,
+                                                  uint32_t* indices, uint64_t capacity,
+                                                  uint64_t* triangle_count);
+
+/* The number of vertices that `level` creates; for the base level, of the base vertices. */
+PLAIT_API plait_status plait_reader_vertex_count(const plait_reader* reader, int32_t level,
+                                                 uint64_t* count);
+/* Copies the records of the vertices `first` to `first` + `count` - 1 of those that `level`
+ * creates. Vertices are in the order of the files: base vertices by number, others in slot order.
+ * `bytes` is the size of `records`: `count` times the bytes of a record. */
+PLAIT_API plait_status plait_reader_read_vertices(const plait_reader* reader, const char* name,
+                                                  int32_t level, uint64_t first, uint64_t count,
+                                                  void* records, uint64_t bytes);
+/* Records of `count` vertices, in memory during the call. Returns 0 to cancel the work. */
+typedef int (*plait_visit_records)(const void* records, uint64_t first, uint64_t count, void* user);
+/* The same records without a copy, block by block. */
+PLAIT_API plait_status plait_reader_visit_vertices(const plait_reader* reader, const char* name,
+                                                   int32_t level, uint64_t first, uint64_t count,
+                                                   plait_visit_records visit, void* user);
+/* Views of the reader's store that have not ended, of all of its readers. */
+PLAIT_API plait_status plait_reader_view_count(const plait_reader* reader, uint64_t* count);
+PLAIT_API plait_status plait_reader_get_statistics(const plait_reader* reader,
+                                                   plait_paging_statistics* statistics);
+
+/* ---- Views ---- */
+
+typedef struct plait_view_info {
+  size_t struct_size;
+  uint64_t vertex_count; /* (size + 1)(size + 2) / 2 */
+  int64_t size;          /* steps along a side: corners are (0, 0), (size, 0) and (0, size) */
+  uint32_t face;
+  int32_t level;
+} plait_view_info;
+#define PLAIT_VIEW_INFO_INIT \
+  { sizeof(plait_view_info), 0, 0, 0, 0 }
+PLAIT_API plait_status plait_view_get_info(const plait_view* view, plait_view_info* info);
+/* The record at a point of the patch, with i >= 0, j >= 0 and i + j <= size. The program must not
+ * change it. Valid until the view ends. */
+PLAIT_API plait_status plait_view_at(const plait_view* view, const char* name, int64_t i, int64_t j,
+                                     const void** record);
+/* Copies all records in row order: (0, 0), (1, 0), ..., (size, 0), (0, 1), ..., (0, size). `bytes`
+ * is the size of `records`: vertex_count times the bytes of a record. */
+PLAIT_API plait_status plait_view_copy(const plait_view* view, const char* name, void* records,
+                                       uint64_t bytes);
+/* Ends a view of plait_reader_read_patch(). Does nothing for NULL. */
+PLAIT_API void plait_view_release(plait_view* view);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,11 @@
+// statistics.h: the counts of a pager for a C program.
+#pragma once
+
+#include "plait.h"
+#include "plait/session.h"
+
+namespace plait::c {
+
+plait_paging_statistics statistics_of(const PagingStatistics& counted);
+
+}  // namespace plait::c

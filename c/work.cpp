@@ -1,0 +1,104 @@
+// Work on a whole store: subdivide, digest, verify.
+#include <cstring>
+#include <functional>
+#include <string>
+
+#include "guard.h"
+#include "handles.h"
+#include "plait.h"
+#include "plait/digest.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/verify.h"
+#include "sized.h"
+
+namespace plait::c {
+namespace {
+
+/// The callback of a C program as the library calls it: false cancels.
+std::function<bool(std::uint64_t, std::uint64_t)> proceed_by(plait_progress progress,
+                                                             const char* phase, void* user) {
+  if (progress == nullptr) return {};
+  return [=](std::uint64_t done, std::uint64_t total) {
+    return progress(phase, done, total, user) != 0;
+  };
+}
+
+SubdivideOptions subdivide_options(Store& store, const plait_subdivide_options& wanted) {
+  check_reserved(wanted.reserved);
+  SubdivideOptions options;
+  options.scheme = scheme_from_name(text_or(wanted.scheme, to_string(options.scheme)));
+  options.executor = executor_from_name(text_or(wanted.executor, to_string(options.executor)));
+  options.levels = wanted.levels;
+  options.normals = wanted.normals != 0;
+  options.limit = wanted.limit != 0;
+  options.threads = wanted.threads;
+  if (wanted.progress != nullptr)
+    options.proceed = [progress = wanted.progress,
+                       user = wanted.user](const SubdivideProgress& now) {
+      const std::string phase(now.phase);
+      return progress(phase.c_str(), now.vertices_done, now.vertices_total, user) != 0;
+    };
+  if (wanted.commit_levels != 0) {
+    if (options.executor == ExecutorKind::kFused)
+      throw Error(ErrorCode::kInvalidArgument,
+                  "commit_levels: expected 0 with executor fused, which finishes all levels at "
+                  "once");
+    options.level_done = [&store](int) { store.commit(); };
+  }
+  return options;
+}
+
+}  // namespace
+}  // namespace plait::c
+
+using namespace plait::c;
+
+plait_status plait_store_subdivide(plait_store* store, const plait_subdivide_options* options) {
+  return guarded("plait_store_subdivide", [&] {
+    plait::Store& changed = changed_store(store);
+    const plait_subdivide_options wanted =
+        options_of(options, plait_subdivide_options PLAIT_SUBDIVIDE_OPTIONS_INIT);
+    plait::subdivide(changed, subdivide_options(changed, wanted));
+  });
+}
+
+plait_status plait_store_digest(plait_store* store, int32_t level, int32_t threads,
+                                plait_progress progress, void* user,
+                                char text[PLAIT_DIGEST_BYTES]) {
+  return guarded("plait_store_digest", [&] {
+    check_given(store, "store");
+    check_given(text, "text");
+    const std::string digits =
+        plait::digest(
+            store->store,
+            {.level = level, .threads = threads, .proceed = proceed_by(progress, "digest", user)})
+            .to_string();
+    std::memcpy(text, digits.c_str(), PLAIT_DIGEST_BYTES);
+  });
+}
+
+plait_status plait_store_verify(plait_store* store, plait_progress progress, plait_damage damage,
+                                void* user, plait_verify_report* report) {
+  return guarded("plait_store_verify", [&] {
+    check_given(store, "store");
+    if (report != nullptr) check_result(report, "report");
+    const plait::VerifyReport found =
+        plait::verify(store->store, proceed_by(progress, "verify", user));
+    if (damage != nullptr)
+      for (const plait::DamagedBlock& block : found.damaged) {
+        const plait_damaged_block told = {sizeof(told),
+                                          block.attribute.c_str(),
+                                          block.reason.c_str(),
+                                          block.block,
+                                          block.file_offset,
+                                          block.first_edge,
+                                          block.edge_after,
+                                          block.level,
+                                          0};
+        damage(&told, user);
+      }
+    if (report != nullptr)
+      fill(report, plait_verify_report{sizeof(plait_verify_report), found.blocks, found.bytes,
+                                       found.never_written, found.damaged_count});
+  });
+}

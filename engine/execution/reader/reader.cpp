@@ -1,0 +1,310 @@
+#include "plait/reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/container/small_vector.hpp>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "plait/base_relative_level.h"
+#include "plait/error.h"
+#include "plait/vertex_numbering.h"
+#include "store/store_state.h"
+
+namespace plait {
+namespace {
+
+/// As many patches are read ahead at most.
+constexpr std::size_t kMostAnnounced = 8;
+
+struct ReadAttribute {
+  AttributeSchema schema;
+  int finest_level;
+  std::span<const std::byte> base_bytes;
+  std::vector<const LevelFile*> levels;  ///< [refinements of the base mesh - 1]
+};
+
+}  // namespace
+
+struct Reader::State {
+  std::shared_ptr<const Store::Implementation> store;
+  mutable Session session;  ///< safe from several threads; ends before its store
+  Topology mesh;
+  int base_level = 0;
+  std::vector<ReadAttribute> attributes;
+
+  const ReadAttribute* find(std::string_view name) const {
+    const auto found = std::ranges::find(
+        attributes, name,
+        [](const ReadAttribute& each) -> std::string_view { return each.schema.name; });
+    return found == attributes.end() ? nullptr : &*found;
+  }
+  void check_level(const ReadAttribute& attribute, int level) const {
+    if (level < base_level || level > attribute.finest_level)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("read level {} of '{}': expected {} to {}", level,
+                              attribute.schema.name, base_level, attribute.finest_level));
+  }
+  std::size_t number_of(std::string_view name) const;
+  std::size_t number_of(std::string_view name, ComponentType type, std::uint32_t components) const;
+};
+
+std::size_t Reader::State::number_of(std::string_view name) const {
+  const ReadAttribute* const found = find(name);
+  if (!found)
+    throw Error(ErrorCode::kNotFound,
+                fmt::format("{}: the reader reads no attribute '{}'", store->path.native(), name));
+  return static_cast<std::size_t>(found - attributes.data());
+}
+
+std::size_t Reader::State::number_of(std::string_view name, ComponentType type,
+                                     std::uint32_t components) const {
+  const std::size_t number = number_of(name);
+  const AttributeSchema& schema = attributes[number].schema;
+  if (schema.type != type || schema.components != components)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("attribute '{}' holds {} x {}, asked for {} x {}", schema.name,
+                    to_string(schema.type), schema.components, to_string(type), components));
+  return number;
+}
+
+struct PatchView::Content {
+  Content(std::shared_ptr<const Reader::State> of, FaceId of_face, int of_level)
+      : state(std::move(of)), face(of_face), level(of_level), slots(state->attributes.size()) {
+    ++state->store->view_count;
+  }
+  ~Content() { --state->store->view_count; }
+  Content(const Content&) = delete;
+  Content& operator=(const Content&) = delete;
+
+  int refinements() const { return relative_to_base(level, state->base_level).refinements; }
+
+  std::shared_ptr<const Reader::State> state;  ///< outlives the pins
+  FaceId face;
+  int level;
+  std::vector<FaceSlots> slots;  ///< [attribute of the reader]
+  boost::container::small_vector<PinnedBlock, 16> pins;
+};
+
+PatchView::PatchView() noexcept = default;
+PatchView::~PatchView() = default;
+PatchView::PatchView(PatchView&&) noexcept = default;
+PatchView& PatchView::operator=(PatchView&&) noexcept = default;
+
+FaceId PatchView::face() const noexcept { return content_->face; }
+int PatchView::level() const noexcept { return content_->level; }
+int PatchView::refinements() const noexcept { return content_->refinements(); }
+std::int64_t PatchView::size() const noexcept { return std::int64_t{1} << refinements(); }
+
+const FaceSlots& PatchView::slots_of(std::string_view name, ComponentType type,
+                                     std::uint32_t components) const {
+  return content_->slots[content_->state->number_of(name, type, components)];
+}
+
+RecordView PatchView::records(std::string_view name) const {
+  const std::size_t number = content_->state->number_of(name);
+  return {content_->slots[number], face(), refinements(),
+          content_->state->attributes[number].schema.record_bytes()};
+}
+
+std::span<const std::byte> RecordView::at(std::int64_t i, std::int64_t j) const {
+  if ((i | j | (size_ - i - j)) < 0) refuse_point(face_, size_, i, j);
+  return {slots_->find(refinements_, i, j), record_bytes_};
+}
+
+void RecordView::copy_to(std::span<std::byte> to) const {
+  if (to.size() != patch_vertex_count(size_) * record_bytes_)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("copy face {}: expected room for {} records of {} bytes, found {} bytes", face_,
+                    patch_vertex_count(size_), record_bytes_, to.size()));
+  std::byte* next = to.data();
+  for (std::int64_t j = 0; j <= size_; ++j)
+    for (std::int64_t i = 0; i + j <= size_; ++i, next += record_bytes_)
+      std::memcpy(next, slots_->find(refinements_, i, j), record_bytes_);
+}
+
+void refuse_point(FaceId face, std::int64_t size, std::int64_t i, std::int64_t j) {
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("face {}: expected a point in the grid of size {}, found ({}, {})", face,
+                          size, i, j));
+}
+
+void check_count(FaceId face, std::int64_t size, std::size_t count) {
+  if (count != patch_vertex_count(size))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("copy face {}: expected room for {} records, found {}", face,
+                            patch_vertex_count(size), count));
+}
+
+Reader::Reader(const Store& store, const ReaderOptions& options) {
+  auto state = std::make_shared<State>();
+  state->store = store.implementation_;
+  state->mesh = store.base().topology();
+  state->base_level = store.base_level();
+  const auto add = [&](AttributeId id) {
+    const AttributeInfo& info = store.attributes()[id];
+    ReadAttribute read{info.schema, info.finest_level, store.base_bytes(id), {}};
+    for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
+      read.levels.push_back(&store.level_file(id, level));
+    state->attributes.push_back(std::move(read));
+  };
+  for (const std::string& name : options.attributes) add(store.attribute(name));
+  if (options.attributes.empty())
+    for (AttributeId id = 0; id < store.attributes().size(); ++id) add(id);
+  state->session =
+      store.open_session({.policy = options.policy, .share_bytes = options.share_bytes});
+  state_ = std::move(state);
+}
+
+Reader::~Reader() = default;
+Reader::Reader(Reader&&) noexcept = default;
+Reader& Reader::operator=(Reader&&) noexcept = default;
+
+PatchView Reader::read_patch(FaceId face, int level) const {
+  if (face >= state_->mesh.faces.size())
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("read face {}: expected a face below {}",
+                                                         face, state_->mesh.faces.size()));
+  for (const ReadAttribute& attribute : state_->attributes) state_->check_level(attribute, level);
+  PatchView view;
+  view.content_ = std::make_unique<PatchView::Content>(state_, face, level);
+  PatchView::Content& content = *view.content_;
+  const auto levels = static_cast<std::size_t>(content.refinements());
+  const std::array<EdgeId, 3>& edges = state_->mesh.face_edges[face];
+
+  // Edges of a face are often in one block, which one pin keeps.
+  boost::container::small_vector<BlockRequest, 48> requests;
+  boost::container::small_vector<std::array<std::size_t, 3>, 16> request_of;
+  for (const ReadAttribute& attribute : state_->attributes)
+    for (std::size_t level_at = 0; level_at < levels; ++level_at) {
+      const LevelFile& file = *attribute.levels[level_at];
+      const std::size_t first = requests.size();
+      std::array<std::size_t, 3>& of_sides = request_of.emplace_back();
+      for (std::size_t side = 0; side < 3; ++side) {
+        const std::uint64_t block = file.geometry.block_of(edges[side]);
+        std::size_t at = first;
+        while (at < requests.size() && requests[at].block() != block) ++at;
+        if (at == requests.size()) requests.emplace_back(file, block);
+        of_sides[side] = at;
+      }
+    }
+  content.pins.resize(requests.size());
+  try {
+    Session& session = state_->session;
+    session.pin_many({requests.data(), requests.size()},
+                     {content.pins.data(), content.pins.size()});
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kBudget) throw;
+    throw Error(ErrorCode::kBudget,
+                fmt::format("{}; {} views of patches are open", error.what(), view_count() - 1));
+  }
+
+  auto of_sides = request_of.begin();
+  for (std::size_t number = 0; number < state_->attributes.size(); ++number) {
+    const ReadAttribute& attribute = state_->attributes[number];
+    const std::size_t record_bytes = attribute.schema.record_bytes();
+    FaceSlots& slots = content.slots[number];
+    slots.set_corners(state_->mesh, face, 0, const_cast<std::byte*>(attribute.base_bytes.data()),
+                      record_bytes);
+    for (std::size_t level_at = 0; level_at < levels; ++level_at, ++of_sides)
+      for (int side = 0; side < 3; ++side) {
+        const auto side_at = static_cast<std::size_t>(side);
+        const LevelGeometry& geometry = attribute.levels[level_at]->geometry;
+        const Slot slot = geometry.slot(edges[side_at]);
+        const std::size_t request = (*of_sides)[side_at];
+        const std::span<std::byte> bytes = content.pins[request].bytes().subspan(
+            slot.offset - geometry.block_offset(requests[request].block()), slot.bytes);
+        slots.set(side, static_cast<int>(level_at) + 1, {bytes, slot.shape},
+                  state_->mesh.is_own(face, side), record_bytes);
+      }
+  }
+  return view;
+}
+
+void Reader::announce(std::span<const FaceId> next, int level) const noexcept {
+  for (const FaceId face : next.first(std::min(next.size(), kMostAnnounced))) {
+    if (face >= state_->mesh.faces.size()) return;  // read_patch() will refuse it
+    for (const ReadAttribute& attribute : state_->attributes) {
+      const auto levels =
+          static_cast<std::size_t>(relative_to_base(level, state_->base_level).refinements);
+      for (const LevelFile* const file : std::span(attribute.levels).first(levels))
+        for (const EdgeId edge : state_->mesh.face_edges[face])
+          if (!state_->session.prefetch(*file, file->geometry.block_of(edge))) return;
+    }
+  }
+}
+
+std::vector<std::array<std::uint32_t, 3>> Reader::patch_indices(int level) const {
+  const int refinements = relative_to_base(level, state_->base_level).refinements;
+  constexpr int kMost = 15;  // the list has 12 GiB; after one refinement more it would have 48 GiB
+  if (refinements < 0 || refinements > kMost)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("list the triangles of a patch at level {}: expected {} to {}", level,
+                            state_->base_level, state_->base_level + kMost));
+  const std::int64_t size = std::int64_t{1} << refinements;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  triangles.reserve(std::size_t{1} << (2 * refinements));
+  for_each_triangle(refinements, [&](const std::array<FacePoint, 3>& corners) {
+    std::array<std::uint32_t, 3>& triangle = triangles.emplace_back();
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      triangle[corner] =
+          static_cast<std::uint32_t>(patch_vertex(size, corners[corner].i, corners[corner].j));
+  });
+  return triangles;
+}
+
+std::uint64_t Reader::vertex_count(int level) const {
+  const BaseMesh& base = state_->store->base;
+  if (level == state_->base_level) return base.vertex_count();
+  return LevelGeometry(base.slot_shapes(), relative_to_base(level, state_->base_level), 1, 1)
+      .total_bytes();
+}
+
+std::size_t Reader::number_of(std::string_view attribute) const {
+  return state_->number_of(attribute);
+}
+
+std::size_t Reader::record_bytes(std::size_t number) const noexcept {
+  return state_->attributes[number].schema.record_bytes();
+}
+
+std::size_t Reader::number_of(std::string_view attribute, ComponentType type,
+                              std::uint32_t components) const {
+  return state_->number_of(attribute, type, components);
+}
+
+void Reader::check_range(std::size_t number, int level, std::uint64_t first,
+                         std::uint64_t count) const {
+  state_->check_level(state_->attributes[number], level);
+  const std::uint64_t there = vertex_count(level);
+  if (first > there || count > there - first)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("read level {} of '{}': expected vertices below {}, found {} from {}",
+                            level, state_->attributes[number].schema.name, there, count, first));
+}
+
+std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, std::uint64_t first,
+                                                 std::uint64_t count, PinnedBlock& pinned) const {
+  const ReadAttribute& attribute = state_->attributes[number];
+  const std::size_t record_bytes = attribute.schema.record_bytes();
+  if (level == state_->base_level)
+    return attribute.base_bytes.subspan(first * record_bytes, count * record_bytes);
+  const LevelFile& file = *attribute.levels[static_cast<std::size_t>(
+      relative_to_base(level, state_->base_level).refinements - 1)];
+  const LevelGeometry& geometry = file.geometry;
+  const std::uint64_t offset = first * record_bytes;
+  const std::uint64_t block = geometry.block_at(offset);
+  pinned = state_->session.pin(file, block);
+  const std::uint64_t begin = offset - geometry.block_offset(block);
+  return std::span<const std::byte>(pinned.bytes())
+      .subspan(begin, std::min(geometry.block_bytes(block) - begin, count * record_bytes));
+}
+
+std::uint64_t Reader::view_count() const noexcept { return state_->store->view_count; }
+PagingStatistics Reader::statistics() const { return state_->session.statistics(); }
+
+}  // namespace plait

@@ -1,0 +1,17 @@
+// plait/copy_levels.h: the same content in another backend, codec, filter or block size.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "plait/store.h"
+
+namespace plait {
+
+/// Copies all attributes and levels of `from` into `to`, level by level in slot order, and leaves
+/// the commit to the caller. Memory is bounded by the budgets of the two stores.
+/// REQUIRES: `to` was created with from.base() and has no attribute.
+void copy_levels(Store& from, Store& to,
+                 const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+
+}  // namespace plait

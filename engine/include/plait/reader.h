@@ -1,0 +1,244 @@
+// plait/reader.h: reads single patches of a store, in any order, from any number of threads.
+//
+//   Reader reader(store);
+//   PatchView patch = reader.read_patch(face, 5);
+//   AttributeView position = patch.attribute<Vector3<float>>("position");
+//   position.at(i, j);
+//
+// A patch at a level is a triangular grid of (size + 1)(size + 2) / 2 vertices, where `size` is the
+// number of steps along a side. Its corners are (0, 0), (size, 0) and (0, size). Vertices in *row
+// order* are (0, 0), (1, 0), ..., (size, 0), (0, 1), (1, 1), ..., (size - 1, 1), ..., (0, size).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/face_slots.h"
+#include "plait/session.h"
+#include "plait/store.h"
+
+namespace plait {
+
+struct ReaderOptions {
+  /// The attributes that the reader reads, by name. Empty: all attributes of the store.
+  std::vector<std::string> attributes = {};
+  /// kClock suits patches in random order, kLayoutOrder suits faces that ascend.
+  EvictionPolicy policy = EvictionPolicy::kClock;
+  /// The part of the store's budget that the reader counts on (SessionOptions::share_bytes).
+  std::uint64_t share_bytes = 0;
+};
+
+/// The number of vertices of a patch whose sides have `size` steps.
+constexpr std::uint64_t patch_vertex_count(std::int64_t size) noexcept {
+  return static_cast<std::uint64_t>((size + 1) * (size + 2) / 2);
+}
+/// The place of (i, j) in row order.
+constexpr std::int64_t patch_vertex(std::int64_t size, std::int64_t i, std::int64_t j) noexcept {
+  return j * (size + 1) - j * (j - 1) / 2 + i;
+}
+
+/// Throws kInvalidArgument: (i, j) is no point of the patch.
+[[noreturn]] void refuse_point(FaceId face, std::int64_t size, std::int64_t i, std::int64_t j);
+/// Throws kInvalidArgument unless `count` is patch_vertex_count(size).
+void check_count(FaceId face, std::int64_t size, std::size_t count);
+
+/// One attribute of a PatchView, which must outlive it. Any number of threads may call it.
+template <class Record>
+class AttributeView {
+ public:
+  std::int64_t size() const noexcept { return size_; }
+  /// The record at a point of the patch's grid.
+  /// Errors: kInvalidArgument for a point outside the patch.
+  [[gnu::always_inline]] const Record& at(std::int64_t i, std::int64_t j) const {
+    if ((i | j | (size_ - i - j)) < 0) [[unlikely]]
+      refuse_point(face_, size_, i, j);
+    return *reinterpret_cast<const Record*>(slots_->find(refinements_, i, j));
+  }
+  /// Copies all records to `to` in row order. Errors: kInvalidArgument unless `to` has
+  /// patch_vertex_count(size()) records.
+  void copy_to(std::span<Record> to) const {
+    check_count(face_, size_, to.size());
+    slots_->copy_to(refinements_, to.data());
+  }
+
+ private:
+  friend class PatchView;
+  AttributeView(const FaceSlots& slots, FaceId face, int refinements)
+      : slots_(&slots),
+        size_(std::int64_t{1} << refinements),
+        refinements_(refinements),
+        face_(face) {}
+
+  const FaceSlots* slots_;
+  std::int64_t size_;
+  int refinements_;
+  FaceId face_;
+};
+
+/// One attribute of a PatchView as bytes, for a program that learns the type of the records only
+/// while it runs. The PatchView must outlive it. Any number of threads may call it.
+class RecordView {
+ public:
+  std::int64_t size() const noexcept { return size_; }
+  std::size_t record_bytes() const noexcept { return record_bytes_; }
+  /// The bytes of the record at a point of the patch's grid.
+  /// Errors: kInvalidArgument for a point outside the patch.
+  std::span<const std::byte> at(std::int64_t i, std::int64_t j) const;
+  /// Copies all records to `to` in row order. Errors: kInvalidArgument unless `to` has
+  /// patch_vertex_count(size()) times record_bytes() bytes.
+  void copy_to(std::span<std::byte> to) const;
+
+ private:
+  friend class PatchView;
+  RecordView(const FaceSlots& slots, FaceId face, int refinements, std::size_t record_bytes)
+      : slots_(&slots),
+        size_(std::int64_t{1} << refinements),
+        record_bytes_(record_bytes),
+        refinements_(refinements),
+        face_(face) {}
+
+  const FaceSlots* slots_;
+  std::int64_t size_;
+  std::size_t record_bytes_;
+  int refinements_;
+  FaceId face_;
+};
+
+class Reader;
+
+/// The records of one patch, at their addresses in memory. A view pins its blocks until it ends,
+/// so a program that keeps many views uses up the budget. A view may outlive its reader and its
+/// store: the files and the memory of the store stay until the last view has ended. Move-only.
+/// Several threads may read one view; one thread at a time moves or ends it.
+class PatchView {
+ public:
+  PatchView() noexcept;  ///< Empty: may only be assigned to.
+  ~PatchView();
+  PatchView(PatchView&&) noexcept;
+  PatchView& operator=(PatchView&&) noexcept;
+
+  FaceId face() const noexcept;
+  int level() const noexcept;
+  /// Steps along a side.
+  std::int64_t size() const noexcept;
+
+  /// Errors: kInvalidArgument if the attribute has other records; kNotFound if the reader does not
+  /// read it.
+  template <class Record>
+  AttributeView<Record> attribute(std::string_view name) const {
+    return {slots_of(name, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents), face(),
+            refinements()};
+  }
+  /// The same for records of any type. Errors: kNotFound if the reader does not read it.
+  RecordView records(std::string_view name) const;
+
+ private:
+  friend class Reader;
+  struct Content;
+
+  int refinements() const noexcept;
+  const FaceSlots& slots_of(std::string_view name, ComponentType type,
+                            std::uint32_t components) const;
+
+  std::unique_ptr<Content> content_;
+};
+
+/// Any number of threads may call one reader at once. Store::close() fails while the store has
+/// readers. REQUIRES: while the reader lives, nobody adds, replaces or writes to attributes and
+/// levels of the same Store object. Other Store objects, of this process or another one, may write
+/// to the same store: the reader keeps the version that its store has opened.
+class Reader {
+ public:
+  /// Errors: kNotFound for an attribute that the store does not have; kOutOfMemory.
+  explicit Reader(const Store& store, const ReaderOptions& options = {});
+  ~Reader();
+  Reader(Reader&&) noexcept;
+  Reader& operator=(Reader&&) noexcept;
+
+  /// Pins all records of face `face` of Store::base() at `level`, of all attributes of the reader.
+  /// Errors: kInvalidArgument for a face or a level that is not there (an attribute may have fewer
+  /// levels than another one); kBudget with the number of open views; those of Session::pin_many.
+  PatchView read_patch(FaceId face, int level) const;
+
+  /// Calls visit(const PatchView&) for these faces, in this order, and reads the next patches ahead
+  /// while `visit` works. Errors: as read_patch(), and those of `visit`.
+  template <class Visit>
+  void for_each_patch(std::span<const FaceId> faces, int level, Visit visit) const {
+    for (std::size_t at = 0; at < faces.size(); ++at) {
+      const PatchView patch = read_patch(faces[at], level);
+      announce(faces.subspan(at + 1), level);
+      visit(patch);
+    }
+  }
+
+  /// The triangles of a patch at `level`, counterclockwise: numbers in row order. They are the same
+  /// for all patches. Errors: kInvalidArgument for a level before the base level, and for a level
+  /// more than 15 refinements after it.
+  std::vector<std::array<std::uint32_t, 3>> patch_indices(int level) const;
+
+  /// Calls visit(vertex, std::span<const Record>) for the vertices `first` to `first` + `count` - 1
+  /// of those that `level` creates, with the number of the span's first vertex. There is one span
+  /// for each block. The order is that of VertexNumbering (plait/vertex_numbering.h), which counts
+  /// from the first vertex of the level here. `level` may be the base level.
+  /// Errors: kInvalidArgument; those of Session::pin.
+  template <class Record, class Visit>
+  void for_each_block(std::string_view attribute, int level, std::uint64_t first,
+                      std::uint64_t count, Visit visit) const {
+    const std::size_t number =
+        number_of(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
+    visit_blocks(number, level, first, count,
+                 [&](std::uint64_t vertex, std::span<const std::byte> bytes) {
+                   visit(vertex, std::span(reinterpret_cast<const Record*>(bytes.data()),
+                                           bytes.size() / sizeof(Record)));
+                 });
+  }
+  /// The same for records of any type: calls visit(vertex, std::span<const std::byte>).
+  template <class Visit>
+  void for_each_block_of_bytes(std::string_view attribute, int level, std::uint64_t first,
+                               std::uint64_t count, Visit visit) const {
+    visit_blocks(number_of(attribute), level, first, count, visit);
+  }
+  /// The vertices that `level` creates; of the base level, all of its vertices.
+  std::uint64_t vertex_count(int level) const;
+
+  /// Views of this store that have not ended, of all of its readers.
+  std::uint64_t view_count() const noexcept;
+  PagingStatistics statistics() const;
+
+ private:
+  friend class PatchView;
+  struct State;
+
+  void announce(std::span<const FaceId> next, int level) const noexcept;
+  template <class Visit>
+  void visit_blocks(std::size_t number, int level, std::uint64_t first, std::uint64_t count,
+                    Visit visit) const {
+    check_range(number, level, first, count);
+    while (count > 0) {
+      PinnedBlock pinned;
+      const std::span<const std::byte> bytes = read_vertices(number, level, first, count, pinned);
+      visit(first, bytes);
+      const std::uint64_t records = bytes.size() / record_bytes(number);
+      first += records;
+      count -= records;
+    }
+  }
+  std::size_t number_of(std::string_view attribute) const;
+  std::size_t number_of(std::string_view attribute, ComponentType type,
+                        std::uint32_t components) const;
+  std::size_t record_bytes(std::size_t number) const noexcept;
+  void check_range(std::size_t number, int level, std::uint64_t first, std::uint64_t count) const;
+  /// As many records from vertex `first` on as its block has, `count` at most.
+  std::span<const std::byte> read_vertices(std::size_t number, int level, std::uint64_t first,
+                                           std::uint64_t count, PinnedBlock& pinned) const;
+
+  std::shared_ptr<const State> state_;
+};
+
+}  // namespace plait

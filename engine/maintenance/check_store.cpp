@@ -1,0 +1,196 @@
+#include "plait/check_store.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "plait/error.h"
+#include "store/base_mesh_file.h"
+#include "store/checksum.h"
+#include "store/file_names.h"
+#include "store/manifest.h"
+#include "store/recovery.h"
+#include "store/stored_version.h"
+
+namespace plait {
+namespace fs = std::filesystem;
+namespace {
+
+DamagedFile named(StoreFile kind, std::string name, std::string attribute = {}, int level = 0) {
+  DamagedFile file;
+  file.kind = kind;
+  file.name = std::move(name);
+  file.attribute = std::move(attribute);
+  file.level = level;
+  return file;
+}
+
+DamagedFile named(StoreFile kind, std::string name, std::string attribute, StoredSize expected) {
+  DamagedFile file = named(kind, std::move(name), std::move(attribute));
+  file.expected_bytes = expected.bytes;
+  file.expected_checksum = expected.checksum;
+  return file;
+}
+
+/// Runs `check`; what it finds damaged or missing becomes a reason, other errors pass.
+template <class Check>
+std::optional<std::string> reason_of(Check check) {
+  try {
+    check();
+    return std::nullopt;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
+    return error.what();
+  }
+}
+
+/// The checks of one version, file after file: what Store::open does, going on where that ends.
+class StructureCheck {
+ public:
+  StructureCheck(const Directory& store, const StoredVersion& version,
+                 const BackendRegistry::Entry& backend, StoreCheck& result)
+      : store_(store),
+        version_(version),
+        description_(version.description()),
+        backend_(backend),
+        result_(result) {}
+
+  void run() {
+    const bool base_known =
+        check(named(StoreFile::kBaseMesh, kBaseMeshName, "",
+                    StoredSize{description_.base_mesh_bytes, description_.base_mesh_checksum}),
+              [&] { result_.base = version_.read_base_mesh(); });
+    std::vector<StoredLevel> levels = version_.levels(result_.base);
+    const bool tables_known = check(
+        named(StoreFile::kBlockTables, version_.version_name(), "",
+              StoredSize{version_.manifest().version_bytes, version_.manifest().version_checksum}),
+        [&] {
+          if (base_known)
+            version_.read_tables_into(levels);
+          else
+            version_.check_version_file();
+        });
+    for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
+      const AttributeRecord& attribute = description_.attributes[at];
+      const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
+      check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
+                  attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
+            [&] { version_.read_base_records(attribute); });
+      for (StoredLevel& level : levels)
+        if (level.attribute == at) check_level(level, base_known && tables_known);
+    }
+  }
+
+ private:
+  /// Whether the file is what it should be; if not it is reported.
+  template <class Read>
+  bool check(DamagedFile file, Read read) {
+    ++result_.files;
+    std::optional<std::string> reason = reason_of(read);
+    if (!reason) return true;
+    file.reason = std::move(*reason);
+    result_.damaged.push_back(std::move(file));
+    return false;
+  }
+
+  void check_level(StoredLevel& level, bool content_known) {
+    const AttributeSchema& schema = description_.attributes[level.attribute].schema;
+    DamagedFile found = named(StoreFile::kLevel, level.file_name(), schema.name, level.level);
+    const std::string name = found.name;
+    if (!content_known) {
+      check(std::move(found), [&] { File(store_, name, OpenMode::kRead); });
+      return;
+    }
+    found.expected_level = std::make_unique<LevelFile>();
+    LevelFile& expected = *found.expected_level;
+    expected.geometry = level.geometry;
+    expected.table = std::move(level.table);
+    expected.path = store_.path_of(name);
+    expected.pipeline = level.record.pipeline;
+    expected.writable = false;
+    check(std::move(found), [&] {
+      backend_.open({std::string(BackendRegistry::options_in(result_.options.backend))})
+          ->open_level({store_, name, OpenMode::kRead, expected.geometry, expected.table,
+                        component_bytes(schema.type), expected.pipeline});
+    });
+  }
+
+  const Directory& store_;
+  const StoredVersion& version_;
+  const VersionDescription& description_;
+  const BackendRegistry::Entry& backend_;
+  StoreCheck& result_;
+};
+
+/// What the other slot of the manifest says: notes, and the older version where it names one.
+std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uint64_t newest,
+                                                StoreCheck& result) {
+  const File file(store, kManifestName, OpenMode::kRead);
+  const std::uint64_t offset = (newest + 1) % 2 * kManifestSlotBytes;
+  ManifestSlot slot{};
+  const bool there = file.size() >= offset + kManifestSlotBytes;
+  if (there) file.read_at(offset, slot);
+  if (there && is_whole_slot(slot)) {
+    try {
+      if (!is_begun_slot(slot)) return decode_manifest(slot, file.path()).sequence;
+    } catch (const Error& error) {
+      result.notes.push_back(fmt::format("the older version: {}", error.what()));
+    }
+  } else if (!there || std::ranges::any_of(slot, [](std::byte b) { return b != std::byte{0}; })) {
+    const bool newer = store.contains(version_file_name(newest + 1));
+    result.notes.push_back(fmt::format(
+        "manifest: the slot at byte {} is {}; {}version {} is the newest whole one", offset,
+        there ? "damaged" : "missing",
+        newer ? fmt::format("a version {} was begun or committed, ", newest + 1) : "", newest));
+  }
+  return {};
+}
+
+void find_left_overs(const Directory& store, const StoredVersion& version,
+                     std::optional<std::uint64_t> older, StoreCheck& result) {
+  std::set<std::string> names = version.file_names();
+  names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
+  for (const std::string& name : store.names())
+    if (!names.contains(name) && !(older && is_of_version_alone(name, *older)))
+      result.left_over.push_back(name);
+}
+
+}  // namespace
+
+StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
+  const Directory store = open_store_directory(path);
+  StoreCheck result;
+  result.files = 1;
+  const std::uint64_t newest = read_manifest(store).sequence;
+  std::optional<StoredVersion> opened;
+  // Where there is a file, a refusal to open it is about the whole store: a forged journal, say.
+  const std::string version_name = version_file_name(newest);
+  const auto reason = store.contains(version_name)
+                          ? reason_of([&, version = open_for_reading(store)]() mutable {
+                              opened.emplace(store, std::move(version));
+                            })
+                          : reason_of([&] { File(store, version_name, OpenMode::kRead); });
+  result.sequence = opened ? opened->manifest().sequence : newest;
+  const auto older = look_at_other_slot(store, result.sequence, result);
+  if (reason) {
+    DamagedFile file = named(StoreFile::kDescription, version_file_name(result.sequence));
+    file.reason = *reason;
+    result.damaged.push_back(std::move(file));
+    return result;
+  }
+  const StoredVersion& version = *opened;
+  const VersionDescription& description = version.description();
+  const BackendRegistry::Entry& backend = version.find_backend(backends);
+  result.options = version.options();
+  result.provenance = description.provenance;
+  for (const AttributeRecord& attribute : description.attributes)
+    result.attributes.push_back({attribute.schema, description.finest_level(attribute)});
+  StructureCheck(store, version, backend, result).run();
+  find_left_overs(store, version, older, result);
+  return result;
+}
+
+}  // namespace plait

@@ -1,0 +1,96 @@
+// tests/c/functions.h: for each function of plait.h, what it is in C++; and the public functions of
+// Store and Reader that the C interface leaves out, each with a reason. functions_test.cpp compares
+// both lists with the headers. A new function of these classes belongs in one of the lists.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "plait.h"
+
+namespace plait::test {
+
+using AnyFunction = void (*)();
+
+/// `cpp` has all functions of C++ that the function stands for. A name without "::" is a free
+/// function; an empty list is for functions that only C needs.
+struct CFunction {
+  std::string_view name;
+  AnyFunction address;
+  std::vector<std::string_view> cpp;
+};
+
+#define PLAIT_PAIR(name, ...)                                      \
+  {                                                                \
+#name, reinterpret_cast < AnyFunction>(&name), { __VA_ARGS__ } \
+  }
+inline const std::vector<CFunction> kCFunctions{
+    PLAIT_PAIR(plait_error_message),
+    PLAIT_PAIR(plait_status_name, "to_string"),
+    PLAIT_PAIR(plait_abi_version),
+    PLAIT_PAIR(plait_version_string, "program_version"),
+    PLAIT_PAIR(plait_build_info, "default_backends", "default_pipelines", "schemes"),
+    PLAIT_PAIR(plait_store_create, "Store::create", "BaseMesh::build", "lay_out", "rebase",
+               "add_base_positions"),
+    PLAIT_PAIR(plait_store_create_from_file, "Store::create", "read_base_mesh"),
+    PLAIT_PAIR(plait_store_open, "Store::open"),
+    PLAIT_PAIR(plait_store_has_commit, "Store::has_commit"),
+    PLAIT_PAIR(plait_store_commit, "Store::commit"),
+    PLAIT_PAIR(plait_store_close, "Store::close"),
+    PLAIT_PAIR(plait_store_release, "Store::~Store"),
+    PLAIT_PAIR(plait_store_get_info, "Store::path", "Store::options", "Store::uuid",
+               "Store::sequence", "Store::provenance", "Store::base_level", "Store::finest_level",
+               "Store::stored_bytes"),
+    PLAIT_PAIR(plait_store_get_attribute, "Store::attributes"),
+    PLAIT_PAIR(plait_store_find_attribute, "Store::attribute", "Store::has_attribute"),
+    PLAIT_PAIR(plait_store_get_counts, "counts_at_level"),
+    PLAIT_PAIR(plait_store_get_faces, "Store::base"),
+    PLAIT_PAIR(plait_store_get_base_positions, "Store::base"),
+    PLAIT_PAIR(plait_store_get_statistics, "Store::statistics"),
+    PLAIT_PAIR(plait_store_add_attribute, "Store::add_attribute", "Store::add_level"),
+    PLAIT_PAIR(plait_store_add_level, "Store::add_level"),
+    PLAIT_PAIR(plait_store_set_pipeline, "Store::set_pipeline"),
+    PLAIT_PAIR(plait_store_replace_attribute, "Store::replace_attribute"),
+    PLAIT_PAIR(plait_store_get_base_records, "Store::base_records", "Store::base_bytes"),
+    PLAIT_PAIR(plait_store_edit_base_records, "Store::base_records", "Store::base_bytes"),
+    PLAIT_PAIR(plait_store_subdivide, "subdivide"),
+    PLAIT_PAIR(plait_store_apply, "sweep"),
+    PLAIT_PAIR(plait_store_digest, "digest"),
+    PLAIT_PAIR(plait_store_verify, "verify"),
+    PLAIT_PAIR(plait_reader_open, "Reader::Reader"),
+    PLAIT_PAIR(plait_reader_close, "Reader::~Reader"),
+    PLAIT_PAIR(plait_reader_read_patch, "Reader::read_patch"),
+    PLAIT_PAIR(plait_reader_visit_patches, "Reader::for_each_patch"),
+    PLAIT_PAIR(plait_reader_patch_indices, "Reader::patch_indices"),
+    PLAIT_PAIR(plait_reader_vertex_count, "Reader::vertex_count"),
+    PLAIT_PAIR(plait_reader_read_vertices, "Reader::for_each_block",
+               "Reader::for_each_block_of_bytes"),
+    PLAIT_PAIR(plait_reader_visit_vertices, "Reader::for_each_block",
+               "Reader::for_each_block_of_bytes"),
+    PLAIT_PAIR(plait_reader_view_count, "Reader::view_count"),
+    PLAIT_PAIR(plait_reader_get_statistics, "Reader::statistics"),
+    PLAIT_PAIR(plait_view_get_info, "PatchView::face", "PatchView::level", "PatchView::size"),
+    PLAIT_PAIR(plait_view_at, "PatchView::attribute", "PatchView::records"),
+    PLAIT_PAIR(plait_view_copy, "PatchView::attribute", "PatchView::records"),
+    PLAIT_PAIR(plait_view_release, "PatchView::~PatchView"),
+};
+#undef PLAIT_PAIR
+
+struct LeftOut {
+  std::string_view cpp, reason;
+};
+inline const std::vector<LeftOut> kLeftOut{
+    {"Store::Store", "a handle in C is a pointer, which is copied and not moved"},
+    {"Store::operator=", "as Store::Store"},
+    {"Store::backend_traits", "flags for the engine; a program chooses a backend by its name"},
+    {"Store::set_provenance", "plait_store_subdivide records how it makes the levels"},
+    {"Store::level_file", "plait_store_apply and readers reach the records of a level"},
+    {"Store::check_type", "C has no record types; plait_store_find_attribute tells the type"},
+    {"Store::open_session", "pins of single blocks; readers and plait_store_apply have them"},
+    {"Store::pager", "as Store::open_session"},
+    {"Reader::operator=", "as Store::Store"},
+    {"PatchView::PatchView", "as Store::Store"},
+    {"PatchView::operator=", "as Store::Store"},
+};
+
+}  // namespace plait::test

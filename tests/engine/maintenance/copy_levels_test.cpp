@@ -1,0 +1,143 @@
+// copy_levels(): the same content from any backend to any other.
+#include "plait/copy_levels.h"
+
+#include <catch2/catch.hpp>
+
+#include "engine/store/sample_store.h"
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+#include "support/usable_backends.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+bool is_durable(const std::string& backend) {
+  return default_backends().find(backend).traits.durable;
+}
+
+Store create(const TemporaryDirectory& directory, const std::string& name, const BaseMesh& base,
+             const StoreOptions& options) {
+  return Store::create(
+      is_durable(options.backend) ? directory.path() / name : std::filesystem::path(), base,
+      options, default_backends());
+}
+
+/// Attributes of several types and depths; in the last one nothing was written.
+Store filled(const TemporaryDirectory& directory, const std::string& backend, int base_level = 0) {
+  StoreOptions options = sample_options(backend);
+  options.base_level = base_level;
+  Store store = create(directory, "from", BaseMesh::build(random_sheet(5, 120)), options);
+  for (const AttributeSchema& schema : sample_schemas())
+    add_sample(store, schema, schema.name == "wide" ? 1 : 3);
+  store.add_level(store.add_attribute({"empty", ComponentType::kInt64, 2}));
+  store.commit();
+  return store;
+}
+
+}  // namespace
+
+TEST_CASE("CopyLevels_AnyBackendToAnyOther_KeepsEveryByte") {
+  for (const std::string& from_backend : usable_backends())
+    for (const std::string& to_backend : usable_backends())
+      for (const std::uint64_t block_bytes : {4096u, 65536u}) {
+        INFO(from_backend << " to " << to_backend << ", blocks of " << block_bytes);
+        const TemporaryDirectory directory;
+        Store from = filled(directory, from_backend);
+        const Digest expected = digest(from);
+        {
+          Store to = create(directory, "to", from.base(), sample_options(to_backend, block_bytes));
+          copy_levels(from, to);
+          to.commit();
+          CHECK(to.attributes().size() == 7);
+          CHECK(digest(to) == expected);
+          for (AttributeId id = 0; id < 6; ++id) CHECK(holds_sample(to, id));
+          CHECK(to.statistics().peak_frame_bytes <= 1 << 20);
+        }
+        if (!is_durable(to_backend)) continue;
+        Store to = Store::open(directory.path() / "to", {false, 1 << 20}, default_backends());
+        CHECK(to.options().block_bytes == block_bytes);
+        CHECK(digest(to) == expected);
+        for (AttributeId id = 0; id < 7; ++id) {
+          CHECK(to.attributes()[id].schema == from.attributes()[id].schema);
+          CHECK(to.attributes()[id].finest_level == from.attributes()[id].finest_level);
+        }
+      }
+}
+
+TEST_CASE("CopyLevels_BetweenBlockSizes_ReadsAndWritesEveryBlockOnce") {
+  for (const std::uint64_t from_bytes : {4096u, 65536u})
+    for (const std::uint64_t to_bytes : {4096u, 65536u}) {
+      const TemporaryDirectory directory;
+      {
+        Store store = create(directory, "from", BaseMesh::build(random_sheet(5, 300)),
+                             sample_options("pread", from_bytes));
+        add_sample(store, sample_schemas()[0], 4);
+        store.commit();
+      }
+      Store from = Store::open(directory.path() / "from", {false, 64 << 10}, default_backends());
+      StoreOptions options = sample_options("pread", to_bytes);
+      options.budget_bytes = 64 << 10;
+      Store to = create(directory, "to", from.base(), options);
+      copy_levels(from, to);
+      to.commit();
+      std::uint64_t bytes = 0, from_blocks = 0, to_blocks = 0;
+      for (int level = 1; level <= 4; ++level) {
+        bytes += from.level_file(0, level).geometry.total_bytes();
+        from_blocks += from.level_file(0, level).geometry.block_count();
+        to_blocks += to.level_file(0, level).geometry.block_count();
+      }
+      REQUIRE(bytes > 4 * (64 << 10));  // far more than the budgets
+      CHECK(from.statistics().blocks_read == from_blocks);
+      CHECK(from.statistics().bytes_read == bytes);
+      CHECK(from.statistics().blocks_written == 0);
+      CHECK(to.statistics().blocks_read == 0);
+      CHECK(to.statistics().blocks_written == to_blocks);
+      CHECK(to.statistics().bytes_written == bytes);
+    }
+}
+
+TEST_CASE("CopyLevels_BaseLevelAboveZero_KeepsLevelNumbers") {
+  const TemporaryDirectory directory;
+  Store from = filled(directory, "pread", 3);
+  StoreOptions options = sample_options("compressed");
+  options.base_level = 3;
+  Store to = create(directory, "to", from.base(), options);
+  copy_levels(from, to);
+  CHECK(to.finest_level() == 6);
+  CHECK(digest(to) == digest(from));
+}
+
+TEST_CASE("CopyLevels_Progress_RisesToTheTotal") {
+  for (const std::uint64_t block_bytes : {4096u, 1u << 20}) {
+    const TemporaryDirectory directory;
+    // At level 5 every slot of the first size is a block of its own.
+    Store from = create(directory, "from", BaseMesh::build(tetrahedron()),
+                        sample_options("memory", block_bytes));
+    add_sample(from, sample_schemas()[0], 5);
+    Store to = create(directory, "to", from.base(), sample_options("memory"));
+    std::uint64_t last = 0, total = 0;
+    copy_levels(from, to, [&](std::uint64_t done, std::uint64_t of) {
+      CHECK(done > last);
+      last = done;
+      total = of;
+      return true;
+    });
+    CHECK(last == total);
+    CHECK(total == 12u * 6 * (1 + 4 + 16 + 64 + 256));
+  }
+}
+
+TEST_CASE("CopyLevels_Cancelled_Throws") {
+  const TemporaryDirectory directory;
+  Store from = filled(directory, "memory");
+  Store to = create(directory, "to", from.base(), sample_options("pread"));
+  int calls = 0;
+  const Error error = error_of(
+      [&] { copy_levels(from, to, [&](std::uint64_t, std::uint64_t) { return ++calls < 4; }); });
+  CHECK(error.code() == ErrorCode::kCancelled);
+  CHECK(calls == 4);
+}

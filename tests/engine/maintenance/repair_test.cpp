@@ -1,0 +1,393 @@
+// repair() as a library: nothing is put back without proof, and nothing half-made is left when it
+// is cancelled.
+#include "plait/repair.h"
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <iterator>
+#include <memory>
+#include <set>
+
+#include "engine/store/forge.h"
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/kernels/recompute_subdivision.h"
+#include "plait/kernels/subdivide.h"
+#include "store/byte_order.h"
+#include "store/checksum.h"
+#include "store/manifest.h"
+#include "support/counting_backend.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+RepairReport repair(const fs::path& path, const RepairOptions& options,
+                    const BackendRegistry& backends) {
+  return plait::repair(path, options, backends, recompute_subdivision());
+}
+
+/// The built-in backends, with a codec in `compressed` that writes otherwise than it did before, as
+/// a newer release of zstd may.
+BackendRegistry with_another_codec() {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    if (name == "compressed")
+      entry.open = wrapped_volume(entry.open, [](Volume& inner, const LevelSpec& spec) {
+        LevelSpec other = spec;
+        other.pipeline = "shuffle,zstd:15";
+        return inner.open_level(other);
+      });
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A disk with a bad place under some blocks of one level, which heals when they are written.
+class BadPlace final : public ForwardingBackend {
+ public:
+  BadPlace(std::unique_ptr<Backend> disk, std::set<std::uint64_t>& bad)
+      : ForwardingBackend(std::move(disk)), bad_(bad) {}
+  void read(BlockRange blocks, std::span<std::byte> into) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      if (bad_.contains(block)) throw system_error("read", "a bad place", EIO);
+    inner().read(blocks, into);
+  }
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block)
+      bad_.erase(block);
+    inner().write(blocks, from);
+  }
+
+ private:
+  std::set<std::uint64_t>& bad_;
+};
+
+/// The built-in backends, with `bad` blocks in level 3 of attribute number 0.
+BackendRegistry on_a_bad_disk(std::set<std::uint64_t>& bad) {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    entry.open = wrapped_volume(entry.open, [&bad](Volume& disk, const LevelSpec& spec) {
+      auto level = disk.open_level(spec);
+      if (spec.name != "attribute0.level03.1" || spec.mode == OpenMode::kCreate) return level;
+      return std::unique_ptr<Backend>(std::make_unique<BadPlace>(std::move(level), bad));
+    });
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A disk that says it has written a block and keeps what was there.
+class LostWrites final : public ForwardingBackend {
+ public:
+  LostWrites(std::unique_ptr<Backend> disk, const LevelSpec& level)
+      : ForwardingBackend(std::move(disk)), level_(level) {}
+  void write(BlockRange blocks, std::span<const std::byte> from) override {
+    std::vector<std::byte> before(from.size());
+    const File file(level_.directory, level_.name, OpenMode::kRead);
+    const std::uint64_t offset = level_.geometry.block_offset(blocks.first);
+    file.read_at(offset, before);
+    inner().write(blocks, from);
+    File(level_.directory, level_.name, OpenMode::kReadWrite).write_at(offset, before);
+  }
+
+ private:
+  LevelSpec level_;
+};
+
+BackendRegistry with_lost_writes() {
+  BackendRegistry result;
+  for (const std::string& name : default_backends().names()) {
+    BackendRegistry::Entry entry = default_backends().find(name);
+    entry.open = wrapped_volume(
+        entry.open, [](Volume& inner, const LevelSpec& spec) -> std::unique_ptr<Backend> {
+          std::unique_ptr<Backend> level = inner.open_level(spec);
+          // The file that the repair makes for the level of the damaged block.
+          if (spec.name != "attribute0.level03.2" || spec.mode == OpenMode::kRead) return level;
+          return std::make_unique<LostWrites>(std::move(level), spec);
+        });
+    result.add(std::move(entry));
+  }
+  return result;
+}
+
+/// A refined store on disk, and what it held.
+class Victim {
+ public:
+  explicit Victim(const std::string& backend) {
+    StoreOptions options;
+    options.backend = backend;
+    options.block_bytes = 4096;
+    options.budget_bytes = 8 << 20;
+    options.durability = Durability::kNone;
+    Store store =
+        Store::create(path(), BaseMesh::build(random_sphere(11, 300)), options, default_backends());
+    add_base_positions(store);
+    subdivide(store, {.executor = ExecutorKind::kFused, .levels = 3, .normals = true});
+    store.commit();
+    expected_ = digest(store);
+  }
+
+  fs::path path() const { return directory_.path() / "s.plait"; }
+  Store open(bool writable = false) const {
+    return Store::open(path(), {writable, 8 << 20}, default_backends());
+  }
+  /// Flips a bit of the block's stored bytes.
+  void damage(AttributeId attribute, int level, std::uint64_t block) const {
+    const Store store = open();
+    const LevelFile& level_file = store.level_file(attribute, level);
+    File file(level_file.path, OpenMode::kReadWrite);
+    std::byte value{};
+    const std::uint64_t offset = level_file.table[block].offset + 20;
+    file.read_at(offset, std::span(&value, 1));
+    value ^= std::byte{0x10};
+    file.write_at(offset, std::span(&value, 1));
+  }
+  std::uint64_t damaged_count() const {
+    Store store = open();
+    return verify(store).damaged_count;
+  }
+  bool is_as_before() const {
+    Store store = open();
+    return digest(store) == expected_;
+  }
+  /// Neither a scratch directory nor anything else beside the store.
+  bool is_alone() const {
+    return std::distance(fs::directory_iterator(directory_.path()), {}) == 1;
+  }
+
+ private:
+  TemporaryDirectory directory_;
+  Digest expected_;
+};
+
+bool is_raw(const Victim& victim, int level, std::uint64_t block) {
+  return victim.open().level_file(0, level).table[block].encoding == BlockEncoding::kRaw;
+}
+
+}  // namespace
+
+TEST_CASE("Repair_AnotherCodecAndAllElseEqual_IsRebuilt") {
+  const Victim victim("compressed");
+  REQUIRE_FALSE(is_raw(victim, 3, 4));
+  victim.damage(0, 3, 4);
+  victim.damage(1, 3, 0);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.whole());
+  CHECK(report.rebuilt_count == 2);
+  CHECK(victim.is_as_before());
+  CHECK(victim.is_alone());
+}
+
+TEST_CASE("Repair_AnotherCodecAndSomethingElseDiffers_IsLost") {
+  const Victim victim("compressed");
+  {
+    Store store = victim.open(true);
+    {
+      const PinnedBlock pinned =
+          store.open_session().pin(store.level_file(0, 3), 1, Access::kUpdate);
+      pinned.bytes()[3] ^= std::byte{1};
+    }
+    store.commit();
+  }
+  victim.damage(0, 3, 4);
+  victim.damage(1, 3, 0);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.rebuilt_count == 1);  // the normals are still those of the refinement
+  REQUIRE(report.lost_count == 1);
+  CHECK(report.lost[0].attribute == "position");
+  CHECK(victim.damaged_count() == 1);
+  CHECK(repair(victim.path(), {}, default_backends()).whole());  // its seal tells it after all
+}
+
+TEST_CASE("Repair_AnotherCodecAndNothingElseInTheLevel_IsLost") {
+  const Victim victim("compressed");
+  for (std::uint64_t block = 0; block < victim.open().level_file(0, 3).table.size(); ++block)
+    victim.damage(0, 3, block);
+  const std::uint64_t damaged = victim.damaged_count();
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.lost_count > 0);  // some blocks are the same with either codec
+  CHECK(report.lost_count + report.rebuilt_count == damaged);
+  CHECK(victim.damaged_count() == report.lost_count);
+  CHECK(repair(victim.path(), {}, default_backends()).whole());
+  CHECK(victim.is_as_before());
+}
+
+TEST_CASE("Repair_Cancelled_LeavesNothingHalfMade") {
+  for (const char* backend : {"pread", "mmap", "compressed"}) {
+    const Victim victim(backend);
+    for (const std::uint64_t block : {0u, 2u, 5u}) victim.damage(0, 3, block);
+    fs::remove(victim.path() / "attribute1.level03.1");
+    RepairOptions options;
+    options.budget_bytes = 704 << 10;  // what is made anew goes to the disk
+    std::uint64_t calls = 0, last_call = 0;
+    options.proceed = [&](std::string_view, std::uint64_t, std::uint64_t) {
+      return ++calls != last_call;
+    };
+    for (last_call = 1; last_call < 1000000; last_call = last_call * 5 / 4 + 1) {
+      CAPTURE(backend, last_call);
+      calls = 0;
+      try {
+        const RepairReport report = repair(victim.path(), options, default_backends());
+        CHECK(report.whole());
+        break;
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kCancelled);
+      }
+      CHECK(calls == last_call);
+      CHECK(victim.is_alone());
+    }
+    CHECK(last_call > 20);
+    CHECK(victim.is_as_before());
+    CHECK(victim.is_alone());
+  }
+}
+
+TEST_CASE("Repair_BlocksThatTheDiskDoesNotRead_AreRebuilt") {
+  const Victim victim("pread");
+  std::set<std::uint64_t> bad = {1, 6};
+  const BackendRegistry backends = on_a_bad_disk(bad);
+  {
+    Store store = Store::open(victim.path(), {false, 8 << 20}, backends);
+    const VerifyReport report = verify(store);
+    REQUIRE(report.damaged_count == 2);
+    CHECK(report.damaged[1].block == 6);
+    CHECK(report.damaged[1].reason.find("a bad place") != std::string::npos);
+  }
+  const RepairReport report = repair(victim.path(), {}, backends);
+  CHECK(report.whole());
+  CHECK(report.rebuilt_count == 2);
+  CHECK(victim.is_as_before());
+}
+
+TEST_CASE("Repair_OfBlocksThatTheDiskLoses_IsAnErrorAndNotRebuilt") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 2);
+  try {
+    repair(victim.path(), {}, with_lost_writes());
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kCorruption);
+  }
+  CHECK(victim.damaged_count() == 1);
+}
+
+TEST_CASE("Repair_AnotherCodecAndOtherBaseRecords_IsLost") {
+  const Victim victim("compressed");
+  {
+    Store store = victim.open(true);
+    store.base_bytes(0)[0] ^= std::byte{1};
+    store.commit();
+  }
+  victim.damage(0, 3, 4);
+  const RepairReport report = repair(victim.path(), {}, with_another_codec());
+  CHECK(report.lost_count == 1);
+  CHECK(report.rebuilt_count == 0);
+}
+
+/// One byte changed in place, where the codec writes as many bytes as before: the seals differ, the
+/// sizes do not.
+TEST_CASE("Repair_BlockChangedInPlaceToTheSameEncodedSize_IsLost") {
+  const Victim victim("compressed");
+  std::uint64_t changed = 0;
+  bool found = false;
+  for (; !found && changed < victim.open().level_file(0, 3).table.size(); ++changed) {
+    if (is_raw(victim, 3, changed)) continue;
+    Store store = victim.open(true);
+    LevelFile& file = store.level_file(0, 3);
+    const std::uint32_t before = file.table[changed].stored_bytes;
+    for (std::size_t at = 0; !found && at < 64; ++at) {
+      const auto flip = [&] {
+        {
+          const PinnedBlock pinned = store.open_session().pin(file, changed, Access::kUpdate);
+          pinned.bytes()[at] ^= std::byte{1};
+        }
+        store.pager().flush();
+      };
+      flip();
+      found = file.table[changed].encoding == BlockEncoding::kEncoded &&
+              file.table[changed].stored_bytes == before;
+      if (!found) flip();
+    }
+    store.commit();
+    if (found) break;
+  }
+  REQUIRE(found);
+  victim.damage(0, 3, changed);
+  const RepairReport report = repair(victim.path(), {}, default_backends());
+  CHECK(report.lost_count == 1);
+  CHECK(report.rebuilt_count == 0);
+}
+
+TEST_CASE("Repair_LevelWhoseTableWantsAnEnormousFile_IsLostAndTakesNoSpace") {
+  const Victim victim("compressed");
+  {
+    std::vector<std::byte> bytes = whole_file(version_file(victim.path()));
+    // Of the first block of level 1.
+    save(std::span(bytes), tables_offset(bytes), std::uint64_t{1} << 40);
+    forge_version_file(victim.path(), bytes);
+  }
+  for (const bool dry_run : {true, false}) {
+    RepairOptions options;
+    options.dry_run = dry_run;
+    const RepairReport report = repair(victim.path(), options, default_backends());
+    CHECK(report.rebuilt_files.empty());
+    REQUIRE(report.lost_files.size() == 1);
+    CHECK(report.lost_files[0].name == "attribute0.level01.1");
+    CHECK(report.lost_files[0].reason.find("bytes, expected at most") != std::string::npos);
+  }
+  CHECK(victim.is_alone());
+}
+
+/// Two blocks in one place: whatever is written there, the backend refuses the level.
+TEST_CASE("Repair_LevelThatCannotBeReadAfterwards_IsLost") {
+  const Victim victim("compressed");
+  {
+    const Store store = victim.open();
+    const LevelFile& file = store.level_file(0, 3);
+    REQUIRE(file.table.size() > 2);
+    std::vector<std::byte> bytes = whole_file(version_file(victim.path()));
+    const std::size_t first = tables_offset(bytes) + 24 * (store.level_file(0, 1).table.size() +
+                                                           store.level_file(0, 2).table.size());
+    save(std::span(bytes), first + 24, load<std::uint64_t>(bytes, first));
+    forge_version_file(victim.path(), bytes);
+  }
+  const RepairReport report = repair(victim.path(), {}, default_backends());
+  CHECK_FALSE(report.whole());
+  CHECK(report.rebuilt_files.empty());
+  CHECK(report.lost_files.size() == 1);
+}
+
+TEST_CASE("Repair_BlocksWhileAReaderHasTheStore_AreRebuiltInANewVersion") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 1);
+  const Store reader = victim.open();
+  CHECK(repair(victim.path(), {}, default_backends()).rebuilt_count == 1);
+  CHECK(victim.damaged_count() == 0);
+}
+
+TEST_CASE("Repair_StoreThatAWriterHas_IsRefused") {
+  const Victim victim("pread");
+  victim.damage(0, 3, 1);
+  OpenOptions open;
+  open.writable = true;
+  const Store writer = Store::open(victim.path(), open, default_backends());
+  try {
+    repair(victim.path(), {}, default_backends());
+    FAIL("expected an error");
+  } catch (const Error& error) {
+    CHECK(error.code() == ErrorCode::kBusy);
+  }
+  RepairOptions options;
+  options.dry_run = true;
+  CHECK(repair(victim.path(), options, default_backends()).rebuilt_count == 1);
+  CHECK(victim.damaged_count() == 1);
+}

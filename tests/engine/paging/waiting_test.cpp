@@ -1,0 +1,178 @@
+// Who waits in the pager is told when it need not wait any more: for a frame, for a block that
+// another call brings in, and for the outcome of a write.
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <future>
+#include <optional>
+#include <thread>
+
+#include "engine/paging/held_level.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+/// Where the system chooses which of two threads is the first to be told of a change.
+constexpr int kRounds = 20;
+
+bool holds_own_value(const PinnedBlock& pinned, std::uint64_t block) {
+  return pinned.bytes()[9] == HeldLevel::value(block);
+}
+
+}  // namespace
+
+TEST_CASE("PagerPin_FrameOfACallThatIsAboutToEnd_IsWaitedFor") {
+  for (int round = 0; round < kRounds; ++round) {
+    Pager pager(kBlockBytes, 1);
+    HeldLevel level(pager, 8);
+    Session other = pager.open_session();
+    level.backend->hold();
+    auto first = std::async(std::launch::async,
+                            [&] { return holds_own_value(other.pin(level.file, 0), 0); });
+    level.backend->wait_until_started(1, 0);
+    auto second = std::async(std::launch::async,
+                             [&] { return holds_own_value(level.pin(1, Access::kRead), 1); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    level.backend->let_all_go();
+    CHECK(first.get());
+    CHECK(second.get());
+  }
+}
+
+TEST_CASE("PagerPin_FrameThatACallOfTheSameSessionKeeps_IsRefusedAsTheCallEnds") {
+  for (int round = 0; round < kRounds; ++round) {
+    Pager pager(kBlockBytes, 1);
+    HeldLevel level(pager, 8);
+    level.backend->hold();
+    std::promise<void> refused;
+    auto first = std::async(std::launch::async, [&] {
+      const PinnedBlock kept = level.pin(0, Access::kRead);
+      refused.get_future().wait();
+    });
+    level.backend->wait_until_started(1, 0);
+    auto second = std::async(std::launch::async,
+                             [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    level.backend->let_all_go();
+    CHECK(second.get() == ErrorCode::kBudget);
+    refused.set_value();
+    first.get();
+  }
+}
+
+TEST_CASE("SessionEnd_WhileAnotherWaitsForItsPin_RefusesTheOther") {
+  Pager pager(kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  std::optional<Session> holding = pager.open_session();
+  const PinnedBlock left = holding->pin(level.file, 0);
+  auto waiting = std::async(std::launch::async,
+                            [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+  CHECK(is_waiting(waiting));
+  holding.reset();
+  CHECK(waiting.get() == ErrorCode::kBudget);
+}
+
+TEST_CASE("PagerPin_BlockNeverWrittenThatAnotherCallBringsIn_IsWaitedFor") {
+  for (int round = 0; round < kRounds; ++round) {
+    Pager pager(4 * kBlockBytes, 1);
+    HeldLevel level(pager, 8);
+    level.file.table.entries()[3] = {};
+    level.backend->hold();
+    auto both = std::async(std::launch::async, [&] {
+      const std::array requests{BlockRequest(level.file, 2), BlockRequest(level.file, 3)};
+      std::array<PinnedBlock, 2> pinned;
+      level.session.pin_many(requests, pinned);
+      return holds_own_value(pinned[0], 2) && pinned[1].bytes()[9] == std::byte{0};
+    });
+    level.backend->wait_until_started(1, 0);
+    auto zeros = std::async(std::launch::async,
+                            [&] { return level.pin(3, Access::kRead).bytes()[9] == std::byte{0}; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
+    level.backend->let_all_go();
+    CHECK(both.get());
+    CHECK(zeros.get());
+  }
+}
+
+TEST_CASE("PagerPin_BlockOfACallThatFindsNoRoom_IsBroughtInByWhoWaitsForIt") {
+  Pager pager(3 * kBlockBytes, 0);
+  HeldLevel level(pager, 8);
+  Session holding = pager.open_session();
+  PinnedBlock pinned = holding.pin(level.file, 0);
+  level.put(1, 99);
+  level.backend->hold();
+  auto three = std::async(std::launch::async, [&] {
+    const std::array requests{BlockRequest(level.file, 2), BlockRequest(level.file, 3),
+                              BlockRequest(level.file, 4)};
+    std::array<PinnedBlock, 3> blocks;
+    level.session.pin_many(requests, blocks);
+    return holds_own_value(blocks[0], 2) && holds_own_value(blocks[2], 4);
+  });
+  // It has a frame for block 2, and writes block 1 to have another one.
+  level.backend->wait_until_started(1, 1);
+  auto one = std::async(std::launch::async,
+                        [&] { return holds_own_value(level.pin(2, Access::kRead), 2); });
+  CHECK(is_waiting(one));
+  level.backend->let_all_go();
+  CHECK(one.get());
+  CHECK(is_waiting(three));
+  pinned.release();
+  CHECK(three.get());
+}
+
+TEST_CASE("PagerPin_ForWritingWhileAFlushWritesTheBlock_WaitsForTheWrite") {
+  Pager pager(4 * kBlockBytes, 0);
+  HeldLevel level(pager, 8);
+  level.put(0, 42);
+  level.backend->hold();
+  auto both = std::async(std::launch::async, [&] {
+    const std::array requests{BlockRequest(level.file, 0, Access::kUpdate),
+                              BlockRequest(level.file, 1)};
+    std::array<PinnedBlock, 2> pinned;
+    level.session.pin_many(requests, pinned);
+    std::memset(pinned[0].bytes().data(), 43, kBlockBytes);
+  });
+  level.backend->wait_until_started(1, 0);  // it has block 0 and reads block 1
+  auto flushed = std::async(std::launch::async, [&] { pager.flush(); });
+  level.backend->wait_until_started(1, 1);
+  level.backend->let_go(Direction::kRead, 1);
+  CHECK(is_waiting(both));
+  level.backend->let_all_go();
+  both.get();
+  flushed.get();
+  pager.flush();
+  pager.discard();
+  CHECK(level.pin(0, Access::kRead).bytes()[5] == std::byte{43});
+}
+
+TEST_CASE("PagerPin_ForWritingWhenAWriteHasFailed_IsRefusedAndNothingIsWritten") {
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  PinnedBlock held = level.pin(1, Access::kUpdate);
+  level.pin(2, Access::kRead);
+  level.backend->hold();
+  level.put(0, 42);
+  auto waiting = std::async(std::launch::async,
+                            [&] { return error_of([&] { level.pin(3, Access::kUpdate); }); });
+  level.backend->wait_until_started(3, 1);
+  level.backend->let_go(Direction::kWrite, 0, true);
+  level.backend->let_all_go();
+  CHECK(waiting.get() == ErrorCode::kNoSpace);
+  for (const std::uint64_t resident : {0u, 1u, 2u, 3u})
+    CHECK(error_of([&] { level.pin(resident, Access::kUpdate); }) == ErrorCode::kBadState);
+  std::memset(held.bytes().data(), 43, kBlockBytes);
+  held.release();
+  // By the thread that would have written block 1 before.
+  CHECK(level.session.prefetch(level.file, 5));
+  level.backend->wait_until_started(4, 1);
+  CHECK(level.backend->started_writes == 1);
+  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kBadState);
+  // It is the only copy, as that of block 0 is.
+  for (std::uint64_t block = 2; block < 8; ++block)
+    CHECK(holds_own_value(level.pin(block, Access::kRead), block));
+  CHECK(level.pin(0, Access::kRead).bytes()[0] == std::byte{42});
+  CHECK(level.pin(1, Access::kRead).bytes()[0] == std::byte{43});
+  pager.discard();
+}
