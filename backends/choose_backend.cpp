@@ -12,7 +12,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr const char* kUring = "uring";
@@ -65,4 +65,4 @@ BackendChoice choose_backend(const BackendRegistry& backends, const std::filesys
   return {kUring, fmt::format("the store is large compared with the memory: {}", sizes)};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

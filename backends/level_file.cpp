@@ -10,7 +10,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 void check_fixed_entries(const LevelSpec& level) {
@@ -158,4 +158,4 @@ void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {
                   static_cast<off_t>(bytes.count), value);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

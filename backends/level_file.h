@@ -12,7 +12,7 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr std::uint64_t kPageBytes = 4096;
 
@@ -69,4 +69,4 @@ void start_writing(const File& file, ByteRange bytes);
 /// Calls posix_fadvise. On Linux, kSequential and kRandom apply to the whole descriptor.
 void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 #include "pread/pread_backend.h"
 #include "uring/uring_backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 BackendRegistry default_backends(const PipelineRegistry& pipelines) {
   BackendRegistry registry;
@@ -27,4 +27,4 @@ const BackendRegistry& default_backends() {
   return registry;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

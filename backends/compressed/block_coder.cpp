@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 BlockCoder::BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes)
     : pipeline_(std::move(pipeline)), max_raw_bytes_(max_raw_bytes) {}
@@ -53,4 +53,4 @@ void BlockCoder::decode(std::span<const std::byte> stored, std::span<std::byte> 
   pipeline_.filters[0]->decode(source, raw);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

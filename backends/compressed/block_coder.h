@@ -10,7 +10,7 @@
 #include "plait/backends/pipeline.h"
 #include "plait/block_table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The largest stored size of an encoded block of `raw_bytes`. If encoding saves less than 1/8, the
 /// block is stored raw.
@@ -51,4 +51,4 @@ class BlockCoder {
   Buffer filtered_[2];  ///< the filters write to them in turn; empty if not needed
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

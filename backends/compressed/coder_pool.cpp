@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 CoderPool::CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume)
     : pipelines_(pipelines), volume_(volume) {}
@@ -75,4 +75,4 @@ void CoderPool::give_back(KeptCoder kept) noexcept {
   given_back_.notify_one();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

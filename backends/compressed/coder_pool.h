@@ -12,7 +12,7 @@
 #include "compressed/block_coder.h"
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The properties that a coder is made for. Levels with the same Coding share coders.
 struct Coding {
@@ -75,4 +75,4 @@ class CoderPool {
   std::vector<KeptCoder> idle_;  ///< has room for most_coders_
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "level_file.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Refuses table entries that write() of this backend never makes, before the backend allocates
@@ -211,4 +211,4 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
   return entry;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 #include "plait/backend.h"
 #include "plait/backends/pipeline.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 
@@ -15,4 +15,4 @@ constexpr BackendTraits kCompressedTraits{.durable = true, .compressed = true};
 /// than LZ4_MAX_INPUT_SIZE.
 BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t aligned(std::uint64_t bytes) {
@@ -143,4 +143,4 @@ void ExtentAllocator::erase_free(std::map<std::uint64_t, std::uint64_t>::iterato
   free_.erase(extent);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -22,7 +22,7 @@
 #include "plait/backend.h"
 #include "plait/block_table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// One thread at a time.
 class ExtentAllocator {
@@ -75,4 +75,4 @@ class ExtentAllocator {
   std::uint64_t end_bytes_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "compressed/filters/shuffle_filter.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// One stage of the pipeline string.
@@ -126,4 +126,4 @@ const PipelineRegistry& default_pipelines() {
   return registry;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 #include "level_file.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 class MemoryBackend final : public Backend {
@@ -64,4 +64,4 @@ std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level) {
   return std::make_unique<MemoryBackend>(level);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,11 +6,11 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr BackendTraits kMemoryTraits{.in_memory = true};
 
 /// Errors: kOutOfMemory; kBadState unless the mode is kCreate, because no level exists before.
 std::unique_ptr<Backend> open_memory_backend(const LevelSpec& level);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

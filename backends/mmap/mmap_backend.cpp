@@ -12,7 +12,7 @@
 #include "plait/file_operations.h"
 #include "pread/pread_backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 namespace interprocess = boost::interprocess;
@@ -108,4 +108,4 @@ std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level) {
   return open_pread_backend(level);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

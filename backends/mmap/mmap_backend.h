@@ -11,7 +11,7 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr BackendTraits kMmapTraits{
     .durable = true, .maps_for_reading = true, .overwrites_in_place = true};
@@ -19,4 +19,4 @@ constexpr BackendTraits kMmapTraits{
 /// Errors: as open_fixed_file; kIo if the file cannot be mapped.
 std::unique_ptr<Backend> open_mmap_backend(const LevelSpec& level);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 
 #include "level_file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 class PreadBackend final : public Backend {
@@ -77,4 +77,4 @@ std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level) {
   return std::make_unique<PreadBackend>(level);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

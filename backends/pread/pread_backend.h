@@ -6,11 +6,11 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr BackendTraits kPreadTraits{.durable = true, .overwrites_in_place = true};
 
 /// The space of a new file is allocated when the file is created. Errors: as open_fixed_file.
 std::unique_ptr<Backend> open_pread_backend(const LevelSpec& level);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PageBuffers::PageBuffers(std::uint64_t most_bytes) : most_bytes_(most_bytes) {
   idle_.reserve(kMostBuffers);
@@ -62,4 +62,4 @@ void PageBuffers::give_back(Buffer buffer) noexcept {
   given_back_.notify_one();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

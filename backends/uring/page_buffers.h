@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "level_file.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The page buffers of one volume, all of one size. A buffer is made when a transfer first needs
 /// it, and is then kept for the next transfer: fresh pages cost more than the transfer. A transfer
@@ -81,4 +82,4 @@ class PageBuffers {
   std::vector<Buffer> idle_;  ///< has room for kMostBuffers, so that give_back() cannot fail
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,7 +1,7 @@
 #include "plait/error.h"
 #include "uring/uring_backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
   validate_uring(volume.options);
@@ -13,4 +13,4 @@ void validate_uring(std::string_view) {
               "open backend \"uring\": expected a build with liburing, found one without");
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

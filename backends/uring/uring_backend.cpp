@@ -21,7 +21,7 @@
 #include "uring/page_buffers.h"
 #include "uring/uring_ring.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool is_aligned(const std::byte* memory) {
@@ -287,4 +287,4 @@ void validate_uring(std::string_view options) {
   UringRing::check_available();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = true};
 
@@ -21,4 +21,4 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 /// or if the kernel refuses io_uring.
 void validate_uring(std::string_view options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

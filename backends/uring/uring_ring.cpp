@@ -9,7 +9,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The length of the queue. A store keeps far fewer transfers in flight. If the queue of
@@ -125,4 +125,4 @@ void UringRing::reap() noexcept {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,9 @@
 #include <span>
 #include <thread>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The ring calls completed() when the request has ended.
 class RingRequest {
@@ -64,4 +66,4 @@ class UringRing {
   std::thread reaper_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

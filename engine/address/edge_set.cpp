@@ -7,7 +7,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 EdgeSet::EdgeSet(std::span<const EdgeId> edges) {
   if (edges.empty()) return;
@@ -36,4 +36,4 @@ bool EdgeSet::intersects(const EdgeSet& other) const noexcept {
   return false;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

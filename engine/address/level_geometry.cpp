@@ -9,7 +9,7 @@
 #include "plait/edge_index.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The limit is less than the largest file offset (offsets are signed), because a level file is
@@ -103,4 +103,4 @@ std::uint64_t LevelGeometry::block_at(std::uint64_t offset) const {
   return first;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

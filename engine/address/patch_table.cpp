@@ -4,7 +4,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void PatchTable::check(int level, std::int64_t i, std::int64_t j) const {
   if (!has(level))
@@ -26,4 +26,4 @@ void PatchTable::refuse_beyond_border(int level, std::int64_t i, std::int64_t j)
                           level, i, j));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

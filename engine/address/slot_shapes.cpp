@@ -7,7 +7,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 SlotShapes::SlotShapes(std::uint64_t edge_count, EdgeSet half, EdgeSet absent)
     : edge_count_(edge_count), half_(std::move(half)), absent_(std::move(absent)) {
@@ -21,4 +21,4 @@ SlotShapes::SlotShapes(std::uint64_t edge_count, EdgeSet half, EdgeSet absent)
                 "lay out slots: expected a slot to be half or absent, found one that is both");
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

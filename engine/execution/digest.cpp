@@ -10,7 +10,7 @@
 #include "plait/error.h"
 #include "plait/sweep.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Hashes slots one after another and sums the hashes. Each thread has its own object.
@@ -99,4 +99,4 @@ Digest digest(Store& store, const DigestOptions& options) {
   return hashers[0].sum();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

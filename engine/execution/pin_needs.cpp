@@ -8,7 +8,7 @@
 #include "paging/frame_pool.h"
 #include "plait/level_geometry.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Counts the blocks of one access that a chunk of edges, or a face, needs.
@@ -101,4 +101,4 @@ std::uint64_t patch_needs(const Store& store, const AccessedLevels& access) {
   return most;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::string format_bytes(std::uint64_t bytes) {
   if (bytes < 1024) return fmt::format("{} bytes", bytes);
@@ -25,4 +25,4 @@ std::string size_text(std::uint64_t bytes) {
   return std::to_string(bytes);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "io/system_call.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using Kind = FileOperation::Kind;
@@ -61,4 +61,4 @@ void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t 
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

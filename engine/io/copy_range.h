@@ -7,10 +7,10 @@
 
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Calls the hook of plait/file_operations.h for a read and for a write. Errors: kIo, kNoSpace;
 /// kCorruption if `from` ends before the last byte.
 void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t bytes);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

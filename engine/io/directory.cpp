@@ -16,7 +16,7 @@
 #include "io/system_call.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using Kind = FileOperation::Kind;
@@ -219,4 +219,4 @@ bool Directory::lock(bool exclusive) const {
   throw system_error("lock", path_.native(), errno);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

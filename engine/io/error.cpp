@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <system_error>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::string_view to_string(ErrorCode code) noexcept {
   switch (code) {
@@ -44,4 +44,4 @@ Error system_error(std::string_view verb, std::string_view path, int errno_value
                fmt::format("{} {}: {}", verb, path, std::generic_category().message(errno_value)));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,7 +14,7 @@
 #include "plait/directory.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using Kind = FileOperation::Kind;
@@ -172,4 +172,4 @@ void File::close() {
   if (error != 0 && error != EINTR) throw system_error("close", path_.native(), error);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 std::atomic<FileOperationHook*> known_hook{nullptr};
@@ -24,4 +24,4 @@ void after_operation(const FileOperation& operation) noexcept {
   if (FileOperationHook* const hook = file_operation_hook()) hook->after(operation);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

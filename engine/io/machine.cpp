@@ -14,7 +14,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ std::uint64_t largest_file_bytes() {
   return limit.rlim_cur;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 #include <system_error>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 Error taken(const std::filesystem::path& path) {
@@ -173,4 +173,4 @@ Error with_final_name(const Error& error, const std::filesystem::path& temporary
   return {error.code(), message};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

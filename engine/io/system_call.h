@@ -10,7 +10,7 @@
 
 #include "plait/file_operations.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// `call(most_bytes)` makes the system call and returns its result: -1 with errno, or a value.
 /// attempt() returns the same.
@@ -34,4 +34,4 @@ ssize_t attempt(FileOperation operation, Call call) noexcept {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

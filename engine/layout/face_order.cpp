@@ -13,7 +13,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The bounding box of the vertices, with all coordinates halved: so differences of finite
@@ -107,4 +107,4 @@ std::vector<FaceId> face_order(const BaseMesh& mesh, LayoutKind kind) {
   return order;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "layout/spans.h"
 #include "plait/layout.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 struct Candidate {
@@ -47,4 +47,4 @@ LaidOutMesh lay_out(const BaseMesh& mesh, LayoutKind kind) {
   return result;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::array<std::pair<LayoutKind, std::string_view>, 5> kNames{{
@@ -36,4 +36,4 @@ LayoutKind layout_from_name(std::string_view name) {
               fmt::format("layout: expected one of {}, found \"{}\"", known_names, name));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "plait/edge_index.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Counts stencils by their width. Widths are below the number of edges, so an array of counts
@@ -47,8 +47,9 @@ class WidthCounter {
 };
 
 }  // namespace
+PLAIT_END_NAMESPACE
 
-namespace layout {
+namespace plait::layout {
 
 std::vector<EdgeId> number_edges(const BaseMesh& mesh, std::span<const FaceId> order) {
   std::vector<EdgeId> number(mesh.edge_count(), kNoId);
@@ -113,7 +114,9 @@ std::uint64_t measure_loop_span(const BaseMesh& mesh, std::span<const EdgeId> nu
   return widest.empty() ? 0 : *std::ranges::max_element(widest);
 }
 
-}  // namespace layout
+}  // namespace plait::layout
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 LayoutSpans measure_spans(const BaseMesh& mesh) {
   std::vector<EdgeId> number(mesh.edge_count());
@@ -138,4 +141,4 @@ std::uint64_t window_bytes(std::uint64_t span, int level, std::uint64_t record_b
   return bytes;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

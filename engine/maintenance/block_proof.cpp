@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct BlockProof::Model {
   explicit Model(const Directory& directory) : scratch(directory) {}
@@ -62,4 +62,4 @@ std::optional<std::span<const std::byte>> BlockProof::stored_bytes(const LevelFi
   return stored_;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

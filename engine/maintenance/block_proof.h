@@ -14,7 +14,7 @@
 #include "plait/pager.h"
 #include "plait/partial_output.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class BlockProof {
  public:
@@ -46,4 +46,4 @@ class BlockProof {
   std::vector<std::byte> stored_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

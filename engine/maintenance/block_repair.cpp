@@ -8,7 +8,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool before(const BlockAddress& a, const BlockAddress& b) {
@@ -115,4 +115,4 @@ void BlockRepair::write(Store& made, const std::vector<std::size_t>& proven) {
   if (!options_.dry_run && !proven.empty()) store_.pager().flush();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "maintenance/recomputed_store.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class BlockRepair {
  public:
@@ -59,4 +59,4 @@ class BlockRepair {
   std::vector<bool> rebuilt_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

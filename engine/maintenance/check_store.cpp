@@ -15,7 +15,7 @@
 #include "store/recovery.h"
 #include "store/stored_version.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace fs = std::filesystem;
 namespace {
 
@@ -193,4 +193,4 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
   return result;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include "plait/error.h"
 #include "plait/level_cursor.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void copy_levels(Store& from, Store& to,
                  const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
@@ -40,4 +40,4 @@ void copy_levels(Store& from, Store& to,
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

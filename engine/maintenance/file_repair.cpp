@@ -11,7 +11,7 @@
 #include "plait/error.h"
 #include "store/checksum.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace fs = std::filesystem;
 namespace {
 
@@ -210,4 +210,4 @@ void FileRepair::lose(const DamagedFile& file, const std::string& why) {
       {file.name, fmt::format("{}; it cannot be rebuilt: {}", file.reason, why)});
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

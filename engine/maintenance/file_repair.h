@@ -10,7 +10,7 @@
 #include "maintenance/recomputed_store.h"
 #include "plait/check_store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class FileRepair {
  public:
@@ -55,4 +55,4 @@ class FileRepair {
   RepairReport& report_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

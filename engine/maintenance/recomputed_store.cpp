@@ -4,7 +4,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The built-in one, or whichever a program has put in its place.
@@ -72,4 +72,4 @@ void RecomputedStore::check_attributes(const Store& made) const {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "plait/partial_output.h"
 #include "plait/repair.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class RecomputedStore {
  public:
@@ -39,4 +39,4 @@ class RecomputedStore {
   std::optional<Store> made_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

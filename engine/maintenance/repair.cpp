@@ -7,7 +7,7 @@
 #include "plait/error.h"
 #include "plait/left_overs.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kMaxNamed = 1000;
@@ -115,4 +115,4 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
   return report;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "store/recovery.h"
 #include "store/version_locks.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void replace_file(const std::filesystem::path& path, std::uint64_t sequence,
                   const std::string& name, const Directory& from_directory,
@@ -31,4 +31,4 @@ void replace_file(const std::filesystem::path& path, std::uint64_t sequence,
   store.sync();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 
 #include "plait/directory.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Puts the file `from` of another directory, on the same filesystem, in place of the store's file
 /// `name`, durably and in one step. Holds the writer's lock meanwhile. `from` was made for version
@@ -16,4 +16,4 @@ void replace_file(const std::filesystem::path& path, std::uint64_t sequence,
                   const std::string& name, const Directory& from_directory,
                   const std::string& from);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

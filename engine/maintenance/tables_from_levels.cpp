@@ -4,7 +4,7 @@
 #include "store/checksum.h"
 #include "store/stored_version.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Seals all blocks of a level; false if its file does not hold them.
@@ -49,4 +49,4 @@ std::optional<std::vector<std::byte>> tables_from_levels(
   return bytes;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 
 #include "plait/check_store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The file version.S with block tables made again from the level files of a store that keeps
 /// blocks raw and at fixed places: every block is read and sealed. Nothing unless it has the
@@ -21,4 +21,4 @@ std::optional<std::vector<std::byte>> tables_from_levels(
     const std::filesystem::path& path, const StoreCheck& check,
     const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

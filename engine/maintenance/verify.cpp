@@ -4,7 +4,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::uint64_t)>& proceed,
                     const std::function<void(const BlockAddress&)>& damaged) {
@@ -48,4 +48,4 @@ VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::u
   return report;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

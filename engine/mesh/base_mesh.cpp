@@ -10,7 +10,7 @@
 #include "parallel_parts.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 [[noreturn]] void refuse(std::string_view source, const std::string& what) {
@@ -185,4 +185,4 @@ std::uint64_t BaseMesh::memory_bytes() const {
          bytes(vertex_corners_) + bytes(border_edges_) + slot_shapes_.memory_bytes();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

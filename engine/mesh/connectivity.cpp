@@ -9,7 +9,7 @@
 #include "parallel_parts.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The order in which the sides of a face number edges: ab, bc, ca.
@@ -275,4 +275,4 @@ std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<Si
   return edges;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

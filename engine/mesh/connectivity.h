@@ -13,7 +13,7 @@
 
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using FaceVertices = std::array<VertexId, 3>;
 using SideCodes = std::array<std::uint32_t, 3>;
@@ -58,4 +58,4 @@ std::vector<FaceSide> find_vertex_corners(std::span<const FaceVertices> faces,
 std::vector<Edge> number_edges(std::span<const FaceVertices> faces, std::span<SideCodes> twins,
                                std::uint64_t border_count);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

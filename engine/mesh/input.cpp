@@ -13,7 +13,7 @@
 #include "plait/error.h"
 #include "zstd_frames.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 namespace io = boost::iostreams;
@@ -158,4 +158,4 @@ std::string in_quotes(std::string_view found) {
   return result + (found.size() > kShown ? "...'" : "'");
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

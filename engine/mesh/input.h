@@ -17,7 +17,7 @@
 
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class Input {
  public:
@@ -73,4 +73,4 @@ class Input {
 /// `found` in quotes for a message: shortened, without control characters.
 std::string in_quotes(std::string_view found);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

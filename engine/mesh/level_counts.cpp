@@ -4,7 +4,7 @@
 #include "plait/edge_index.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 LevelCounts counts_at_level(const BaseMesh& mesh, int level) {
   if (level < 0 || level > kMaxLevel)
@@ -29,4 +29,4 @@ LevelCounts counts_at_level(const BaseMesh& mesh, int level) {
   return counts;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

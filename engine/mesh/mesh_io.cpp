@@ -11,7 +11,7 @@
 #include "plait/error.h"
 #include "readers.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using Reader = IndexedMesh (*)(Input&, Warnings*);
@@ -96,4 +96,4 @@ BaseMesh read_base_mesh(const std::filesystem::path& path, Warnings* warnings) {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "readers.h"
 #include "text_input.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::array kPassedKeywords = std::to_array<std::string_view>(
@@ -116,4 +116,4 @@ void ObjReader::read_face() {
 
 IndexedMesh read_obj(Input& input, Warnings* warnings) { return ObjReader(input).read(warnings); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "readers.h"
 #include "text_input.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 class OffReader {
@@ -135,4 +135,4 @@ bool is_off_keyword(std::string_view word) {
 
 IndexedMesh read_off(Input& input, Warnings* warnings) { return OffReader(input).read(warnings); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

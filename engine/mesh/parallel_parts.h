@@ -9,7 +9,9 @@
 #include <exception>
 #include <vector>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr std::size_t kPartElements = std::size_t{1} << 14;
 
@@ -34,4 +36,4 @@ void for_parts(std::size_t count, Body body) {
     if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "ply_values.h"
 #include "readers.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// A list that claims more entries than this is an error: vertex indices have 32 bits.
@@ -315,4 +315,4 @@ IndexedMesh read_ply(Input& input, Warnings* warnings) {
   return reader.finish(warnings);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include <charconv>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10;
@@ -201,4 +201,4 @@ bool PlyElement::has_lists() const {
 
 PlyHeader read_ply_header(Input& input) { return HeaderReader(input).read(); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

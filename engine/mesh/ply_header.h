@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "input.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 enum class PlyFormat : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
 
@@ -54,4 +55,4 @@ struct PlyHeader {
 /// Errors: kInvalidArgument with the line number.
 PlyHeader read_ply_header(Input& input);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

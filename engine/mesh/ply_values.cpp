@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 std::string describe(const PlyPlace& place) {
@@ -58,4 +58,4 @@ void TextPlyValues::refuse(std::string_view expected, std::string_view found) co
 
 bool TextPlyValues::at_end() { return !text_.seek_word(); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

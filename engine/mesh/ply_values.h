@@ -7,10 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include "plait/namespace.h"
 #include "ply_header.h"
 #include "text_input.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A number of the file's type and byte order.
 inline double load_ply_number(PlyType type, const char* bytes, bool big_endian) {
@@ -107,4 +108,4 @@ class TextPlyValues {
   PlyPlace place_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "input.h"
 #include "plait/mesh_io.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using Warnings = std::vector<std::string>;
 
@@ -42,4 +42,4 @@ class FaceDivider {
   VertexId first_ = 0, previous_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
@@ -153,4 +153,4 @@ std::optional<std::int64_t> parse_integer(std::string_view word) {
   return value;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

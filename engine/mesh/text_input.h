@@ -7,8 +7,9 @@
 #include <string_view>
 
 #include "input.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct TextRules {
   bool hash_comments = false;        ///< '#' starts a comment that runs to the end of the line
@@ -60,4 +61,4 @@ class TextInput {
 std::optional<double> parse_number(std::string_view word);
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "plait/mesh_io.h"
 #include "plait/partial_output.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Collects bytes in a buffer and writes them to a file many at a time.
@@ -88,4 +88,4 @@ void write_ply(File& file, const IndexedMesh& mesh) {
   buffered.flush();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

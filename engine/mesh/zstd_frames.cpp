@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 std::uint32_t little_endian(const unsigned char* bytes, std::size_t count) {
@@ -88,4 +88,4 @@ void ZstdFrames::take_part() noexcept {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

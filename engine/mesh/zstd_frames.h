@@ -16,7 +16,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class ZstdFrames {
  public:
@@ -45,4 +47,4 @@ class ZstdFrames {
   bool any_frame_ = false;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

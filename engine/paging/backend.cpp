@@ -1,6 +1,6 @@
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Backend::start(Transfer& transfer) noexcept {
   std::exception_ptr error;
@@ -15,4 +15,4 @@ void Backend::start(Transfer& transfer) noexcept {
   transfer.listener->finished(transfer, error);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

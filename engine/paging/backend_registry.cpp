@@ -6,7 +6,7 @@
 #include "plait/backend.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The most characters of a specification in a message, because a message is one line.
@@ -75,4 +75,4 @@ std::vector<std::string> BackendRegistry::names() const {
   return result;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

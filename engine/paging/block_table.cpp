@@ -15,7 +15,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 void put_little_endian(std::span<std::byte> into, std::uint64_t value) {
@@ -85,4 +85,4 @@ void BlockTable::check(std::uint64_t block, std::span<const std::byte> stored,
                                                   place, entry.checksum, checksum(block, stored)));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

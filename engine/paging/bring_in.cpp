@@ -5,7 +5,7 @@
 
 #include "paging/pin_call.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool is_not_filled(Frame::State state) {
@@ -112,4 +112,4 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

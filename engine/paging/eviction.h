@@ -3,8 +3,9 @@
 #pragma once
 
 #include "paging/frame.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The frames of a session that may be evicted. The pager's lock protects it.
 class Eviction {
@@ -50,4 +51,4 @@ class ClockEviction final : public Eviction {
   FrameList frames_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

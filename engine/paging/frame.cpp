@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 bool may_become(Frame::State from, Frame::State to) noexcept {
   using State = Frame::State;
@@ -36,4 +36,4 @@ void become(Frame& frame, Frame::State state) noexcept {
   frame.content.state = state;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,7 +14,7 @@
 #include "paging/io_queue.h"
 #include "plait/pager.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using ListLink =
     boost::intrusive::list_member_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
@@ -102,4 +102,4 @@ using FrameOrder =
                           boost::intrusive::compare<EarlierEdge>,
                           boost::intrusive::constant_time_size<false>>;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,7 +4,7 @@
 #include <new>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 FramePool::~FramePool() {
   for (auto& [bytes, list] : idle_)
@@ -60,4 +60,4 @@ void FramePool::set_aside(std::uint64_t bytes) noexcept {
   if (used_bytes_ <= budget_bytes()) make_room(0);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

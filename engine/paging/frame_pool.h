@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <map>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pager's lock protects it.
 class FramePool {
@@ -55,4 +57,4 @@ class FramePool {
   std::map<std::uint64_t, Idle*> idle_;  ///< for each size that was prepared
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

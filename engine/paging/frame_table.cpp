@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The most blocks that can be in frames at once after `added` is attached.
 std::uint64_t FrameTable::most_frames(const LevelFile& added) const noexcept {
@@ -110,4 +110,4 @@ void FrameTable::vacate(Frame& frame) noexcept {
   vacant_.push_back(frame);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

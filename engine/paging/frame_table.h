@@ -9,8 +9,9 @@
 
 #include "paging/frame.h"
 #include "paging/frame_pool.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pager's lock protects it. Only attach() allocates memory other than that of frames, so the
 /// noexcept functions never fail.
@@ -65,4 +66,4 @@ class FrameTable {
   std::vector<Slot> slots_;  ///< [pager slot]
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 IoQueue::~IoQueue() {
   {
@@ -71,4 +71,4 @@ void IoQueue::work() noexcept {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 
 #include "plait/backend.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A transfer with its link in the queue, so that queueing it allocates no memory.
 struct QueuedTransfer : Transfer {
@@ -58,4 +58,4 @@ class IoQueue {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,7 +4,7 @@
 
 #include "plait/pager.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void LevelCursor::move_to(EdgeId edge) {
   level_.begin_step();
@@ -17,4 +17,4 @@ void LevelCursor::move_to(EdgeId edge) {
     if (!level_.announce(session_, geometry().edge_after(block) - 1)) return;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

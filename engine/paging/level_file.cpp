@@ -1,6 +1,6 @@
 #include "plait/level_file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 UnfinishedLevels::~UnfinishedLevels() {
   for (const Added& added : levels_) {
@@ -23,4 +23,4 @@ void UnfinishedLevels::finish() noexcept {
   levels_.clear();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "paging/pin_call.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads)
     : table_(budget_bytes), sessions_(table_.pool()), transfers_(io_threads, *this) {}
@@ -156,4 +156,4 @@ void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside
 std::uint64_t Pager::budget_bytes() const noexcept { return implementation_->budget_bytes(); }
 PagingStatistics Pager::statistics() const { return implementation_->statistics(); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,7 +1,7 @@
 // The part of the pager that takes, pins and frees frames.
 #include "paging/pager_implementation.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 Frame* Pager::Implementation::take_frame(SessionState& session, const LevelFile& level,
                                          std::uint64_t block) {
@@ -71,4 +71,4 @@ void Pager::Implementation::drop_context(Frame& frame) noexcept {
   frame.content.context_count = 0;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -15,7 +15,7 @@
 #include "paging/transfers.h"
 #include "plait/pager.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class Pager::Implementation final : public TransferListener {
  public:
@@ -149,4 +149,4 @@ class Pager::Implementation::Wait {
   std::chrono::steady_clock::time_point start_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "paging/pin_batch.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr error) noexcept {
   const Lock lock(mutex_);
@@ -214,4 +214,4 @@ void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) n
   changed_.wait(lock, [&] { return std::ranges::none_of(table_.frames(), concerned); });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -2,7 +2,7 @@
 
 #include "paging/frame_table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint64_t PinBatch::frame_bytes() const noexcept {
   std::uint64_t bytes = 0;
@@ -15,4 +15,4 @@ std::uint64_t PinBatch::frame_bytes() const noexcept {
   return bytes;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,8 +10,9 @@
 #include <utility>
 
 #include "paging/frame.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Whether blocks of `level` may be context of blocks of `other`.
 inline bool comes_before(const LevelFile& level, const LevelFile& other) {
@@ -79,4 +80,4 @@ class PinBatch {
   boost::container::small_vector<Entry, 8> entries_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Counts a call while the call runs. After its end there may be nothing left that the waiting
 /// calls could wait for. So the end of a call wakes them, and they check again.
@@ -190,4 +190,4 @@ void Pager::Implementation::PinCall::let_go() noexcept {
   pager_.tell_of_change();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

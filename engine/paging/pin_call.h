@@ -12,8 +12,9 @@
 
 #include "paging/pager_implementation.h"
 #include "paging/pin_batch.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Used while the pager's lock is held. The functions that release the lock say so.
 class Pager::Implementation::PinCall {
@@ -59,4 +60,4 @@ class Pager::Implementation::PinCall {
   PinBatch batch_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

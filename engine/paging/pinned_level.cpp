@@ -4,7 +4,7 @@
 
 #include "paging/frame_pool.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PinnedLevel::PinnedLevel(const LevelFile& file, LevelFile* written, Access access)
     : file_(&file),
@@ -78,4 +78,4 @@ void PinnedLevel::release_block(std::uint64_t block) noexcept {
   pins_.erase(blocks_[block].pin);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

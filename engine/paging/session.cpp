@@ -6,7 +6,7 @@
 
 #include "paging/pager_implementation.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PinnedBlock::PinnedBlock(SessionState& session, std::uint32_t caller, Frame& frame,
                          LevelFile* written) noexcept
@@ -86,4 +86,4 @@ bool Session::prefetch(const LevelFile& level, std::uint64_t block) noexcept {
 
 PagingStatistics Session::statistics() const { return state_->pager->statistics(*state_); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

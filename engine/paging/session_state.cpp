@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint32_t SessionState::caller() {
   const std::thread::id thread = std::this_thread::get_id();
@@ -16,4 +16,4 @@ std::uint32_t SessionState::caller() {
   return static_cast<std::uint32_t>(known - callers_.begin());
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "paging/eviction.h"
 #include "plait/pager.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pager's lock protects it.
 class SessionState {
@@ -62,4 +62,4 @@ class SessionState {
   std::vector<Caller> callers_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 Sessions::Waiter::Waiter(Sessions& sessions, SessionState& session) noexcept
     : sessions_(sessions), session_(session) {
@@ -126,4 +126,4 @@ bool Sessions::may_come_free(const SessionState& asking) const noexcept {
   });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

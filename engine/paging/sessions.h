@@ -8,8 +8,9 @@
 
 #include "paging/frame_pool.h"
 #include "paging/session_state.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The open sessions. The pager's lock protects it.
 class Sessions {
@@ -77,4 +78,4 @@ class Sessions {
   boost::intrusive::list<Waiter> waiters_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Transfers::begin(Frame& frame, Direction direction) noexcept {
   const Frame::Content& content = frame.content;
@@ -90,4 +90,4 @@ void Transfers::refuse(std::string_view what) {
               fmt::format("{}: refused because an earlier write failed; reopen the store", what));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,8 +9,9 @@
 
 #include "paging/frame.h"
 #include "paging/io_queue.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pager's lock protects it. Functions with a parameter `lock` release it while the backend
 /// works.
@@ -77,4 +78,4 @@ class Transfers {
   IoQueue queue_;  ///< last: its threads end first
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,6 +1,6 @@
 #include "plait/attribute.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::size_t component_bytes(ComponentType type) noexcept {
   switch (type) {
@@ -48,4 +48,4 @@ std::string_view to_string(ComponentType type) noexcept {
   return "unknown";
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr char kMagic[] = "plaitmsh";
@@ -72,4 +72,4 @@ BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected) {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

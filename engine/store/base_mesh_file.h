@@ -8,7 +8,7 @@
 #include "plait/directory.h"
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct StoredSize {
   std::uint64_t bytes = 0, checksum = 0;
@@ -20,4 +20,4 @@ StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh);
 /// Errors: kCorruption for a wrong size, checksum or header, or a mesh that BaseMesh refuses.
 BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,9 @@
 #include <string>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 static_assert(std::endian::native == std::endian::little,
               "level files are mapped and read without conversion, and they are little-endian");
@@ -40,4 +42,4 @@ inline std::string load_text(std::span<const std::byte> bytes, std::size_t offse
   return std::string(text, strnlen(text, size));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

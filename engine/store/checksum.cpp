@@ -8,7 +8,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint64_t checksum_of(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());
@@ -30,4 +30,4 @@ std::uint64_t checksum_of(const File& file) {
   return XXH3_64bits_digest(state.get());
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

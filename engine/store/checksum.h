@@ -7,11 +7,11 @@
 
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint64_t checksum_of(std::span<const std::byte> bytes);
 
 /// The checksum of a whole file. Needs little memory for any file. Errors: kIo, kOutOfMemory.
 std::uint64_t checksum_of(const File& file);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -17,7 +17,7 @@
 #include "plait/error.h"
 #include "store/byte_order.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 inline bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
@@ -98,4 +98,4 @@ class FieldReader {
   std::size_t at_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The text after `prefix`, or nothing if `text` does not begin with it.
@@ -46,4 +46,4 @@ bool is_version_file_name(std::string_view name) {
   return version && is_number(*version);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,9 @@
 #include <string>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 inline constexpr char kManifestName[] = "manifest";
 inline constexpr char kBaseMeshName[] = "base.mesh";
@@ -35,4 +37,4 @@ bool is_of_version_alone(std::string_view name, std::uint64_t version);
 /// Whether a name is one of those above: of a file that a version adds or removes.
 bool is_version_file_name(std::string_view name);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,7 +14,7 @@
 #include "plait/machine.h"
 #include "store/file_names.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t kPageBytes = 4096;
@@ -222,4 +222,4 @@ void check_free_space(const LevelSpec& level, std::uint64_t needed_bytes,
                   free_bytes));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -17,7 +17,7 @@
 #include "plait/backend.h"
 #include "plait/directory.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class GenerationLevel;
 
@@ -52,4 +52,4 @@ class GenerationVolume final : public Volume {
 /// Refuses a new file of `needed_bytes` where fewer are free. Errors: kNoSpace.
 void check_free_space(const LevelSpec& level, std::uint64_t needed_bytes, std::uint64_t free_bytes);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

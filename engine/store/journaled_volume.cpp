@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Every entry waits for the disk. A pass that goes from block to block waits once for so much.
@@ -122,4 +122,4 @@ void JournaledVolume::begin_version(std::uint64_t sequence, std::span<const std:
   journal_.begin_version(sequence);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

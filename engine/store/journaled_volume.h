@@ -10,7 +10,7 @@
 #include "plait/backend.h"
 #include "store/rollback_journal.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class JournaledLevel;
 
@@ -34,4 +34,4 @@ class JournaledVolume final : public Volume {
   std::vector<JournaledLevel*> levels_;  ///< those that are open
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

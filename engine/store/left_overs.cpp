@@ -14,7 +14,7 @@
 #include "plait/partial_output.h"
 #include "plait/store_directory.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The part NAME of "NAME.partial-12" or "NAME.repair-12-3".
@@ -132,4 +132,4 @@ void remove_left_overs_of(const std::filesystem::path& path,
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

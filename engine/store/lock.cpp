@@ -11,7 +11,7 @@
 #include "plait/error.h"
 #include "store/file_names.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr int kAttempts = 1000;
@@ -74,4 +74,4 @@ void StoreLock::sign() {
   file_.write_at(0, std::as_bytes(std::span(text)));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "plait/directory.h"
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 enum class LockFor : std::uint8_t {
   kReading,  ///< shared, to check whether there is a writer; readers of a version need no such lock
@@ -41,4 +41,4 @@ class StoreLock {
   File file_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
@@ -177,4 +177,4 @@ void write_manifest(File& file, const Manifest& manifest) {
   file.write_at((manifest.sequence % 2) * kManifestSlotBytes, encode_manifest(manifest));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

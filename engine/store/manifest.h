@@ -13,7 +13,7 @@
 #include "plait/directory.h"
 #include "plait/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct Manifest {
   StoreUuid uuid{};
@@ -64,4 +64,4 @@ bool has_whole_slot(const Directory& store);
 /// Writes the slot that belongs to the sequence number.
 void write_manifest(File& file, const Manifest& manifest);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

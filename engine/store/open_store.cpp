@@ -15,7 +15,7 @@
 #include "store/recovery.h"
 #include "store/store_state.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The scratch memory of a volume is at most this part of the budget.
@@ -202,4 +202,4 @@ bool Store::has_commit(const std::filesystem::path& path) {
   return !std::filesystem::is_directory(path, ignored) || !is_uncommitted(Directory(path));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "plait/left_overs.h"
 #include "plait/store_directory.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 Error taken(const std::filesystem::path& path, Existing existing) {
@@ -96,4 +96,4 @@ void PartialStore::stay_beside(const std::string& why) {
                           final_path().native(), why, path_.native()));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -16,7 +16,7 @@
 #include "store/rollback_journal.h"
 #include "store/stored_version.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 namespace fs = std::filesystem;
@@ -230,4 +230,4 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
   return held;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "store/lock.h"
 #include "store/version_locks.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Errors: kNotFound if there is no directory, or if it is not a store.
 Directory open_store_directory(const std::filesystem::path& path);
@@ -47,4 +47,4 @@ void remove_uncommitted(const Directory& store) noexcept;
 /// writer's lock. Errors: kIo; kNotFound, kCorruption, kNotSupported for the newest version.
 std::vector<std::uint64_t> remove_old_versions(const Directory& store);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -19,7 +19,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr char kMagic[] = "plaitjnl";
@@ -288,4 +288,4 @@ void remove_journal(const Directory& store) {
   store.sync();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

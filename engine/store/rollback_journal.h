@@ -23,7 +23,7 @@
 #include "plait/level_geometry.h"
 #include "store/stored_version.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Safe from several threads.
 class RollbackJournal {
@@ -70,4 +70,4 @@ std::uint64_t roll_back(const Directory& store, const StoreUuid& uuid, std::uint
 /// Durably. Errors: kIo.
 void remove_journal(const Directory& store);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "store/file_names.h"
 #include "store/store_state.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 void check_writable(const Store::Implementation& state) {
@@ -261,4 +261,4 @@ std::uint64_t Store::stored_bytes() const {
   return bytes + implementation_->base_mesh_size.bytes;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "store/manifest.h"
 #include "store/version_locks.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 bool is_store(const Directory& directory) { return has_whole_slot(directory); }
 
@@ -32,4 +32,4 @@ std::vector<std::string> remove_store_files(const Directory& store) {
   return store.names();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

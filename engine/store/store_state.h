@@ -15,7 +15,7 @@
 #include "store/rollback_journal.h"
 #include "store/stored_version.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct Store::Implementation {
   struct Attribute {
@@ -83,4 +83,4 @@ struct Store::Implementation {
   std::unique_ptr<Pager> pager;  ///< last, because it refers to the level files
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

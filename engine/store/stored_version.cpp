@@ -12,7 +12,7 @@
 #include "store/file_names.h"
 #include "store/version_file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
     : store_(store),
@@ -166,4 +166,4 @@ std::set<std::string> StoredVersion::file_names() const {
   return names;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

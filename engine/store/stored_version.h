@@ -23,7 +23,7 @@
 #include "store/version_description.h"
 #include "store/version_locks.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// One level of one attribute, as the description says it should be.
 struct StoredLevel {
@@ -84,4 +84,4 @@ class StoredVersion {
   VersionDescription description_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "store/version_description.h"
 #include "store/version_file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Creates the file. Replaces a file that an earlier run left under its name.
@@ -143,4 +143,4 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

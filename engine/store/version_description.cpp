@@ -10,7 +10,7 @@
 #include "plait/error.h"
 #include "store/field_stream.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint8_t kLimitPositions = 1;  ///< a bit of the provenance's flags
@@ -213,4 +213,4 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
   return version;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

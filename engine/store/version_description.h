@@ -13,7 +13,7 @@
 #include "plait/attribute.h"
 #include "plait/provenance.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// How a level represents its values. Stored: never renumber.
 enum class Representation : std::uint32_t {
@@ -72,4 +72,4 @@ std::vector<std::byte> encode_description(const VersionDescription& version);
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
                                       const std::filesystem::path& path);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

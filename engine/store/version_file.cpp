@@ -12,7 +12,7 @@
 #include "store/checksum.h"
 #include "store/version_description.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr char kMagic[] = "plaitver";
@@ -98,4 +98,4 @@ Error BlockTablesReader::refuse(std::string_view reason) const {
   return {ErrorCode::kCorruption, fmt::format("open {}: {}", path_.native(), reason)};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,7 +14,7 @@
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The bytes of the file. `description` is the result of encode_description(). The tables are those
 /// of all levels, with attributes in the description's order and levels ascending.
@@ -51,4 +51,4 @@ class BlockTablesReader {
   std::filesystem::path path_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

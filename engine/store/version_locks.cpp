@@ -11,7 +11,7 @@
 #include "store/file_names.h"
 #include "store/lock.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Whether the manifest now names another version than `from`, or none.
@@ -111,4 +111,4 @@ OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
   return version;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -15,7 +15,7 @@
 #include "plait/file.h"
 #include "store/manifest.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// A version and its open file version.S, which may have a lock.
 struct OpenVersion {
@@ -50,4 +50,4 @@ File keep_readers_out(const Directory& store, std::uint64_t newest);
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
                                std::uint64_t sequence);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -67,7 +67,7 @@ std::vector<Vector3<Real>> base_middles(const Topology& mesh, std::span<const Ve
 
 }  // namespace plait::butterfly
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The vertices of level 1, [edge], from which the rings of base vertices begin.
 template <class Real>
@@ -76,4 +76,4 @@ std::vector<Vector3<Real>> first_middles(const Butterfly<Real>&, const Topology&
   return butterfly::base_middles(mesh, base);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

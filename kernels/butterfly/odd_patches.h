@@ -4,8 +4,7 @@
 #include "butterfly/odd_slots.h"
 #include "plait/kernels/rule_patches.h"
 
-namespace plait {
-namespace butterfly {
+namespace plait::butterfly {
 
 /// An odd vertex that is not next to an extraordinary vertex or to the end of a border edge.
 template <class Real, int kSide, class Patch>
@@ -23,7 +22,9 @@ Vector3<Real> odd_in_patch(const PatchFrame<kSide, Patch>& frame) {
              wing(-1, 3, a, d, b));
 }
 
-}  // namespace butterfly
+}  // namespace plait::butterfly
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Computes the vertices that `level` creates. `rings` has the rings of level - 1; the function
 /// replaces them by those of `level`.
@@ -69,4 +70,4 @@ void odd_patches(Mesh& mesh, int level, const Butterfly<Real>&,
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -68,7 +68,7 @@ void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
 
 }  // namespace plait::butterfly
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Computes the new vertices of one level, edge by edge. The object copies `rings`, the rings of
 /// the coarser level, so the caller may replace them by finer ones during the pass.
@@ -84,4 +84,4 @@ auto odd_slots(const Butterfly<Real>&, const Topology& mesh, const RingTable<Vec
       };
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "plait/sweep.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The source of the records: an access of a sweep with Reach::kFaces or more.
 template <class Record>
@@ -104,4 +104,4 @@ void gather(const Topology& mesh, const SlotSource<Record>& source, std::span<co
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "plait/kernels/one_ring.h"
 #include "schemes/butterfly.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Writes one point to its lane.
@@ -244,4 +244,4 @@ template class BaseRings<OneRing<double>>;
 template class BaseRings<Butterfly<float>>;
 template class BaseRings<Butterfly<double>>;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

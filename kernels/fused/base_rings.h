@@ -15,7 +15,7 @@
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 template <class Rule>
 class BaseRings;
@@ -130,4 +130,4 @@ class BaseRings {
   LatticeBuffer<Real> points_{0};
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

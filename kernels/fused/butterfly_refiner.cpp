@@ -10,7 +10,7 @@
 #include "fused/surface_refiner.h"
 #include "plait/kernels/numbers.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using namespace lattice_points;
@@ -113,4 +113,4 @@ std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<Rea
 template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<float>>&);
 template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<double>>&);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "plait/kernels/rows.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Scratch memory, aligned to vectors. Results of lanes without a patch, and of points beyond
 /// borders, are ignored.
@@ -59,4 +59,4 @@ void put(Number* point, std::size_t lane, const Vector3<Number>& v) {
 }
 
 }  // namespace lattice_points
-}  // namespace plait
+PLAIT_END_NAMESPACE

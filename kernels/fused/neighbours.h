@@ -9,7 +9,7 @@
 #include "plait/fused.h"
 #include "plait/kernels/rows.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pairs of opposite neighbours, in the order of the frame of `side`.
 template <class Real>
@@ -27,4 +27,4 @@ Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice, st
   return result;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

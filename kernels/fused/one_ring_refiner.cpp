@@ -5,7 +5,7 @@
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using namespace lattice_points;
@@ -107,4 +107,4 @@ std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<Real>
 template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<float>>&);
 template std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<OneRing<double>>&);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

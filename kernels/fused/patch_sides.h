@@ -5,7 +5,7 @@
 
 #include "plait/edge_index.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The point of `side` with this weight at its start.
 constexpr FaceIndex on_side(int level, int side, std::int64_t weight) {
@@ -24,4 +24,4 @@ constexpr LatticeStep step(int to, int from) {
           std::int64_t(to == 2) - std::int64_t(from == 2)};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,7 +3,9 @@
 
 #include <cstddef>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The parts of the rings that a rule reads around a base vertex.
 enum class RingPart {
@@ -44,4 +46,4 @@ struct RingShape {
   constexpr int width() const { return valence + 2 * beyond(); }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

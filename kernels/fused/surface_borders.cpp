@@ -5,7 +5,7 @@
 #include "normals/normal_rules.h"
 #include "plait/kernels/numbers.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using namespace lattice_points;
 
@@ -39,4 +39,4 @@ template void SurfaceRefiner<OneRing<double>>::surface_borders(std::size_t, std:
 template void SurfaceRefiner<Butterfly<float>>::surface_borders(std::size_t, std::size_t);
 template void SurfaceRefiner<Butterfly<double>>::surface_borders(std::size_t, std::size_t);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "normals/normal_rules.h"
 #include "plait/kernels/numbers.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 using namespace lattice_points;
@@ -195,4 +195,4 @@ template class SurfaceRefiner<Butterfly<double>>;
 template std::uint64_t surface_scratch_bytes<float>(int, int);
 template std::uint64_t surface_scratch_bytes<double>(int, int);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

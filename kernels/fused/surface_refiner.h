@@ -17,7 +17,7 @@
 #include "rows/dispatched_rows.h"
 #include "schemes/butterfly.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The results for the base vertices: [vertex]. The thread that has the first corner of a vertex
 /// writes them. An empty span means that the result is not wanted.
@@ -110,4 +110,4 @@ PatchLattice surface_lattice(int levels, int reach);
 template <class Real>
 std::uint64_t surface_scratch_bytes(int levels, int reach);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

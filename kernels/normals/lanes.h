@@ -9,7 +9,7 @@
 
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using Lanes = float __attribute__((vector_size(16)));
 
@@ -41,4 +41,4 @@ inline Lanes cross(const Lanes& a, const Lanes& b) {
   return a_yzx * b_zxy - a_zxy * b_yzx;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

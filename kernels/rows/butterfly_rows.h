@@ -5,7 +5,7 @@
 
 #include "plait/kernels/rows.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The points A, B, C, D as in OddRow, and the wings beyond the edges AC, DB, CB and AD.
 template <class Real>
@@ -22,4 +22,4 @@ struct ButterflyRows {
   void (*ring_step)(const RingStep<Real>&);
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

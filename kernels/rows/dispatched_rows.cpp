@@ -27,8 +27,7 @@ NormalRow<double> normal_double() { return normal_row<double>; }
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace plait {
-namespace fused_rows {
+namespace plait::fused_rows {
 
 HWY_EXPORT(loop_float);
 HWY_EXPORT(loop_double);
@@ -39,7 +38,9 @@ HWY_EXPORT(butterfly_double);
 HWY_EXPORT(normal_float);
 HWY_EXPORT(normal_double);
 
-}  // namespace fused_rows
+}  // namespace plait::fused_rows
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using namespace fused_rows;
 
@@ -76,5 +77,5 @@ NormalRow<double> normal_row() {
   return HWY_DYNAMIC_DISPATCH(normal_double)();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
 #endif

@@ -6,7 +6,7 @@
 #include "plait/kernels/rows.h"
 #include "rows/butterfly_rows.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Sets the row functions of `functions` to those of a library rule.
 template <class Rule, class Real>
@@ -21,4 +21,4 @@ using NormalRow = void (*)(const SurfaceRow<Real, float>&);
 template <class Real>
 NormalRow<Real> normal_row();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,6 +1,6 @@
 #include "plait/kernels/base_vertices.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Real>
@@ -46,4 +46,4 @@ template void limit_base_vertices(const Topology&, const RingTable<Vector3<doubl
                                   const OneRing<double>&, std::span<const Vector3<double>>,
                                   std::span<Vector3<double>>);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include "plait/kernels/scheme.h"
 #include "rows/dispatched_rows.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Has the role of OneRing for this scheme.
 template <class RealType>
@@ -27,4 +27,4 @@ struct ButterflyScheme {
   }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "plait/kernels/own_rule.h"
 #include "rows/dispatched_rows.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 template <class Rule, class Real>
 OneRing<Real> library_rule() {
@@ -16,4 +16,4 @@ OneRing<Real> library_rule() {
   return OneRing<Real>(std::make_shared<const Rule>(), functions);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

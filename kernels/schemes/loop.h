@@ -16,7 +16,7 @@
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/scheme.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct LoopRule {
   template <class V>
@@ -69,4 +69,4 @@ struct LoopScheme {
   }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

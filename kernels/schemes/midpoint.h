@@ -5,7 +5,7 @@
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/scheme.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct MidpointRule {
   static constexpr bool kReadsEndsOnly = true;
@@ -29,4 +29,4 @@ struct MidpointScheme {
   }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "schemes/loop.h"
 #include "schemes/midpoint.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Rule>
@@ -80,4 +80,4 @@ void check_own_scheme(const OneRingScheme& scheme) {
                                 : ""));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,7 +11,7 @@
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Computes the new vertices of one level, edge by edge.
 template <class Real>
@@ -30,4 +30,4 @@ std::vector<Vector3<Real>> first_middles(const OneRing<Real>&, const Topology&,
   return {};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

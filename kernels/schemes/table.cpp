@@ -8,7 +8,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr auto kTraits = []<class... Schemes>(std::tuple<Schemes...>*) {
@@ -62,4 +62,4 @@ Scheme scheme_from_name(std::string_view name) {
               fmt::format("scheme '{}': expected {}", name, scheme_names()));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "schemes/loop.h"
 #include "schemes/midpoint.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// In the order of their numbers.
 using LibrarySchemes = std::tuple<LoopScheme, ButterflyScheme, MidpointScheme>;
@@ -46,4 +46,4 @@ auto with_rule(const SubdivideOptions& options, Visit visit) {
 /// The traits of the scheme of the options.
 SchemeTraits traits_of(const SubdivideOptions& options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

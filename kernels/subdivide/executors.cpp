@@ -3,7 +3,7 @@
 #include "plait/error.h"
 #include "plait/kernels/subdivide.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::string_view to_string(ExecutorKind executor) noexcept {
   switch (executor) {
@@ -25,4 +25,4 @@ ExecutorKind executor_from_name(std::string_view name) {
               fmt::format("executor '{}': expected fused, sweep or transparent", name));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

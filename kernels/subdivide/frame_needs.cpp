@@ -5,7 +5,7 @@
 #include "plait/pin_needs.h"
 #include "schemes/table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kNormalBytes = 12;
@@ -76,4 +76,4 @@ std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& 
   return 0;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

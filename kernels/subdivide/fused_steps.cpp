@@ -11,7 +11,7 @@
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 BaseRelativeLevel finest(const Store& store, const SubdivideOptions& options) {
@@ -98,4 +98,4 @@ template std::uint64_t fused_resident_bytes<Butterfly<float>>(const Store&,
 template std::uint64_t fused_resident_bytes<Butterfly<double>>(const Store&,
                                                                const SubdivideOptions&);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "plait/vertex_numbering.h"
 #include "schemes/table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Rule>
@@ -78,4 +78,4 @@ BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_prec
   return double_precision ? with_rule<double>(scheme, refine) : with_rule<float>(scheme, refine);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "plait/kernels/subdivide.h"
 #include "schemes/table.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 const AttributeInfo* find(const StoreCheck& check, std::string_view name) {
@@ -119,4 +119,4 @@ PlanRecomputation recompute_subdivision(std::vector<OneRingScheme> own_schemes) 
              const StoreCheck& check) { return plan(check, own); };
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "plait/vector3.h"
 #include "schemes/butterfly.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The data that all passes of one run share.
 template <class Real>
@@ -72,4 +72,4 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
 template <class Rule>
 std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

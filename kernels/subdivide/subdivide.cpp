@@ -10,7 +10,7 @@
 #include "schemes/table.h"
 #include "subdivide/steps.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 void check(const Store& store, const SubdivideOptions& options) {
@@ -187,4 +187,4 @@ std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOption
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

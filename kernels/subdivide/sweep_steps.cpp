@@ -12,7 +12,7 @@
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Real>
@@ -205,4 +205,4 @@ template void make_surface(SubdivisionRun<double>&, const Butterfly<double>&, in
 template void read_rings(SubdivisionRun<float>&, int);
 template void read_rings(SubdivisionRun<double>&, int);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,7 +12,7 @@
 #include "plait/patch.h"
 #include "subdivide/steps.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Reports progress between faces, but not after every face, because that would be too often.
@@ -139,4 +139,4 @@ template void make_surface_transparent(SubdivisionRun<float>&, const Butterfly<f
 template void make_surface_transparent(SubdivisionRun<double>&, const Butterfly<double>&, int,
                                        AttributeId, AttributeId);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include "plait/error.h"
 #include "subdivision_job/planning.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Compares a request with a store, and adds a refusal to the plan for each difference.
@@ -132,4 +132,4 @@ void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& 
                        store.path().native()));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

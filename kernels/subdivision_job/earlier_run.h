@@ -6,7 +6,7 @@
 #include "plait/kernels/subdivision_job.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Opens the store of an earlier run for writing, and copies to the plan what the request does not
 /// give. Returns nothing if the name has no committed store. Refuses a store that differs from the
@@ -20,4 +20,4 @@ std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
 /// Refuses the store if its base mesh is not `mesh`, which has the layout of the store.
 void check_same_mesh(const Store& store, const BaseMesh& mesh, SubdivisionPlan& plan);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

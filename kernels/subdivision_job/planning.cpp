@@ -9,7 +9,7 @@
 #include "plait/error.h"
 #include "plait/partial_store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The memory of the fused executor depends on how many patches are unfinished at once, and not on
@@ -124,4 +124,4 @@ void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 
 #include "plait/kernels/subdivision_job.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void refuse(SubdivisionPlan& plan, std::string_view field, ErrorCode code, std::string reason);
 /// Throws the first refusal as an Error, if the plan has one.
@@ -22,4 +22,4 @@ void check_compression(const SubdivisionRequest& request, const BackendRegistry&
 /// Refuses the name of a new store if PartialStore would refuse it.
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "subdivision_job/planning.h"
 #include "subdivision_job/run_size.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 MeshFigures figures_of(const BaseMesh& mesh) {
@@ -132,4 +132,4 @@ void PlannedRun::publish() {
   if (output_) output_->publish(plan_.store.durability == Durability::kCommit, watch_.warn);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 #include "plait/partial_store.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class PlannedRun {
  public:
@@ -47,4 +47,4 @@ class PlannedRun {
   SubdivisionResult result_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "plait/partial_output.h"
 #include "subdivision_job/planning.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Memory for each face of the base mesh while the job refines it, connects it and lays it out:
@@ -122,4 +122,4 @@ void check_budget(SubdivisionPlan& plan, const Store& store) {
                 needed, store.options().budget_bytes);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

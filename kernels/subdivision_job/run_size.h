@@ -7,7 +7,7 @@
 #include "plait/kernels/subdivision_job.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Estimates the run for the mesh `input`, which the job refines plan.store.base_level times in
 /// memory. The disk_bytes of a resumed run are those of the remaining work.
@@ -26,4 +26,4 @@ void check_disk(SubdivisionPlan& plan, const BackendTraits& backend,
 /// fail only at the finest level. Refuses with kBudget.
 void check_budget(SubdivisionPlan& plan, const Store& store);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

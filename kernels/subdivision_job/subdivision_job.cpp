@@ -12,7 +12,7 @@
 #include "subdivision_job/run.h"
 #include "subdivision_job/run_size.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
@@ -128,4 +128,4 @@ SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) {
   return std::move(planned.result());
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

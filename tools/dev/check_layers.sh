@@ -12,7 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
   [attribute.h]=base [byte_text.h]=base [error.h]=base [pipeline_parts.h]=base [provenance.h]=base [stopwatch.h]=base
-  [topology.h]=base [vector3.h]=base [version.h]=base
+  [namespace.h]=base [topology.h]=base [vector3.h]=base [version.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [partial_output.h]=io
   [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address [face_slots.h]=address
@@ -182,6 +182,18 @@ while IFS= read -r file; do
   done
   [ "$named" = yes ] || fail "$file: named in no CMakeLists.txt, so it is never built"
 done < <(find "${folders[@]}" -type f -regex '.*\.\(c\|cpp\)' | LC_ALL=C sort)
+
+# The namespace of the library's files has a version; that of public headers is exported.
+while IFS=: read -r file line text; do
+  case $file:$text in
+    engine/include/plait/namespace.h:*) ;;
+    */include/plait/*:PLAIT_BEGIN_NAMESPACE) ;;
+    */include/plait/*) fail "$file:$line: a public header says PLAIT_BEGIN_NAMESPACE, not '$text'" ;;
+    *:PLAIT_BEGIN_PRIVATE_NAMESPACE) ;;
+    *) fail "$file:$line: a private file says PLAIT_BEGIN_PRIVATE_NAMESPACE, not '$text'" ;;
+  esac
+done < <(grep -rnE '^(namespace plait \{|PLAIT_BEGIN_)' --include='*.h' --include='*.cpp' \
+  engine backends kernels c)
 
 if [ "$file_count" -eq 0 ]; then
   fail "found no source file"

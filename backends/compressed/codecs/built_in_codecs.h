@@ -6,7 +6,7 @@
 
 #include "plait/backends/pipeline.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// `options` is the text after the colon. Errors: kInvalidArgument for options that the codec does
 /// not have.
@@ -18,4 +18,4 @@ std::unique_ptr<Codec> make_zstd_codec(std::string_view options);
 /// Throws kInvalidArgument unless `options` is empty.
 void refuse_options(std::string_view name, std::string_view options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

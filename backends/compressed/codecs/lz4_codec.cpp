@@ -4,7 +4,7 @@
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The LZ4 block format. Callers pass blocks of at most LZ4_MAX_INPUT_SIZE bytes, so sizes fit an
@@ -46,4 +46,4 @@ std::unique_ptr<Codec> make_lz4_codec(std::string_view options) {
   return std::make_unique<Lz4Codec>();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

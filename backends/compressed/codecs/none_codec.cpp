@@ -5,7 +5,7 @@
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 class NoneCodec final : public Codec {
@@ -41,4 +41,4 @@ void refuse_options(std::string_view name, std::string_view options) {
               fmt::format("choose \"{}:{}\": expected no options after the name", name, options));
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

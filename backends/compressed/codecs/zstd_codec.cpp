@@ -9,7 +9,7 @@
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kKibi = 1024;
@@ -96,4 +96,4 @@ std::unique_ptr<Codec> make_zstd_codec(std::string_view options) {
   return std::make_unique<ZstdCodec>(level);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <std::size_t kWidth>
@@ -44,4 +44,4 @@ std::unique_ptr<Filter> make_shuffle_filter(std::size_t component_bytes) {
   return std::make_unique<ShuffleFilter<8>>();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

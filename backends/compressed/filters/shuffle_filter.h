@@ -6,10 +6,10 @@
 
 #include "plait/backends/pipeline.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Puts the first bytes of all components first, then all second bytes, and so on. Bytes after the
 /// last whole component keep their place. REQUIRES: `component_bytes` is 2, 4 or 8.
 std::unique_ptr<Filter> make_shuffle_filter(std::size_t component_bytes);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

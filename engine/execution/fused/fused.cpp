@@ -16,7 +16,7 @@
 #include "execution/fused/slot_delivery.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The objects that the threads of a pass share.
@@ -148,4 +148,4 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
   written.finish();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

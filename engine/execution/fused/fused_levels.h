@@ -5,10 +5,10 @@
 #include "plait/fused.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 inline int fused_levels(const Store& store, const FusedPass& pass) {
   return relative_to_base(pass.finest_level, store.base_level()).refinements;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "paging/frame_pool.h"
 #include "plait/fused.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const Topology mesh = store.base().topology();
@@ -63,4 +63,4 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   return needs;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

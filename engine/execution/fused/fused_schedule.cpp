@@ -4,7 +4,7 @@
 
 #include "plait/fused.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 std::uint64_t FusedSchedule::run_faces(int levels) {
   // A run has about a quarter of a million vertices, but at most kMostFaces faces, so that there
@@ -50,4 +50,4 @@ std::uint64_t FusedSchedule::faces_done() const {
   return faces_done_;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

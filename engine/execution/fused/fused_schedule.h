@@ -9,7 +9,7 @@
 
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct FaceRun {
   FaceId first = 0, after = 0;
@@ -41,4 +41,4 @@ class FusedSchedule {
   bool stopped_ = false;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,7 +4,7 @@
 #include <bit>
 #include <utility>
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 std::size_t whole_lines(std::size_t bytes) {
@@ -158,4 +158,4 @@ std::size_t HalfLayout::table_bytes(const Store& store, std::span<const Attribut
   return half_bytes(store, attributes, finest) + attributes.size() * 3 * moves * sizeof(HalfMove);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -17,7 +17,7 @@
 #include "plait/fused.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr std::size_t kLineBytes = 64;
 
@@ -93,4 +93,4 @@ class HalfLayout {
   std::size_t bytes_ = 0, most_piece_bytes_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -63,7 +63,7 @@ void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const Edg
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 HWY_EXPORT(merge_piece);
 
@@ -84,5 +84,5 @@ void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own,
 
 void finish_streaming() { hwy::FlushStream(); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
 #endif

@@ -5,8 +5,9 @@
 #include <span>
 
 #include "execution/fused/half_layout.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Both halves of an edge, and the addresses of its slots.
 struct EdgeHalves {
@@ -26,4 +27,4 @@ void pack_border_slot(std::size_t record_bytes, int level, const std::byte* own,
 /// Makes streamed slots visible to other threads.
 void finish_streaming();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The size of a slab, in whole huge pages: one page fault instead of hundreds. A slab has room for
@@ -42,4 +42,4 @@ std::byte* HalfPool::take() {
   return half;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,9 @@
 #include <memory>
 #include <vector>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// take() returns the memory that was given back last, because it is still in the cache. Only one
 /// thread at a time may use a pool.
@@ -29,4 +31,4 @@ class HalfPool {
   std::vector<std::unique_ptr<std::byte, Unmap>> slabs_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -78,7 +78,7 @@ void scatter_float3(const float* numbers, std::span<const HalfMove> moves, const
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 HWY_EXPORT(scatter_float3);
 
@@ -108,5 +108,5 @@ void scatter_piece(const HalfOutput& output, const void* points, std::span<const
     scatter_any(output, static_cast<const std::byte*>(points), moves, to);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
 #endif

@@ -8,7 +8,7 @@
 #include "execution/fused/half_layout.h"
 #include "plait/fused.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// [lane] the address of its piece.
 using LanePieces = std::array<std::byte*, kPatchLanes>;
@@ -17,4 +17,4 @@ using LanePieces = std::array<std::byte*, kPatchLanes>;
 void scatter_piece(const HalfOutput& output, const void* points, std::span<const HalfMove> moves,
                    const LanePieces& to);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

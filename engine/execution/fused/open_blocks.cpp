@@ -1,6 +1,6 @@
 #include "execution/fused/open_blocks.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
     : session_(store.open_session()),
@@ -40,4 +40,4 @@ void OpenBlocks::close(std::span<const EdgeId> edges) {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 #include "plait/pinned_level.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Pins a block before its first slot is filled and releases the block after its last. One thread
 /// at a time. If an exception destroys this object, the blocks that are not full are abandoned.
@@ -37,4 +37,4 @@ class OpenBlocks {
   std::vector<std::vector<std::uint32_t>> to_fill_;  ///< [of levels_][block] slots
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 
 #include "execution/fused/fused_levels.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
     : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
@@ -223,4 +223,4 @@ auto SlotDelivery::edges_of(std::span<const Complete> edges, EdgesOfGroup& ids)
   return std::span(ids).first(edges.size());
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -19,7 +19,7 @@
 #include "plait/fused.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Safe from several threads, if each has its own Scratch. One lock protects everything except the
 /// contents of slots and halves. A thread takes the lock three times for each group.
@@ -107,4 +107,4 @@ class SlotDelivery {
   std::exception_ptr failure_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

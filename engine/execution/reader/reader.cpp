@@ -14,7 +14,7 @@
 #include "plait/vertex_numbering.h"
 #include "store/store_state.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// As many patches are read ahead at most.
@@ -307,4 +307,4 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
 std::uint64_t Reader::view_count() const noexcept { return state_->store->view_count; }
 PagingStatistics Reader::statistics() const { return state_->session.statistics(); }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,7 +4,7 @@
 #include "plait/sweep.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Calls visit(EdgeId) for the edges within `reach` of `edge`, some of them more than once.
 template <class Visit>
@@ -24,4 +24,4 @@ void for_each_edge_in_reach(const Topology& mesh, EdgeId edge, Reach reach, Visi
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,7 +13,7 @@
 #include "plait/error.h"
 #include "plait/layout.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
 
@@ -115,4 +115,4 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
   written.finish();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 constexpr int kMostChunkEdgesLog2 = 12;
 
@@ -19,4 +19,4 @@ inline EdgeId chunk_edges(int fewest_slots_log2, int threads) {
   return std::max(EdgeId{1} << std::min(fewest_slots_log2, kMostChunkEdgesLog2), wanted);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 #include "execution/sweep/sweep_chunks.h"
 #include "plait/pager.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), pass_(pass) {
   for (const LevelAccess& access : pass.accesses) {
@@ -76,4 +76,4 @@ void SweepWindow::advance() {
   PinnedLevel::pin_needed(session_, levels_);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include "plait/pinned_level.h"
 #include "plait/sweep.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Pins the blocks that a run of edges needs, and releases all others. For one thread.
 class SweepWindow {
@@ -49,4 +49,4 @@ class SweepWindow {
   SweepView view_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

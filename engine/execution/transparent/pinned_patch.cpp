@@ -4,7 +4,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PinnedPatch::PinnedPatch(Store& store, AttributeId attribute, Reach reach,
                          std::uint64_t share_bytes)
@@ -89,4 +89,4 @@ LocatedSlot PinnedPatch::slot(BaseRelativeLevel level, EdgeId edge) const {
   return at.slot(edge);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

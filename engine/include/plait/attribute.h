@@ -6,9 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "plait/namespace.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Stored: never renumber.
 enum class ComponentType : std::uint8_t {
@@ -68,4 +69,4 @@ AttributeSchema schema_of(std::string name) {
   return {std::move(name), RecordTraits<Record>::kType, RecordTraits<Record>::kComponents};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -23,8 +23,9 @@
 #include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Blocks [first, first + count) of a level.
 struct BlockRange {
@@ -239,4 +240,4 @@ class BackendRegistry {
   std::map<std::string, Entry, std::less<>> entries_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

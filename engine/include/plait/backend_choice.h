@@ -6,7 +6,9 @@
 #include <functional>
 #include <string>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 struct BackendChoice {
   std::string name;
@@ -17,4 +19,4 @@ struct BackendChoice {
 using BackendChooser =
     std::function<BackendChoice(const std::filesystem::path& path, std::uint64_t raw_bytes)>;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

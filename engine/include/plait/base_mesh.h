@@ -8,11 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/slot_shapes.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Triangles as read from a file. They may be invalid.
 struct IndexedMesh {
@@ -88,4 +89,4 @@ struct LevelCounts {
 };
 LevelCounts counts_at_level(const BaseMesh& mesh, int level);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -10,7 +10,9 @@
 
 #include <compare>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// How often the base mesh is refined to reach a level: 0 for the base mesh itself.
 struct BaseRelativeLevel {
@@ -30,4 +32,4 @@ constexpr int level_number(BaseRelativeLevel level, int base_level) {
   return level.refinements + base_level;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -13,9 +13,10 @@
 #include <span>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 using StoreUuid = std::array<std::byte, 16>;
 
@@ -69,4 +70,4 @@ class BlockTable {
   std::vector<BlockEntry> entries_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

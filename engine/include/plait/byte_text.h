@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <string>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// "512 bytes", "1.50 KiB", "2.33 GiB". Pinned by tests/tools/arguments_test.cpp.
 std::string format_bytes(std::uint64_t bytes);
@@ -12,4 +14,4 @@ std::string format_bytes(std::uint64_t bytes);
 /// this text as a size.
 std::string size_text(std::uint64_t bytes);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,11 +11,12 @@
 
 #include "plait/backend.h"
 #include "plait/base_mesh.h"
+#include "plait/namespace.h"
 #include "plait/options.h"
 #include "plait/pager.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class StoreFile : std::uint8_t {
   kDescription,  ///< version.S, so that nothing else of the version is known
@@ -56,4 +57,4 @@ struct StoreCheck {
 /// an unknown backend, somebody writing); kIo.
 StoreCheck check_store(const std::filesystem::path& path, const BackendRegistry& backends);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

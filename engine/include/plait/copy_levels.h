@@ -4,9 +4,10 @@
 #include <cstdint>
 #include <functional>
 
+#include "plait/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Copies all attributes and levels of `from` into `to`, level by level in slot order, and leaves
 /// the commit to the caller. Memory is bounded by the budgets of the two stores.
@@ -14,4 +15,4 @@ namespace plait {
 void copy_levels(Store& from, Store& to,
                  const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

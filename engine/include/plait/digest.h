@@ -5,9 +5,10 @@
 #include <functional>
 #include <string>
 
+#include "plait/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 struct Digest {
   std::uint64_t high = 0, low = 0;
@@ -32,4 +33,4 @@ struct DigestOptions {
 /// Errors: kInvalidArgument for a level that does not exist; kCorruption; kIo; kCancelled.
 Digest digest(Store& store, const DigestOptions& options = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// What rename() does if the new name is taken.
 enum class Renaming : std::uint8_t {
@@ -89,4 +91,4 @@ class Directory {
   int descriptor_ = -1;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

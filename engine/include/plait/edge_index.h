@@ -23,9 +23,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 constexpr int kMaxLevel = 20;
 
@@ -165,4 +166,4 @@ constexpr FaceIndex unfold_fully(const Topology& mesh, FaceIndex point) {
   return point;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

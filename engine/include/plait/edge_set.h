@@ -13,9 +13,10 @@
 #include <span>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Immutable and safe from any number of threads. Copies share their memory. A set takes 16 bytes
 /// for each 64 edges up to the largest member; the empty set takes none.
@@ -65,4 +66,4 @@ class EdgeSet {
   std::uint64_t size_ = 0, end_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,9 @@
 #include <string>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 enum class ErrorCode : std::uint8_t {
   kNotFound,         ///< a file, store, attribute or level does not exist
@@ -41,4 +43,4 @@ class Error : public std::runtime_error {
 /// becomes kOutOfMemory, all other values become kIo. The message is "VERB PATH: TEXT OF ERRNO".
 Error system_error(std::string_view verb, std::string_view path, int errno_value);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -26,10 +26,11 @@
 #include <cstring>
 
 #include "plait/edge_index.h"
+#include "plait/namespace.h"
 #include "plait/slot_shapes.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Levels count how often the base mesh is refined. The caller must keep the slots at their
 /// addresses while it uses this object. find() may be called from several threads at once.
@@ -131,4 +132,4 @@ class FaceSlots {
   std::array<std::array<Steps, 4>, kMaxLevel + 1> steps_{};  ///< [level][low bits of k1, k2]
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,8 +9,9 @@
 #include <string>
 
 #include "plait/error.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 class Directory;
 
@@ -79,4 +80,4 @@ class File {
   int descriptor_ = -1;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,9 @@
 #include <limits>
 #include <span>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 struct FileOperation {
   enum class Kind : std::uint8_t {
@@ -68,4 +70,4 @@ FileOperationHook* file_operation_hook() noexcept;
 FileOperationHook::Verdict before_operation(const FileOperation& operation) noexcept;
 void after_operation(const FileOperation& operation) noexcept;
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

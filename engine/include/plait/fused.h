@@ -21,9 +21,10 @@
 #include <vector>
 
 #include "plait/edge_index.h"
+#include "plait/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// The limit exists because a whole patch is in memory. At 10 levels it has half a million points.
 constexpr int kMostFusedLevels = 10;
@@ -97,4 +98,4 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads);
 /// kCancelled; those of Session::pin; exceptions of a refiner.
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

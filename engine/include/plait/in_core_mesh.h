@@ -9,9 +9,10 @@
 
 #include "plait/base_mesh.h"
 #include "plait/edge_index.h"
+#include "plait/namespace.h"
 #include "plait/patch_table.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Satisfies PatchMesh. Each level has one array of n x n records per edge; a border edge uses only
 /// the triangle of its array. For one thread. The mesh must not be moved while one of its patches
@@ -69,4 +70,4 @@ class InCoreMesh {
   PatchTable table_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

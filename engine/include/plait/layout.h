@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Stored in manifests by name, never by number.
 enum class LayoutKind : std::uint8_t {
@@ -60,4 +61,4 @@ struct LaidOutMesh {
 /// LayoutKind. So the result is deterministic.
 LaidOutMesh lay_out(const BaseMesh& mesh, LayoutKind kind);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

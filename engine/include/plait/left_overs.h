@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "plait/directory.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 struct LeftOver {
   std::string name;  ///< in the directory that was searched
@@ -40,4 +41,4 @@ void remove_made_files(const Directory& directory);
 void remove_left_overs_of(const std::filesystem::path& path,
                           const std::function<void(const std::string&)>& warn);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

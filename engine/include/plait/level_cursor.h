@@ -4,9 +4,10 @@
 
 #include <utility>
 
+#include "plait/namespace.h"
 #include "plait/pinned_level.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// For one thread. Must not outlive the level.
 class LevelCursor {
@@ -31,4 +32,4 @@ class LevelCursor {
   PinnedLevel level_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

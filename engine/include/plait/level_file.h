@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "plait/backend.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// How the owner of a pin uses the block, or how a pass uses a level.
 enum class Access : std::uint8_t {
@@ -62,4 +63,4 @@ class UnfinishedLevels {
   std::vector<Added> levels_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,10 +14,11 @@
 #include <cstdint>
 
 #include "plait/base_relative_level.h"
+#include "plait/namespace.h"
 #include "plait/slot_shapes.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// The place of an edge's records in a level, and their number.
 struct Slot {
@@ -98,4 +99,4 @@ class LevelGeometry {
   SlotShapes shapes_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// Bytes that this process can still allocate without swapping. This is the minimum of three
 /// figures: the available memory of the system (MemAvailable in /proc/meminfo), the free memory in
@@ -21,4 +23,4 @@ std::uint64_t free_disk_bytes(const std::filesystem::path& path);
 /// no limit.
 std::uint64_t largest_file_bytes();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

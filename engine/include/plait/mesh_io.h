@@ -7,8 +7,9 @@
 
 #include "plait/base_mesh.h"
 #include "plait/file.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Reads PLY (ascii, binary of both endians, any property order and types, unknown elements
 /// skipped), OBJ (negative and slashed indices) or OFF, each also as .gz and .zst. The first bytes
@@ -33,4 +34,4 @@ void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh);
 /// Writes the same content into a file that is open and empty.
 void write_ply(File& file, const IndexedMesh& mesh);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

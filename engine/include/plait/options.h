@@ -6,8 +6,9 @@
 #include <string>
 
 #include "plait/backend.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class Durability : std::uint8_t {
   kCommit,  ///< commit() returns when the version is on the disk
@@ -60,4 +61,4 @@ struct OpenOptions {
   Overwriting overwriting = Overwriting::kNewGeneration;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -42,9 +42,10 @@
 #include <cstdint>
 #include <memory>
 
+#include "plait/namespace.h"
 #include "plait/session.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Safe from several threads. Must outlive its sessions and their pins.
 class Pager {
@@ -92,4 +93,4 @@ class Pager {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,8 +12,9 @@
 #include "plait/directory.h"
 #include "plait/error.h"
 #include "plait/file.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class Existing : std::uint8_t {
   kRefuse,   ///< an existing output stays, and is an error
@@ -150,4 +151,4 @@ auto build_output(const Output& output, Work work) {
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,9 +8,10 @@
 #include <string>
 
 #include "plait/directory.h"
+#include "plait/namespace.h"
 #include "plait/partial_output.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// The destructor removes a store that was not published.
 class PartialStore {
@@ -50,4 +51,4 @@ class PartialStore {
   std::filesystem::path path_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

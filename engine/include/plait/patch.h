@@ -12,11 +12,12 @@
 #include <span>
 
 #include "plait/edge_index.h"
+#include "plait/namespace.h"
 #include "plait/patch_table.h"
 #include "plait/pinned_patch.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// The functions that a program written for patches may use. A patch is a face of the base mesh and
 /// its refined grid. The base mesh has a level itself (Store::base_level() for a store, which is 0
@@ -85,4 +86,4 @@ class StorePatches {
   Topology topology_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -18,10 +18,11 @@
 #include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/face_slots.h"
+#include "plait/namespace.h"
 #include "plait/slot_shapes.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// For one thread. The caller must keep the slots that it passes in at their addresses while it
 /// uses the table.
@@ -166,4 +167,4 @@ class TabledPatch {
   const PatchTable* table_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

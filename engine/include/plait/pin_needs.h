@@ -6,10 +6,11 @@
 #include <cstdint>
 #include <span>
 
+#include "plait/namespace.h"
 #include "plait/store.h"
 #include "plait/sweep.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Levels of one attribute that a pass reads or writes. Levels count from the user's mesh. Levels
 /// up to the base level of the store need no frame.
@@ -29,4 +30,4 @@ std::uint64_t sweep_needs(const Store& store, std::span<const AccessedLevels> ac
 /// even if its share of the budget is smaller. Pinned by the same test.
 std::uint64_t patch_needs(const Store& store, const AccessedLevels& access);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

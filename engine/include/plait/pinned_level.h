@@ -14,9 +14,10 @@
 #include <span>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/session.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// For one thread at a time. But a thread may call slot() while another thread needs, pins and
 /// releases other blocks. Must not outlive the level. If an exception destroys this object, it
@@ -117,4 +118,4 @@ class PinnedLevel {
   int exceptions_ = std::uncaught_exceptions();  ///< when this object was made
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,12 +5,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/patch_table.h"
 #include "plait/pinned_level.h"
 #include "plait/store.h"
 #include "plait/sweep.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Pins the blocks of the current face's stencil in one attribute. These are the blocks of the
 /// face's edges; with Reach::kFaces also those of the faces across its sides; with Reach::kRing
@@ -55,4 +56,4 @@ class PinnedPatch {
   PatchTable table_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

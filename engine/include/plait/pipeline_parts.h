@@ -4,7 +4,9 @@
 #include <string>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// The text before and after the first comma of a pipeline; plait/backends/pipeline.h has the
 /// grammar.
@@ -21,4 +23,4 @@ struct PipelineParts {
   std::string pipeline() const { return filter == "none" ? codec : filter + ',' + codec; }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

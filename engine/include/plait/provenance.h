@@ -4,8 +4,9 @@
 #include <string>
 
 #include "plait/attribute.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Every commit records it. Names are printable ASCII, at most 64 KiB each. Store::create sets
 /// `layout` and `base_level`. subdivide() sets the other members; they describe how the levels of
@@ -26,4 +27,4 @@ struct Provenance {
 /// The version of this library, such as "0.1.0".
 std::string program_version();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

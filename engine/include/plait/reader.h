@@ -20,10 +20,11 @@
 #include <vector>
 
 #include "plait/face_slots.h"
+#include "plait/namespace.h"
 #include "plait/session.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 struct ReaderOptions {
   /// The attributes that the reader reads, by name. Empty: all attributes of the store.
@@ -241,4 +242,4 @@ class Reader {
   std::shared_ptr<const State> state_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "plait/check_store.h"
+#include "plait/namespace.h"
 #include "plait/store.h"
 #include "plait/verify.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// How to compute attributes of one store again from its base mesh.
 struct Recomputation {
@@ -81,4 +82,4 @@ struct RepairReport {
 RepairReport repair(const std::filesystem::path& path, const RepairOptions& options,
                     const BackendRegistry& backends, const PlanRecomputation& recompute);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -26,8 +26,9 @@
 #include <span>
 
 #include "plait/level_file.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class EvictionPolicy : std::uint8_t {
   /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
@@ -157,4 +158,4 @@ class Session {
   SessionState* state_ = nullptr;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,8 +11,9 @@
 #include <span>
 
 #include "plait/edge_set.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class SlotShape : std::uint8_t {
   kWhole,   ///< n x n records, n = 2^(level-1)
@@ -54,4 +55,4 @@ class SlotShapes {
   EdgeSet half_, absent_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,7 +3,9 @@
 
 #include <chrono>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 class Stopwatch {
  public:
@@ -21,4 +23,4 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

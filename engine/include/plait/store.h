@@ -20,11 +20,12 @@
 #include "plait/base_mesh.h"
 #include "plait/error.h"
 #include "plait/layout.h"
+#include "plait/namespace.h"
 #include "plait/options.h"
 #include "plait/pager.h"
 #include "plait/provenance.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// A position in Store::attributes(). Every call that takes one throws kInvalidArgument for a
 /// number that is no attribute's.
@@ -167,4 +168,4 @@ class Store {
   std::shared_ptr<Implementation> implementation_;  ///< readers and views keep it alive
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

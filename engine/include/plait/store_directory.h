@@ -9,8 +9,9 @@
 
 #include "plait/directory.h"
 #include "plait/file.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Whether the directory is a store: whether its manifest has a slot with a valid checksum, of any
 /// version of the format. A store that was created but never committed counts.
@@ -29,4 +30,4 @@ bool is_store_file_name(std::string_view name);
 /// remaining entries. REQUIRES: hold_store. Errors: kIo.
 std::vector<std::string> remove_store_files(const Directory& store);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,10 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/pinned_level.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Which slots a kernel may access when it works on an edge.
 enum class Reach : std::uint8_t {
@@ -78,4 +79,4 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
 /// of Session::pin.
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

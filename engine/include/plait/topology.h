@@ -10,7 +10,9 @@
 #include <cstdint>
 #include <span>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 using VertexId = std::uint32_t;  ///< input vertex index (unused vertices dropped)
 using EdgeId = std::uint32_t;    ///< base edge in layout order: the order of slots on disk
@@ -68,4 +70,4 @@ struct Topology {
   }
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,11 +9,13 @@
 
 #include <cmath>
 
+#include "plait/namespace.h"
+
 #ifdef __FAST_MATH__
 #error "plait promises the same bits in every build: compile this source without -ffast-math"
 #endif
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 template <class Real>
 struct Vector3 {
@@ -48,4 +50,4 @@ template <class Real>
   return length > Real(0) ? Vector3<Real>{a.x / length, a.y / length, a.z / length} : a;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 struct DamagedBlock {
   std::string attribute;
@@ -36,4 +37,4 @@ VerifyReport verify(
     Store& store, const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {},
     const std::function<void(const BlockAddress&)>& damaged = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

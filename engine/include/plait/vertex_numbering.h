@@ -10,9 +10,10 @@
 #include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/level_geometry.h"
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Level 0 is `mesh`, as in every call that takes a mesh and no store. Immutable. The arrays that
 /// `mesh` refers to must outlive this object.
@@ -65,4 +66,4 @@ void for_each_triangle(int level, Visit visit) {
     }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,8 +9,9 @@
 #include "plait/backend.h"
 #include "plait/backend_choice.h"
 #include "plait/machine.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
 /// Once dirty pages fill about a tenth of the memory, Linux slows writers down to the speed of the
@@ -26,4 +27,4 @@ BackendChoice choose_backend(const BackendRegistry& backends, const std::filesys
                              std::uint64_t raw_bytes,
                              std::uint64_t available_bytes = available_memory_bytes());
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

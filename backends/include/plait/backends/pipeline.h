@@ -23,7 +23,9 @@
 #include <string_view>
 #include <vector>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 /// A reversible compressor of one block. Only one thread uses an object at a time, so an object may
 /// keep working memory.
@@ -109,4 +111,4 @@ class PipelineRegistry {
 /// Codecs none, lz4 and zstd, filter shuffle. Built once; safe from any thread.
 const PipelineRegistry& default_pipelines();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -3,8 +3,9 @@
 
 #include "plait/backend.h"
 #include "plait/backends/pipeline.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// memory, pread, uring, mmap and compressed. uring is in the list even if this machine cannot use
 /// it. The registry is built once and is safe from any thread. To add your own backend, copy it.
@@ -13,4 +14,4 @@ const BackendRegistry& default_backends();
 /// The same backends, but with these codecs and filters for `compressed`. Copies `pipelines`.
 BackendRegistry default_backends(const PipelineRegistry& pipelines);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

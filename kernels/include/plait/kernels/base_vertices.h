@@ -7,10 +7,11 @@
 
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/ring_table.h"
+#include "plait/namespace.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Moves every base vertex. `rings` has the new odd vertices around each. REQUIRES:
 /// rule.moves_even().
@@ -25,4 +26,4 @@ void limit_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& r
                          const OneRing<Real>& rule, std::span<const Vector3<Real>> base,
                          std::span<Vector3<Real>> limits);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -19,8 +19,9 @@
 #include <vector>
 
 #include "plait/edge_index.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// An object is used for many edges, one after another, so that it allocates memory only once. Each
 /// thread has its own.
@@ -65,4 +66,4 @@ void for_each_slot_row(const EdgeGrid<Record>& grid, int level, Visit visit) {
     visit(row, grid.at((2 * row + 1) * scale, scale), 2 * scale, n);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -12,9 +12,10 @@
 #include <cstring>
 #include <type_traits>
 
+#include "plait/namespace.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 template <class Real, int kCount>
 struct NumberVector {
@@ -166,4 +167,4 @@ Vector3<Real> narrow(const Vector3<double>& v) {
   return {static_cast<Real>(v.x), static_cast<Real>(v.y), static_cast<Real>(v.z)};
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,9 +11,10 @@
 #include "plait/kernels/edge_grid.h"
 #include "plait/kernels/one_ring_rule.h"
 #include "plait/kernels/rows.h"
+#include "plait/namespace.h"
 #include "plait/vector3.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// The first argument of each function is the rule. functions_of() makes the table
 /// (plait/kernels/own_rule.h).
@@ -146,4 +147,4 @@ class OneRingScheme {
 const OneRingScheme& loop_scheme();
 const OneRingScheme& midpoint_scheme();
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

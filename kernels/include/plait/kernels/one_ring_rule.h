@@ -30,8 +30,9 @@
 #include <concepts>
 
 #include "plait/kernels/numbers.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 template <class Rule>
 concept OneRingRule = requires(const Rule& rule, Number<float> v) {
@@ -99,4 +100,4 @@ template <class V>
   return (1 - valence * weight) * v + weight * ring;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

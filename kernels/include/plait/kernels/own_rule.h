@@ -18,8 +18,9 @@
 #include "plait/kernels/one_ring_rule.h"
 #include "plait/kernels/rule_rows.h"
 #include "plait/kernels/rule_slots.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// A store has room for longer names, but messages and reports print names.
 inline constexpr std::size_t kMostSchemeNameBytes = 255;
@@ -143,4 +144,4 @@ OneRingScheme own_scheme(std::string name, const Rule& rule) {
   return scheme;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// A side of a face as a type. So a function that is compiled for each side has the directions as
 /// constants.
@@ -76,4 +77,4 @@ class PatchFrame {
   std::int64_t i_, j_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

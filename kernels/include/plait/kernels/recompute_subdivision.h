@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "plait/kernels/one_ring.h"
+#include "plait/namespace.h"
 #include "plait/repair.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Computes attribute "position" again, and "normal" if it has the same finest level, by the scheme
 /// that the store's provenance names: a scheme of the library, or one of `own_schemes`
@@ -17,4 +18,4 @@ namespace plait {
 /// result has a copy of `own_schemes`; several threads may call it at once.
 PlanRecomputation recompute_subdivision(std::vector<OneRingScheme> own_schemes = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,9 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "plait/namespace.h"
 #include "plait/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 template <class Record>
 class RingTable {
@@ -67,4 +68,4 @@ inline bool is_border_vertex(const Topology& mesh, VertexId vertex) {
       .is_border();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,8 +9,9 @@
 #include <cstdint>
 
 #include "plait/fused.h"
+#include "plait/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 constexpr std::size_t kPointNumbers = 3 * kPatchLanes;
 
@@ -59,4 +60,4 @@ struct RingStep {
   bool border;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

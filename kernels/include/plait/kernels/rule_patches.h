@@ -15,9 +15,10 @@
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/patch_frames.h"
 #include "plait/kernels/ring_table.h"
+#include "plait/namespace.h"
 #include "plait/patch.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Called before each face. It may throw an exception to stop.
 using BeforeFace = std::function<void(FaceId)>;
@@ -96,4 +97,4 @@ void refine_patches(Mesh& mesh, int level, const OneRing<Real>& rule) {
   move_base_vertices(mesh.topology(), rings, rule, mesh.base_records());
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

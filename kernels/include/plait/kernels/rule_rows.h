@@ -11,8 +11,10 @@
 
 #include "plait/kernels/one_ring_rule.h"
 #include "plait/kernels/rows.h"
+#include "plait/namespace.h"
 
-namespace plait::rule_rows {
+PLAIT_BEGIN_NAMESPACE
+namespace rule_rows {
 
 template <class V, class Rule, class Real>
 [[gnu::always_inline]] inline void odd_row(const Rule& rule, const OddRow<Real>& row) {
@@ -92,4 +94,5 @@ template <class V, class Wide, class Rule, class Real>
   }
 }
 
-}  // namespace plait::rule_rows
+}  // namespace rule_rows
+PLAIT_END_NAMESPACE

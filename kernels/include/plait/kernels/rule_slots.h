@@ -8,8 +8,10 @@
 #include "plait/edge_index.h"
 #include "plait/kernels/edge_grid.h"
 #include "plait/kernels/one_ring_rule.h"
+#include "plait/namespace.h"
 
-namespace plait::rule_slots {
+PLAIT_BEGIN_NAMESPACE
+namespace rule_slots {
 
 /// Loads the three numbers of a record at once. In float32 they take one register, and its fourth
 /// number is not used. In float64 they are three separate numbers.
@@ -129,4 +131,5 @@ void limit_slot(const Rule& rule, const EdgeGrid<Vector3<Real>>& grid, int level
       });
 }
 
-}  // namespace plait::rule_slots
+}  // namespace rule_slots
+PLAIT_END_NAMESPACE

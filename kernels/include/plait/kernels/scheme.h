@@ -6,7 +6,9 @@
 #include <string>
 #include <string_view>
 
-namespace plait {
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
 
 enum class Scheme : std::uint8_t {
   kLoop,       ///< approximating, in place: coarser vertices move with every level
@@ -34,4 +36,4 @@ std::string limit_scheme_names();
 /// Errors: kInvalidArgument; the message lists the known schemes.
 Scheme scheme_from_name(std::string_view name);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,9 +8,10 @@
 #include "plait/base_mesh.h"
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/scheme.h"
+#include "plait/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class ExecutorKind : std::uint8_t {
   kFused,        ///< patch by patch through all levels, from the base mesh
@@ -78,4 +79,4 @@ int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot
 /// StoreOptions::base_level.
 BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision = false);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

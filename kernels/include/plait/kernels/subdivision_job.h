@@ -19,12 +19,13 @@
 #include "plait/base_mesh.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
+#include "plait/namespace.h"
 #include "plait/options.h"
 #include "plait/pager.h"
 #include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// What a job does if a store has the name already.
 enum class ExistingStore : std::uint8_t {
@@ -195,4 +196,4 @@ class SubdivisionJob {
   std::unique_ptr<Implementation> implementation_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,0 +1,20 @@
+// plait/namespace.h: how the library's files open their namespace.
+//
+// For the linker plait::Store is plait::v0::Store. So a program that was compiled with the headers
+// of another binary interface does not link, where otherwise it would run and crash. The number is
+// the one in the library's soname. Programs do not write it.
+//
+// Public headers use PLAIT_BEGIN_NAMESPACE: the shared library exports what they declare. All other
+// files of the library use PLAIT_BEGIN_PRIVATE_NAMESPACE: their names stay inside the shared
+// library.
+#pragma once
+
+#define PLAIT_BEGIN_NAMESPACE \
+  namespace plait {           \
+  inline namespace [[gnu::visibility("default")]] v0 {
+#define PLAIT_BEGIN_PRIVATE_NAMESPACE \
+  namespace plait {                   \
+  inline namespace v0 {
+#define PLAIT_END_NAMESPACE \
+  }                         \
+  }
