@@ -18,3 +18,7 @@
 #define PLAIT_END_NAMESPACE \
   }                         \
   }
+
+/// For a function template of a public header that the library instantiates: the compiler would
+/// take the visibility of the private file where the template is defined.
+#define PLAIT_EXPORT [[gnu::visibility("default")]]

@@ -16,14 +16,15 @@ PLAIT_BEGIN_NAMESPACE
 /// Moves every base vertex. `rings` has the new odd vertices around each. REQUIRES:
 /// rule.moves_even().
 template <class Real>
-void move_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
-                        const OneRing<Real>& rule, std::span<Vector3<Real>> base);
+PLAIT_EXPORT void move_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
+                                     const OneRing<Real>& rule, std::span<Vector3<Real>> base);
 
 /// Computes the limit positions of the base vertices. `rings` has their neighbours at the finest
 /// level. REQUIRES: rule.has_limits().
 template <class Real>
-void limit_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
-                         const OneRing<Real>& rule, std::span<const Vector3<Real>> base,
-                         std::span<Vector3<Real>> limits);
+PLAIT_EXPORT void limit_base_vertices(const Topology& mesh, const RingTable<Vector3<Real>>& rings,
+                                      const OneRing<Real>& rule,
+                                      std::span<const Vector3<Real>> base,
+                                      std::span<Vector3<Real>> limits);
 
 PLAIT_END_NAMESPACE
