@@ -18,6 +18,7 @@
 #include "plait/pager.h"
 #include "support/counting_backend.h"
 #include "support/journaled_volume.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/usable_backends.h"
 
@@ -25,12 +26,7 @@ namespace plait::test {
 namespace {
 
 constexpr std::uint64_t kBlockBytes = 4096, kBlocks = 48, kThreads = 8;
-// The thread sanitizer sees a race that did no harm, too, and needs fewer steps.
-#ifdef __SANITIZE_THREAD__
-constexpr int kSteps = 60;
-#else
-constexpr int kSteps = 200;
-#endif
+constexpr int kSteps = unless_sanitized(200, 60);
 constexpr unsigned char kHalfWritten = 0xee;
 
 struct Faults {

@@ -9,6 +9,7 @@
 
 #include "durability/workload.h"
 #include "plait/backends/registry.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -29,7 +30,7 @@ class Progress final : public CommitObserver {
   std::atomic<std::uint64_t> state_ = 0;
 };
 
-int outcomes_per_operation() { return std::getenv("PLAIT_LONG") ? 40 : 4; }
+int outcomes_per_operation() { return std::getenv("PLAIT_LONG") ? 40 : unless_sanitized(4, 1); }
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 #include "plait/error.h"
 #include "plait/in_core_mesh.h"
 #include "plait/kernels/rule_patches.h"
+#include "support/sanitized.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
 
@@ -15,12 +16,7 @@ using namespace plait::test;
 
 namespace {
 
-// The thread sanitizer makes each run twenty times as long, and finds no more in more edges.
-#ifdef __SANITIZE_THREAD__
-constexpr std::uint32_t kEdits = 200;
-#else
-constexpr std::uint32_t kEdits = 700;
-#endif
+constexpr auto kEdits = unless_sanitized<std::uint32_t>(700, 200);
 
 /// The smallest power of two that the run accepts.
 std::uint64_t smallest_budget(const BaseMesh& base, const SubdivideOptions& what, Variant variant) {

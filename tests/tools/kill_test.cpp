@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "program.h"
+#include "support/sanitized.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {
@@ -21,7 +22,9 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-int rounds(int short_run) { return std::getenv("PLAIT_LONG") ? 20 * short_run : short_run; }
+int rounds(int short_run) {
+  return std::getenv("PLAIT_LONG") ? 20 * short_run : unless_sanitized(short_run, 1);
+}
 
 /// Runs the program and kills it after `lifetime_us`, unless it has ended before. Returns the
 /// outcome.

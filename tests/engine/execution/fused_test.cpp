@@ -6,6 +6,7 @@
 #include "plait/backends/registry.h"
 #include "plait/layout.h"
 #include "support/counting_backend.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -58,7 +59,9 @@ std::uint64_t block_count(const Store& store) {
 
 /// A mesh of many runs of faces, in an order that keeps few slots under way.
 BaseMesh mesh_of_many_runs() {
-  return lay_out(BaseMesh::build(random_sheet(5, edits(500, 300))), LayoutKind::kHilbert).mesh;
+  return lay_out(BaseMesh::build(random_sheet(5, unless_sanitized(500u, 300u))),
+                 LayoutKind::kHilbert)
+      .mesh;
 }
 constexpr int kManyRunsLevels = 6;
 const std::vector<AttributeSchema> kManyRunsSchemas = {{"mass", ComponentType::kFloat32, 1}};
@@ -74,8 +77,8 @@ TEST_CASE("Fused_AllSmallMeshes_PutEveryRecordInItsPlace") {
 }
 
 TEST_CASE("Fused_LevelsBlocksAndThreads_PutEveryRecordInItsPlace") {
-  for (const IndexedMesh& mesh :
-       {random_sphere(1, edits(120, 20)), random_sheet(2, edits(120, 20)), two_components()})
+  for (const IndexedMesh& mesh : {random_sphere(1, unless_sanitized(120u, 20u)),
+                                  random_sheet(2, unless_sanitized(120u, 20u)), two_components()})
     for (const int levels : {2, 5})
       for (const int threads : {1, 2, 4})
         for (const std::uint64_t block_bytes : {std::uint64_t{4} << 10, std::uint64_t{1} << 20})
@@ -128,7 +131,7 @@ TEST_CASE("Fused_FewerLevelsThanThereAre_LeavesTheOthersAlone") {
 
 // Invariant 5. As many blocks are written as there are, and each holds what it should: none twice.
 TEST_CASE("Fused_AnyDurableBackend_WritesEachBlockOnceAndReadsNone") {
-  const BaseMesh base = BaseMesh::build(random_sheet(7, edits(200, 40)));
+  const BaseMesh base = BaseMesh::build(random_sheet(7, unless_sanitized(200u, 40u)));
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2, 4}) {
       INFO(backend << " on " << threads << " threads");

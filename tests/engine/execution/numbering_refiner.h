@@ -132,17 +132,6 @@ class NumberingRefiner final : public PatchRefiner {
   std::vector<Output> outputs_;
 };
 
-/// How many edits the random mesh of a test has. The thread sanitizer makes a pass many times as
-/// long, and finds no more on more faces.
-constexpr std::uint32_t edits(std::uint32_t count,
-                              [[maybe_unused]] std::uint32_t for_the_thread_sanitizer) {
-#ifdef __SANITIZE_THREAD__
-  return for_the_thread_sanitizer;
-#else
-  return count;
-#endif
-}
-
 /// A store with these attributes, all with `levels` levels beyond its base mesh.
 inline Store numbered_store(const std::filesystem::path& path, const BaseMesh& base,
                             const StoreOptions& options,
