@@ -114,6 +114,7 @@ enum {
 #define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)
 #define PLAIT_DEFAULT_BUDGET_BYTES (UINT64_C(256) << 20)
 
+/* Options of plait_store_create(). */
 typedef struct plait_store_options {
   size_t struct_size;
   const char* backend;     /* "name" or "name:key=value,..."; NULL: "pread" */
@@ -138,6 +139,7 @@ typedef struct plait_store_options {
         PLAIT_DURABILITY_COMMIT, PLAIT_OVERWRITE_NEW_GENERATION, 0                         \
   }
 
+/* Options of plait_store_open(). */
 typedef struct plait_open_options {
   size_t struct_size;
   uint64_t budget_bytes;
@@ -187,6 +189,7 @@ PLAIT_API void plait_store_release(plait_store* store);
 
 /* ---- What a store contains ---- */
 
+/* What a store contains, and where it is. */
 typedef struct plait_store_info {
   size_t struct_size;
   /* Texts are valid until the next call that changes the store. */
@@ -219,6 +222,7 @@ typedef struct plait_store_info {
   }
 PLAIT_API plait_status plait_store_get_info(const plait_store* store, plait_store_info* info);
 
+/* An attribute of a store. */
 typedef struct plait_attribute_info {
   size_t struct_size;
   const char* name; /* valid until the next call that changes the store */
@@ -250,6 +254,7 @@ PLAIT_API plait_status plait_store_get_base_positions(const plait_store* store,
                                                       const double** positions,
                                                       uint64_t* vertex_count);
 
+/* What the pager of a store or of a reader did. */
 typedef struct plait_paging_statistics {
   size_t struct_size;
   uint64_t blocks_read, bytes_read; /* before compression */
@@ -290,6 +295,7 @@ PLAIT_API plait_status plait_store_edit_base_records(plait_store* store, const c
 
 /* ---- Work on a whole store ---- */
 
+/* Options of plait_store_subdivide(). */
 typedef struct plait_subdivide_options {
   size_t struct_size;
   const char* scheme;      /* "loop", "butterfly" or "midpoint"; NULL: "loop" */
@@ -332,6 +338,7 @@ PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int
                                           plait_progress progress, void* user,
                                           char text[PLAIT_DIGEST_BYTES]);
 
+/* A block that plait_store_verify() found damaged. */
 typedef struct plait_damaged_block {
   size_t struct_size;
   const char* attribute;
@@ -343,6 +350,7 @@ typedef struct plait_damaged_block {
   int32_t level;
   int32_t reserved;
 } plait_damaged_block;
+/* What plait_store_verify() found. */
 typedef struct plait_verify_report {
   size_t struct_size;
   uint64_t blocks, bytes; /* read and checked */
@@ -366,6 +374,7 @@ enum {
   PLAIT_EVICTION_CLOCK = 0,       /* for patches in random order */
   PLAIT_EVICTION_LAYOUT_ORDER = 1 /* for faces that ascend */
 };
+/* Options of plait_reader_open(). */
 typedef struct plait_reader_options {
   size_t struct_size;
   const char* const* attributes; /* names; NULL: all attributes of the store */
@@ -425,6 +434,7 @@ PLAIT_API plait_status plait_reader_get_statistics(const plait_reader* reader,
 
 /* ---- Views ---- */
 
+/* What a view shows. */
 typedef struct plait_view_info {
   size_t struct_size;
   uint64_t vertex_count; /* (size + 1)(size + 2) / 2 */

@@ -29,6 +29,7 @@ enum class ComponentType : std::uint8_t {
 std::size_t component_bytes(ComponentType type) noexcept;
 std::string_view to_string(ComponentType type) noexcept;
 
+/// The name of an attribute, and the type of its records.
 struct AttributeSchema {
   std::string name = {};  ///< 1 to 31 characters of [A-Za-z0-9_-]
   ComponentType type = ComponentType::kFloat32;

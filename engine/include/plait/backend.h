@@ -93,6 +93,8 @@ struct Transfer {
   std::uint32_t tag = 0;  ///< for use by the listener
 };
 
+/// One level of one attribute, as a backend stores it. The comment at the head of plait/backend.h
+/// says which calls may run at the same time.
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -211,6 +213,7 @@ OpenVolume open_each_level(OpenLevel open);
 /// built-in ones, and a program may add its own.
 class BackendRegistry {
  public:
+  /// A backend: its name, its properties, and the function that opens it.
   struct Entry {
     std::string name = {};
     std::string summary = {};  ///< one line for --help

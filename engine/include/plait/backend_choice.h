@@ -10,6 +10,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// The backend that choose_backend() chose, and why.
 struct BackendChoice {
   std::string name;
   std::string reason;  ///< one clause with the reason: sizes, or why another one cannot be used

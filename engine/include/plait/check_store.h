@@ -39,6 +39,7 @@ struct DamagedFile {
   std::unique_ptr<LevelFile> expected_level;
 };
 
+/// What check_store() found.
 struct StoreCheck {
   std::uint64_t sequence = 0;  ///< of the version that Store::open takes
   std::uint64_t files = 0;     ///< looked at, good or bad

@@ -10,6 +10,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// A number of 128 bits that the records of a store determine.
 struct Digest {
   std::uint64_t high = 0, low = 0;
   friend bool operator==(const Digest&, const Digest&) = default;
@@ -17,6 +18,7 @@ struct Digest {
   std::string to_string() const;
 };
 
+/// Options of digest().
 struct DigestOptions {
   /// Counts only the vertices that this level creates (for the base level, the base vertices). -1:
   /// all vertices.

@@ -30,6 +30,7 @@ PLAIT_BEGIN_NAMESPACE
 
 constexpr int kMaxLevel = 20;
 
+/// A point of the grid of a face: the corners are (0, 0), (2^level, 0) and (0, 2^level).
 struct FaceIndex {
   FaceId face = 0;
   int level = 0;
@@ -37,6 +38,8 @@ struct FaceIndex {
   friend constexpr bool operator==(const FaceIndex&, const FaceIndex&) = default;
 };
 
+/// Where a vertex is stored: in the slot of `edge` at the level that created the vertex, at this row
+/// and column.
 struct EdgeIndex {
   EdgeId edge = 0;
   int level = 1;

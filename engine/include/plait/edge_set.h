@@ -38,6 +38,7 @@ class EdgeSet {
   /// The number of members below `edge`. `edge` may be any number.
   std::uint64_t rank(std::uint64_t edge) const noexcept { return find(edge).rank; }
 
+  /// What find() returns.
   struct Position {
     std::uint64_t rank = 0;
     bool is_member = false;

@@ -30,6 +30,7 @@ enum class ErrorCode : std::uint8_t {
 /// The name of a code in messages and JSON ("not_found", "no_space", ...).
 std::string_view to_string(ErrorCode code) noexcept;
 
+/// The exception of the library: a code for programs, and a message of one line for people.
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

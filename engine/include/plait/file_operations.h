@@ -13,6 +13,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// A file operation that is about to begin, or has ended.
 struct FileOperation {
   enum class Kind : std::uint8_t {
     kOpen,
@@ -48,6 +49,7 @@ constexpr bool is_harmless(FileOperation::Kind kind) {
 /// Several threads may call a hook at the same time.
 class FileOperationHook {
  public:
+  /// What the hook decides about an operation before it begins.
   struct Verdict {
     int error = 0;  ///< an errno value: the operation is skipped and fails with this error
     std::uint64_t most_bytes = std::numeric_limits<std::uint64_t>::max();  ///< of a read or write

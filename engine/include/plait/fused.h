@@ -68,6 +68,7 @@ class PatchRefiner {
   virtual const void* points(std::size_t output) const = 0;
 };
 
+/// A pass of the fused executor: what it makes, and how.
 struct FusedPass {
   std::string name = {};  ///< for progress and errors
   /// No two are equal. Their components have four or eight bytes.
@@ -79,6 +80,7 @@ struct FusedPass {
   std::function<std::unique_ptr<PatchRefiner>()> make_refiner = {};
 };
 
+/// Options of fused().
 struct FusedOptions {
   int threads = 1;  ///< 1 to 1024
   /// Called on the calling thread between runs of faces; false ends with kCancelled.

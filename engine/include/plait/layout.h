@@ -37,6 +37,7 @@ struct StencilSpan {
   std::uint64_t median_width = 0;
 };
 
+/// The spans of a mesh in one order.
 struct LayoutSpans {
   StencilSpan face;  ///< a face's three edges
   StencilSpan loop;  ///< an edge and the other edges of its two faces: five edges, three on borders
@@ -51,6 +52,7 @@ LayoutSpans measure_spans(const BaseMesh& mesh);
 /// Errors: kInvalidArgument if `level` is not 0 to kMaxLevel, or the result exceeds 64 bits.
 std::uint64_t window_bytes(std::uint64_t span, int level, std::uint64_t record_bytes);
 
+/// What lay_out() returns.
 struct LaidOutMesh {
   BaseMesh mesh;
   LayoutKind kind;  ///< the chosen order, never kAutomatic

@@ -16,6 +16,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// A file or directory that a killed process left under a temporary name.
 struct LeftOver {
   std::string name;  ///< in the directory that was searched
   bool is_directory = false;

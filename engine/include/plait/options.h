@@ -30,6 +30,7 @@ enum class Overwriting : std::uint8_t {
   kInPlace,
 };
 
+/// Options of Store::create().
 struct StoreOptions {
   // Behaviour
   std::string backend = "pread";  ///< a name in the registry, or "name:key=value,..."
@@ -51,6 +52,7 @@ struct StoreOptions {
   std::optional<int> io_threads = {};
 };
 
+/// Options of Store::open().
 struct OpenOptions {
   bool writable = false;
   std::uint64_t budget_bytes = 256u << 20;

@@ -14,13 +14,12 @@
 //  6. Each block is verified against its checksum when it is read (except levels in memory, which
 //     have no checksums).
 //  7. After a failed write the pager is in error: it still reads, but refuses to write or flush.
-//  The
-//     first caller that it refuses gets the error of the write, later callers get kBadState.
+//     The first caller that it refuses gets the error of the write, later callers get kBadState.
 //  8. A block that is being written is not evicted, and no pin for writing begins.
 //  9. No transfer, checksum or (de)compression runs while the pager's lock is held.
-// 10. A failed pin changes nothing: it leaves no frame, no pin and no dirty block.
-// 11. The blocks that are needed to encode or decode a block (Backend::context) are in frames too,
-//     while the block is read, and from its first change until it is written.
+//  10. A failed pin changes nothing: it leaves no frame, no pin and no dirty block.
+//  11. The blocks that are needed to encode or decode a block (Backend::context) are in frames
+//      too, while the block is read, and from its first change until it is written.
 //
 // States of a frame (engine/paging/frame.h)
 //

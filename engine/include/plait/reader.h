@@ -26,6 +26,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// Options of a Reader.
 struct ReaderOptions {
   /// The attributes that the reader reads, by name. Empty: all attributes of the store.
   std::vector<std::string> attributes = {};

@@ -41,6 +41,7 @@ struct Recomputation {
 /// only if the base mesh is undamaged. `check` lives until repair() ends.
 using PlanRecomputation = std::function<Recomputation(const StoreCheck& check)>;
 
+/// Options of repair().
 struct RepairOptions {
   bool dry_run = false;  ///< finds, computes and proves, and changes nothing
   /// For blocks in memory: half of it for the store, half for what is computed anew, which goes to
@@ -51,11 +52,13 @@ struct RepairOptions {
   std::function<bool(std::string_view phase, std::uint64_t done, std::uint64_t total)> proceed = {};
 };
 
+/// A file that was damaged.
 struct RepairedFile {
   std::string name;    ///< in the store's directory
   std::string reason;  ///< what is wrong with it; of a lost one also why it cannot be rebuilt
 };
 
+/// What repair() found and rebuilt.
 struct RepairReport {
   std::uint64_t files = 0, blocks = 0, bytes = 0;  ///< examined
   std::vector<RepairedFile> rebuilt_files, lost_files;

@@ -39,6 +39,7 @@ enum class EvictionPolicy : std::uint8_t {
   kClock,
 };
 
+/// Options of Store::open_session().
 struct SessionOptions {
   EvictionPolicy policy = EvictionPolicy::kLayoutOrder;
   /// The part of the budget that the session can rely on. It is no limit: a session takes more
@@ -49,6 +50,7 @@ struct SessionOptions {
   std::uint64_t window_bytes = 0;
 };
 
+/// Counts of what the pager did for a session, or for all sessions of a store.
 struct PagingStatistics {
   std::uint64_t blocks_read = 0, bytes_read = 0;        ///< raw bytes, through the backend
   std::uint64_t blocks_written = 0, bytes_written = 0;  ///< raw bytes

@@ -7,6 +7,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// Measures time that passes, not processor time.
 class Stopwatch {
  public:
   /// Seconds since construction or the last lap().

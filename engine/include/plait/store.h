@@ -31,17 +31,21 @@ PLAIT_BEGIN_NAMESPACE
 /// number that is no attribute's.
 using AttributeId = std::uint32_t;
 
+/// An attribute of a store, and how far it is refined.
 struct AttributeInfo {
   AttributeSchema schema;
   int finest_level = 0;  ///< levels base_level + 1 to finest_level have files
 };
 
+/// One block of a store.
 struct BlockAddress {
   AttributeId attribute;
   int level;
   std::uint64_t block;
 };
 
+/// A semi-regular mesh and its attributes, in a directory or in memory. Move-only. The comment at the
+/// head of plait/store.h says which calls exclude each other.
 class Store {
  public:
   /// Makes a new store of `base`, whose edges and faces are in layout order. The store has no

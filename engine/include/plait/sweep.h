@@ -25,6 +25,7 @@ enum class Reach : std::uint8_t {
   kRing,   ///< also the slots of the faces across those edges: the Butterfly stencil
 };
 
+/// The levels of one attribute that a pass uses, and how it uses them.
 struct LevelAccess {
   AttributeId attribute = 0;
   int first_level = 1, last_level = 0;  ///< nothing if last < first
@@ -57,6 +58,7 @@ class SweepView {
   std::vector<Levels> accesses_;
 };
 
+/// A pass of the sweep executor: what it reads and writes, and the computation for one edge.
 struct SweepPass {
   std::string name = {};  ///< for progress and errors: "odd vertices of level 3"
   std::vector<LevelAccess> accesses = {};
@@ -64,6 +66,7 @@ struct SweepPass {
   std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel = {};
 };
 
+/// Options of sweep().
 struct SweepOptions {
   int threads = 1;  ///< 1 to 1024
   /// Called between blocks on the calling thread; false ends the sweep with kCancelled.

@@ -40,6 +40,7 @@ struct Edge {
   constexpr bool is_border() const { return !other.exists(); }
 };
 
+/// The connectivity of a base mesh, as spans of arrays that another object owns.
 struct Topology {
   std::span<const std::array<VertexId, 3>> faces;
   std::span<const std::array<EdgeId, 3>> face_edges;  ///< [face][side]

@@ -17,6 +17,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// Three numbers: a position, a difference of positions, or a normal.
 template <class Real>
 struct Vector3 {
   Real x, y, z;

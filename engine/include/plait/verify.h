@@ -12,6 +12,8 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// A block whose stored bytes have another checksum than its entry in the block table, or which
+/// cannot be read.
 struct DamagedBlock {
   std::string attribute;
   int level = 0;
@@ -21,6 +23,7 @@ struct DamagedBlock {
   std::string reason;
 };
 
+/// What verify() found.
 struct VerifyReport {
   std::uint64_t blocks = 0, bytes = 0;  ///< read and checked; raw bytes
   std::uint64_t never_written = 0;      ///< blocks that read as zeros

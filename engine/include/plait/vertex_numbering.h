@@ -50,6 +50,7 @@ class VertexNumbering {
   std::vector<LevelGeometry> geometry_;  ///< [level], records of one byte
 };
 
+/// A point of the grid of a face.
 struct FacePoint {
   std::int64_t i, j;
 };

@@ -74,6 +74,7 @@ struct Pipeline {
 /// any number of threads.
 class PipelineRegistry {
  public:
+  /// A codec: its name, and the function that makes one.
   struct CodecEntry {
     std::string name = {};
     std::string summary = {};  ///< one line for --help, which also explains the options
@@ -81,6 +82,7 @@ class PipelineRegistry {
     /// options that the codec does not take.
     std::function<std::unique_ptr<Codec>(std::string_view options)> make = {};
   };
+  /// A filter: its name, and the function that makes one.
   struct FilterEntry {
     std::string name = {};
     std::string summary = {};

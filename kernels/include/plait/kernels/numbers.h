@@ -17,6 +17,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// The compiler's type for a vector of `kCount` numbers.
 template <class Real, int kCount>
 struct NumberVector {
   typedef Real Type __attribute__((vector_size(kCount * sizeof(Real))));

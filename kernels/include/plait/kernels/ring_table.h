@@ -14,6 +14,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// The rings of all base vertices at one level, in memory: two records for each base edge.
 template <class Record>
 class RingTable {
  public:

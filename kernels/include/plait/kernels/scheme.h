@@ -18,6 +18,7 @@ enum class Scheme : std::uint8_t {
 /// The scheme of a subdivision if nobody names one.
 inline constexpr Scheme kDefaultScheme = Scheme::kLoop;
 
+/// The properties of a scheme of the library.
 struct SchemeTraits {
   std::string_view name;    ///< in options, reports and a store's provenance
   int reach = 1;            ///< rings around a vertex that a new one depends on

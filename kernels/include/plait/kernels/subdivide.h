@@ -22,11 +22,13 @@ std::string_view to_string(ExecutorKind executor) noexcept;
 /// Errors: kInvalidArgument; the message lists the known executors.
 ExecutorKind executor_from_name(std::string_view name);
 
+/// How far subdivide() is.
 struct SubdivideProgress {
   std::string_view phase;  ///< "level 3: odd vertices", "normals"; valid during the call
   std::uint64_t vertices_done, vertices_total;  ///< over the whole run, weighted by vertices
 };
 
+/// Options of subdivide().
 struct SubdivideOptions {
   Scheme scheme = kDefaultScheme;
   /// Unless nullptr, a program's own rule from own_scheme(), which replaces `scheme`. It must

@@ -36,6 +36,8 @@ enum class ExistingStore : std::uint8_t {
   kResume,
 };
 
+/// What a job shall do. Members that have no value get one from the store of an earlier run, or a
+/// default.
 struct SubdivisionRequest {
   /// The path of a file (PLY, OBJ or OFF, also .gz and .zst), or a mesh.
   std::variant<std::filesystem::path, BaseMesh> mesh;
@@ -70,6 +72,7 @@ struct SubdivisionRequest {
   BackendChooser choose_backend = {};
 };
 
+/// Counts of the mesh of a job.
 struct MeshFigures {
   std::uint64_t vertices = 0, edges = 0, faces = 0, border_edges = 0;
 };
@@ -91,6 +94,7 @@ struct EarlierRun {
   bool finished = false;  ///< the store has everything that the request asks for
 };
 
+/// A reason why a job cannot run as it was requested.
 struct SubdivisionRefusal {
   /// The member of SubdivisionRequest that must change, such as "scheme"; "ignore_size" if memory,
   /// disk or budget are too small.
@@ -130,6 +134,7 @@ enum class SubdivisionStep : std::uint8_t {
 };
 std::string_view to_string(SubdivisionStep step) noexcept;
 
+/// How far a job is.
 struct SubdivisionProgress {
   SubdivisionStep step;
   std::string_view phase;     ///< "level 3: odd vertices"; valid during the call
@@ -144,6 +149,7 @@ struct SubdivisionWatch {
   std::function<void(const std::string&)> warn = {};
 };
 
+/// What a job did.
 struct SubdivisionResult {
   SubdivisionPlan plan;         ///< including the additions of run()
   std::filesystem::path store;  ///< empty if the backend is not durable
