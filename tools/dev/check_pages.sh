@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Fails if a page (*.md) links to a page or a heading that is not there, if it names a file of the
+# project that is not there, or if it has code that no test builds.
+#
+#   tools/dev/check_pages.sh
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+failed=0
+complain() { echo "check_pages: $*" >&2; failed=1; }
+
+mapfile -t pages < <(find . -name '*.md' -not -path './build/*' -not -path './out/*' -not -path './.git/*' | sed 's#^\./##' | sort)
+
+# Every heading as GitHub names it in links: PAGE#heading.
+headings=$(awk '
+  /^```/ { code = !code }
+  !code && /^#+ / {
+    text = tolower($0); sub(/^#+ /, "", text); gsub(/[^a-z0-9 _-]/, "", text); gsub(/ /, "-", text)
+    print FILENAME "#" text
+  }' "${pages[@]}")
+
+# One line for each link or name: PAGE, a tab, KIND, a tab, TARGET. Code is not searched for links.
+while IFS=$'\t' read -r page kind target; do
+  case $kind in
+    link)
+      path=${target%%#*}
+      if [ -z "$path" ]; then file=$page; else file=$(realpath -ms --relative-to=. "$(dirname "$page")/$path"); fi
+      if [ ! -e "$file" ]; then
+        complain "$page: link to '$target': no such file"
+      elif [[ $target == *#* ]] && ! grep -qxF "$file#${target#*#}" <<<"$headings"; then
+        complain "$page: link to '$target': no such heading"
+      fi
+      ;;
+    file) [[ $target =~ (NAME|TARGET) ]] || compgen -G "$target*" >/dev/null || complain "$page: names '$target': no such file" ;;
+    header)
+      compgen -G "*/include/$target*" >/dev/null || complain "$page: names '$target': no such header"
+      ;;
+    code) complain "$page: $target" ;;
+  esac
+done < <(awk '
+  FNR == 1 { code = 0 }
+  function each(text, pattern, kind, from,    found) {
+    while (match(text, pattern)) {
+      found = substr(text, RSTART, RLENGTH)
+      text = substr(text, RSTART + RLENGTH)
+      print FILENAME "\t" kind "\t" substr(found, from, length(found) - from - (kind == "link" ? 0 : -1))
+    }
+  }
+  /^```/ { code = !code; language = $0; next }
+  code && language == "```" && /#include|plait::|int main/ { print FILENAME "\tcode\tline " FNR ": C++ in a block without a language" }
+  code { next }
+  {
+    each($0, "\\]\\([^):]+\\)", "link", 3)
+    each($0, "`plait/[a-z_/]+\\.h", "header", 2)
+    each($0, "`(docs|tests|tools|engine|backends|kernels|bench|examples|cmake|packaging)/[A-Za-z0-9_./-]+", "file", 2)
+  }' "${pages[@]}" | sort -u)
+
+# The pages whose C++ is built: tests/docs/CMakeLists.txt names them. The README has an example's.
+for page in $(grep -l '^```cpp$' "${pages[@]}"); do
+  [ "$page" = README.md ] || grep -qF "$page" tests/docs/CMakeLists.txt ||
+    complain "$page: no test of tests/docs builds its C++"
+done
+diff <(tests/docs/code_blocks.sh README.md cpp | tail -n +2) examples/first_store.cpp >&2 ||
+  complain "README.md: expected the lines of examples/first_store.cpp (>), found those marked with <"
+exit $failed
