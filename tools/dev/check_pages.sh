@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fails if a page (*.md) links to a page or a heading that is not there, if it names a file of the
-# project that is not there, or if it has code that no test builds.
+# project that is not there, if the text of a heading runs on, or if a page has code that no test builds.
 #
 #   tools/dev/check_pages.sh
 set -euo pipefail
@@ -34,7 +34,7 @@ while IFS=$'\t' read -r page kind target; do
     header)
       compgen -G "*/include/$target*" >/dev/null || complain "$page: names '$target': no such header"
       ;;
-    code) complain "$page: $target" ;;
+    place) complain "$page: $target" ;;
   esac
 done < <(awk '
   FNR == 1 { code = 0 }
@@ -46,8 +46,9 @@ done < <(awk '
     }
   }
   /^```/ { code = !code; language = $0; next }
-  code && language == "```" && /#include|plait::|int main/ { print FILENAME "\tcode\tline " FNR ": C++ in a block without a language" }
+  code && language == "```" && /#include|plait::|int main/ { print FILENAME "\tplace\tline " FNR ": C++ in a block without a language" }
   code { next }
+  /^#+ / && length($0) > 60 { print FILENAME "\tplace\tline " FNR ": a heading of more than 60 characters: does its text follow on the same line?" }
   {
     each($0, "\\]\\([^):]+\\)", "link", 3)
     each($0, "`plait/[a-z_/]+\\.h", "header", 2)
