@@ -8,7 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 failed=0
 complain() { echo "check_pages: $*" >&2; failed=1; }
 
-mapfile -t pages < <(find . -name '*.md' -not -path './build/*' -not -path './out/*' -not -path './.git/*' | sed 's#^\./##' | sort)
+mapfile -t pages < <(git ls-files --cached --others --exclude-standard '*.md')
 
 # Every heading as GitHub names it in links: PAGE#heading.
 headings=$(awk '
