@@ -61,8 +61,9 @@ const auto& find_in(const Entries& entries, const char* kind, const Stage& stage
   const auto found = entries.find(stage.name);
   if (found != entries.end()) return found->second;
   throw Error(ErrorCode::kNotSupported,
-              fmt::format("choose {} \"{}\" of pipeline \"{}\": expected one of {}", kind,
-                          stage.name, pipeline, fmt::join(names_of(entries), ", ")));
+              fmt::format("choose {} \"{}\" of pipeline \"{}\": expected one of {}; plug-ins add "
+                          "others (--plugin FILE, PLAIT_PLUGINS)",
+                          kind, stage.name, pipeline, fmt::join(names_of(entries), ", ")));
 }
 
 PipelineRegistry built_in() {

@@ -59,8 +59,9 @@ const BackendRegistry::Entry& BackendRegistry::find(std::string_view specificati
   const auto found = entries_.find(name);
   if (found == entries_.end())
     throw Error(ErrorCode::kNotSupported,
-                fmt::format("open backend \"{}\": expected one of {}", name.substr(0, kMostNamed),
-                            fmt::join(names(), ", ")));
+                fmt::format("open backend \"{}\": expected one of {}; plug-ins add others "
+                            "(--plugin FILE, PLAIT_PLUGINS)",
+                            name.substr(0, kMostNamed), fmt::join(names(), ", ")));
   return found->second;
 }
 

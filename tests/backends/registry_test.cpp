@@ -30,7 +30,7 @@ TEST_CASE("DefaultBackends_Names_AreTheFive") {
 TEST_CASE("BackendRegistryFind_UnknownName_NamesThoseThereAre") {
   CHECK(error_text([] { default_backends().find("tape"); }) ==
         "not_supported: open backend \"tape\": expected one of compressed, memory, mmap, pread, "
-        "uring");
+        "uring; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
 }
 
 TEST_CASE("BackendRegistryAdd_NameTaken_IsRefusedAndKeepsTheFirst") {
@@ -77,9 +77,11 @@ TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") 
     CHECK(error_text([&] { validate(std::string("shuffle,") + codec); }).empty());
   CHECK(error_text([&] { validate("none,gzip"); }) ==
         "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
-        "none, zstd");
+        "none, zstd; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
   CHECK(error_text([&] { validate("sort,lz4"); }) ==
-        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle");
+        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle; "
+        "plug-ins "
+        "add others (--plugin FILE, PLAIT_PLUGINS)");
   for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
     CHECK(error_text([&] {
             validate(std::string("none,") + codec);
