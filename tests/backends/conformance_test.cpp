@@ -1,7 +1,10 @@
 // The suite over the built-in backends: compressed with each codec and filter, every backend under
 // a wrapper that must not be noticed, and those that overwrite in place under the rollback journal.
-#include "backends/conformance.h"
+#include <array>
+#include <catch2/catch.hpp>
 
+#include "conformance/suite.h"
+#include "durability/faults.h"
 #include "plait/backends/registry.h"
 #include "support/counting_backend.h"
 #include "support/journaled_volume.h"
@@ -10,8 +13,9 @@
 namespace plait::test {
 namespace {
 
-void add_backends(std::vector<BackendUnderTest>& result, const BackendRegistry& registry,
-                  const std::string& suffix) {
+using Subjects = std::vector<conformance::Subject>;
+
+void add_backends(Subjects& result, const BackendRegistry& registry, const std::string& suffix) {
   for (const std::string& name : usable_backends()) {
     const BackendRegistry::Entry& entry = registry.find(name);
     if (!entry.traits.compressed) {
@@ -26,20 +30,40 @@ void add_backends(std::vector<BackendUnderTest>& result, const BackendRegistry& 
   }
 }
 
+Subjects backends_under_test() {
+  static BackendCounts counts;
+  Subjects result;
+  add_backends(result, default_backends(), "");
+  add_backends(result, counting_registry(default_backends(), counts), " (counted)");
+  for (const std::string& name : usable_backends())
+    if (const auto& entry = default_backends().find(name); entry.traits.overwrites_in_place)
+      result.push_back({name + " (journaled)", journaled(entry)});
+  return result;
+}
+
 }  // namespace
 
-const std::vector<BackendUnderTest>& backends_under_test() {
-  static const std::vector<BackendUnderTest> subjects = [] {
-    static BackendCounts counts;
-    std::vector<BackendUnderTest> result;
-    add_backends(result, default_backends(), "");
-    add_backends(result, counting_registry(default_backends(), counts), " (counted)");
-    for (const std::string& name : usable_backends())
-      if (const auto& entry = default_backends().find(name); entry.traits.overwrites_in_place)
-        result.push_back({name + " (journaled)", journaled(entry)});
-    return result;
-  }();
-  return subjects;
+TEST_CASE("Backend_EachOfItsPromises_IsKept") {
+  const Subjects subjects = backends_under_test();
+  for (const conformance::Promise& promise : conformance::promises())
+    for (const conformance::Subject& subject : subjects) {
+      if (!promise.concerns(subject.entry.traits)) continue;
+      const NoWaiting no_waiting;
+      const conformance::Findings findings = conformance::check(promise, subject);
+      INFO(subject.label << ", " << promise.name);
+      for (const std::string& broken : findings.broken()) FAIL_CHECK(broken);
+      CHECK(findings.held());
+      CHECK(findings.left_out().empty());
+    }
+}
+
+TEST_CASE("BackendContext_BuiltInBackends_NeedNone") {
+  for (const conformance::Subject& subject : backends_under_test()) {
+    INFO(subject.label);
+    conformance::LevelUnderTest level(subject);
+    std::array<ContextBlock, kMostContextBlocks> blocks;
+    CHECK(level.open().context(0, blocks) == 0);
+  }
 }
 
 }  // namespace plait::test

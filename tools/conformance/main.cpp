@@ -1,0 +1,196 @@
+// The program plait-conformance: runs the conformance suite on one backend.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "conformance/suite.h"
+#include "console.h"
+#include "plait/backends/plugins.h"
+#include "plait/error.h"
+#include "plait/version.h"
+
+namespace plait::conformance {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFooter =
+    "Makes small levels in new directories below DIR, checks each promise of plait/backend.h, and\n"
+    "removes the directories. A level that is not a file has fewer promises.\n"
+    "\n"
+    "A backend that blocks in a call is not ended. With --json, standard output gets one JSON\n"
+    "object: backend, pipeline, held, broken, left_out, and for each promise its name, its text,\n"
+    "whether it is held, and the expectations that were not true.\n"
+    "\n"
+    "Exit status: 0 all promises are kept; 1 one is broken; 2 bad usage, or the plug-in or the\n"
+    "backend cannot be used here.\n"
+    "\n"
+    "Examples:\n"
+    "  plait-conformance --plugin ./libmine.so --backend x-mine\n"
+    "  plait-conformance --plugin ./libmine.so --backend x-mine:depth=8 --only threads\n"
+    "  plait-conformance --plugin ./own_codec.so --backend compressed --pipeline shuffle,x-runs\n"
+    "  plait-conformance --backend pread --directory /mnt/disk --json";
+
+struct Arguments {
+  std::vector<std::string> plugins;
+  std::string backend, pipeline, directory;
+  std::vector<std::string> only;
+  bool json = false, list = false;
+};
+
+Subject subject_of(const Arguments& arguments, const BackendRegistry& backends) {
+  Subject subject;
+  subject.label = arguments.backend;
+  subject.entry = backends.find(arguments.backend);
+  subject.options = std::string(BackendRegistry::options_in(arguments.backend));
+  subject.entry.validate(subject.options);
+  subject.pipeline =
+      arguments.pipeline.empty() ? subject.entry.default_pipeline : arguments.pipeline;
+  subject.entry.validate_pipeline(subject.pipeline);
+  subject.directory = arguments.directory;
+  return subject;
+}
+
+Json report_of(const Promise& promise, const Findings& findings) {
+  Json report = {{"name", promise.name}, {"promise", promise.text}, {"held", findings.held()}};
+  if (!findings.left_out().empty()) report["left_out"] = findings.left_out();
+  if (!findings.held()) {
+    report["expected"] = findings.broken();
+    report["broken_expectations"] = findings.broken_count();
+  }
+  return report;
+}
+
+/// The rest of the line that begins with the name of the promise, and the reasons below it.
+std::string text_of(const Promise& promise, const Findings& findings) {
+  if (!findings.left_out().empty()) return fmt::format("left out: {}\n", findings.left_out());
+  if (findings.held()) return "kept\n";
+  std::string text = fmt::format("BROKEN: {}\n", promise.text);
+  for (const std::string& expected : findings.broken())
+    text += fmt::format("    expected that {}\n", expected);
+  if (findings.broken_count() > findings.broken().size())
+    text += fmt::format("    {} expectations in all\n", findings.broken_count());
+  return text;
+}
+
+int run_suite(const Arguments& arguments, const Plugins& plugins) {
+  const Subject subject = subject_of(arguments, plugins.backends());
+  const auto wanted = [&](const Promise& promise) {
+    if (!promise.concerns(subject.entry.traits)) return false;
+    if (arguments.only.empty()) return true;
+    for (const std::string& name : arguments.only)
+      if (name == promise.name) return true;
+    return false;
+  };
+  std::uint64_t held = 0, broken = 0, left_out = 0;
+  Json reports = Json::array();
+  for (const Promise& promise : promises()) {
+    if (!wanted(promise)) continue;
+    if (!arguments.json) {
+      print(fmt::format("{:<26} ", promise.name));
+      flush_output();  // so that a backend which crashes leaves the name of the promise
+    }
+    const Findings findings = check(promise, subject);
+    ++(!findings.held() ? broken : findings.left_out().empty() ? held : left_out);
+    if (arguments.json)
+      reports.push_back(report_of(promise, findings));
+    else
+      print(text_of(promise, findings));
+  }
+  if (arguments.json)
+    print(Json{{"backend", subject.label},
+               {"pipeline", subject.pipeline},
+               {"held", held},
+               {"broken", broken},
+               {"left_out", left_out},
+               {"promises", std::move(reports)}}
+              .dump(2) +
+          "\n");
+  else
+    print(fmt::format("{}, pipeline {}: {} promises kept, {} broken, {} left out\n", subject.label,
+                      subject.pipeline, held, broken, left_out));
+  return broken == 0 ? kExitDone : kExitFailed;
+}
+
+int list_promises() {
+  for (const Promise& promise : promises())
+    print(fmt::format("{:<26} {}\n", promise.name, promise.text));
+  return kExitDone;
+}
+
+void add_options(CLI::App& program, Arguments& arguments) {
+  program.set_version_flag("--version", std::string("plait-conformance ") + PLAIT_VERSION);
+  program
+      .add_option("--plugin", arguments.plugins,
+                  "Load a plug-in, a shared library; may be repeated; PLAIT_PLUGINS names more")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  program.add_option("--backend", arguments.backend, "The backend, NAME or NAME:KEY=VALUE,...");
+  program.add_option("--pipeline", arguments.pipeline,
+                     "FILTERS,CODEC of the levels; default: that of the backend");
+  program
+      .add_option("--directory", arguments.directory,
+                  "Where files are made; default: the directory for temporary files")
+      ->type_name("DIR");
+  std::vector<std::string> names;
+  for (const Promise& promise : promises()) names.emplace_back(promise.name);
+  program
+      .add_option("--only", arguments.only, "Check only this promise; may be repeated; see --list")
+      ->type_name("PROMISE")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(names));
+  program.add_flag("--list", arguments.list, "List the promises and do nothing else");
+  program.add_flag("--json", arguments.json,
+                   "Print one JSON object, and nothing else, to standard output");
+  program.get_formatter()->column_width(30);
+  program.footer(kFooter);
+}
+
+int run_program(int argument_count, char** words) {
+  Arguments arguments;
+  CLI::App program("Check that a backend keeps the promises of plait/backend.h",
+                   "plait-conformance");
+  add_options(program, arguments);
+  try {
+    program.parse(argument_count, words);
+  } catch (const CLI::ParseError& stopped) {
+    if (stopped.get_exit_code() == 0) return program.exit(stopped);
+    report_error("usage", std::string(stopped.what()) + " (see plait-conformance --help)",
+                 arguments.json);
+    return kExitRefused;
+  }
+  try {
+    if (arguments.list) return list_promises();
+    if (arguments.backend.empty())
+      throw Error(ErrorCode::kInvalidArgument,
+                  "expected --backend NAME (see plait-conformance --help)");
+    Plugins plugins;
+    if (const char* const list = ::secure_getenv("PLAIT_PLUGINS")) plugins.load_list(list);
+    for (const std::string& file : arguments.plugins) plugins.load(file);
+    const int status = run_suite(arguments, plugins);
+    flush_output();
+    return status;
+  } catch (const Error& error) {
+    report_error(to_string(error.code()), error.what(), arguments.json);
+    return exit_status(error.code());
+  }
+}
+
+}  // namespace
+}  // namespace plait::conformance
+
+int main(int argument_count, char** words) {
+  try {
+    return plait::conformance::run_program(argument_count, words);
+  } catch (const std::exception& error) {
+    plait::report_error("internal", error.what(), false);
+    return plait::kExitFailed;
+  }
+}
