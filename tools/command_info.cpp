@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "arguments.h"
 #include "build_report.h"
@@ -62,7 +63,7 @@ Json attribute_report(Store& store, AttributeId id) {
           {"components", info.schema.components},
           {"record_bytes", info.schema.record_bytes()},
           {"finest_level", info.finest_level},
-          {"base_bytes", store.base_bytes(id).size()},
+          {"base_bytes", std::as_const(store).base_bytes(id).size()},
           {"levels", std::move(levels)}};
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "plait/error.h"
@@ -71,7 +72,7 @@ Digest digest(Store& store, const DigestOptions& options) {
     const std::string& name = info.schema.name;
     const std::size_t record_bytes = info.schema.record_bytes();
     if (wanted(store.base_level())) {
-      const std::span<const std::byte> records = store.base_bytes(id);
+      const std::span<const std::byte> records = std::as_const(store).base_bytes(id);
       for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
         hashers[0].add(vertex, vertex, store.base_level(), name,
                        records.subspan(vertex * record_bytes, record_bytes));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "plait/error.h"
 
@@ -79,7 +80,7 @@ std::vector<std::size_t> BlockRepair::proven_by_surroundings(Store& made) {
 
 std::vector<int> BlockRepair::levels_of_another_codec(Store& made, AttributeId attribute) {
   const AttributeInfo& info = store_.attributes()[attribute];
-  if (!std::ranges::equal(store_.base_bytes(attribute),
+  if (!std::ranges::equal(std::as_const(store_).base_bytes(attribute),
                           made.base_bytes(made.attribute(info.schema.name))))
     return {};
   std::vector<int> levels;

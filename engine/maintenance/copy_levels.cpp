@@ -1,6 +1,7 @@
 #include "plait/copy_levels.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "plait/error.h"
 #include "plait/level_cursor.h"
@@ -19,7 +20,7 @@ void copy_levels(Store& from, Store& to,
   for (AttributeId id = 0; id < from.attributes().size(); ++id) {
     const AttributeInfo& info = from.attributes()[id];
     const AttributeId copy = to.add_attribute(info.schema);
-    std::ranges::copy(from.base_bytes(id), to.base_bytes(copy).begin());
+    std::ranges::copy(std::as_const(from).base_bytes(id), to.base_bytes(copy).begin());
     for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
       to.add_level(copy);
       const LevelGeometry& geometry = from.level_file(id, level).geometry;

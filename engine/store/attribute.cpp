@@ -2,26 +2,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::size_t component_bytes(ComponentType type) noexcept {
-  switch (type) {
-    case ComponentType::kInt8:
-    case ComponentType::kUint8:
-      return 1;
-    case ComponentType::kInt16:
-    case ComponentType::kUint16:
-      return 2;
-    case ComponentType::kFloat32:
-    case ComponentType::kInt32:
-    case ComponentType::kUint32:
-      return 4;
-    case ComponentType::kFloat64:
-    case ComponentType::kInt64:
-    case ComponentType::kUint64:
-      return 8;
-  }
-  return 0;
-}
-
 std::string_view to_string(ComponentType type) noexcept {
   switch (type) {
     case ComponentType::kFloat32:

@@ -134,6 +134,24 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
   return static_cast<AttributeId>(state.infos.size() - 1);
 }
 
+AttributeId Store::add_attribute(AttributeSchema schema, int finest_level) {
+  Implementation& state = *implementation_;
+  if (finest_level < base_level() || finest_level > kMaxLevel)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("add attribute '{}' with levels up to {}: expected {} to {}",
+                            schema.name, finest_level, base_level(), kMaxLevel));
+  const AttributeId id = add_attribute(std::move(schema));
+  try {
+    while (state.infos[id].finest_level < finest_level) add_level(id);
+  } catch (...) {
+    for (auto& level : state.attributes[id].levels) state.pager->detach(*level);
+    state.attributes.pop_back();
+    state.infos.pop_back();
+    throw;
+  }
+  return id;
+}
+
 void Store::add_level(AttributeId attribute) {
   Implementation& state = *implementation_;
   check_writable(state);
@@ -186,6 +204,11 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
+  if (!implementation_->writable)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("change base records of {}: opened for reading; a const Store gives "
+                            "records to read",
+                            path().native()));
   return attribute_of(*implementation_, attribute).base_bytes;
 }
 

@@ -54,7 +54,7 @@ void check_levels(Store& store, int levels) {
   const BaseMesh& base = store.base();
   Counts counts = counts_of(base);
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
-    CHECK(store.base_bytes(id).size() == counts.vertices * kRecordBytes);
+    CHECK(std::as_const(store).base_bytes(id).size() == counts.vertices * kRecordBytes);
   std::uint64_t stored_vertices = counts.vertices;
   for (int level = 1; level <= levels; ++level) {
     INFO("level " << level);

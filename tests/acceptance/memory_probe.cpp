@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "plait/backends/registry.h"
 #include "plait/kernels/subdivide.h"
@@ -72,7 +73,7 @@ void run(char** arguments) {
   std::uint64_t level_bytes = 0;
   std::uint64_t base_bytes = store.base().memory_bytes() + subdivide_resident_bytes(store, what);
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-    base_bytes += store.base_bytes(id).size();
+    base_bytes += std::as_const(store).base_bytes(id).size();
     for (int level = options.base_level + 1; level <= what.levels; ++level)
       level_bytes += store.level_file(id, level).geometry.total_bytes();
   }

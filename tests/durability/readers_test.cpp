@@ -13,6 +13,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "durability/faults.h"
@@ -76,7 +77,7 @@ void write_versions(const fs::path& path) {
 std::string fault_of(Store& store) {
   const std::byte expected = value_of(store.sequence());
   const auto is_expected = [&](std::byte byte) { return byte == expected; };
-  if (!std::ranges::all_of(store.base_bytes(0), is_expected)) return "base records";
+  if (!std::ranges::all_of(std::as_const(store).base_bytes(0), is_expected)) return "base records";
   const int levels = 2 + static_cast<int>(std::ranges::count_if(
                              kAppendedAt, [&](auto at) { return at <= store.sequence(); }));
   if (store.finest_level() != levels) return "number of levels";

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "durability/faults.h"
@@ -55,7 +56,7 @@ void fill(Store& store, std::byte value) {
 bool is_one_version(Store& store) {
   const auto expected = static_cast<std::byte>(store.sequence());
   const auto is_expected = [&](std::byte byte) { return byte == expected; };
-  if (!std::ranges::all_of(store.base_bytes(0), is_expected)) return false;
+  if (!std::ranges::all_of(std::as_const(store).base_bytes(0), is_expected)) return false;
   for (int level = 1; level <= kLevels; ++level)
     if (!std::ranges::all_of(read_level(store, 0, level), is_expected)) return false;
   return true;

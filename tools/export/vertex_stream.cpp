@@ -1,6 +1,7 @@
 #include "export/vertex_stream.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "plait/level_cursor.h"
 
@@ -16,7 +17,8 @@ void stream_base(Store& store, std::span<const AttributeId> attributes, const Ve
     const std::size_t count = std::min<std::uint64_t>(kBaseRecordsAtOnce, vertices - first);
     for (std::size_t i = 0; i < attributes.size(); ++i) {
       const std::size_t bytes = store.attributes()[attributes[i]].schema.record_bytes();
-      records[i] = store.base_bytes(attributes[i]).subspan(first * bytes, count * bytes);
+      records[i] =
+          std::as_const(store).base_bytes(attributes[i]).subspan(first * bytes, count * bytes);
     }
     sink(records, count);
   }

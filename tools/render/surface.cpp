@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "export/vertex_stream.h"
@@ -73,8 +74,8 @@ class NormalSource {
       patches_.emplace(store, store.attribute("normal"), share_bytes);
       patches_->activate(level_, 1, 0);
     } else {
-      base_normals_ =
-          base_vertex_normals<Real>(topology_, store.base_records<Vector3<Real>>(position));
+      base_normals_ = base_vertex_normals<Real>(
+          topology_, std::as_const(store).template base_records<Vector3<Real>>(position));
     }
   }
 

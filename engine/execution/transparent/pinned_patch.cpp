@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -73,9 +75,11 @@ void PinnedPatch::enter(FaceId face) {
   need_stencil(face);
   make_room();
   PinnedLevel::pin_needed(session_, levels_);
-  const std::span<std::byte> base = store_->base_bytes(attribute_);
+  // A store that was opened for reading gives out only const records. Programs write to none of the
+  // addresses, unless they have activated levels for writing.
+  auto* const base = const_cast<std::byte*>(std::as_const(*store_).base_bytes(attribute_).data());
   table_.enter(topology_, face, store_->attributes()[attribute_].schema.record_bytes(),
-               reach_ != Reach::kOwn, base.data(), [&](EdgeId edge, BaseRelativeLevel level) {
+               reach_ != Reach::kOwn, base, [&](EdgeId edge, BaseRelativeLevel level) {
                  return levels_[static_cast<std::size_t>(level.refinements - 1)].slot(edge);
                });
 }

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "plait/edge_index.h"
 #include "plait/namespace.h"
@@ -50,12 +51,15 @@ class StorePatches {
   /// See PinnedPatch. Errors: kInvalidArgument if the attribute holds other records.
   StorePatches(Store& store, AttributeId attribute, std::uint64_t share_bytes,
                Reach reach = Reach::kFaces)
-      : base_records_(store.base_records<Record>(attribute)),
+      : store_(&store),
+        attribute_(attribute),
+        base_records_(std::as_const(store).template base_records<Record>(attribute)),
         pinned_(std::make_unique<PinnedPatch>(store, attribute, reach, share_bytes)),
         topology_(store.base().topology()) {}
 
   const Topology& topology() const { return topology_; }
-  std::span<Record> base_records() const { return base_records_; }
+  /// To be changed. Errors: kBadState if the store was opened for reading.
+  std::span<Record> base_records() const { return store_->base_records<Record>(attribute_); }
   /// See PinnedPatch::activate.
   void activate(int readable, int first_writable, int last_writable) {
     pinned_->activate(readable, first_writable, last_writable);
@@ -73,15 +77,17 @@ class StorePatches {
   /// The record at a point of any face whose blocks are pinned.
   Record& anywhere(const FaceIndex& point) {
     if (is_corner(point.level, point.i, point.j))
-      return base_records_[topology_.faces[point.face]
-                                          [static_cast<std::size_t>(corner_of(point.i, point.j))]];
+      return const_cast<Record&>(base_records_[topology_.faces[point.face][static_cast<std::size_t>(
+          corner_of(point.i, point.j))]]);
     const EdgeIndex index = edge_index(topology_, point);
     const LocatedSlot slot = pinned_->slot(BaseRelativeLevel(index.level), index.edge);
     return reinterpret_cast<Record*>(slot.bytes.data())[slot_position(
         index.level, slot.shape == SlotShape::kHalf, index.row, index.column)];
   }
 
-  std::span<Record> base_records_;
+  Store* store_;
+  AttributeId attribute_;
+  std::span<const Record> base_records_;
   std::unique_ptr<PinnedPatch> pinned_;
   Topology topology_;
 };

@@ -134,6 +134,7 @@ class PatchView {
   /// read it.
   template <class Record>
   AttributeView<Record> attribute(std::string_view name) const {
+    check_record_type<Record>();
     return {slots_of(name, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents), face(),
             refinements()};
   }
@@ -192,6 +193,7 @@ class Reader {
   template <class Record, class Visit>
   void for_each_block(std::string_view attribute, int level, std::uint64_t first,
                       std::uint64_t count, Visit visit) const {
+    check_record_type<Record>();
     const std::size_t number =
         number_of(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
     visit_blocks(number, level, first, count,

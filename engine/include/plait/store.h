@@ -107,6 +107,10 @@ class Store {
   bool has_attribute(std::string_view name) const;
   /// Errors: kInvalidArgument if the name is taken or ill-formed.
   AttributeId add_attribute(AttributeSchema schema);
+  /// The same with all levels up to `finest_level`: every record is zero until it is written. After
+  /// an error the store is as before. Errors: also kInvalidArgument for a level that a store cannot
+  /// have; those of add_level().
+  AttributeId add_attribute(AttributeSchema schema, int finest_level);
   /// Sets the pipeline of levels that later calls of add_level() make. Existing levels keep their
   /// pipeline (LevelFile::pipeline). The initial value is options().pipeline. Errors:
   /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
@@ -117,14 +121,18 @@ class Store {
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
   /// The records of level base_level(): one for each base vertex, in memory.
+  /// Errors: kInvalidArgument if the attribute has other records. Without const also kBadState for
+  /// a store that was opened for reading: read its records through a const Store.
   template <class Record>
   std::span<Record> base_records(AttributeId attribute) {
+    check_record_type<Record>();
     check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
     const std::span<std::byte> bytes = base_bytes(attribute);
     return {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
   }
   template <class Record>
   std::span<const Record> base_records(AttributeId attribute) const {
+    check_record_type<Record>();
     check_type(attribute, RecordTraits<Record>::kType, RecordTraits<Record>::kComponents);
     const std::span<const std::byte> bytes = base_bytes(attribute);
     return {reinterpret_cast<const Record*>(bytes.data()), bytes.size() / sizeof(Record)};

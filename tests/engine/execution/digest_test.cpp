@@ -5,6 +5,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <utility>
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
@@ -43,8 +44,8 @@ Sum naive_digest(Store& store, int level) {
     if (level == store.base_level()) {
       const std::size_t record = info.schema.record_bytes();
       for (VertexId v = 0; v < store.base().vertex_count(); ++v)
-        sum +=
-            hashed(v, v, level, info.schema.name, store.base_bytes(id).subspan(v * record, record));
+        sum += hashed(v, v, level, info.schema.name,
+                      std::as_const(store).base_bytes(id).subspan(v * record, record));
     } else if (level <= info.finest_level) {
       const std::vector<std::byte> bytes = read_level(store, id, level);
       const LevelGeometry& geometry = store.level_file(id, level).geometry;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "plait/backends/registry.h"
 #include "support/usable_backends.h"
@@ -104,7 +105,8 @@ std::vector<std::byte> read_level(Store& store, AttributeId attribute, int level
 
 bool holds_sample(Store& store, AttributeId attribute) {
   const AttributeInfo info = store.attributes()[attribute];
-  if (!std::ranges::equal(store.base_bytes(attribute), sample_base(store, info.schema)))
+  if (!std::ranges::equal(std::as_const(store).base_bytes(attribute),
+                          sample_base(store, info.schema)))
     return false;
   for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
     if (read_level(store, attribute, level) != sample_level(store, info.schema, level))
