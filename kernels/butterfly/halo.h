@@ -7,8 +7,8 @@
 #include <span>
 
 #include "butterfly/stencils.h"
-#include "edge_grid/gather.h"
 #include "plait/edge_index.h"
+#include "plait/kernels/gather_grid.h"
 
 namespace plait::butterfly {
 

@@ -7,7 +7,7 @@
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/halo.h"
 #include "butterfly/stencils.h"
-#include "edge_grid/gather.h"
+#include "plait/kernels/gather_grid.h"
 #include "plait/kernels/numbers.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"

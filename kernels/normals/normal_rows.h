@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "edge_grid/gather.h"
 #include "normals/lanes.h"
 #include "normals/normal_rules.h"
+#include "plait/kernels/gather_grid.h"
 #include "plait/vector3.h"
 
 namespace plait::normals {

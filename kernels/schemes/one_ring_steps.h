@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "edge_grid/gather.h"
+#include "plait/kernels/gather_grid.h"
 #include "plait/kernels/one_ring.h"
 #include "plait/kernels/ring_table.h"
 #include "plait/topology.h"

@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "butterfly/odd_slots.h"
-#include "edge_grid/gather.h"
 #include "normals/normal_rows.h"
 #include "normals/normal_rules.h"
 #include "plait/error.h"
 #include "plait/kernels/base_vertices.h"
+#include "plait/kernels/gather_grid.h"
 #include "plait/sweep.h"
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"

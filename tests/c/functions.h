@@ -88,6 +88,8 @@ inline const std::vector<LeftOut> kLeftOut{
     {"Store::check_type", "C has no record types; plait_store_find_attribute tells the type"},
     {"Store::open_session", "pins of single blocks; readers and plait_store_apply have them"},
     {"Store::pager", "as Store::open_session"},
+    {"visit_vertices",
+     "its kernel is compiled with the record types; plait_store_apply has passes"},
     {"Reader::operator=", "as Store::Store"},
     {"PatchView::PatchView", "as Store::Store"},
     {"PatchView::operator=", "as Store::Store"},

@@ -60,11 +60,8 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
     throw Error(
         ErrorCode::kInvalidArgument,
         fmt::format("sweep '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
-  check_accesses(store, pass);
-  SweepWindow window(store, pass);
-  const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
-  const EdgeId chunk = window.chunk_edges(options.threads);
-  const std::uint64_t needed_bytes = window_bytes_of(window, edge_count, chunk);
+  // With a window of its own, because an error that ends a window leaves its levels unfinished.
+  const std::uint64_t needed_bytes = sweep_window_bytes(store, pass, options.threads);
   if (needed_bytes > store.pager().budget_bytes())
     throw Error(
         ErrorCode::kBudget,
@@ -73,6 +70,9 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
                     "{} bytes: raise the budget, take smaller blocks or another layout",
                     pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
                     measure_spans(store.base()).loop.span, store.options().block_bytes));
+  SweepWindow window(store, pass);
+  const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
+  const EdgeId chunk = window.chunk_edges(options.threads);
   SessionOptions session;
   session.window_bytes = needed_bytes;
   window.open(session);

@@ -1,5 +1,6 @@
-// Fills the grid of an edge from the slots of all edges of its two faces. It reads each row of a
-// slot in one contiguous run. Levels count refinements of the base mesh.
+// plait/kernels/gather_grid.h: fills the grid of an edge (plait/kernels/edge_grid.h) from the slots
+// of all edges of its two faces. It reads each row of a slot in one contiguous run. Levels count
+// refinements of the base mesh. Programs use plait/kernels/visit_vertices.h, which calls it.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +11,11 @@
 #include "plait/base_relative_level.h"
 #include "plait/edge_index.h"
 #include "plait/kernels/edge_grid.h"
+#include "plait/namespace.h"
 #include "plait/sweep.h"
 #include "plait/topology.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+PLAIT_BEGIN_NAMESPACE
 
 /// The source of the records: an access of a sweep with Reach::kFaces or more.
 template <class Record>

@@ -1,0 +1,306 @@
+// A visit calls its kernel once for every vertex, base vertices too, with the neighbours that an
+// independent subdivision finds; and its result does not depend on threads, blocks or budget.
+#include "plait/kernels/visit_vertices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "plait/backends/registry.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/layout.h"
+#include "plait/patch.h"
+#include "plait/reader.h"
+#include "plait/vertex_numbering.h"
+#include "support/naive_subdivision.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+using Point = Vector3<float>;
+using Id = std::uint32_t;
+
+Store in_memory(const BaseMesh& base, int base_level = 0) {
+  StoreOptions options;
+  options.backend = "memory";
+  options.block_bytes = 4096;
+  options.base_level = base_level;
+  return Store::create({}, base, options, default_backends());
+}
+
+naive::Mesh refined(const IndexedMesh& mesh, int levels) {
+  return naive::subdivide(to_naive(mesh), naive::Scheme::kMidpoint, levels);
+}
+
+/// Calls visit(record, number of the vertex in the oracle) for all vertices, some several times. It
+/// uses the transparent executor, and so no code of the visit.
+template <class Visit>
+void for_each_numbered(Store& store, const char* attribute, const naive::Mesh& oracle, int level,
+                       bool writes, Visit visit) {
+  StorePatches<Id> patches(store, store.attribute(attribute), 1 << 24, Reach::kOwn);
+  patches.activate(level, writes ? store.base_level() + 1 : 1, writes ? level : 0);
+  for (FaceId face = 0; face < store.base().face_count(); ++face) {
+    const auto patch = patches.patch(face);
+    const std::int64_t size = patch.size(level);
+    for (std::int64_t j = 0; j <= size; ++j)
+      for (std::int64_t i = 0; i + j <= size; ++i)
+        visit(patch.at(level, i, j), naive::vertex_at(oracle, face, i, j));
+  }
+}
+
+/// Whether `found` is the ring of the oracle. The oracle's rings inside begin anywhere.
+bool is_ring(std::vector<naive::Index> found, bool border, const naive::Ring& ring) {
+  if (border == ring.closed || found.size() != ring.neighbours.size()) return false;
+  if (ring.closed) std::ranges::rotate(found, std::ranges::min_element(found));
+  return found == ring.neighbours;
+}
+
+/// Visits a store of `mesh` whose attribute "id" has the numbers of the oracle.
+void check_visit(const IndexedMesh& mesh, int levels, int stored_levels, int base_level,
+                 int threads) {
+  const naive::Mesh oracle = refined(mesh, levels);
+  const naive::Rings rings(oracle);
+  const BaseMesh base = BaseMesh::build(mesh);
+  Store store = in_memory(base, base_level);
+  store.add_attribute(schema_of<Id>("id"), base_level + stored_levels);
+  store.add_attribute(schema_of<Id>("seen"), base_level + stored_levels);
+  const int level = base_level + levels;
+  for_each_numbered(store, "id", oracle, level, true, [](Id& id, Id number) { id = number; });
+
+  const VertexNumbering numbering(base.topology(), levels);
+  std::vector<std::atomic<int>> visits(oracle.points.size()), by_number(oracle.points.size());
+  std::atomic<int> wrong_rings = 0, wrong_runs = 0;
+  VisitOptions options;
+  options.level = level;
+  options.threads = threads;
+  visit_vertices(store, options, std::tuple{rings_of<Id>("id"), overwrites<Id>("seen")},
+                 [&](const VertexRun& run, const VertexRings<Id>& id, std::span<Id> seen) {
+                   wrong_runs += seen.size() != run.count || run.worker >= threads;
+                   wrong_runs += run.is_base() != (run.level == base_level);
+                   for (std::size_t i = 0; i < run.count; ++i) {
+                     const Id vertex = id.vertex(i);
+                     std::vector<naive::Index> neighbours;
+                     for (int k = 0; k < id.valence(); ++k)
+                       neighbours.push_back(id.neighbour(i, k));
+                     wrong_rings += !is_ring(neighbours, id.is_border(), rings.find(vertex));
+                     ++visits[vertex];
+                     ++by_number[numbering.first_of(run.level - base_level) + run.first + i];
+                     seen[i] = vertex + 1;
+                   }
+                 });
+  CHECK(wrong_rings == 0);
+  CHECK(wrong_runs == 0);
+  CHECK(std::ranges::all_of(visits, [](const auto& count) { return count == 1; }));
+  CHECK(std::ranges::all_of(by_number, [](const auto& count) { return count == 1; }));
+  int wrong = 0;
+  for_each_numbered(store, "seen", oracle, level, false,
+                    [&](Id seen, Id number) { wrong += seen != number + 1; });
+  CHECK(wrong == 0);
+}
+
+/// A step of smoothing with weights that no symmetry hides.
+struct Smooth {
+  void operator()(const VertexRun& run, const VertexRings<Point>& at, std::span<const float> weight,
+                  std::span<Point> to) const {
+    for (std::size_t i = 0; i < run.count; ++i) {
+      Point sum{};
+      for (int k = 0; k < at.valence(); ++k) sum = sum + float(k + 1) * at.neighbour(i, k);
+      to[i] = at.vertex(i) + weight[i] * sum;
+    }
+  }
+};
+const std::tuple kSmoothed{rings_of<Point>("position"), reads<float>("weight"),
+                           overwrites<Point>("smooth")};
+
+struct Shape {
+  std::string backend = "memory";
+  std::uint64_t block_bytes = 4096, budget_bytes = 64 << 20;
+  int threads = 1;
+  LayoutKind layout = LayoutKind::kGiven;
+};
+
+Store refined_store(const std::filesystem::path& path, const Shape& shape, int levels) {
+  StoreOptions options;
+  options.backend = shape.backend;
+  options.block_bytes = shape.block_bytes;
+  options.budget_bytes = shape.budget_bytes;
+  options.durability = Durability::kNone;
+  Store store =
+      Store::create(path, lay_out(BaseMesh::build(random_sheet(7, 400)), shape.layout).mesh,
+                    options, default_backends());
+  add_base_positions(store);
+  subdivide(store, {.executor = ExecutorKind::kTransparent, .levels = levels});
+  store.add_attribute(schema_of<float>("weight"), levels);
+  store.add_attribute(schema_of<Point>("smooth"), levels);
+  visit_vertices(store, {}, std::tuple{reads<Point>("position"), overwrites<float>("weight")},
+                 [](const VertexRun& run, std::span<const Point> at, std::span<float> weight) {
+                   for (std::size_t i = 0; i < run.count; ++i) weight[i] = 0.01f + at[i].x / 1024;
+                 });
+  return store;
+}
+
+Error refusal(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error;
+  }
+  FAIL("expected an error");
+  return {ErrorCode::kBadState, ""};
+}
+
+}  // namespace
+
+TEST_CASE("VisitVertices_AllTestMeshes_GivesEachVertexOnceWithItsNaiveRing") {
+  for (const NamedMesh& named : all_meshes()) {
+    if (named.mesh.faces.size() == 2 && named.mesh.positions.size() == 3)
+      continue;  // two edges between the same vertices: the oracle cannot tell them apart
+    for (int levels = 0; levels <= 3; ++levels) {
+      INFO(named.name << ", level " << levels);
+      check_visit(named.mesh, levels, levels, 0, 1);
+    }
+  }
+}
+
+TEST_CASE("VisitVertices_SeveralThreads_GivesEachVertexOnceWithItsNaiveRing") {
+  for (const IndexedMesh& mesh : {random_sphere(3, 500), random_sheet(4, 500)})
+    for (const int threads : {2, 3}) check_visit(mesh, 3, 3, 0, threads);
+}
+
+TEST_CASE("VisitVertices_CoarserLevelOrRefinedBase_CountsLevelsAsTheStore") {
+  check_visit(random_sheet(5, 60), 2, 4, 0, 1);
+  check_visit(random_sheet(5, 60), 2, 2, 3, 1);
+}
+
+TEST_CASE("VisitVertices_BackendsBlocksBudgetsThreadsAndLayouts_GiveTheSameBits") {
+  constexpr int kLevels = 4;
+  std::string expected;
+  std::vector<Shape> shapes = {{}};
+  for (const std::string backend : {"pread", "mmap", "compressed"})
+    for (const int threads : {1, 2})
+      shapes.push_back({.backend = backend, .budget_bytes = 1 << 20, .threads = threads});
+  shapes.push_back({.backend = "pread", .block_bytes = 1 << 16, .threads = 2});
+  shapes.push_back({.backend = "memory", .threads = 3, .layout = LayoutKind::kHilbert});
+  for (const Shape& shape : shapes) {
+    CAPTURE(shape.backend, shape.block_bytes, shape.threads);
+    const TemporaryDirectory directory(Medium::kMemory);
+    Store store = refined_store(shape.backend == "memory" ? "" : directory.path() / "s.plait",
+                                shape, kLevels);
+    visit_vertices(store, {.threads = shape.threads}, kSmoothed, Smooth());
+    store.replace_attribute(store.attribute("position"), store.attribute("smooth"));
+    visit_vertices(store, {.threads = shape.threads}, std::tuple{updates<Point>("position")},
+                   [](const VertexRun&, std::span<Point> at) {
+                     for (Point& point : at) point = 2.0f * point;
+                   });
+    store.commit();
+    const std::string found = digest(store).to_string();
+    if (expected.empty()) expected = found;
+    CHECK(found == expected);
+  }
+}
+
+TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const Shape shape{.backend = "pread"};
+  const std::filesystem::path path = directory.path() / "s.plait";
+  std::uint64_t needed = 0;
+  {
+    Store store = refined_store(path, shape, 5);
+    needed = visit_needs(store, {.level = 5}, kSmoothed).frame_bytes;
+    store.commit();
+  }
+  REQUIRE(needed > 128 << 10);
+  const auto open = [&](std::uint64_t budget) {
+    OpenOptions options;
+    options.writable = true;
+    options.budget_bytes = budget;
+    options.durability = Durability::kNone;
+    options.io_threads = 0;
+    return Store::open(path, options, default_backends());
+  };
+  {
+    Store store = open(needed - 4096);
+    const Error error = refusal([&] { visit_vertices(store, {}, kSmoothed, Smooth()); });
+    INFO(error.what());
+    CHECK(error.code() == ErrorCode::kBudget);
+    CHECK_NOTHROW(store.commit());  // nothing is unfinished
+  }
+  Store store = open(needed);
+  CHECK_NOTHROW(visit_vertices(store, {}, kSmoothed, Smooth()));
+  CHECK_NOTHROW(store.commit());
+}
+
+TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
+  Store store = refined_store("", {}, 3);
+  std::uint64_t last = 0, total = 0;
+  bool ascends = true;
+  VisitOptions options;
+  options.proceed = [&](std::uint64_t done, std::uint64_t all) {
+    ascends = ascends && done > last;
+    last = done;
+    total = all;
+    return true;
+  };
+  visit_vertices(store, options, std::tuple{reads<Point>("position")},
+                 [](const VertexRun&, std::span<const Point>) {});
+  CHECK(ascends);
+  CHECK(last == total);
+  CHECK(total == counts_at_level(store.base(), 3).vertices);
+}
+
+TEST_CASE("VisitVertices_Cancelled_LeavesLevelsThatCannotBeCommitted") {
+  Store store = refined_store("", {}, 3);
+  VisitOptions options;
+  options.proceed = [](std::uint64_t, std::uint64_t) { return false; };
+  const Error error = refusal([&] { visit_vertices(store, options, kSmoothed, Smooth()); });
+  CHECK(error.code() == ErrorCode::kCancelled);
+  CHECK(refusal([&] { store.commit(); }).code() == ErrorCode::kBadState);
+  visit_vertices(store, {}, kSmoothed, Smooth());
+  CHECK_NOTHROW(store.commit());
+}
+
+TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const std::filesystem::path path = directory.path() / "s.plait";
+  Store store = refined_store(path, {.backend = "pread"}, 3);
+  store.add_attribute(schema_of<float>("short"), 2);
+  const auto nothing = [](const VertexRun&, auto&&...) {};
+  const auto refused = [&](const VisitOptions& options, const auto& attributes, ErrorCode code,
+                           const std::string& says, Store& of) {
+    const Error error = refusal([&] { visit_vertices(of, options, attributes, nothing); });
+    CHECK(error.code() == code);
+    CHECK_THAT(error.what(), Catch::Contains(says));
+  };
+  const auto invalid = ErrorCode::kInvalidArgument;
+  refused({}, std::tuple{rings_of<Point>("position"), updates<Point>("position")}, invalid,
+          "'position' is named twice: a pass that reads rings of an attribute writes to another",
+          store);
+  refused({}, std::tuple{reads<Point>("positions")}, ErrorCode::kNotFound, "position", store);
+  refused({}, std::tuple{reads<float>("position")}, invalid, "float32 x 3", store);
+  refused({}, std::tuple{reads<Point>("position"), overwrites<float>("short")}, invalid,
+          "attribute 'position' has level 3 and attribute 'short' has level 2", store);
+  refused({.level = 3}, std::tuple{overwrites<float>("short")}, invalid,
+          "'short' ends at level 2: make it with Store::add_attribute(schema, 3)", store);
+  refused({.threads = 0}, std::tuple{reads<Point>("position")}, invalid, "0 threads", store);
+  Store based = in_memory(BaseMesh::build(octahedron()), 2);
+  add_base_positions(based);
+  refused({.level = 1}, std::tuple{reads<Point>("position")}, invalid,
+          "level 1, expected 2 or more", based);
+  store.commit();
+  store.close();
+  Store reading = Store::open(path, {}, default_backends());
+  refused({}, std::tuple{updates<Point>("position")}, ErrorCode::kBadState, "opened for reading",
+          reading);
+  CHECK_NOTHROW(visit_vertices(reading, {}, std::tuple{rings_of<Point>("position")}, nothing));
+}
