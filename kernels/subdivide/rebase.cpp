@@ -56,6 +56,16 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
   return BaseMesh::build(std::move(refined), "refined base mesh");
 }
 
+void check_counts(const BaseMesh& mesh, int times) {
+  const LevelCounts counts = counts_at_level(mesh, times);
+  if (counts.vertices >= kNoId || counts.faces >= kNoId / 3)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "refine the base mesh {} times: the result would have {} faces, which is too many",
+            times, counts.faces));
+}
+
 }  // namespace
 
 int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot_bytes) {
@@ -67,15 +77,16 @@ int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot
 }
 
 BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision) {
-  const LevelCounts counts = counts_at_level(mesh, times);
-  if (counts.vertices >= kNoId || counts.faces >= kNoId / 3)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format(
-            "refine the base mesh {} times: the result would have {} faces, which is too many",
-            times, counts.faces));
+  check_counts(mesh, times);
   const auto refine = [&](const auto& rule) { return refine_in_core(mesh, times, rule); };
   return double_precision ? with_rule<double>(scheme, refine) : with_rule<float>(scheme, refine);
+}
+
+BaseMesh rebase(const BaseMesh& mesh, int times, const OneRingScheme& scheme,
+                bool double_precision) {
+  check_counts(mesh, times);
+  return double_precision ? refine_in_core(mesh, times, scheme.rule<double>())
+                          : refine_in_core(mesh, times, scheme.rule<float>());
 }
 
 PLAIT_END_NAMESPACE

@@ -13,6 +13,10 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+bool is_of_library(std::string_view scheme) {
+  return std::ranges::find(schemes(), scheme, &SchemeTraits::name) != schemes().end();
+}
+
 /// Compares a request with a store, and adds a refusal to the plan for each difference.
 class Comparison {
  public:
@@ -41,8 +45,15 @@ class Comparison {
                    "its positions are limit positions, and no subdivision can continue from these");
     if (has_levels && provenance.scheme.empty())
       refuse_store("existing", "it does not say which scheme made its levels");
+    else if (has_levels && request_.own_scheme)
+      same("own_scheme", request_.own_scheme->name(), provenance.scheme);
     else if (has_levels && request_.scheme)
       same("scheme", to_string(*request_.scheme), provenance.scheme);
+    else if (has_levels && !is_of_library(provenance.scheme))
+      refuse_store("own_scheme",
+                   fmt::format("the scheme '{}' made its levels, which is none of the "
+                               "library: give the program's own scheme",
+                               provenance.scheme));
     if (request_.precision)
       same("precision", to_string(*request_.precision), to_string(position_.schema.type));
     if (position_.finest_level > request_.levels)
@@ -108,7 +119,8 @@ std::optional<Store> open_earlier_run(const SubdivisionRequest& request,
   if (!plan.refusals.empty()) return {};
 
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
-  if (has_levels) plan.subdivide.scheme = scheme_from_name(store.provenance().scheme);
+  if (has_levels && !request.own_scheme)
+    plan.subdivide.scheme = scheme_from_name(store.provenance().scheme);
   plan.precision = position.schema.type;
   plan.layout = layout_from_name(store.options().layout);
   plan.store = store.options();

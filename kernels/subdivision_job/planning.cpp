@@ -8,6 +8,7 @@
 
 #include "plait/error.h"
 #include "plait/partial_store.h"
+#include "schemes/table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -38,7 +39,7 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
 /// A resumable run never has limit positions: check_resumable() refuses them.
 void check_limit(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!request.limit || plan.commits_levels) return;
-  if (const SchemeTraits& scheme = traits_of(plan.subdivide.scheme); !scheme.has_limits)
+  if (const SchemeTraits scheme = traits_of(plan.subdivide); !scheme.has_limits)
     refuse(plan, "limit", ErrorCode::kNotSupported,
            fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
 }
@@ -76,6 +77,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.commits_levels = request.existing == ExistingStore::kResume;
 
   plan.subdivide.scheme = request.scheme.value_or(kDefaultScheme);
+  if (request.own_scheme) plan.subdivide.own_scheme = &*request.own_scheme;
   plan.subdivide.levels = request.levels;
   plan.subdivide.normals = request.normals;
   plan.subdivide.limit = request.limit;
@@ -85,6 +87,10 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
       plan.subdivide.executor == ExecutorKind::kTransparent ? 1 : request.threads;
   plan.layout = layout_of(request, plan.subdivide.executor);
 
+  if (request.scheme && request.own_scheme)
+    refuse(plan, "scheme", ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: expected one scheme, found {} and the program's own {}",
+                       to_string(*request.scheme), request.own_scheme->name()));
   check_resumable(request, plan);
   check_limit(request, plan);
   if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)

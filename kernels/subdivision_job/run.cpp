@@ -32,8 +32,10 @@ BaseMesh PlannedRun::make_base(BaseMesh mesh) {
   Stopwatch clock;
   enter(SubdivisionStep::kBaseMesh);
   if (plan_.store.base_level > 0)
-    mesh = rebase(mesh, plan_.store.base_level, plan_.subdivide.scheme,
-                  plan_.precision == ComponentType::kFloat64);
+    mesh = request_.own_scheme ? rebase(mesh, plan_.store.base_level, *request_.own_scheme,
+                                        plan_.precision == ComponentType::kFloat64)
+                               : rebase(mesh, plan_.store.base_level, plan_.subdivide.scheme,
+                                        plan_.precision == ComponentType::kFloat64);
   result_.import_seconds = plan_.import_seconds;
   result_.base = figures_of(mesh);
   result_.refine_seconds = clock.lap();

@@ -11,6 +11,7 @@
 #include "plait/left_overs.h"
 #include "plait/machine.h"
 #include "plait/partial_output.h"
+#include "schemes/table.h"
 #include "subdivision_job/planning.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -72,7 +73,7 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan) 
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), normals));
   // Level by level, Loop overwrites committed levels, and their old bytes stay until the next
   // commit. Limit positions are a second attribute until the commit.
-  if (plan.commits_levels && done < levels && traits_of(plan.subdivide.scheme).moves_even)
+  if (plan.commits_levels && done < levels && traits_of(plan.subdivide).moves_even)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels - 1), position_bytes));
   if (plan.subdivide.limit && plan.subdivide.executor != ExecutorKind::kFused)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), position_bytes));

@@ -125,6 +125,7 @@ SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) {
                                           job.request.store.native()));
   }
   planned.result().plan = job.plan;
+  planned.result().plan.subdivide.own_scheme = nullptr;  // it points into the job
   return std::move(planned.result());
 }
 

@@ -10,6 +10,7 @@
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/kernels/own_rule.h"
 #include "plait/mesh_io.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
@@ -76,6 +77,26 @@ std::vector<std::string> refused_fields(const SubdivisionRequest& request) {
 }
 
 using Fields = std::vector<std::string>;
+
+struct ThirdsRule {
+  template <class V>
+  V odd(V a, V b, V c, V d) const {
+    return (a + b) / 3 + (c + d) / 6;
+  }
+  template <class V>
+  V odd_border(V a, V b) const {
+    return 0.5 * (a + b);
+  }
+  template <class V>
+  V even(V v, V ring) const {
+    return v / 3 + ring / 9;
+  }
+  template <class V>
+  V even_border(V v, V p, V q) const {
+    return 0.5 * v + 0.25 * (p + q);
+  }
+  double even_weight(int valence) const { return 2 / (3.0 * valence); }
+};
 
 }  // namespace
 
@@ -197,6 +218,48 @@ TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
   whole.existing = ExistingStore::kRefuse;
   SubdivisionJob(whole, default_backends()).run();
   CHECK(digest_of(path) == digest_of(whole.store));
+}
+
+TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
+  const TemporaryDirectory here;
+  SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
+  request.own_scheme = own_scheme("thirds", ThirdsRule());
+  const BaseMesh mesh = std::get<BaseMesh>(request.mesh);
+
+  // Without a job: the same base mesh, refined by the same rule.
+  StoreOptions options;
+  options.backend = "memory";
+  options.base_level = rebase_levels(kLevels, 12, *request.max_slot_bytes);
+  Store expected = Store::create({}, rebase(mesh, options.base_level, *request.own_scheme), options,
+                                 default_backends());
+  add_base_positions(expected);
+  subdivide(expected, {.own_scheme = &*request.own_scheme, .levels = kLevels, .normals = true});
+
+  request.levels = kLevels - 1;
+  request.normals = false;
+  {
+    // One level less has a base mesh that is one level coarser, unless slots may be smaller.
+    SubdivisionRequest first = request;
+    first.max_slot_bytes = 40;
+    const SubdivisionResult result = SubdivisionJob(first, default_backends()).run();
+    CHECK(result.plan.store.base_level == options.base_level);
+    CHECK(result.plan.subdivide.own_scheme == nullptr);
+  }
+  request.levels = kLevels;
+  request.normals = true;
+  SubdivisionRequest without = request;
+  without.own_scheme.reset();
+  CHECK(refused_fields(without) == Fields{"own_scheme"});
+  SubdivisionRequest other = request;
+  other.own_scheme = own_scheme("other", ThirdsRule());
+  CHECK(refused_fields(other) == Fields{"own_scheme"});
+  SubdivisionRequest both = request;
+  both.scheme = Scheme::kLoop;
+  CHECK(refused_fields(both) == Fields{"scheme"});
+  SubdivisionJob(request, default_backends()).run();
+  Store found = Store::open(request.store, {}, default_backends());
+  CHECK(found.provenance().scheme == "thirds");
+  CHECK(digest(found) == digest(expected));
 }
 
 TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange") {

@@ -80,5 +80,8 @@ int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot
 /// would otherwise be too large. Level numbers do not change: pass `times` as
 /// StoreOptions::base_level.
 BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision = false);
+/// The same by a rule of the program's own.
+BaseMesh rebase(const BaseMesh& mesh, int times, const OneRingScheme& scheme,
+                bool double_precision = false);
 
 PLAIT_END_NAMESPACE

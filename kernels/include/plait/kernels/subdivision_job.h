@@ -17,6 +17,7 @@
 #include "plait/backend.h"
 #include "plait/backend_choice.h"
 #include "plait/base_mesh.h"
+#include "plait/kernels/one_ring.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/namespace.h"
@@ -47,11 +48,14 @@ struct SubdivisionRequest {
 
   // Properties of the store. A resumed job takes them from the store, and refuses a value that
   // differs. For a new store, the comment of each member names its default.
-  std::optional<std::string> backend = {};           ///< the result of choose_backend, or "pread"
-  std::optional<std::string> codec = {};             ///< the default of the backend
-  std::optional<std::string> filter = {};            ///< the default of the backend
-  std::optional<LayoutKind> layout = {};             ///< Hilbert for fused, else kAutomatic
-  std::optional<Scheme> scheme = {};                 ///< kDefaultScheme
+  std::optional<std::string> backend = {};  ///< the result of choose_backend, or "pread"
+  std::optional<std::string> codec = {};    ///< the default of the backend
+  std::optional<std::string> filter = {};   ///< the default of the backend
+  std::optional<LayoutKind> layout = {};    ///< Hilbert for fused, else kAutomatic
+  std::optional<Scheme> scheme = {};        ///< kDefaultScheme
+  /// A rule of the program's own (plait/kernels/own_rule.h) instead of `scheme`. The store records
+  /// its name alone, so a job that continues the store needs the rule again.
+  std::optional<OneRingScheme> own_scheme = {};
   std::optional<ComponentType> precision = {};       ///< float32
   std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
@@ -111,7 +115,8 @@ struct SubdivisionPlan {
 
   StoreOptions store;  ///< run() fills in `layout`
   std::string backend_reason;
-  SubdivideOptions subdivide;  ///< without callbacks
+  /// Without callbacks. `own_scheme` points into the job; in a SubdivisionResult it is nullptr.
+  SubdivideOptions subdivide;
   LayoutKind layout = LayoutKind::kAutomatic;
   ComponentType precision = ComponentType::kFloat32;
   bool keeps_store = false;     ///< the backend is durable
