@@ -12,6 +12,7 @@
 #include "plait/kernels/recompute_subdivision.h"
 #include "plait/kernels/rule_patches.h"
 #include "plait/kernels/subdivide.h"
+#include "plait/kernels/visit_vertices.h"
 #include "plait/layout.h"
 #include "plait/patch.h"
 #include "plait/repair.h"
@@ -44,6 +45,16 @@ std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   plait::subdivide(store, {.own_scheme = &scheme, .levels = 3});
   plait::sweep(store, {.accesses = {{.attribute = 0}}}, {.threads = 2});
   plait::fused(store, {.name = "nothing"}, {.threads = 2});
+
+  store.add_attribute(plait::schema_of<Position>("smooth"), 3);
+  plait::visit_vertices(
+      store, {.threads = 2},
+      std::tuple{plait::rings_of<Position>("position"), plait::overwrites<Position>("smooth")},
+      [](const plait::VertexRun& run, const plait::VertexRings<Position>& from,
+         std::span<Position> to) {
+        for (std::size_t i = 0; i < run.count; ++i) to[i] = from.neighbour(i, from.valence() - 1);
+      });
+  plait::visit_needs(store, {.level = 2}, std::tuple{plait::updates<Position>("smooth")});
 
   plait::StorePatches<Position> patches(store, store.attribute("position"), 1 << 20);
   plait::InCoreMesh<Position> arrays(mesh, 2);
