@@ -9,6 +9,7 @@
 
 #include "plait/error.h"
 #include "store/base_mesh_file.h"
+#include "store/bounds_file.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/manifest.h"
@@ -153,9 +154,24 @@ void find_left_overs(const Directory& store, const StoredVersion& version,
                      std::optional<std::uint64_t> older, StoreCheck& result) {
   std::set<std::string> names = version.file_names();
   names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
+  for (const AttributeRecord& attribute : version.description().attributes)
+    names.insert(bounds_file_name(attribute.number));
   for (const std::string& name : store.names())
     if (!names.contains(name) && !(older && is_of_version_alone(name, *older)))
       result.left_over.push_back(name);
+}
+
+/// Damaged bounds are no damage of the store, because a program can make them again.
+void look_at_bounds(const Directory& store, const VersionDescription& description,
+                    StoreCheck& result) {
+  if (result.base.face_count() != description.face_count) return;  // the base mesh is damaged
+  for (const AttributeRecord& attribute : description.attributes) {
+    const auto reason =
+        reason_of([&] { check_bounds_file(store, attribute.number, description.face_count); });
+    if (reason)
+      result.notes.push_back(fmt::format("bounds of '{}', which can be made again: {}",
+                                         attribute.schema.name, *reason));
+  }
 }
 
 }  // namespace
@@ -190,6 +206,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
     result.attributes.push_back({attribute.schema, description.finest_level(attribute)});
   StructureCheck(store, version, backend, result).run();
   find_left_overs(store, version, older, result);
+  look_at_bounds(store, description, result);
   return result;
 }
 

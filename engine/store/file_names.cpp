@@ -33,6 +33,14 @@ bool is_of_version_alone(std::string_view name, std::uint64_t version) {
          (is_version_file_name(name) && name.ends_with(fmt::format(".base.{}", version)));
 }
 
+bool is_bounds_file_name(std::string_view name) {
+  const auto rest = after("attribute", name);
+  if (!rest) return false;
+  const std::size_t digits = std::min(rest->find('.'), rest->size());
+  const std::string_view kind = rest->substr(digits);
+  return is_number(rest->substr(0, digits)) && (kind == ".bounds" || kind == ".bounds.new");
+}
+
 bool is_version_file_name(std::string_view name) {
   if (const auto version = after("version.", name)) return is_number(*version);
   const auto rest = after("attribute", name);

@@ -27,6 +27,17 @@ inline std::string version_file_name(std::uint64_t version) {
   return fmt::format("version.{}", version);
 }
 
+/// Bounds of the patches of an attribute (store/bounds_file.h); and the name of the file while it
+/// is written.
+inline std::string bounds_file_name(std::uint32_t attribute) {
+  return fmt::format("attribute{}.bounds", attribute);
+}
+inline std::string new_bounds_file_name(std::uint32_t attribute) {
+  return bounds_file_name(attribute) + ".new";
+}
+/// Whether the name is one of these two, of any attribute.
+bool is_bounds_file_name(std::string_view name);
+
 /// S for the name "version.S"; nothing for other names.
 std::optional<std::uint64_t> version_described_by(std::string_view name);
 
@@ -34,7 +45,7 @@ std::optional<std::uint64_t> version_described_by(std::string_view name);
 /// file.
 bool is_of_version_alone(std::string_view name, std::uint64_t version);
 
-/// Whether a name is one of those above: of a file that a version adds or removes.
+/// Whether a name is that of a file that a version adds or removes.
 bool is_version_file_name(std::string_view name);
 
 PLAIT_END_NAMESPACE

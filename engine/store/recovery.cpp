@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "plait/error.h"
+#include "plait/store_directory.h"
 #include "store/file_names.h"
 #include "store/rollback_journal.h"
 #include "store/stored_version.h"
@@ -137,7 +138,7 @@ void remove_if_never_committed(const Directory& store) {
   if (!store.lock(true) || !is_uncommitted(store)) return;
   for (const std::string& name : store.names())
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
-        !is_version_file_name(name))
+        !is_version_file_name(name) && !is_bounds_file_name(name))
       return;
   std::optional<File> lock;
   if (store.contains(kLockName)) {
@@ -198,7 +199,7 @@ void remove_uncommitted(const Directory& store) noexcept {
     // A slot of a failed commit must not name files that are removed.
     begin_manifest_again(store);
     for (const std::string& name : store.names())
-      if (is_version_file_name(name) || name == kBaseMeshName || name == kJournalName)
+      if (is_store_file_name(name) && name != kLockName && name != kManifestName)
         store.remove_if_possible(name);
     store.remove_if_possible(kLockName);
     if (store.names() == std::vector<std::string>{kManifestName})
@@ -220,12 +221,16 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
   } catch (const Error&) {  // it is not known which files the version needs, so all stay
     return held;
   }
+  std::set<std::string> bounds;
+  for (const AttributeRecord& attribute : newest.description().attributes)
+    bounds.insert(bounds_file_name(attribute.number));
   const std::vector<Manifest> slots = read_whole_slots(File(store, kManifestName, OpenMode::kRead));
   for (const std::string& name : store.names()) {
     const bool is_of_a_slot = std::ranges::any_of(
         slots, [&](const Manifest& slot) { return is_of_version_alone(name, slot.sequence); });
     if (is_version_file_name(name) && !needed.contains(name) && !is_of_a_slot)
       store.remove_if_possible(name);
+    if (is_bounds_file_name(name) && !bounds.contains(name)) store.remove_if_possible(name);
   }
   return held;
 }

@@ -91,6 +91,8 @@ inline const std::vector<LeftOut> kLeftOut{
     {"visit_vertices",
      "its kernel is compiled with the record types; plait_store_apply has passes"},
     {"Reader::operator=", "as Store::Store"},
+    {"Reader::faces_in_box", "queries in space are in C++ only"},
+    {"Reader::faces_along_ray", "as Reader::faces_in_box"},
     {"PatchView::PatchView", "as Store::Store"},
     {"PatchView::operator=", "as Store::Store"},
 };

@@ -26,7 +26,7 @@ declare -A layer_of_header=(
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
   [check_store.h]=maintenance [copy_levels.h]=maintenance [repair.h]=maintenance
   [verify.h]=maintenance
-  [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
+  [bounds.h]=execution [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
   [pinned_patch.h]=execution [reader.h]=execution [sweep.h]=execution
 )
 

@@ -9,10 +9,10 @@
 #include <limits>
 #include <utility>
 
+#include "execution/reader/reader_state.h"
 #include "plait/base_relative_level.h"
 #include "plait/error.h"
 #include "plait/vertex_numbering.h"
-#include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -20,40 +20,39 @@ namespace {
 /// As many patches are read ahead at most.
 constexpr std::size_t kMostAnnounced = 8;
 
-struct ReadAttribute {
-  AttributeSchema schema;
-  int finest_level;
-  std::span<const std::byte> base_bytes;
-  std::vector<const LevelFile*> levels;  ///< [refinements of the base mesh - 1]
-};
-
 }  // namespace
 
-struct Reader::State {
-  std::shared_ptr<const Store::Implementation> store;
-  mutable Session session;  ///< safe from several threads; ends before its store
-  Topology mesh;
-  int base_level = 0;
-  std::vector<ReadAttribute> attributes;
+Reader::State::State(const Store& of, const ReaderOptions& options)
+    : store(of.implementation_), mesh(of.base().topology()), base_level(of.base_level()) {
+  const auto add = [&](AttributeId id) {
+    const AttributeInfo& info = of.attributes()[id];
+    Attribute read{id, info.schema, info.finest_level, of.base_bytes(id), {}};
+    for (int level = base_level + 1; level <= info.finest_level; ++level)
+      read.levels.push_back(&of.level_file(id, level));
+    attributes.push_back(std::move(read));
+  };
+  for (const std::string& name : options.attributes) add(of.attribute(name));
+  if (options.attributes.empty())
+    for (AttributeId id = 0; id < of.attributes().size(); ++id) add(id);
+  trees.resize(attributes.size());
+  session = of.open_session({.policy = options.policy, .share_bytes = options.share_bytes});
+}
 
-  const ReadAttribute* find(std::string_view name) const {
-    const auto found = std::ranges::find(
-        attributes, name,
-        [](const ReadAttribute& each) -> std::string_view { return each.schema.name; });
-    return found == attributes.end() ? nullptr : &*found;
-  }
-  void check_level(const ReadAttribute& attribute, int level) const {
-    if (level < base_level || level > attribute.finest_level)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("read level {} of '{}': expected {} to {}", level,
-                              attribute.schema.name, base_level, attribute.finest_level));
-  }
-  std::size_t number_of(std::string_view name) const;
-  std::size_t number_of(std::string_view name, ComponentType type, std::uint32_t components) const;
-};
+const Reader::State::Attribute* Reader::State::find(std::string_view name) const {
+  const auto found = std::ranges::find(
+      attributes, name, [](const Attribute& each) -> std::string_view { return each.schema.name; });
+  return found == attributes.end() ? nullptr : &*found;
+}
+
+void Reader::State::check_level(const Attribute& attribute, int level) const {
+  if (level < base_level || level > attribute.finest_level)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("read level {} of '{}': expected {} to {}", level,
+                            attribute.schema.name, base_level, attribute.finest_level));
+}
 
 std::size_t Reader::State::number_of(std::string_view name) const {
-  const ReadAttribute* const found = find(name);
+  const Attribute* const found = find(name);
   if (!found)
     throw Error(ErrorCode::kNotFound,
                 fmt::format("{}: the reader reads no attribute '{}'", store->path.native(), name));
@@ -141,25 +140,8 @@ void check_count(FaceId face, std::int64_t size, std::size_t count) {
                             patch_vertex_count(size), count));
 }
 
-Reader::Reader(const Store& store, const ReaderOptions& options) {
-  auto state = std::make_shared<State>();
-  state->store = store.implementation_;
-  state->mesh = store.base().topology();
-  state->base_level = store.base_level();
-  const auto add = [&](AttributeId id) {
-    const AttributeInfo& info = store.attributes()[id];
-    ReadAttribute read{info.schema, info.finest_level, store.base_bytes(id), {}};
-    for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
-      read.levels.push_back(&store.level_file(id, level));
-    state->attributes.push_back(std::move(read));
-  };
-  for (const std::string& name : options.attributes) add(store.attribute(name));
-  if (options.attributes.empty())
-    for (AttributeId id = 0; id < store.attributes().size(); ++id) add(id);
-  state->session =
-      store.open_session({.policy = options.policy, .share_bytes = options.share_bytes});
-  state_ = std::move(state);
-}
+Reader::Reader(const Store& store, const ReaderOptions& options)
+    : state_(std::make_shared<const State>(store, options)) {}
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
@@ -169,7 +151,8 @@ PatchView Reader::read_patch(FaceId face, int level) const {
   if (face >= state_->mesh.faces.size())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("read face {}: expected a face below {}",
                                                          face, state_->mesh.faces.size()));
-  for (const ReadAttribute& attribute : state_->attributes) state_->check_level(attribute, level);
+  for (const State::Attribute& attribute : state_->attributes)
+    state_->check_level(attribute, level);
   PatchView view;
   view.content_ = std::make_unique<PatchView::Content>(state_, face, level);
   PatchView::Content& content = *view.content_;
@@ -179,7 +162,7 @@ PatchView Reader::read_patch(FaceId face, int level) const {
   // Edges of a face are often in one block, which one pin keeps.
   boost::container::small_vector<BlockRequest, 48> requests;
   boost::container::small_vector<std::array<std::size_t, 3>, 16> request_of;
-  for (const ReadAttribute& attribute : state_->attributes)
+  for (const State::Attribute& attribute : state_->attributes)
     for (std::size_t level_at = 0; level_at < levels; ++level_at) {
       const LevelFile& file = *attribute.levels[level_at];
       const std::size_t first = requests.size();
@@ -205,7 +188,7 @@ PatchView Reader::read_patch(FaceId face, int level) const {
 
   auto of_sides = request_of.begin();
   for (std::size_t number = 0; number < state_->attributes.size(); ++number) {
-    const ReadAttribute& attribute = state_->attributes[number];
+    const State::Attribute& attribute = state_->attributes[number];
     const std::size_t record_bytes = attribute.schema.record_bytes();
     FaceSlots& slots = content.slots[number];
     slots.set_corners(state_->mesh, face, 0, const_cast<std::byte*>(attribute.base_bytes.data()),
@@ -228,7 +211,7 @@ PatchView Reader::read_patch(FaceId face, int level) const {
 void Reader::announce(std::span<const FaceId> next, int level) const noexcept {
   for (const FaceId face : next.first(std::min(next.size(), kMostAnnounced))) {
     if (face >= state_->mesh.faces.size()) return;  // read_patch() will refuse it
-    for (const ReadAttribute& attribute : state_->attributes) {
+    for (const State::Attribute& attribute : state_->attributes) {
       const auto levels =
           static_cast<std::size_t>(relative_to_base(level, state_->base_level).refinements);
       for (const LevelFile* const file : std::span(attribute.levels).first(levels))
@@ -289,7 +272,7 @@ void Reader::check_range(std::size_t number, int level, std::uint64_t first,
 
 std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, std::uint64_t first,
                                                  std::uint64_t count, PinnedBlock& pinned) const {
-  const ReadAttribute& attribute = state_->attributes[number];
+  const State::Attribute& attribute = state_->attributes[number];
   const std::size_t record_bytes = attribute.schema.record_bytes();
   if (level == state_->base_level)
     return attribute.base_bytes.subspan(first * record_bytes, count * record_bytes);

@@ -19,6 +19,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/bounds.h"
 #include "plait/face_slots.h"
 #include "plait/namespace.h"
 #include "plait/session.h"
@@ -180,6 +181,22 @@ class Reader {
     }
   }
 
+  /// The faces whose bounds (plait/bounds.h) meet the box or touch it, ascending. The bounds are
+  /// those of float32 x 3 or float64 x 3 attribute `attribute`, which the reader must read. The
+  /// first call takes them from the file that write_bounds() has written. If there is no such file,
+  /// or if it is stale, or if the store is open for writing, the call computes the bounds: it reads
+  /// all levels of the attribute once. The reader keeps the bounds in memory, 28 bytes for each
+  /// face, in addition to the budget. A query then takes time for the faces that it finds and for
+  /// the logarithm of their number, if the layout keeps neighbours together. Errors:
+  /// kInvalidArgument for a box with a component that is not a number; kNotFound; kCorruption for a
+  /// damaged file; those of Session::pin.
+  std::vector<FaceId> faces_in_box(const Box& box, std::string_view attribute = "position") const;
+  /// The faces whose bounds the ray meets or touches, the nearest first; at equal distances, in
+  /// ascending order. The ray has an origin and no end. Errors: as faces_in_box(); kInvalidArgument
+  /// for components that are not finite, and for a direction that is zero.
+  std::vector<FaceOnRay> faces_along_ray(Vector3<double> origin, Vector3<double> direction,
+                                         std::string_view attribute = "position") const;
+
   /// The triangles of a patch at `level`, counterclockwise: numbers in row order. They are the same
   /// for all patches. Errors: kInvalidArgument for a level before the base level, and for a level
   /// more than 15 refinements after it.
@@ -217,6 +234,7 @@ class Reader {
 
  private:
   friend class PatchView;
+  friend void write_bounds(const Store& store, std::string_view attribute);
   struct State;
 
   void announce(std::span<const FaceId> next, int level) const noexcept;

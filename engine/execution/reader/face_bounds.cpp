@@ -1,0 +1,142 @@
+#include "execution/reader/face_bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "plait/edge_index.h"
+#include "plait/vector3.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// The float32 that is nearest to `value` and not on its other side.
+float rounded_down(float value) { return value; }
+float rounded_up(float value) { return value; }
+float rounded_down(double value) {
+  const auto nearest = static_cast<float>(value);
+  return nearest > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity())
+                         : nearest;
+}
+float rounded_up(double value) { return -rounded_down(-value); }
+
+template <class Real>
+class BoundsOfFaces {
+ public:
+  BoundsOfFaces(const Topology& mesh, Session& session)
+      : mesh_(mesh), session_(session), bounds_(mesh.faces.size()) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (FaceBounds& each : bounds_) {
+      each.low.fill(kInfinity);
+      each.high.fill(-kInfinity);
+    }
+  }
+
+  void add_base(std::span<const std::byte> base) {
+    const auto* const vertices = reinterpret_cast<const Real*>(base.data());
+    for (FaceId face = 0; face < bounds_.size(); ++face)
+      for (const VertexId corner : mesh_.faces[face]) {
+        Range range;
+        range.add(vertices + std::size_t{3} * corner, 1);
+        merge(face, range);
+      }
+  }
+
+  void add_level(const LevelFile& level) {
+    const LevelGeometry& geometry = level.geometry;
+    const std::int64_t n = slot_side(geometry.level().refinements);
+    for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
+      const PinnedBlock pinned = session_.pin(level, block);
+      for (std::uint64_t next = block + 1; next < geometry.block_count(); ++next)
+        if (!session_.prefetch(level, next)) break;
+      const std::uint64_t offset = geometry.block_offset(block);
+      for (EdgeId edge = geometry.first_edge(block); edge < geometry.edge_after(block); ++edge) {
+        const Slot slot = geometry.slot(edge);
+        if (slot.shape == SlotShape::kAbsent) continue;
+        add_slot(mesh_.edges[edge], slot.shape, n,
+                 reinterpret_cast<const Real*>(pinned.bytes().data() + (slot.offset - offset)));
+      }
+    }
+  }
+
+  std::vector<FaceBounds> take() { return std::move(bounds_); }
+
+ private:
+  /// Smallest and largest coordinates. Comparisons with a NaN are false, so it does not count.
+  struct Range {
+    static constexpr std::size_t kLanes = 12;  ///< four vertices at once
+    std::array<Real, kLanes> low, high;
+    Range() {
+      low.fill(std::numeric_limits<Real>::infinity());
+      high.fill(-std::numeric_limits<Real>::infinity());
+    }
+    void add(const Real* vertices, std::int64_t count) {
+      for (; count >= 4; count -= 4, vertices += kLanes) add_lanes<kLanes>(vertices);
+      for (; count > 0; --count, vertices += 3) add_lanes<3>(vertices);
+    }
+    template <std::size_t kCount>
+    void add_lanes(const Real* values) {
+      for (std::size_t lane = 0; lane < kCount; ++lane) {
+        low[lane] = values[lane] < low[lane] ? values[lane] : low[lane];
+        high[lane] = values[lane] > high[lane] ? values[lane] : high[lane];
+      }
+    }
+  };
+
+  void merge(FaceId face, const Range& range) {
+    FaceBounds& bounds = bounds_[face];
+    for (std::size_t lane = 0; lane < Range::kLanes; ++lane) {
+      const std::size_t axis = lane % 3;
+      bounds.low[axis] = std::min(bounds.low[axis], rounded_down(range.low[lane]));
+      bounds.high[axis] = std::max(bounds.high[axis], rounded_up(range.high[lane]));
+    }
+  }
+
+  /// The records with row + column <= n - 1 are in the own face, those with row + column >= n - 1
+  /// in the other one. Row r of a half slot has n - r records.
+  void add_slot(const Edge& edge, SlotShape shape, std::int64_t n, const Real* row) {
+    Range own, other;
+    for (std::int64_t r = 0; r < n; ++r) {
+      own.add(row, n - r);
+      if (shape == SlotShape::kHalf) {
+        row += 3 * (n - r);
+        continue;
+      }
+      other.add(row + 3 * (n - 1 - r), r + 1);
+      row += 3 * n;
+    }
+    merge(edge.own.face(), own);
+    if (shape == SlotShape::kWhole) merge(edge.other.face(), other);
+  }
+
+  const Topology& mesh_;
+  Session& session_;
+  std::vector<FaceBounds> bounds_;
+};
+
+template <class Real>
+std::vector<FaceBounds> compute(const Topology& mesh, std::span<const std::byte> base,
+                                std::span<const LevelFile* const> levels, Session& session) {
+  BoundsOfFaces<Real> bounds(mesh, session);
+  bounds.add_base(base);
+  for (const LevelFile* const level : levels) bounds.add_level(*level);
+  return bounds.take();
+}
+
+}  // namespace
+
+bool has_positions(const AttributeSchema& schema) {
+  return schema.components == 3 &&
+         (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64);
+}
+
+std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
+                                            std::span<const std::byte> base,
+                                            std::span<const LevelFile* const> levels,
+                                            Session& session) {
+  return schema.type == ComponentType::kFloat32 ? compute<float>(mesh, base, levels, session)
+                                                : compute<double>(mesh, base, levels, session);
+}
+
+PLAIT_END_NAMESPACE
