@@ -38,8 +38,8 @@ struct FaceIndex {
   friend constexpr bool operator==(const FaceIndex&, const FaceIndex&) = default;
 };
 
-/// Where a vertex is stored: in the slot of `edge` at the level that created the vertex, at this row
-/// and column.
+/// Where a vertex is stored: in the slot of `edge` at the level that created the vertex, at this
+/// row and column.
 struct EdgeIndex {
   EdgeId edge = 0;
   int level = 1;

@@ -44,8 +44,8 @@ struct BlockAddress {
   std::uint64_t block;
 };
 
-/// A semi-regular mesh and its attributes, in a directory or in memory. Move-only. The comment at the
-/// head of plait/store.h says which calls exclude each other.
+/// A semi-regular mesh and its attributes, in a directory or in memory. Move-only. The comment at
+/// the head of plait/store.h says which calls exclude each other.
 class Store {
  public:
   /// Makes a new store of `base`, whose edges and faces are in layout order. The store has no
