@@ -84,8 +84,8 @@ typedef struct plait_filter {
                  size_t component_bytes);
 } plait_filter;
 
-/* What plait gives to a plug-in. Valid until plait_plugin_v1() returns. */
 typedef struct plait_host plait_host;
+/* What plait gives to a plug-in. Valid until plait_plugin_v1() returns. */
 struct plait_host {
   size_t struct_size;
   uint32_t abi_version; /* PLAIT_PLUGIN_ABI_VERSION of the library */

@@ -71,6 +71,7 @@ struct AttributeSchema {
 template <class Record>
 struct RecordTraits;
 
+/// The traits of records that are one component.
 template <ComponentType type>
 struct ComponentTraits {
   static constexpr ComponentType kType = type;

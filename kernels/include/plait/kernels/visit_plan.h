@@ -18,6 +18,7 @@
 
 PLAIT_BEGIN_NAMESPACE
 
+/// How far a visit goes, by how many threads, and who watches it.
 struct VisitOptions {
   std::string name = "visit";  ///< for errors
   /// Visits the vertices of levels 0 to `level`. -1: the finest level of the attributes, which must

@@ -50,6 +50,7 @@ struct RingsOf {
   static constexpr bool kRings = true;
   std::string_view attribute;
 };
+/// The same for a kernel that gets the records without their neighbours.
 template <class RecordType, Access kHow>
 struct RecordsOf {
   using Record = RecordType;
