@@ -90,7 +90,7 @@ int main(int count, char** words) try {
   double size = 0;
   for (const auto& p : mesh.positions())
     size = std::max({size, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  displace(store, float(size / 16), float(6 / size));
+  displace(store, float(size / 16), float(16 / size));
   store.commit();
   return normals_fit(store, level) ? 0 : 1;
 } catch (const std::exception& error) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "engine/execution/numbered_store.h"
 #include "plait/in_core_mesh.h"
@@ -217,8 +218,8 @@ TEST_CASE("PatchAt_CoarserLevel_IsTheSameRecord") {
                   &patch.at(kLevels, i << (kLevels - level), j << (kLevels - level));
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const FaceIndex at = corner_point(face, 0, static_cast<int>(corner));
-      in_base &=
-          &patch.at(0, at.i, at.j) == &store.base_records<Wide>(0)[base.faces()[face][corner]];
+      in_base &= &patch.at(0, at.i, at.j) ==
+                 &std::as_const(store).base_records<Wide>(0)[base.faces()[face][corner]];
     }
   }
   CHECK(same);
