@@ -9,6 +9,7 @@
 #include <cstring>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "engine/store/sample_store.h"
 #include "maintenance/replace_file.h"
@@ -350,7 +351,8 @@ TEST_CASE("StoreAddLevel_NeverWritten_ReadsAsZerosBeforeAndAfterACommit") {
     Store store = place.open();
     const std::vector<std::byte> zeros(store.level_file(0, 1).geometry.total_bytes());
     CHECK(read_level(store, 0, 1) == zeros);
-    CHECK(std::ranges::all_of(store.base_bytes(0), [](std::byte b) { return b == std::byte{}; }));
+    CHECK(std::ranges::all_of(std::as_const(store).base_bytes(0),
+                              [](std::byte b) { return b == std::byte{}; }));
   }
 }
 
