@@ -54,6 +54,14 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& name,
       ->type_name("PATH");
 }
 
+CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context) {
+  return command
+      .add_option("--plugin", context.plugin_files,
+                  "Load a plug-in, a shared library (may be repeated)")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+}
+
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
   return command.add_flag("--json", context.json,
                           "Print one JSON object, and nothing else, to standard output");

@@ -32,6 +32,9 @@ CLI::Option* add_level_option(CLI::App& command, int& level, const std::string& 
 /// standard output.
 CLI::Option* add_output_option(CLI::App& command, const std::string& name,
                                std::filesystem::path& path, const std::string& description);
+/// --plugin FILE, for commands that open or make a store. The program loads the plug-ins before it
+/// runs a command that has this option.
+CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context);
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context);
 /// The text for --help: a line for each backend of the registry.
 std::string backend_help(const BackendRegistry& backends);

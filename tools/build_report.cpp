@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "plait/backends/pipeline.h"
 #include "plait/error.h"
 #include "plait/kernels/scheme.h"
 #include "plait/version.h"
@@ -39,16 +38,22 @@ std::string list_of(const Json& names) {
 
 }  // namespace
 
-Json build_report(const BackendRegistry& backends) {
+Json build_report(const Plugins& plugins) {
+  const BackendRegistry& backends = plugins.backends();
   Json report = {{"version", PLAIT_VERSION}, {"compiler", kCompiler}};
   report["backends"] = Json::array();
   for (const std::string& name : backends.names())
     report["backends"].push_back(backend_json(backends.find(name)));
-  const PipelineRegistry& pipelines = default_pipelines();
-  report["codecs"] = pipelines.codec_names();
-  report["filters"] = pipelines.filter_names();
+  report["codecs"] = plugins.pipelines().codec_names();
+  report["filters"] = plugins.pipelines().filter_names();
   report["schemes"] = Json::array();
   for (const SchemeTraits& scheme : schemes()) report["schemes"].push_back(scheme.name);
+  report["plugins"] = Json::array();
+  for (const LoadedPlugin& plugin : plugins.loaded())
+    report["plugins"].push_back({{"file", plugin.file.native()},
+                                 {"backends", plugin.backends},
+                                 {"codecs", plugin.codecs},
+                                 {"filters", plugin.filters}});
   return report;
 }
 
@@ -65,6 +70,11 @@ std::string build_text(const Json& report) {
   }
   for (const char* const kind : {"codecs", "filters", "schemes"})
     text += fmt::format("{:<10} {}\n", kind, list_of(report[kind]));
+  for (const Json& plugin : report["plugins"]) {
+    text += fmt::format("plug-in    {}\n", plugin["file"].get<std::string>());
+    for (const char* const kind : {"backends", "codecs", "filters"})
+      if (!plugin[kind].empty()) text += fmt::format("  {:<10} {}\n", kind, list_of(plugin[kind]));
+  }
   return text;
 }
 

@@ -4,14 +4,18 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
+#include <vector>
 
-#include "plait/backend.h"
+#include "plait/backends/plugins.h"
 
 namespace plait {
 
 struct CommandContext {
-  const BackendRegistry& backends;       ///< for new stores
-  const BackendRegistry& open_backends;  ///< for existing stores: with_stand_ins()
+  const Plugins& plugins;  ///< those that the user has named; complete when `run` is called
+  const BackendRegistry& backends;             ///< for new stores: plugins.backends()
+  const BackendRegistry& open_backends;        ///< for existing stores: with_stand_ins()
+  std::vector<std::string> plugin_files = {};  ///< --plugin
   bool json = false;  ///< --json: standard output gets one JSON object and nothing else
   std::function<int()> run = nullptr;  ///< set by the parsed command; returns the exit status
 };

@@ -160,6 +160,7 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
                     "Read the copy back from the disk and compare it with STORE");
   command->add_flag("--force", arguments->force,
                     "Replace OUT if it is a store, when the new store is complete");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(backend_help(context.backends) +
                   "\n"

@@ -60,6 +60,7 @@ void add_digest_command(CLI::App& program, CommandContext& context) {
   add_level_option(*command, arguments->level, "Only the vertices that this level creates");
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_threads_option(*command, arguments->threads, "Threads");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "The last line is one hexadecimal number. It is equal for any backend, codec, block size,\n"

@@ -90,6 +90,7 @@ void add_export_command(CLI::App& program, CommandContext& context) {
       ->delimiter(',')
       ->allow_extra_args(false);
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "The command needs only the memory of its budget, for any level. The file has base vertices\n"

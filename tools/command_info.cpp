@@ -169,9 +169,11 @@ void add_info_command(CLI::App& program, CommandContext& context) {
   CLI::App* command =
       program.add_subcommand("info", "Print the properties of a store and of its levels");
   CLI::Option* const path = command->add_option("STORE", arguments->path, "The store");
-  CLI::Option* const build = command->add_flag(
-      "--build", arguments->build, "Print what this build of plait contains, instead of a store");
+  CLI::Option* const build =
+      command->add_flag("--build", arguments->build,
+                        "Print what this build and its plug-ins contain, instead of a store");
   build->excludes(path);
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "Reads the manifest and the tables, but no vertices. The ratio is raw bytes divided by\n"
@@ -181,13 +183,14 @@ void add_info_command(CLI::App& program, CommandContext& context) {
       "Examples:\n"
       "  plait info surface.plait\n"
       "  plait info surface.plait --json\n"
-      "  plait info --build");
+      "  plait info --build\n"
+      "  plait info --build --plugin ./libmine.so");
   command->callback([arguments, &context] {
     if (arguments->path.empty() && !arguments->build)
       throw CLI::ValidationError("STORE", "expected a store, or --build");
     context.run = [arguments, &context] {
       if (arguments->build) {
-        const Json report = build_report(context.backends);
+        const Json report = build_report(context.plugins);
         print(context.json ? report.dump(2) + "\n" : build_text(report));
         return kExitDone;
       }

@@ -109,6 +109,7 @@ void add_render_command(CLI::App& program, CommandContext& context) {
       ->capture_default_str();
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_threads_option(*command, arguments->threads, "Threads of the shading");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "The shading uses the normals of the store, or computes them from the triangles if the "

@@ -122,6 +122,7 @@ void add_repair_command(CLI::App& program, CommandContext& context) {
   add_size_option(*command, "--memory", arguments->memory_bytes,
                   "Budget for blocks in memory; half of it is for recomputed levels");
   add_threads_option(*command, arguments->threads, "Threads that compute");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "If `plait subdivide` made the positions and normals, repair computes them again from the "

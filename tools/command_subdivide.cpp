@@ -208,6 +208,7 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
   add_surface_options(*command, *arguments);
   add_storage_options(*command, *arguments);
   add_run_options(*command, *arguments);
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       backend_help(context.backends) +

@@ -112,6 +112,7 @@ void add_verify_command(CLI::App& program, CommandContext& context) {
       "--fast", arguments->fast,
       "Check everything except blocks: manifest, base mesh, base records, block tables, "
       "sizes and extents of the levels");
+  add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "Lists every damaged file. If the store can be opened, also lists the damaged blocks, each\n"

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -16,7 +17,7 @@
 #include "console.h"
 #include "interrupt.h"
 #include "nearest_name.h"
-#include "plait/backends/registry.h"
+#include "plait/backends/plugins.h"
 #include "plait/error.h"
 #include "plait/version.h"
 #include "stand_ins.h"
@@ -31,6 +32,8 @@ constexpr const char* kFooter =
     "  plait verify molecule.plait\n"
     "  plait render molecule.plait molecule.png\n"
     "\n"
+    "Commands that open or make a store load plug-ins: --plugin FILE, and the files that\n"
+    "PLAIT_PLUGINS names, with colons between them.\n"
     "Sizes take KiB, MiB, GiB, TiB, or K, M, G, T: all powers of 1024.\n"
     "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
     "such as a missing file; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
@@ -71,10 +74,23 @@ void require_known_command(const CLI::App& program, int argument_count, char** a
                   nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), expected));
 }
 
+/// Commands that neither open nor make a store work without plug-ins, even if one cannot be loaded.
+bool uses_plugins(const CLI::App& program) {
+  return std::ranges::any_of(program.get_subcommands(), [](const CLI::App* command) {
+    return command->get_option_no_throw("--plugin") != nullptr;
+  });
+}
+
+void load_plugins(Plugins& plugins, const std::vector<std::string>& files) {
+  if (const char* const list = ::secure_getenv("PLAIT_PLUGINS")) plugins.load_list(list);
+  for (const std::string& file : files) plugins.load(file);
+}
+
 int run_program(int argument_count, char** arguments) {
   install_signal_handlers();
-  const BackendRegistry open_backends = with_stand_ins(default_backends(), report_warning);
-  CommandContext context{default_backends(), open_backends};
+  Plugins plugins;
+  BackendRegistry open_backends = with_stand_ins(plugins.backends(), report_warning);
+  CommandContext context{plugins, plugins.backends(), open_backends};
   CLI::App program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
                    "plait");
   program.set_version_flag("--version", std::string("plait ") + PLAIT_VERSION);
@@ -108,6 +124,10 @@ int run_program(int argument_count, char** arguments) {
       return kExitDone;
     } catch (const CLI::ParseError& error) {
       return refuse_usage(program, error, json);
+    }
+    if (uses_plugins(program)) {
+      load_plugins(plugins, context.plugin_files);
+      open_backends = with_stand_ins(plugins.backends(), report_warning);
     }
     const int status = context.run();
     flush_output();

@@ -25,8 +25,8 @@ constexpr const char* kEntryName = "plait_plugin_v1";
 
 /// Refuses what is no shared library, and one that is cut short: dlopen would map its pages beyond
 /// the end of the file, and the process would be killed (SIGBUS) when it touches them.
-void check_file(const std::filesystem::path& path) {
-  const File file(path, OpenMode::kRead);
+void check_file(const File& file) {
+  const std::filesystem::path& path = file.path();
   const std::uint64_t size = file.size();
   Elf64_Ehdr header;
   if (size < sizeof header) refuse(path, fmt::format("a file of {} bytes", size));
@@ -47,6 +47,15 @@ void check_file(const std::filesystem::path& path) {
       refuse(path, fmt::format("one that is cut short at {} bytes", size));
 }
 
+/// Only a regular file: opening a FIFO would block.
+File open_file(const std::filesystem::path& path) {
+  try {
+    return File(path, OpenMode::kRead);
+  } catch (const Error& error) {
+    throw Error(error.code(), fmt::format("load plug-in: {}", error.what()));
+  }
+}
+
 /// The loader's text for its last error.
 std::string loader_error() {
   const char* const text = ::dlerror();  // NOLINT(concurrency-mt-unsafe): glibc keeps it per thread
@@ -58,7 +67,7 @@ std::string loader_error() {
 OpenPlugin open_plugin(const std::filesystem::path& path) {
   // dlopen would search the system's folders for a name without '/'.
   const std::filesystem::path absolute = std::filesystem::absolute(path);
-  check_file(path);
+  check_file(open_file(path));
   OpenPlugin plugin;
   plugin.handle = ::dlopen(absolute.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (plugin.handle == nullptr) refuse(path, "one that the loader refuses: " + loader_error());

@@ -25,6 +25,7 @@ constexpr const char* kFooter =
     "Makes small levels in new directories below DIR, checks each promise of plait/backend.h, and\n"
     "removes the directories. A level that is not a file has fewer promises.\n"
     "\n"
+    "PLAIT_PLUGINS names more plug-ins, with colons between them.\n"
     "A backend that blocks in a call is not ended. With --json, standard output gets one JSON\n"
     "object: backend, pipeline, held, broken, left_out, and for each promise its name, its text,\n"
     "whether it is held, and the expectations that were not true.\n"
@@ -129,7 +130,7 @@ void add_options(CLI::App& program, Arguments& arguments) {
   program.set_version_flag("--version", std::string("plait-conformance ") + PLAIT_VERSION);
   program
       .add_option("--plugin", arguments.plugins,
-                  "Load a plug-in, a shared library; may be repeated; PLAIT_PLUGINS names more")
+                  "Load a plug-in, a shared library (may be repeated)")
       ->type_name("FILE")
       ->allow_extra_args(false);
   program.add_option("--backend", arguments.backend, "The backend, NAME or NAME:KEY=VALUE,...");

@@ -1,0 +1,111 @@
+// The program loads plug-ins by --plugin and PLAIT_PLUGINS, and says in one line what a store
+// lacks.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "program.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+/// PLAIT_PLUGINS while this object lives.
+class PluginList {
+ public:
+  explicit PluginList(const std::string& files) { ::setenv("PLAIT_PLUGINS", files.c_str(), 1); }
+  ~PluginList() { ::unsetenv("PLAIT_PLUGINS"); }
+  PluginList(const PluginList&) = delete;
+  PluginList& operator=(const PluginList&) = delete;
+};
+
+struct Workplace {
+  TemporaryDirectory directory;
+  Workplace() { write_ply(directory.path() / "mesh.ply", octahedron()); }
+  Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
+  Outcome subdivide(Names more) const {
+    Names arguments = {"subdivide", "mesh.ply", "--levels", "6",
+                       "--scheme",  "midpoint", "--digest", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return plait(arguments);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
+  const Workplace here;
+  const Outcome memory = here.subdivide({"--backend", "memory"});
+  REQUIRE(memory.status == 0);
+  const auto expected = memory.json()["digest"];
+  const Outcome made =
+      here.subdivide({"s.plait", "--backend", "compressed", "--filter", "x-delta+shuffle",
+                      "--codec", "x-runs", "--plugin", PLAIT_OWN_CODEC});
+  CAPTURE(made.errors);
+  REQUIRE(made.status == 0);
+  CHECK(made.json()["digest"] == expected);
+
+  // Every command that opens the store needs the plug-in, and says so in one line.
+  for (const Names& command : std::vector<Names>{{"info", "s.plait"},
+                                                 {"verify", "s.plait"},
+                                                 {"verify", "s.plait", "--fast"},
+                                                 {"repair", "s.plait", "--dry-run"},
+                                                 {"digest", "s.plait"},
+                                                 {"export", "s.plait", "s.ply"},
+                                                 {"render", "s.plait", "s.png"},
+                                                 {"convert", "s.plait", "t.plait"}}) {
+    CAPTURE(command);
+    const Outcome refused = here.plait(command);
+    CAPTURE(refused.errors);
+    CHECK(refused.status == 2);
+    CHECK(refused.error_lines() == 1);
+    CHECK(refused.errors.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
+                              "one of shuffle; plug-ins add others (--plugin FILE, "
+                              "PLAIT_PLUGINS)") != std::string::npos);
+    Names with_plugin = command;
+    with_plugin.insert(with_plugin.end(), {"--plugin", PLAIT_OWN_CODEC});
+    CHECK(here.plait(with_plugin).status == 0);
+  }
+  const PluginList list("/nonexistent.so");
+  CHECK(here.plait({"clean", "."}).status == 0);  // opens no store
+}
+
+TEST_CASE("Plugin_ListOfTheEnvironment_IsLoaded") {
+  const Workplace here;
+  const PluginList list(std::string(PLAIT_OWN_BACKEND) + ":" + PLAIT_OWN_CODEC);
+  const Outcome mapped = here.subdivide({"--backend", "x-map", "--plugin", PLAIT_OWN_CODEC});
+  CAPTURE(mapped.errors);
+  REQUIRE(mapped.status == 0);
+  CHECK(mapped.json()["digest"] == here.subdivide({"--backend", "memory"}).json()["digest"]);
+
+  const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
+  REQUIRE(build["plugins"].size() == 2);
+  CHECK(build["plugins"][0]["file"] == PLAIT_OWN_BACKEND);
+  CHECK(build["plugins"][0]["backends"] == nlohmann::json({"x-map"}));
+  CHECK(build["plugins"][1]["codecs"] == nlohmann::json({"x-runs"}));
+  CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "x-runs", "zstd"}));
+  CHECK(build["backends"].size() == 6);
+  const std::string text = here.plait({"info", "--build"}).output;
+  CHECK(text.find("plug-in    " PLAIT_OWN_CODEC "\n  codecs     x-runs\n  filters    x-delta\n") !=
+        std::string::npos);
+}
+
+TEST_CASE("Plugin_ThatCannotBeLoaded_EndsTheCommandInOneLine") {
+  const Workplace here;
+  const Outcome missing = here.plait({"info", "--build", "--plugin", "missing.so"});
+  CHECK(missing.status == 2);
+  CHECK(missing.error_lines() == 1);
+  CHECK(missing.errors.find("missing.so") != std::string::npos);
+  const Outcome mesh = here.plait({"info", "--build", "--plugin", "mesh.ply", "--json"});
+  CHECK(mesh.status == 2);
+  CHECK(mesh.json()["error"]["code"] == "invalid_argument");
+  CHECK(mesh.errors ==
+        "plait: load plug-in mesh.ply: expected a shared library, found a file of "
+        "another kind\n");
+}
+
+}  // namespace plait::test
