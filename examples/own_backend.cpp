@@ -14,7 +14,6 @@
 #include "plait/error.h"
 
 namespace {
-
 using plait::BlockRange, plait::Error, plait::ErrorCode, plait::LevelSpec;
 
 // The key-value store. Any number of threads may call it.
