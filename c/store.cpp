@@ -12,10 +12,10 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
-#include "plait/backends/registry.h"
 #include "plait/edge_index.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/mesh_io.h"
+#include "plugins.h"
 #include "sized.h"
 
 namespace plait::c {
@@ -77,7 +77,7 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
   if (wanted.warn != nullptr)
     for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
   if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, double_precision);
-  Store store = Store::create(path, lay_out(mesh, layout), options, default_backends());
+  Store store = Store::create(path, lay_out(mesh, layout), options, known_backends());
   if (wanted.position_type != PLAIT_NO_POSITIONS) add_base_positions(store, double_precision);
   return new plait_store(std::move(store), true);
 }
@@ -154,8 +154,7 @@ plait_status plait_store_open(const char* path, const plait_open_options* option
     opening.io_threads = threads_of(wanted.io_threads);
     opening.durability = durability_of(wanted.durability);
     opening.overwriting = overwriting_of(wanted.overwriting);
-    *store = new plait_store(plait::Store::open(path, opening, plait::default_backends()),
-                             opening.writable);
+    *store = new plait_store(plait::Store::open(path, opening, known_backends()), opening.writable);
   });
 }
 

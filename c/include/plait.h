@@ -69,9 +69,15 @@ PLAIT_API const char* plait_status_name(plait_status status);
 PLAIT_API uint32_t plait_abi_version(void);
 /* The version of the library, such as "0.1.0". */
 PLAIT_API const char* plait_version_string(void);
-/* One line for each of: version, backends, codecs, filters, schemes, executors, layouts. A line is
- * a word, a colon, and names with blanks between them. */
+/* What is built in. One line for each of: version, backends, codecs, filters, schemes, executors,
+ * layouts. A line is a word, a colon, and names with blanks between them. */
 PLAIT_API const char* plait_build_info(void);
+
+/* Loads a plug-in: a shared library that adds backends, codecs and filters (plait/plugin.h,
+ * docs/plugins.md). Stores that this process makes or opens later can use them. A plug-in stays
+ * loaded until the process ends, and runs as a part of it, so load only files that you trust. The
+ * call does nothing for a plug-in that was loaded before. After an error, nothing was added. */
+PLAIT_API plait_status plait_plugin_load(const char* file);
 
 /* ---- Handles and types ---- */
 

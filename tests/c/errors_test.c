@@ -57,6 +57,13 @@ static void test_null(void) {
   plait_view_release(NULL);
 }
 
+static void test_plugins(void) {
+  CHECK_ERROR(plait_plugin_load(NULL), PLAIT_ERROR_INVALID_ARGUMENT, "'file'");
+  CHECK_ERROR(plait_plugin_load("/nonexistent/plugin.so"), PLAIT_ERROR_NOT_FOUND,
+              "/nonexistent/plugin.so");
+  CHECK_ERROR(plait_plugin_load("/dev/null"), PLAIT_ERROR_INVALID_ARGUMENT, "a regular file");
+}
+
 static void test_struct_sizes(void) {
   plait_store* store = NULL;
   plait_open_options opening = PLAIT_OPEN_OPTIONS_INIT;
@@ -220,6 +227,7 @@ int main(int count, char** arguments) {
   if (count != 2) return puts("errors_test STORE"), 2;
   store_path = arguments[1];
   test_null();
+  test_plugins();
   test_struct_sizes();
   test_arguments();
   test_views_hold_the_store();

@@ -30,6 +30,7 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_abi_version),
     PLAIT_PAIR(plait_version_string, "program_version"),
     PLAIT_PAIR(plait_build_info, "default_backends", "default_pipelines", "schemes"),
+    PLAIT_PAIR(plait_plugin_load, "Plugins::load"),
     PLAIT_PAIR(plait_store_create, "Store::create", "BaseMesh::build", "lay_out", "rebase",
                "add_base_positions"),
     PLAIT_PAIR(plait_store_create_from_file, "Store::create", "read_base_mesh"),

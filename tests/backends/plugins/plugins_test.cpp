@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/plugin_in_cpp.h"
+#include "plait.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -133,6 +133,28 @@ TEST_CASE("OwnCodec_StoreOfIt_HasTheSameDigestAndNeedsThePlugin") {
   CHECK(refused.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected one of "
                      "shuffle; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)") !=
         std::string::npos);
+}
+
+TEST_CASE("PluginLoad_InC_MakesAndOpensStoresWithTheCodec") {
+  const TemporaryDirectory here;
+  const std::string path = (here.path() / "s.plait").string();
+  const double corners[] = {1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1};
+  const std::uint32_t triangles[] = {0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2};
+  plait_store_options options PLAIT_STORE_OPTIONS_INIT;
+  options.backend = "compressed";
+  options.pipeline = "x-runs";
+  plait_store* store = nullptr;
+  const auto create = [&] {
+    return plait_store_create(path.c_str(), corners, 4, triangles, 4, &options, &store);
+  };
+  CHECK(create() == PLAIT_ERROR_NOT_SUPPORTED);
+  CHECK(plait_plugin_load(PLAIT_OWN_CODEC) == PLAIT_OK);
+  CHECK(plait_plugin_load(PLAIT_OWN_CODEC) == PLAIT_OK);
+  REQUIRE(create() == PLAIT_OK);
+  CHECK(plait_store_commit(store) == PLAIT_OK);
+  CHECK(plait_store_close(store) == PLAIT_OK);
+  REQUIRE(plait_store_open(path.c_str(), nullptr, &store) == PLAIT_OK);
+  plait_store_release(store);
 }
 
 TEST_CASE("OwnBackend_Subdivision_HasTheSameDigest") {
