@@ -1,12 +1,15 @@
 #!/bin/sh
 # Writes the manual pages of plait, from what the program itself prints for --help.
 #
-#   man_pages.sh PROGRAM DIRECTORY      makes DIRECTORY/plait.1.gz and, for each command,
-#                                      DIRECTORY/plait-COMMAND.1.gz
+#   man_pages.sh PROGRAM DIRECTORY [OTHER...]
+#
+# makes DIRECTORY/plait.1.gz, DIRECTORY/plait-COMMAND.1.gz for each command, and a page for each other
+# program.
 set -eu
 
 program=$1
 directory=$2
+shift 2
 version=$("$program" --version)
 
 commands() {
@@ -94,5 +97,8 @@ rm -f "$directory"/plait*.1*
 "$program" --help | page plait
 for command in $(commands); do
   "$program" "$command" --help | page "plait-$command"
+done
+for other in "$@"; do
+  "$other" --help | page "${other##*/}"
 done
 gzip -9n "$directory"/plait*.1
