@@ -8,12 +8,12 @@
 #   tools/dev/check_reference.sh --filter FILE     prints FILE as Doxygen reads it
 set -euo pipefail
 
-# The comment at the head of a header begins with two slashes, and the comments of headers in C with one
-# asterisk; Doxygen wants one more of each. As many lines come out as go in, so that warnings name the
-# right line.
+# The comment at the head of a header begins with two slashes, and the comments of a header in C with
+# one asterisk; Doxygen wants one more of each. As many lines come out as go in, so that warnings name
+# the right line.
 filter() {
   awk '
-    NR == 1 { head = /^\/\// ? "//" : "/*" }
+    NR == 1 { head = /^\/\// ? "//" : "/*"; in_c = head == "/*" }
     head == "//" && /^\/\// {
       # Markdown takes lines that are indented by four blanks, after an empty line, for code.
       sub(/^\/\//, "///")
@@ -22,7 +22,7 @@ filter() {
       empty = /^\/\/\/$/
     }
     head == "//" && /^#pragma once/ { $0 = "/// @file"; head = "" }
-    FILENAME ~ /\/(plait|plugin)\.h$/ && !/\/\* ----/ {
+    in_c && !/\/\* ----/ {
       if (/^ *\/\* /) sub(/\/\* /, "/** "); else sub(/\/\* /, "/**< ")
       if (head == "/*" && sub(/ \*\/$/, " @file */")) head = ""
     }
