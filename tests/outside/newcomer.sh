@@ -70,8 +70,6 @@ do_as_written docs/embedding.md "With pkg-config"
 [ "$(tail -n 1 "$work/log" | wc -w)" -eq 3 ] || fail "expected a position, found $(tail -n 1 "$work/log")"
 done_with "the ten lines of the README: a store, and a patch of it"
 
-# Here belongs a query by box, as soon as docs/guide.md has one under a heading of its own: the guide's
-# program contains it, and its line is checked as the others below.
 mkdir guide
 cd guide
 "$blocks" "$source/docs/guide.md" cpp >guide.cpp
@@ -80,7 +78,7 @@ read -r -a flags <<<"$(pkg-config --cflags --libs plait)"
 g++ -std=c++20 -O1 guide.cpp -o guide "${flags[@]}"
 "$source/tests/docs/guide_test.sh" "$PWD/guide" "$source/docs/guide.md" "$(command -v plait)" >"$work/log" ||
   fail "the guide's program failed"
-done_with "own rule, own attribute, own backend (docs/guide.md)"
+done_with "box query, own rule, own attribute, own backend (docs/guide.md)"
 
 begun=$started
 done_with "all"
