@@ -44,6 +44,17 @@ std::size_t record_bytes(const plait_reader& handle, std::string_view name) {
   return found == handle.schemas.end() ? 0 : found->record_bytes();
 }
 
+plait::Vector3<double> vector_of(const double* numbers, const char* argument) {
+  check_given(numbers, argument);
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+void check_room(std::size_t needed, std::uint64_t capacity, const char* what) {
+  if (capacity < needed)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("capacity: expected room for {} {}, found {}", needed, what, capacity));
+}
+
 }  // namespace
 }  // namespace plait::c
 
@@ -85,6 +96,41 @@ plait_status plait_reader_visit_patches(const plait_reader* reader, const uint32
   });
 }
 
+plait_status plait_reader_faces_in_box(const plait_reader* reader, const char* attribute,
+                                       const double* low, const double* high, uint32_t* faces,
+                                       uint64_t capacity, uint64_t* face_count) {
+  return guarded("plait_reader_faces_in_box", [&] {
+    const plait::Reader& from = reader_of(reader);
+    check_given(face_count, "face_count");
+    const auto found = from.faces_in_box({vector_of(low, "low"), vector_of(high, "high")},
+                                         text_or(attribute, "position"));
+    if (faces != nullptr) {
+      check_room(found.size(), capacity, "faces");
+      std::ranges::copy(found, faces);
+    }
+    *face_count = found.size();
+  });
+}
+
+plait_status plait_reader_faces_along_ray(const plait_reader* reader, const char* attribute,
+                                          const double* origin, const double* direction,
+                                          uint32_t* faces, double* distances, uint64_t capacity,
+                                          uint64_t* face_count) {
+  return guarded("plait_reader_faces_along_ray", [&] {
+    const plait::Reader& from = reader_of(reader);
+    check_given(face_count, "face_count");
+    const auto found =
+        from.faces_along_ray(vector_of(origin, "origin"), vector_of(direction, "direction"),
+                             text_or(attribute, "position"));
+    if (faces != nullptr || distances != nullptr) check_room(found.size(), capacity, "faces");
+    for (std::size_t at = 0; at < found.size(); ++at) {
+      if (faces != nullptr) faces[at] = found[at].face;
+      if (distances != nullptr) distances[at] = found[at].distance;
+    }
+    *face_count = found.size();
+  });
+}
+
 plait_status plait_reader_patch_indices(const plait_reader* reader, int32_t level,
                                         uint32_t* indices, uint64_t capacity,
                                         uint64_t* triangle_count) {
@@ -93,10 +139,7 @@ plait_status plait_reader_patch_indices(const plait_reader* reader, int32_t leve
     check_given(triangle_count, "triangle_count");
     const auto triangles = from.patch_indices(level);
     if (indices != nullptr) {
-      if (capacity < triangles.size())
-        throw plait::Error(plait::ErrorCode::kInvalidArgument,
-                           fmt::format("capacity: expected room for {} triangles, found {}",
-                                       triangles.size(), capacity));
+      check_room(triangles.size(), capacity, "triangles");
       std::memcpy(indices, triangles.data(), triangles.size() * sizeof(triangles[0]));
     }
     *triangle_count = triangles.size();

@@ -1,4 +1,4 @@
-// Work on a whole store: subdivide, digest, verify.
+// Work on a whole store: subdivide, digest, bounds, verify.
 #include <cstring>
 #include <functional>
 #include <string>
@@ -6,6 +6,7 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
+#include "plait/bounds.h"
 #include "plait/digest.h"
 #include "plait/kernels/subdivide.h"
 #include "plait/verify.h"
@@ -74,6 +75,13 @@ plait_status plait_store_digest(plait_store* store, int32_t level, int32_t threa
             {.level = level, .threads = threads, .proceed = proceed_by(progress, "digest", user)})
             .to_string();
     std::memcpy(text, digits.c_str(), PLAIT_DIGEST_BYTES);
+  });
+}
+
+plait_status plait_store_write_bounds(plait_store* store, const char* attribute) {
+  return guarded("plait_store_write_bounds", [&] {
+    check_given(store, "store");
+    plait::write_bounds(store->store, text_or(attribute, "position"));
   });
 }
 

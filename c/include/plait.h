@@ -344,6 +344,12 @@ PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int
                                           plait_progress progress, void* user,
                                           char text[PLAIT_DIGEST_BYTES]);
 
+/* Computes where the patches are (plait_reader_faces_in_box), and writes it to a file of the store.
+ * `attribute` is float32 x 3 or float64 x 3; NULL stands for "position". Errors: NOT_SUPPORTED for
+ * a store in memory; BAD_STATE for changes that are not committed; BUSY while another handle or
+ * process writes a store that this one reads; IO, NO_SPACE. */
+PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute);
+
 /* A block that plait_store_verify() found damaged. */
 typedef struct plait_damaged_block {
   size_t struct_size;
@@ -410,6 +416,26 @@ typedef int (*plait_visit_patch)(const plait_view* view, void* user);
 PLAIT_API plait_status plait_reader_visit_patches(const plait_reader* reader, const uint32_t* faces,
                                                   uint64_t face_count, int32_t level,
                                                   plait_visit_patch visit, void* user);
+/* The faces whose bounds meet the box or touch it, ascending. The bounds of a face contain all
+ * vertices of its patch. `low` and `high` have three numbers each; they may be infinite.
+ * `attribute` is float32 x 3 or float64 x 3, and one that the reader reads; NULL stands for
+ * "position". Sets *face_count, and fills `faces` unless it is NULL. `capacity` is the room of
+ * `faces`. The first call reads a file that plait_store_write_bounds() has written, or else all
+ * levels of the attribute. Errors: INVALID_ARGUMENT, also if the room is too small; CORRUPTION, IO.
+ */
+PLAIT_API plait_status plait_reader_faces_in_box(const plait_reader* reader, const char* attribute,
+                                                 const double* low, const double* high,
+                                                 uint32_t* faces, uint64_t capacity,
+                                                 uint64_t* face_count);
+/* The faces whose bounds a ray meets, the nearest first. `origin` and `direction` have three finite
+ * numbers each. A distance tells how far from its origin the ray enters the bounds of the face, in
+ * lengths of the direction. `faces` and `distances` may be NULL, and have room for `capacity`
+ * numbers. All else is as above. */
+PLAIT_API plait_status plait_reader_faces_along_ray(const plait_reader* reader,
+                                                    const char* attribute, const double* origin,
+                                                    const double* direction, uint32_t* faces,
+                                                    double* distances, uint64_t capacity,
+                                                    uint64_t* face_count);
 /* The triangles of a patch: three places in row order for each, counterclockwise. They are the same
  * for all patches of a level. Sets *triangle_count, and fills `indices` unless it is NULL.
  * `capacity` is the room of `indices` in triangles. Errors: INVALID_ARGUMENT if the room is too

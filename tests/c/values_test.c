@@ -94,6 +94,23 @@ static void test_midpoint_patches(void) {
   uint32_t visited = 0;
   CHECK_OK(plait_reader_visit_patches(reader, order, 3, LEVEL, count_patch, &visited));
   CHECK(visited == 203);
+  const double low[3] = {0.9, 0.9, 0.9}, high[3] = {2, 2, 2}, down[3] = {-1, -1, -1};
+  uint32_t near[4] = {9, 9, 9, 9};
+  double distances[4] = {9, 9, 9, 9};
+  uint64_t found = 0;
+  CHECK_OK(plait_reader_faces_in_box(reader, NULL, low, high, near, 4, &found));
+  CHECK(found == 4); /* the bounds of each face are those of the tetrahedron */
+  for (uint32_t face = 0; face < 4; ++face) CHECK(near[face] == face);
+  CHECK_OK(plait_reader_faces_in_box(reader, NULL, high, high, near, 4, &found));
+  CHECK(found == 0);
+  CHECK_OK(
+      plait_reader_faces_along_ray(reader, "position", high, down, near, distances, 4, &found));
+  CHECK(found == 4 && distances[0] == 1);
+  CHECK(plait_reader_faces_in_box(reader, NULL, low, high, near, 2, &found) ==
+        PLAIT_ERROR_INVALID_ARGUMENT);
+  CHECK(found == 4); /* as before the call */
+  CHECK(plait_reader_faces_in_box(reader, NULL, NULL, high, near, 2, &found) ==
+        PLAIT_ERROR_INVALID_ARGUMENT);
   for (int level = 0; level <= LEVEL; ++level) {
     uint64_t created = 0, all = 0, faces = 0;
     CHECK_OK(plait_reader_vertex_count(reader, level, &created));
