@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 
+#include "plait/budget.h"
 #include "plait/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -15,7 +16,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// The pager's lock protects it.
 class FramePool {
  public:
-  explicit FramePool(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
+  /// `shared`, if it is not nullptr, lends memory beyond `budget_bytes`, and must outlive the pool.
+  explicit FramePool(std::uint64_t budget_bytes, Budget* shared = nullptr)
+      : budget_bytes_(budget_bytes), shared_(shared) {}
   ~FramePool();
   FramePool(const FramePool&) = delete;
   FramePool& operator=(const FramePool&) = delete;
@@ -34,13 +37,22 @@ class FramePool {
   bool reserve(std::uint64_t bytes) noexcept;
   void unreserve(std::uint64_t bytes) noexcept { used_bytes_ -= bytes; }
 
+  /// Returns all idle memory, and what is borrowed. REQUIRES: no frame is in use.
+  void release() noexcept;
+
   /// Reserves `bytes` of the budget for other memory than frames.
   void set_aside(std::uint64_t bytes) noexcept;
 
-  /// The part of the budget that is for frames.
+  /// Gives back what is borrowed beyond the store's portion, as far as no frame uses it. Returns
+  /// false if more should be given back.
+  bool return_surplus() noexcept;
+
+  /// The part of the budget that is for frames, without borrowed memory.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
-  std::uint64_t most_bytes() const { return budget_bytes_; }  ///< the whole budget
-  std::uint64_t used_bytes() const { return used_bytes_; }    ///< of frames in use
+  bool is_shared() const { return shared_ != nullptr; }
+  /// No more memory can ever be used.
+  std::uint64_t most_bytes() const { return shared_ ? shared_->bytes() : budget_bytes_; }
+  std::uint64_t used_bytes() const { return used_bytes_; }  ///< of frames in use
   std::uint64_t peak_bytes() const { return peak_bytes_; }
 
  private:
@@ -49,10 +61,16 @@ class FramePool {
   struct Idle {
     Idle* next;
   };
-  bool make_room(std::uint64_t bytes) noexcept;
+  std::uint64_t capacity_bytes() const { return budget_bytes() + lent_bytes_; }
+  /// Whether frames may take so much more. Borrows for it.
+  bool may_use(std::uint64_t bytes) noexcept;
+  /// Returns idle memory to the system until `bytes` fit into the capacity.
+  void make_room(std::uint64_t bytes) noexcept;
   static std::byte* pop(Idle*& list) noexcept;
 
   std::uint64_t budget_bytes_, aside_bytes_ = 0;
+  Budget* shared_;
+  std::uint64_t lent_bytes_ = 0;  ///< borrowed from `shared_`
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
   std::map<std::uint64_t, Idle*> idle_;  ///< for each size that was prepared
 };

@@ -17,7 +17,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// noexcept functions never fail.
 class FrameTable {
  public:
-  explicit FrameTable(std::uint64_t budget_bytes) : pool_(budget_bytes) {}
+  explicit FrameTable(std::uint64_t budget_bytes, Budget* shared = nullptr)
+      : pool_(budget_bytes, shared) {}
   /// REQUIRES: every frame is vacant.
   ~FrameTable() = default;
   FrameTable(const FrameTable&) = delete;

@@ -13,10 +13,25 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads)
-    : table_(budget_bytes), sessions_(table_.pool()), transfers_(io_threads, *this) {}
+Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads,
+                                      std::shared_ptr<Budget> shared)
+    : shared_(std::move(shared)),
+      part_bytes_(budget_bytes),
+      table_(budget_bytes, shared_.get()),
+      sessions_(table_.pool()),
+      transfers_(io_threads, *this) {
+  if (shared_) shared_->join(*this, part_bytes_);
+}
 
-Pager::Implementation::~Implementation() { discard(); }
+Pager::Implementation::~Implementation() {
+  discard();
+  if (!shared_) return;
+  {
+    const Lock lock(mutex_);
+    table_.pool().release();  // before another store may take the part
+  }
+  shared_->leave(*this, part_bytes_);
+}
 
 void Pager::Implementation::attach(LevelFile& level) {
   const Lock lock(mutex_);
@@ -92,11 +107,9 @@ std::uint32_t Pager::Implementation::pin(SessionState& session,
                                                     request.level().path.native()));
   Lock lock(mutex_);
   const std::uint32_t caller = session.caller();
-  Frame* const ready = requests.size() == 1 ? find_ready(requests[0]) : nullptr;
-  if (ready) {
-    hold(session, *ready);
-    if (requests[0].written()) add_writer(*ready);
-    frames[0] = ready;
+  if (find_ready(requests, frames)) {
+    for (Frame* const ready : frames) hold(session, *ready);
+    if (requests[0].written()) add_writer(*frames[0]);
   } else {
     PinCall(*this, lock, session, requests).run(frames);
   }
@@ -105,6 +118,16 @@ std::uint32_t Pager::Implementation::pin(SessionState& session,
 } catch (const std::bad_alloc&) {
   throw Error(ErrorCode::kOutOfMemory, fmt::format("page in {}: no memory for its frame",
                                                    requests[0].level().path.native()));
+}
+
+bool Pager::Implementation::find_ready(std::span<const BlockRequest> requests,
+                                       std::span<Frame*> frames) noexcept {
+  for (std::size_t at = 0; at < requests.size(); ++at) {
+    if (requests.size() > 1 && requests[at].written()) return false;
+    frames[at] = find_ready(requests[at]);
+    if (!frames[at]) return false;
+  }
+  return true;
 }
 
 Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
@@ -118,14 +141,16 @@ Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
   return has_context ? frame : nullptr;
 }
 
-void Pager::Implementation::unpin(SessionState& session, std::uint32_t caller, Frame& frame,
-                                  LevelFile* written, bool abandoned) noexcept {
-  Lock lock(mutex_);
+void Pager::Implementation::unpin(Lock& lock, SessionState& session, std::uint32_t caller,
+                                  Frame& frame, LevelFile* written, bool abandoned) noexcept {
   if (written) --frame.content.writers;
   if (written && abandoned) abandon(lock, frame, *written);
   session.end_pin(caller);
   let_go(frame);
   if (session.ended && session.pins() == 0) delete &session;
+}
+
+void Pager::Implementation::unpinned() noexcept {
   transfers_.write_behind();
   if (sessions_.anybody_waits()) tell_of_change();
 }
@@ -135,8 +160,9 @@ PagingStatistics Pager::Implementation::statistics(const SessionState& session) 
   return session.statistics;
 }
 
-Pager::Pager(std::uint64_t budget_bytes, int io_threads)
-    : implementation_(std::make_unique<Implementation>(budget_bytes, io_threads)) {}
+Pager::Pager(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared)
+    : implementation_(
+          std::make_unique<Implementation>(budget_bytes, io_threads, std::move(shared))) {}
 Pager::~Pager() = default;
 void Pager::attach(LevelFile& level) { implementation_->attach(level); }
 void Pager::detach(LevelFile& level) { implementation_->detach(level); }

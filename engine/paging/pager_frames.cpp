@@ -33,6 +33,16 @@ void Pager::Implementation::evict(Lock& lock, Frame& frame) noexcept {
   lock.lock();
 }
 
+void Pager::Implementation::shrink() noexcept {
+  Lock lock(mutex_);
+  for (std::uint32_t index = 0; index < table_.frames().size() && !table_.pool().return_surplus();
+       ++index) {
+    Frame& frame = table_[index];
+    if (frame.content.state == State::kClean && Sessions::is_placed(frame)) evict(lock, frame);
+  }
+  table_.pool().return_surplus();
+}
+
 void Pager::Implementation::hold(SessionState& session, Frame& frame) noexcept {
   sessions_.give(frame, &session);
   frame.to_write.unlink();

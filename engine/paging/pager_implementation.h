@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 
 #include "paging/frame_table.h"
@@ -17,10 +18,10 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-class Pager::Implementation final : public TransferListener {
+class Pager::Implementation final : public TransferListener, public Budget::Borrower {
  public:
-  Implementation(std::uint64_t budget_bytes, int io_threads);
-  ~Implementation();
+  Implementation(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared);
+  ~Implementation() override;
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
@@ -40,16 +41,20 @@ class Pager::Implementation final : public TransferListener {
   /// Errors: those of Session::pin_many.
   std::uint32_t pin(SessionState& session, std::span<const BlockRequest> requests,
                     std::span<Frame*> frames);
+  using Lock = std::unique_lock<std::mutex>;
+  /// To end pins: take the lock, call unpin() for each of them, then unpinned().
+  Lock lock() noexcept { return Lock(mutex_); }
   /// `written` is the level if the pin was for writing, otherwise nullptr.
-  void unpin(SessionState& session, std::uint32_t caller, Frame& frame, LevelFile* written,
-             bool abandon) noexcept;
+  void unpin(Lock& lock, SessionState& session, std::uint32_t caller, Frame& frame,
+             LevelFile* written, bool abandon) noexcept;
+  void unpinned() noexcept;
   bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
   PagingStatistics statistics(const SessionState& session) const;
 
   void finished(Transfer& transfer, std::exception_ptr error) noexcept override;
+  void shrink() noexcept override;
 
  private:
-  using Lock = std::unique_lock<std::mutex>;
   using Direction = Transfer::Direction;
   using State = Frame::State;
 
@@ -61,6 +66,8 @@ class Pager::Implementation final : public TransferListener {
   /// The frame of the block if it can be pinned without waiting and without other blocks, otherwise
   /// nullptr.
   Frame* find_ready(const BlockRequest& request) noexcept;
+  /// The same for one request, or for several for reading. Returns false if one of them has none.
+  bool find_ready(std::span<const BlockRequest> requests, std::span<Frame*> frames) noexcept;
 
   // pager_frames.cpp
   /// Takes a frame for a block that has none. Returns nullptr if the budget has no room. Errors:
@@ -113,6 +120,8 @@ class Pager::Implementation final : public TransferListener {
   std::uint64_t changes_ = 0;
 
   PagingStatistics statistics_;
+  const std::shared_ptr<Budget> shared_;
+  const std::uint64_t part_bytes_;  ///< of `shared_`
   FrameTable table_;
   Sessions sessions_;
   /// PinCalls that are not waiting for a free frame. They may free frames that they have taken.

@@ -154,9 +154,12 @@ void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
   throw Error(
       ErrorCode::kBudget,
       fmt::format("page in {}: at least {} bytes of frames are needed and {} of {} are available; "
-                  "the others are pinned",
+                  "the others are pinned{}",
                   batch_[0].level->path.native(), needed_bytes,
-                  budget - std::min(pinned_bytes, budget), budget));
+                  budget - std::min(pinned_bytes, budget), budget,
+                  pager_.table_.pool().is_shared()
+                      ? "; this is the store's part, and the shared budget lends no more"
+                      : ""));
 }
 
 void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {

@@ -37,7 +37,26 @@ PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
 
 void PinnedBlock::end(bool abandoned) noexcept {
   SessionState* const session = std::exchange(session_, nullptr);
-  if (session) session->pager->unpin(*session, caller_, *frame_, written_, abandoned);
+  if (!session) return;
+  Pager::Implementation& pager = *session->pager;
+  auto lock = pager.lock();
+  pager.unpin(lock, *session, caller_, *frame_, written_, abandoned);
+  pager.unpinned();
+}
+
+void PinnedBlock::release_all(std::span<PinnedBlock> pinned) noexcept {
+  Pager::Implementation* pager = nullptr;
+  std::unique_lock<std::mutex> lock;
+  for (PinnedBlock& pin : pinned) {
+    SessionState* const session = std::exchange(pin.session_, nullptr);
+    if (!session) continue;
+    if (!pager) {
+      pager = session->pager;
+      lock = pager->lock();
+    }
+    pager->unpin(lock, *session, pin.caller_, *pin.frame_, pin.written_, false);
+  }
+  if (pager) pager->unpinned();
 }
 
 Session::Session(Session&& other) noexcept : state_(std::exchange(other.state_, nullptr)) {}
@@ -71,7 +90,7 @@ PinnedBlock Session::pin(const LevelFile& level, std::uint64_t block) {
 
 void Session::pin_many(std::span<const BlockRequest> requests, std::span<PinnedBlock> pinned) {
   assert(pinned.size() == requests.size());
-  for (PinnedBlock& former : pinned) former.release();
+  PinnedBlock::release_all(pinned);
   if (requests.empty()) return;
   boost::container::small_vector<Frame*, 16> frames(requests.size());
   const std::uint32_t caller =

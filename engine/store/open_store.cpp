@@ -59,6 +59,7 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
+  volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable) return;
   // Nobody can open a store that was never committed, so all its files are removed.
   if (sequence == 0)
@@ -119,7 +120,7 @@ void Store::Implementation::make_ready() {
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
   open_volume(std::max(processors, io_threads));
-  pager = std::make_unique<Pager>(options.budget_bytes, io_threads);
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget);
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
@@ -184,6 +185,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.overwriting = options.overwriting;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
+  state->options.budget = options.budget;
   state->backend = version.find_backend(backends);
   state->writable = options.writable;
   if (state->overwrites_in_place())

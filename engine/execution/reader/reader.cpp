@@ -76,7 +76,10 @@ struct PatchView::Content {
       : state(std::move(of)), face(of_face), level(of_level), slots(state->attributes.size()) {
     ++state->store->view_count;
   }
-  ~Content() { --state->store->view_count; }
+  ~Content() {
+    PinnedBlock::release_all({pins.data(), pins.size()});
+    --state->store->view_count;
+  }
   Content(const Content&) = delete;
   Content& operator=(const Content&) = delete;
 
@@ -186,6 +189,9 @@ PatchView Reader::read_patch(FaceId face, int level) const {
                 fmt::format("{}; {} views of patches are open", error.what(), view_count() - 1));
   }
 
+  std::array<bool, 3> own;
+  for (int side = 0; side < 3; ++side)
+    own[static_cast<std::size_t>(side)] = state_->mesh.is_own(face, side);
   auto of_sides = request_of.begin();
   for (std::size_t number = 0; number < state_->attributes.size(); ++number) {
     const State::Attribute& attribute = state_->attributes[number];
@@ -201,8 +207,8 @@ PatchView Reader::read_patch(FaceId face, int level) const {
         const std::size_t request = (*of_sides)[side_at];
         const std::span<std::byte> bytes = content.pins[request].bytes().subspan(
             slot.offset - geometry.block_offset(requests[request].block()), slot.bytes);
-        slots.set(side, static_cast<int>(level_at) + 1, {bytes, slot.shape},
-                  state_->mesh.is_own(face, side), record_bytes);
+        slots.set(side, static_cast<int>(level_at) + 1, {bytes, slot.shape}, own[side_at],
+                  record_bytes);
       }
   }
   return view;

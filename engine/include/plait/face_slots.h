@@ -61,6 +61,12 @@ class FaceSlots {
     for (std::size_t corner = 0; corner < 3; ++corner)
       std::memcpy(to + place(size, corner == 1 ? size : 0, corner == 2 ? size : 0),
                   steps_[0][corner].origin, sizeof(Record));
+    // The rows are short and lie apart, so the processor does not prefetch them by itself.
+    for (int born = 1; born <= level; ++born) {
+      prefetch_slot<3, Record>(born);
+      prefetch_slot<2, Record>(born);
+      prefetch_slot<1, Record>(born);
+    }
     for (int born = 1; born <= level; ++born) {
       copy_slot<3>(born, level, to);
       copy_slot<2>(born, level, to);
@@ -109,22 +115,63 @@ class FaceSlots {
   static std::int64_t place(std::int64_t size, std::int64_t i, std::int64_t j) {
     return j * (size + 1) - j * (j - 1) / 2 + i;
   }
+  /// Bytes from one record of a slot's row to the next one in this face.
+  template <int kBits>
+  static std::int64_t step_in_row(const Steps& steps) {
+    return kBits == 3 ? steps.b_step : kBits == 2 ? steps.a_step : steps.a_step - steps.b_step;
+  }
+  /// a, b of the first record of a slot's row: the table above, read backwards.
+  template <int kBits>
+  static std::array<std::int64_t, 2> begin_of_row(std::int64_t n, std::int64_t row) {
+    return {kBits == 3 ? row : 0, kBits == 3 ? 0 : kBits == 2 ? row : n - 1 - row};
+  }
+  /// The address of that record.
+  template <int kBits>
+  static const std::byte* row_of_slot(const Steps& steps, std::int64_t n, std::int64_t row) {
+    const auto [a, b] = begin_of_row<kBits>(n, row);
+    return steps.origin - row * (row - 1) / 2 * steps.triangle_step +
+           (a * steps.a_step + b * steps.b_step);
+  }
+  /// Inlined, because GCC drops the call of a function that does nothing but prefetch.
+  template <int kBits, class Record>
+  [[gnu::always_inline]] void prefetch_slot(int born) const {
+    constexpr std::int64_t kLineBytes = 64;
+    const Steps steps = steps_[static_cast<std::size_t>(born)][kBits];
+    const std::int64_t n = slot_side(born), step = step_in_row<kBits>(steps);
+    for (std::int64_t row = 0; row < n; ++row) {
+      const std::byte* const start = row_of_slot<kBits>(steps, n, row);
+      const std::byte* const end = start + (n - 1 - row) * step;
+      const std::byte* const first = step < 0 ? end : start;
+      const std::int64_t bytes =
+          (step < 0 ? start - end : end - start) + static_cast<std::int64_t>(sizeof(Record));
+      for (std::int64_t at = 0; at < bytes; at += kLineBytes) __builtin_prefetch(first + at);
+      __builtin_prefetch(first + bytes - 1);
+    }
+  }
   /// Copies the face's part of the slot that the refinement `born` creates on the side with these
   /// low bits of k1 and k2.
   template <int kBits, class Record>
-  void copy_slot(int born, int level, Record* to) const {
+  [[gnu::noinline]] void copy_slot(int born, int level, Record* to) const {
     const Steps steps = steps_[static_cast<std::size_t>(born)][kBits];
     const std::int64_t size = std::int64_t{1} << level, n = slot_side(born);
     const int shift = level - born;
+    // Along a row of the slot, i and j change by d or not at all. So the place in row order changes
+    // by a step that itself changes by -d^2, or by d.
+    const std::int64_t d = std::int64_t{2} << shift;
+    const std::int64_t from_step = step_in_row<kBits>(steps);
     for (std::int64_t row = 0; row < n; ++row) {
-      const std::byte* const start = steps.origin - row * (row - 1) / 2 * steps.triangle_step;
-      for (std::int64_t along = 0; along < n - row; ++along) {
-        // The table above, for the rows of the three sides.
-        const std::int64_t a = kBits == 3 ? row : along;
-        const std::int64_t b = kBits == 3 ? along : kBits == 2 ? row : n - 1 - row - along;
-        std::memcpy(
-            to + place(size, (2 * a + (kBits & 1)) << shift, (2 * b + (kBits >> 1)) << shift),
-            start + (a * steps.a_step + b * steps.b_step), sizeof(Record));
+      const auto [a, b] = begin_of_row<kBits>(n, row);
+      const std::int64_t i = (2 * a + (kBits & 1)) << shift, j = (2 * b + (kBits >> 1)) << shift;
+      const std::byte* const start = row_of_slot<kBits>(steps, n, row);
+      std::int64_t step = kBits == 3   ? d * (size + 1) - d * (2 * j + d - 1) / 2
+                          : kBits == 2 ? d
+                                       : d * (2 * j - d - 1) / 2 - d * size;
+      std::int64_t at = place(size, i, j), from = 0;
+      for (std::int64_t count = n - row; count > 0; --count) {
+        std::memcpy(to + at, start + from, sizeof(Record));
+        from += from_step;
+        at += step;
+        if constexpr (kBits != 2) step -= d * d;
       }
     }
   }

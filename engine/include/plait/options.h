@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "plait/backend.h"
+#include "plait/budget.h"
 #include "plait/namespace.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -50,6 +52,8 @@ struct StoreOptions {
   /// transfer runs in the thread that needs it. Not set: one thread, or one for each processor if
   /// the backend compresses.
   std::optional<int> io_threads = {};
+  /// If it is set, `budget_bytes` are a part of it (plait/budget.h).
+  std::shared_ptr<Budget> budget = {};
 };
 
 /// Options of Store::open().
@@ -61,6 +65,7 @@ struct OpenOptions {
   /// destroy the store.
   Durability durability = Durability::kCommit;
   Overwriting overwriting = Overwriting::kNewGeneration;
+  std::shared_ptr<Budget> budget = {};  ///< as in StoreOptions
 };
 
 PLAIT_END_NAMESPACE

@@ -2,7 +2,7 @@
 //
 // Invariants
 //  1. The frames together, pinned or not, in transfer or not, never take more than the budget minus
-//     the bytes that set_aside() reserves.
+//     the bytes that set_aside() reserves, plus what a shared budget lends.
 //  2. A pinned block stays at one address until its last pin ends.
 //  3. A block is in at most one frame. So all pins of a block see the same bytes, however they were
 //     pinned. A frame is memory of the pager. For a level in memory, and for a mapped level that
@@ -41,6 +41,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "plait/budget.h"
 #include "plait/namespace.h"
 #include "plait/session.h"
 
@@ -54,7 +55,10 @@ class Pager {
 
   /// `io_threads` threads prefetch blocks and write dirty ones. With 0, each transfer runs in the
   /// thread that needs it.
-  explicit Pager(std::uint64_t budget_bytes, int io_threads = 1);
+  /// `budget_bytes` are a part of `shared`, if that is given, which lends more memory for frames.
+  /// Errors: those of Budget::join.
+  explicit Pager(std::uint64_t budget_bytes, int io_threads = 1,
+                 std::shared_ptr<Budget> shared = nullptr);
   ~Pager();
   Pager(const Pager&) = delete;
   Pager& operator=(const Pager&) = delete;

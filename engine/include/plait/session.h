@@ -73,6 +73,8 @@ class PinnedBlock {
   PinnedBlock(PinnedBlock&& other) noexcept;
   PinnedBlock& operator=(PinnedBlock&& other) noexcept;
   void release() noexcept { end(false); }
+  /// The same for many pins of one pager, faster than one after another.
+  static void release_all(std::span<PinnedBlock> pinned) noexcept;
   /// Ends a pin for writing whose changes are incomplete. When the last pin of the block ends, the
   /// pager drops the block without writing it, and the level stays unfinished. For a pin for
   /// reading this is release().
