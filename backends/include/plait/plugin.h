@@ -30,6 +30,8 @@
 extern "C" {
 #endif
 
+/* NOLINTBEGIN(readability-identifier-naming): C, with the names of plait.h */
+
 /* The structures below. It grows when a member is added at the end of one of them. */
 #define PLAIT_PLUGIN_ABI_VERSION 1u
 
@@ -103,6 +105,7 @@ struct plait_host {
 
 /* Defined by the plug-in. Returns 0 if the plug-in can be used. */
 PLAIT_PLUGIN_EXPORT int32_t plait_plugin_v1(const plait_host* host);
+/* NOLINTEND(readability-identifier-naming) */
 
 #ifdef __cplusplus
 }
