@@ -23,7 +23,7 @@ struct Reader::State {
     std::vector<const LevelFile*> levels;  ///< [refinements of the base mesh - 1]
   };
 
-  State(const Store& store, const ReaderOptions& options);
+  State(const Store& of, const ReaderOptions& options);
 
   const Attribute* find(std::string_view name) const;
   void check_level(const Attribute& attribute, int level) const;
