@@ -116,7 +116,7 @@ void check_counts_bytes_and_content(const AcceptanceMesh& mesh, int levels) {
   variant.codec = "lz4";
   variant.layout = LayoutKind::kRcm;
   variant.block_bytes = 64 << 10;
-  variant.budget = Budget::kSmallest;
+  variant.budget = BudgetSize::kSmallest;
   CHECK(refiner.digest_of(variant) == expected);
   if (is_full_run()) check_one_digest(refiner, all_variants(), expected);
 }

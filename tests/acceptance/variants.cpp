@@ -41,7 +41,7 @@ Variant make_variant(const BackendChoice& backend, int executor, int threads, in
   variant.codec = backend.codec;
   variant.executor = kExecutors[executor];
   variant.threads = 1 + threads % 2;
-  variant.budget = budget % 2 == 0 ? Budget::kSmallest : Budget::kAmple;
+  variant.budget = budget % 2 == 0 ? BudgetSize::kSmallest : BudgetSize::kAmple;
   variant.block_bytes = std::uint64_t{64} << (block % 2 == 0 ? 10 : 14);
   variant.layout = kLayouts[layout % 4];
   return variant;
@@ -64,7 +64,7 @@ std::vector<SweepPass> passes_of(int level, AttributeId position, AttributeId no
 std::string to_string(const Variant& variant) {
   return fmt::format("{} {}, {} on {} threads, {} budget, blocks of {} KiB, layout {}",
                      variant.backend, variant.codec, to_string(variant.executor), variant.threads,
-                     variant.budget == Budget::kSmallest ? "smallest" : "ample",
+                     variant.budget == BudgetSize::kSmallest ? "smallest" : "ample",
                      variant.block_bytes >> 10, to_string(variant.layout));
 }
 
@@ -141,7 +141,7 @@ std::string Refiner::digest_under(const Variant& variant, std::uint64_t budget_b
 }
 
 std::string Refiner::digest_of(const Variant& variant) {
-  if (variant.budget == Budget::kAmple) return digest_under(variant, kAmpleBytes);
+  if (variant.budget == BudgetSize::kAmple) return digest_under(variant, kAmpleBytes);
   std::uint64_t& smallest =
       smallest_[{variant.layout, variant.executor, variant.threads, variant.block_bytes}];
   if (variant.executor == ExecutorKind::kSweep) {

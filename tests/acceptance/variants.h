@@ -14,14 +14,14 @@
 
 namespace plait::test {
 
-enum class Budget { kSmallest, kAmple };
+enum class BudgetSize { kSmallest, kAmple };
 
 struct Variant {
   std::string backend = "memory";
   std::string codec = "none";
   ExecutorKind executor = ExecutorKind::kSweep;
   int threads = 2;
-  Budget budget = Budget::kAmple;
+  BudgetSize budget = BudgetSize::kAmple;
   std::uint64_t block_bytes = 1 << 20;
   LayoutKind layout = LayoutKind::kSpatial;
 };
@@ -46,8 +46,8 @@ class Refiner {
   const BaseMesh& mesh(LayoutKind layout) const { return layouts_.at(layout); }
 
   /// Makes the store in a temporary directory, commits and reopens it, and returns the digest. With
-  /// the sweep executor, Budget::kSmallest is the exact minimum, plus the share of coders and of
-  /// page buffers. With another executor it is the smallest sufficient power of two.
+  /// the sweep executor, BudgetSize::kSmallest is the exact minimum, plus the share of coders and
+  /// of page buffers. With another executor it is the smallest sufficient power of two.
   std::string digest_of(const Variant& variant);
 
   /// The bytes of the frames that the widest pass of the sweep executor pins at the same time,

@@ -173,7 +173,7 @@ while IFS= read -r file; do
     pattern=${file#"$folder"/}
     pattern="(^|[[:blank:](\"/])${pattern//./\\.}([[:blank:])\"]|\$)"
     if [ -f "$folder/CMakeLists.txt" ] &&
-      sed 's/#.*//' "$folder/CMakeLists.txt" | grep -qE "$pattern"; then
+      grep -qE "$pattern" <(sed 's/#.*//' "$folder/CMakeLists.txt"); then
       named=yes
       break
     fi

@@ -13,6 +13,7 @@
 #include "plait/backends/registry.h"
 #include "plait/error.h"
 #include "plait/store.h"
+#include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
