@@ -12,6 +12,18 @@
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Tells the processor that the thread waits in a loop.
+void pause_processor() noexcept {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
+}  // namespace
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads,
                                       std::shared_ptr<Budget> shared)
@@ -98,6 +110,20 @@ void Pager::Implementation::end_session(SessionState& session) noexcept {
   tell_of_change();
 }
 
+Pager::Implementation::Lock Pager::Implementation::lock() noexcept {
+  // Another thread that pins blocks in memory has the lock for less than a microsecond, but a
+  // thread that sleeps is woken after some fifty. So this thread tries again for a few microseconds
+  // first.
+  constexpr int kTrials = 64;
+  Lock lock(mutex_, std::try_to_lock);
+  for (int trial = 0; trial < kTrials && !lock; ++trial) {
+    pause_processor();
+    static_cast<void>(lock.try_lock());
+  }
+  if (!lock) lock.lock();
+  return lock;
+}
+
 std::uint32_t Pager::Implementation::pin(SessionState& session,
                                          std::span<const BlockRequest> requests,
                                          std::span<Frame*> frames) try {
@@ -105,7 +131,7 @@ std::uint32_t Pager::Implementation::pin(SessionState& session,
     if (request.written() && !request.level().writable)
       throw Error(ErrorCode::kBadState, fmt::format("write {}: the level was opened for reading",
                                                     request.level().path.native()));
-  Lock lock(mutex_);
+  Lock lock = this->lock();
   const std::uint32_t caller = session.caller();
   if (find_ready(requests, frames)) {
     for (Frame* const ready : frames) hold(session, *ready);

@@ -42,8 +42,9 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   std::uint32_t pin(SessionState& session, std::span<const BlockRequest> requests,
                     std::span<Frame*> frames);
   using Lock = std::unique_lock<std::mutex>;
-  /// To end pins: take the lock, call unpin() for each of them, then unpinned().
-  Lock lock() noexcept { return Lock(mutex_); }
+  /// The lock, for a thread that pins or unpins. To end pins: take the lock, call unpin() for each
+  /// of them, then unpinned().
+  Lock lock() noexcept;
   /// `written` is the level if the pin was for writing, otherwise nullptr.
   void unpin(Lock& lock, SessionState& session, std::uint32_t caller, Frame& frame,
              LevelFile* written, bool abandon) noexcept;
