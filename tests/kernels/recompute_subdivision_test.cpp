@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "kernels/tension_rule.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/file.h"
@@ -17,28 +18,6 @@ using namespace plait::test;
 namespace {
 
 namespace fs = std::filesystem;
-
-struct TensionRule {
-  double w = 0.08;
-
-  template <class V>
-  V odd(V a, V b, V c, V d) const {
-    return (0.5 - w) * (a + b) + w * (c + d);
-  }
-  template <class V>
-  V odd_border(V a, V b) const {
-    return 0.5 * (a + b);
-  }
-  template <class V>
-  V even(V v, V ring) const {
-    return 0.4 * v + 0.1 * ring;
-  }
-  template <class V>
-  V even_border(V v, V p, V q) const {
-    return 0.5 * v + 0.25 * (p + q);
-  }
-  double even_weight(int valence) const { return 0.6 / valence; }
-};
 
 void flip(const fs::path& path, std::uint64_t offset) {
   File file(path, OpenMode::kReadWrite);
