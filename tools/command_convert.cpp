@@ -76,7 +76,7 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
   if (!arguments.filter.empty()) parts.filter = arguments.filter;
   options.pipeline = parts.pipeline();
   backend.validate(BackendRegistry::options_in(options.backend));
-  backend.validate_pipeline(options.pipeline);
+  backend.validate_pipeline(options.pipeline, {});
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
   options.budget_bytes = arguments.memory_bytes / 2;
   options.durability = Durability::kCommit;

@@ -1,37 +1,63 @@
 #include "compressed/block_coder.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstring>
 #include <utility>
+
+#include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-BlockCoder::BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes)
-    : pipeline_(std::move(pipeline)), max_raw_bytes_(max_raw_bytes) {}
+std::size_t scratch_bytes(const Filters& filters) noexcept {
+  std::size_t most = 0;
+  for (const auto& filter : filters) most = std::max(most, filter->scratch_bytes());
+  return most;
+}
+
+bool need_other_blocks(const Filters& filters) noexcept {
+  return !filters.empty() && filters.front()->needs_other_blocks();
+}
+
+BlockCoder::BlockCoder(std::unique_ptr<Codec> codec, std::uint64_t max_raw_bytes,
+                       std::size_t buffers, std::size_t scratch_bytes)
+    : codec_(std::move(codec)),
+      max_raw_bytes_(max_raw_bytes),
+      buffers_(buffers),
+      scratch_bytes_(scratch_bytes) {}
 
 std::uint64_t BlockCoder::memory_bytes() const {
-  return max_encoded_bytes(max_raw_bytes_) +
-         std::min<std::size_t>(pipeline_.filters.size(), 2) * max_raw_bytes_ +
-         pipeline_.codec->memory_bytes(max_raw_bytes_);
+  return max_encoded_bytes(max_raw_bytes_) + buffers_ * max_raw_bytes_ + scratch_bytes_ +
+         codec_->memory_bytes(max_raw_bytes_);
 }
 
 void BlockCoder::make_room() {
-  for (std::size_t i = 0; i < std::min<std::size_t>(pipeline_.filters.size(), 2); ++i)
-    filtered_[i].resize(max_raw_bytes_);
+  for (std::size_t i = 0; i < buffers_; ++i) filtered_[i].resize(max_raw_bytes_);
   stored_.resize(max_encoded_bytes(max_raw_bytes_));
+  scratch_.resize(scratch_bytes_);
 }
 
-EncodedBlock BlockCoder::encode(std::span<const std::byte> raw) {
+FilterBlock BlockCoder::with_scratch(const FilterBlock& block) {
+  return {block.block, block.context, scratch_};
+}
+
+EncodedBlock BlockCoder::encode(const CodedBlock& block, std::span<const std::byte> raw) {
   make_room();
+  const FilterBlock with = with_scratch(block.block);
   std::span<const std::byte> source = raw;
-  for (std::size_t i = 0; i < pipeline_.filters.size(); ++i) {
+  for (std::size_t i = 0; i < block.filters.size(); ++i) {
     const std::span<std::byte> filtered(filtered_[i % 2].data(), raw.size());
-    pipeline_.filters[i]->encode(source, filtered);
+    block.filters[i]->encode(with, source, filtered);
     source = filtered;
   }
   const std::span<std::byte> target(stored_.data(), max_encoded_bytes(raw.size()));
-  const auto stored_bytes = pipeline_.codec->compress(source, target);
+  const std::size_t seal_bytes = block.context_seal ? sizeof(*block.context_seal) : 0;
+  if (target.size() <= seal_bytes) return {BlockEncoding::kRaw, raw};
+  const auto stored_bytes = codec_->compress(source, target.subspan(seal_bytes));
   if (!stored_bytes || *stored_bytes == 0) return {BlockEncoding::kRaw, raw};
-  return {BlockEncoding::kEncoded, target.first(*stored_bytes)};
+  if (block.context_seal) std::memcpy(target.data(), &*block.context_seal, seal_bytes);
+  return {BlockEncoding::kEncoded, target.first(seal_bytes + *stored_bytes)};
 }
 
 std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
@@ -39,18 +65,30 @@ std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
   return std::span(stored_).first(stored_bytes);
 }
 
-void BlockCoder::decode(std::span<const std::byte> stored, std::span<std::byte> raw) {
+void BlockCoder::decode(const CodedBlock& block, std::span<const std::byte> stored,
+                        std::span<std::byte> raw) {
   make_room();
-  if (pipeline_.filters.empty()) return pipeline_.codec->decompress(stored, raw);
-  std::size_t stage = pipeline_.filters.size() - 1;
+  if (block.context_seal) {
+    std::uint64_t found = 0;
+    if (stored.size() >= sizeof found) std::memcpy(&found, stored.data(), sizeof found);
+    if (stored.size() < sizeof found || found != *block.context_seal)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("the blocks that it was encoded from have changed: expected their "
+                              "seal {:016x}, found {:016x}",
+                              found, *block.context_seal));
+    stored = stored.subspan(sizeof found);
+  }
+  const FilterBlock with = with_scratch(block.block);
+  if (block.filters.empty()) return codec_->decompress(stored, raw);
+  std::size_t stage = block.filters.size() - 1;
   std::span<std::byte> source(filtered_[stage % 2].data(), raw.size());
-  pipeline_.codec->decompress(stored, source);
+  codec_->decompress(stored, source);
   for (; stage > 0; --stage) {
     const std::span<std::byte> target(filtered_[(stage - 1) % 2].data(), raw.size());
-    pipeline_.filters[stage]->decode(source, target);
+    block.filters[stage]->decode(with, source, target);
     source = target;
   }
-  pipeline_.filters[0]->decode(source, raw);
+  block.filters[0]->decode(with, source, raw);
 }
 
 PLAIT_END_NAMESPACE

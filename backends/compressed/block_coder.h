@@ -1,9 +1,13 @@
-// backends/compressed/block_coder.h: encodes and decodes one block with a pipeline, and owns the
-// buffers for it.
+// backends/compressed/block_coder.h: encodes and decodes blocks, and owns the buffers for it.
+//
+// An encoded block whose filter needs other blocks begins with the seal of these blocks, 8 bytes
+// (docs/format.md, "Level files").
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,30 +28,47 @@ struct EncodedBlock {
   std::span<const std::byte> bytes;
 };
 
-/// One thread at a time.
+/// The filters of a level, and what they need. Immutable.
+using Filters = std::vector<std::unique_ptr<Filter>>;
+std::size_t scratch_bytes(const Filters& filters) noexcept;
+bool need_other_blocks(const Filters& filters) noexcept;
+
+/// One block on its way through filters.
+struct CodedBlock {
+  const Filters& filters;
+  FilterBlock block = {};
+  /// The seal of the blocks that the first filter needs; nothing if the filters need none.
+  std::optional<std::uint64_t> context_seal = {};
+};
+
+/// A codec with its buffers, for blocks of levels with any filters. One thread at a time.
 class BlockCoder {
  public:
-  BlockCoder(Pipeline pipeline, std::uint64_t max_raw_bytes);
+  /// `buffers`: 0, 1 or 2 for levels with no filter, one filter, or more.
+  BlockCoder(std::unique_ptr<Codec> codec, std::uint64_t max_raw_bytes, std::size_t buffers,
+             std::size_t scratch_bytes);
 
   std::uint64_t max_raw_bytes() const { return max_raw_bytes_; }
   /// The most memory that the coder takes, after its first block.
   std::uint64_t memory_bytes() const;
 
-  EncodedBlock encode(std::span<const std::byte> raw);
+  EncodedBlock encode(const CodedBlock& block, std::span<const std::byte> raw);
   /// The buffer for the stored bytes of a block. The caller fills it before decode().
   std::span<std::byte> stored_buffer(std::uint64_t stored_bytes);
-  /// Errors: kCorruption.
-  void decode(std::span<const std::byte> stored, std::span<std::byte> raw);
+  /// Errors: kCorruption, also if the block was encoded with other context.
+  void decode(const CodedBlock& block, std::span<const std::byte> stored, std::span<std::byte> raw);
 
  private:
   using Buffer = std::vector<std::byte>;
 
   /// Allocates the buffers, with the first block: most levels of an open store are never read.
   void make_room();
+  FilterBlock with_scratch(const FilterBlock& block);
 
-  Pipeline pipeline_;
+  std::unique_ptr<Codec> codec_;
   std::uint64_t max_raw_bytes_;
-  Buffer stored_;
+  std::size_t buffers_, scratch_bytes_;
+  Buffer stored_, scratch_;
   Buffer filtered_[2];  ///< the filters write to them in turn; empty if not needed
 };
 

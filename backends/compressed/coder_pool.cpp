@@ -14,7 +14,8 @@ void CoderPool::make_room_for(const Coding& coding, std::uint64_t raw_bytes) {
     idle_.clear();
     max_raw_bytes_ = raw_bytes;
   }
-  const BlockCoder sample(pipelines_.make(coding.pipeline, coding.component_bytes), max_raw_bytes_);
+  const BlockCoder sample(pipelines_.make_codec(coding.pipeline), max_raw_bytes_, coding.buffers,
+                          coding.scratch_bytes);
   coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes());
   most_coders_ = static_cast<std::size_t>(
       std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1,
@@ -55,8 +56,8 @@ KeptCoder CoderPool::take(const Coding& coding) {
     max_raw_bytes = max_raw_bytes_;
   }
   try {
-    kept.coder = std::make_unique<BlockCoder>(
-        pipelines_.make(coding.pipeline, coding.component_bytes), max_raw_bytes);
+    kept.coder = std::make_unique<BlockCoder>(pipelines_.make_codec(coding.pipeline), max_raw_bytes,
+                                              coding.buffers, coding.scratch_bytes);
     return kept;
   } catch (...) {
     give_back({});

@@ -16,8 +16,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The properties that a coder is made for. Levels with the same Coding share coders.
 struct Coding {
-  std::string pipeline;  ///< see plait/backends/pipeline.h
-  std::size_t component_bytes = 4;
+  std::string pipeline;     ///< see plait/backends/pipeline.h; only its codec counts
+  std::size_t buffers = 0;  ///< as in BlockCoder
+  std::size_t scratch_bytes = 0;
 
   friend bool operator==(const Coding&, const Coding&) = default;
 };

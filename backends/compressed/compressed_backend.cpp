@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 #include <lz4.h>
+#include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -45,23 +48,42 @@ class CompressedBackend;
 /// The open levels of a volume. The volume tells them of versions.
 using OpenLevels = std::vector<CompressedBackend*>;
 
+/// Each part of the seal of context: what the base records or a block's entry contributed.
+class ContextSeal {
+ public:
+  void add(std::uint64_t word) { words_[count_++] = word; }
+  std::uint64_t value() const { return XXH3_64bits(words_.data(), count_ * sizeof(words_[0])); }
+
+ private:
+  std::array<std::uint64_t, 2 * kMostContextBlocks + 1> words_{};
+  std::size_t count_ = 0;
+};
+
 class CompressedBackend final : public Backend {
  public:
-  CompressedBackend(const LevelSpec& level, Coding coding, CoderPool& coders,
+  CompressedBackend(const LevelSpec& level, Filters filters, CoderPool& coders,
                     OpenLevels& open_levels)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
-        coding_(std::move(coding)),
+        filters_(std::move(filters)),
+        coding_{level.pipeline, std::min<std::size_t>(filters_.size(), 2), scratch_bytes(filters_)},
         coders_(coders),
         open_levels_(open_levels) {
+    for (const AttributeLevels& attribute : level.surroundings.attributes)
+      if (attribute.number == level.table.attribute()) base_ = attribute.base;
+    if (need_other_blocks(filters_))
+      for (const CompressedBackend* const earlier : open_levels_)
+        earlier_tables_.push_back(&earlier->table_);
     open_levels_.push_back(this);
   }
   ~CompressedBackend() override { std::erase(open_levels_, this); }
   CompressedBackend(const CompressedBackend&) = delete;
   CompressedBackend& operator=(const CompressedBackend&) = delete;
+
+  const Coding& coding() const { return coding_; }
 
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) {
     const std::lock_guard lock(mutex_);
@@ -74,22 +96,7 @@ class CompressedBackend final : public Backend {
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<std::byte> raw = into.first(geometry_.block_bytes(block));
       into = into.subspan(raw.size());
-      const BlockEntry& entry = table_[block];
-      switch (entry.encoding) {
-        case BlockEncoding::kNeverWritten:
-          std::ranges::fill(raw, std::byte{0});
-          break;
-        case BlockEncoding::kRaw:
-          file_.read_at(entry.offset, raw);
-          table_.check(block, raw, file_.path());
-          break;
-        case BlockEncoding::kEncoded: {
-          const std::span<std::byte> stored = coder->stored_buffer(entry.stored_bytes);
-          file_.read_at(entry.offset, stored);
-          table_.check(block, stored, file_.path());
-          decode(*coder, block, stored, raw);
-        }
-      }
+      read_block(*coder, block, {}, raw);
     }
   }
 
@@ -100,8 +107,33 @@ class CompressedBackend final : public Backend {
     for (std::uint64_t block = blocks.first; block < blocks.first + blocks.count; ++block) {
       const std::span<const std::byte> raw = from.first(geometry_.block_bytes(block));
       from = from.subspan(raw.size());
-      write_encoded(block, coder->encode(raw));
+      write_block(*coder, block, {}, raw);
     }
+  }
+
+  void start(Transfer& transfer) noexcept override {
+    if (transfer.context.empty()) return Backend::start(transfer);
+    std::exception_ptr error;
+    try {
+      CoderPool::Lease coder(coders_, coding_);
+      if (transfer.direction == Transfer::Direction::kRead) {
+        read_block(*coder, transfer.block, transfer.context, transfer.memory);
+      } else {
+        check_writable(file_, mode_);
+        write_block(*coder, transfer.block, transfer.context, transfer.memory);
+      }
+    } catch (...) {
+      error = std::current_exception();
+    }
+    transfer.listener->finished(transfer, error);
+  }
+
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    return filters_.empty() ? 0 : filters_.front()->context(block, blocks);
+  }
+  bool needs_base_records() const noexcept override {
+    return !filters_.empty() && filters_.front()->needs_base_records();
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
@@ -130,6 +162,61 @@ class CompressedBackend final : public Backend {
   }
 
  private:
+  using Context = std::span<const std::span<const std::byte>>;
+
+  /// Nothing if the filters need no other blocks. Errors: kNotSupported if they need some, and the
+  /// caller gave none.
+  std::optional<std::uint64_t> seal_of_context(std::uint64_t block, Context given) {
+    if (!need_other_blocks(filters_)) return std::nullopt;
+    std::array<ContextBlock, kMostContextBlocks> needed;
+    const std::size_t count = context(block, needed);
+    if (given.size() != count)
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("transfer {}: block {} needs {} other blocks, found {}",
+                              file_.path().native(), block, count, given.size()));
+    ContextSeal seal;
+    if (needs_base_records()) {
+      std::call_once(base_sealed_, [&] { base_seal_ = XXH3_64bits(base_.data(), base_.size()); });
+      seal.add(base_seal_);
+    }
+    for (const ContextBlock& other : std::span(needed).first(count)) {
+      const auto table = std::ranges::find_if(earlier_tables_, [&](const BlockTable* earlier) {
+        return earlier->attribute() == other.attribute && earlier->level() == other.level;
+      });
+      seal.add((static_cast<std::uint64_t>(other.attribute) << 32) |
+               static_cast<std::uint64_t>(other.level));
+      seal.add((**table)[other.block].checksum);
+    }
+    return seal.value();
+  }
+
+  void read_block(BlockCoder& coder, std::uint64_t block, Context context,
+                  std::span<std::byte> raw) {
+    const BlockEntry& entry = table_[block];
+    switch (entry.encoding) {
+      case BlockEncoding::kNeverWritten:
+        std::ranges::fill(raw, std::byte{0});
+        break;
+      case BlockEncoding::kRaw:
+        file_.read_at(entry.offset, raw);
+        table_.check(block, raw, file_.path());
+        break;
+      case BlockEncoding::kEncoded: {
+        const std::span<std::byte> stored = coder.stored_buffer(entry.stored_bytes);
+        file_.read_at(entry.offset, stored);
+        table_.check(block, stored, file_.path());
+        decode(coder, block, context, stored, raw);
+      }
+    }
+  }
+
+  void write_block(BlockCoder& coder, std::uint64_t block, Context context,
+                   std::span<const std::byte> raw) {
+    write_encoded(
+        block,
+        coder.encode({filters_, {block, context, {}}, seal_of_context(block, context)}, raw));
+  }
+
   /// Allocates a new extent, writes the bytes, then changes the table. So after an error the block
   /// still has its former content.
   void write_encoded(std::uint64_t block, const EncodedBlock& encoded) {
@@ -150,10 +237,10 @@ class CompressedBackend final : public Backend {
     extents_.replace(block, former);
   }
 
-  void decode(BlockCoder& coder, std::uint64_t block, std::span<const std::byte> stored,
-              std::span<std::byte> raw) const {
+  void decode(BlockCoder& coder, std::uint64_t block, Context context,
+              std::span<const std::byte> stored, std::span<std::byte> raw) {
     try {
-      coder.decode(stored, raw);
+      coder.decode({filters_, {block, context, {}}, seal_of_context(block, context)}, stored, raw);
     } catch (const Error& failure) {
       throw Error(failure.code(),
                   fmt::format("read {}: block {} at byte {}: {}", file_.path().native(), block,
@@ -167,7 +254,12 @@ class CompressedBackend final : public Backend {
   File file_;
   mutable std::mutex mutex_;  ///< guards extents_, and changes of entries against advise()
   ExtentAllocator extents_;
+  Filters filters_;
   Coding coding_;
+  std::span<const std::byte> base_;
+  std::once_flag base_sealed_;
+  std::uint64_t base_seal_ = 0;
+  std::vector<const BlockTable*> earlier_tables_;  ///< of levels that may be context
   CoderPool& coders_;
   OpenLevels& open_levels_;
 };
@@ -178,9 +270,13 @@ class CompressedVolume final : public Volume {
       : pipelines_(std::move(pipelines)), coders_(*pipelines_, volume) {}
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
-    const Coding coding{level.pipeline, level.component_bytes};
-    auto opened = std::make_unique<CompressedBackend>(level, coding, coders_, open_levels_);
-    coders_.make_room_for(coding, level.geometry.max_block_bytes());
+    const FilterLevel filtered{
+        level.schema, &level.geometry, level.table.attribute(), level.table.level(),
+        level.surroundings.attributes.empty() ? nullptr : &level.surroundings};
+    Filters filters = pipelines_->make(level.pipeline, filtered).filters;
+    auto opened =
+        std::make_unique<CompressedBackend>(level, std::move(filters), coders_, open_levels_);
+    coders_.make_room_for(opened->coding(), level.geometry.max_block_bytes());
     return opened;
   }
   std::uint64_t scratch_bytes() const noexcept override { return coders_.memory_bytes(); }
@@ -207,7 +303,11 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
     return std::make_unique<CompressedVolume>(shared, volume);
   };
   entry.default_pipeline = "shuffle,zstd:1";
-  entry.validate_pipeline = [shared](std::string_view pipeline) { shared->make(pipeline, 4); };
+  entry.validate_pipeline = [shared](std::string_view pipeline, const AttributeSchema& schema) {
+    FilterLevel level;
+    level.schema = schema;
+    shared->make(pipeline, level);
+  };
   return entry;
 }
 

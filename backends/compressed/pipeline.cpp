@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compressed/codecs/built_in_codecs.h"
+#include "compressed/filters/hierarchy_filter.h"
 #include "compressed/filters/shuffle_filter.h"
 #include "plait/error.h"
 
@@ -25,6 +26,16 @@ Stage split_options(std::string_view text) {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("choose \"{}\": expected options after the colon", text));
   return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+struct Parts {
+  std::string_view filters, codec;
+};
+
+Parts parts_of(std::string_view pipeline) {
+  const std::size_t comma = pipeline.find(',');
+  if (comma == std::string_view::npos) return {{}, pipeline};
+  return {pipeline.substr(0, comma), pipeline.substr(comma + 1)};
 }
 
 bool is_name(std::string_view name) {
@@ -74,10 +85,15 @@ PipelineRegistry built_in() {
       "zstd", "smaller, slower to encode; zstd:LEVEL chooses a level", make_zstd_codec});
   registry.add(PipelineRegistry::FilterEntry{
       "shuffle", "groups the bytes of numbers by significance",
-      [](std::string_view options, std::size_t component_bytes) -> std::unique_ptr<Filter> {
+      [](std::string_view options, const FilterLevel& level) -> std::unique_ptr<Filter> {
         refuse_options("shuffle", options);
-        return component_bytes > 1 ? make_shuffle_filter(component_bytes) : nullptr;
+        const std::size_t width = component_bytes(level.schema.type);
+        return width > 1 ? make_shuffle_filter(width) : nullptr;
       }});
+  registry.add(PipelineRegistry::FilterEntry{
+      "hierarchy",
+      "predicts vertices from the coarser levels; hierarchy:midpoint by a simpler rule",
+      make_hierarchy_filter});
   return registry;
 }
 
@@ -95,31 +111,31 @@ void PipelineRegistry::add(FilterEntry entry) {
 std::vector<std::string> PipelineRegistry::codec_names() const { return names_of(codecs_); }
 std::vector<std::string> PipelineRegistry::filter_names() const { return names_of(filters_); }
 
-Pipeline PipelineRegistry::make(std::string_view pipeline, std::size_t component_bytes) const {
-  if (component_bytes != 1 && component_bytes != 2 && component_bytes != 4 && component_bytes != 8)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("choose pipeline \"{}\": expected components of 1, 2, 4 or 8 bytes, "
-                            "found {}",
-                            pipeline, component_bytes));
+Pipeline PipelineRegistry::make(std::string_view pipeline, const FilterLevel& level) const {
   Pipeline made;
-  std::string_view rest = pipeline;
-  if (const std::size_t comma = pipeline.find(','); comma != std::string_view::npos) {
-    std::string_view filters = pipeline.substr(0, comma);
-    rest = pipeline.substr(comma + 1);
-    for (bool more = true; more;) {
-      const std::size_t plus = filters.find('+');
-      more = plus != std::string_view::npos;
-      const Stage stage = split_options(filters.substr(0, plus));
-      if (more) filters.remove_prefix(plus + 1);
-      if (stage.name == "none" && stage.options.empty()) continue;
-      auto filter =
-          find_in(filters_, "filter", stage, pipeline).make(stage.options, component_bytes);
-      if (filter) made.filters.push_back(std::move(filter));
-    }
+  std::string_view filters = parts_of(pipeline).filters;
+  for (bool more = pipeline.find(',') != std::string_view::npos; more;) {
+    const std::size_t plus = filters.find('+');
+    more = plus != std::string_view::npos;
+    const Stage stage = split_options(filters.substr(0, plus));
+    if (more) filters.remove_prefix(plus + 1);
+    if (stage.name == "none" && stage.options.empty()) continue;
+    auto filter = find_in(filters_, "filter", stage, pipeline).make(stage.options, level);
+    if (!filter) continue;
+    if (!made.filters.empty() && filter->needs_other_blocks())
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("choose pipeline \"{}\": expected filter {} in the first place, "
+                              "because it needs other blocks",
+                              pipeline, stage.name));
+    made.filters.push_back(std::move(filter));
   }
-  const Stage codec = split_options(rest);
-  made.codec = find_in(codecs_, "codec", codec, pipeline).make(codec.options);
+  made.codec = make_codec(pipeline);
   return made;
+}
+
+std::unique_ptr<Codec> PipelineRegistry::make_codec(std::string_view pipeline) const {
+  const Stage codec = split_options(parts_of(pipeline).codec);
+  return find_in(codecs_, "codec", codec, pipeline).make(codec.options);
 }
 
 const PipelineRegistry& default_pipelines() {

@@ -107,10 +107,12 @@ class FunctionFilter final : public Filter {
         state_(functions_, "filter", name, options),
         component_bytes_(component_bytes) {}
 
-  void encode(std::span<const std::byte> raw, std::span<std::byte> filtered) const override {
+  void encode(const FilterBlock&, std::span<const std::byte> raw,
+              std::span<std::byte> filtered) const override {
     functions_.encode(state_.get(), raw.data(), filtered.data(), raw.size(), component_bytes_);
   }
-  void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const override {
+  void decode(const FilterBlock&, std::span<const std::byte> filtered,
+              std::span<std::byte> raw) const override {
     functions_.decode(state_.get(), filtered.data(), raw.data(), raw.size(), component_bytes_);
   }
 
@@ -139,8 +141,9 @@ PipelineRegistry::FilterEntry entry_of(const plait_filter* filter) {
     refuse("filter", functions.name, "the functions encode and decode, found NULL");
   return {functions.name, functions.summary,
           [functions, name = std::string(functions.name)](std::string_view options,
-                                                          std::size_t component_bytes) {
-            return std::make_unique<FunctionFilter>(functions, name, options, component_bytes);
+                                                          const FilterLevel& level) {
+            return std::make_unique<FunctionFilter>(functions, name, options,
+                                                    component_bytes(level.schema.type));
           }};
 }
 

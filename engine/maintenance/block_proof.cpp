@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plait/error.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct BlockProof::Model {
@@ -28,7 +30,7 @@ BlockProof::~BlockProof() = default;
 
 std::unique_ptr<Volume> BlockProof::open_volume() const { return backend_.open({options_}); }
 
-BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t component_bytes) {
+BlockProof::Model& BlockProof::model_of(const LevelFile& file, const AttributeSchema& schema) {
   if (model_ && model_->of == &file) return *model_;
   model_.reset();
   auto model = std::make_unique<Model>(scratch_.directory());
@@ -36,23 +38,27 @@ BlockProof::Model& BlockProof::model_of(const LevelFile& file, std::size_t compo
   model->table = file.table;
   std::ranges::fill(model->table.entries(), BlockEntry{});
   model->volume = open_volume();
-  model->backend =
-      model->volume->open_level({model->scratch, Model::kName, OpenMode::kCreate, file.geometry,
-                                 model->table, component_bytes, file.pipeline});
+  model->backend = model->volume->open_level({model->scratch, Model::kName, OpenMode::kCreate,
+                                              file.geometry, model->table, schema, file.pipeline});
   model_ = std::move(model);
   return *model_;
 }
 
 std::optional<std::span<const std::byte>> BlockProof::stored_bytes(const LevelFile& file,
-                                                                   std::size_t component_bytes,
+                                                                   const AttributeSchema& schema,
                                                                    std::uint64_t block,
                                                                    std::span<const std::byte> raw) {
   const BlockEntry& expected = file.table[block];
   if (expected.encoding == BlockEncoding::kRaw)
     return file.table.matches(block, raw) ? std::optional(raw) : std::nullopt;
   if (expected.encoding == BlockEncoding::kNeverWritten) return std::nullopt;
-  Model& model = model_of(file, component_bytes);
-  model.backend->write({block, 1}, raw);
+  Model& model = model_of(file, schema);
+  try {
+    model.backend->write({block, 1}, raw);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotSupported) throw;
+    return std::nullopt;  // the block is encoded from other blocks, so alone it proves nothing
+  }
   const BlockEntry& found = model.table[block];
   if (found.encoding != expected.encoding || found.stored_bytes != expected.stored_bytes ||
       found.checksum != expected.checksum)

@@ -30,14 +30,14 @@ class BlockProof {
   /// checksum is the one in the level's table. Nothing if they have another one. Valid until the
   /// next call. REQUIRES: `file` is the same object for all blocks of a level.
   std::optional<std::span<const std::byte>> stored_bytes(const LevelFile& file,
-                                                         std::size_t component_bytes,
+                                                         const AttributeSchema& schema,
                                                          std::uint64_t block,
                                                          std::span<const std::byte> raw);
 
  private:
   /// A level of the same identity, where blocks are sealed to be looked at.
   struct Model;
-  Model& model_of(const LevelFile& file, std::size_t component_bytes);
+  Model& model_of(const LevelFile& file, const AttributeSchema& schema);
 
   const BackendRegistry::Entry& backend_;
   std::string options_;

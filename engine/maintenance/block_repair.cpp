@@ -53,7 +53,7 @@ std::vector<std::size_t> BlockRepair::proven_by_seals(Store& made) {
     const BlockAddress& block = damaged_[at];
     const PinnedBlock pinned = made_block(made, block);
     if (proof_.stored_bytes(store_.level_file(block.attribute, block.level),
-                            component(block.attribute), block.block, pinned.bytes()))
+                            schema(block.attribute), block.block, pinned.bytes()))
       proven.push_back(at);
   }
   return proven;
@@ -95,7 +95,7 @@ std::vector<int> BlockRepair::levels_of_another_codec(Store& made, AttributeId a
       const PinnedBlock found = store_.open_session().pin(file, block, Access::kRead);
       if (!std::ranges::equal(expected.bytes(), found.bytes())) return {};
       if (!differs && file.table[block].encoding == BlockEncoding::kEncoded)
-        differs = !proof_.stored_bytes(file, component(attribute), block, found.bytes());
+        differs = !proof_.stored_bytes(file, schema(attribute), block, found.bytes());
     }
     if (differs) levels.push_back(level);
   }

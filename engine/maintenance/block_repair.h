@@ -34,8 +34,8 @@ class BlockRepair {
   const std::string& name(AttributeId attribute) const {
     return store_.attributes()[attribute].schema.name;
   }
-  std::size_t component(AttributeId attribute) const {
-    return component_bytes(store_.attributes()[attribute].schema.type);
+  const AttributeSchema& schema(AttributeId attribute) const {
+    return store_.attributes()[attribute].schema;
   }
   bool is_open(std::size_t at) const {
     return !rebuilt_[at] && recomputed_.refusal(name(damaged_[at].attribute)).empty();

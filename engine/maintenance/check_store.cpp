@@ -114,8 +114,8 @@ class StructureCheck {
     expected.writable = false;
     check(std::move(found), [&] {
       backend_.open({std::string(BackendRegistry::options_in(result_.options.backend))})
-          ->open_level({store_, name, OpenMode::kRead, expected.geometry, expected.table,
-                        component_bytes(schema.type), expected.pipeline});
+          ->open_level({store_, name, OpenMode::kRead, expected.geometry, expected.table, schema,
+                        expected.pipeline});
     });
   }
 

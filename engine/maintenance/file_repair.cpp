@@ -130,7 +130,7 @@ void FileRepair::repair_level(const DamagedFile& file) {
 
 std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   const LevelFile& level = *file.expected_level;
-  const std::size_t component = component_of(file.attribute);
+  const AttributeSchema& schema = schema_of(file.attribute);
   File image = create_image();
   image.resize(file_bytes(level, proof_.backend().traits.compressed));
   Remains remains(Directory(store_), file.name);
@@ -144,7 +144,7 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
     if (!stored && made != nullptr) {
       LevelFile& from = made->level_file(made->attribute(file.attribute), file.level);
       pinned = made->open_session().pin(from, block, Access::kRead);
-      stored = proof_.stored_bytes(level, component, block, pinned.bytes());
+      stored = proof_.stored_bytes(level, schema, block, pinned.bytes());
     }
     if (!stored)
       ++lost;
@@ -161,7 +161,7 @@ std::optional<std::string> FileRepair::reason_against_image(const DamagedFile& f
     const std::unique_ptr<Volume> volume = proof_.open_volume();
     const std::unique_ptr<Backend> backend =
         volume->open_level({scratch_.directory(), kImageName, OpenMode::kRead, level.geometry,
-                            level.table, component_of(file.attribute), level.pipeline});
+                            level.table, schema_of(file.attribute), level.pipeline});
     std::vector<std::byte> content(level.geometry.max_block_bytes());
     for (std::uint64_t block = 0; block < level.table.size(); ++block)
       backend->read({block, 1}, std::span(content).first(level.geometry.block_bytes(block)));
@@ -179,10 +179,10 @@ void FileRepair::put_level_in_place(const DamagedFile& file) {
   put_in_place(file);
 }
 
-std::size_t FileRepair::component_of(const std::string& attribute) const {
+const AttributeSchema& FileRepair::schema_of(const std::string& attribute) const {
   const auto info = std::ranges::find_if(
       check_.attributes, [&](const AttributeInfo& each) { return each.schema.name == attribute; });
-  return component_bytes(info->schema.type);
+  return info->schema;
 }
 
 File FileRepair::create_image() {

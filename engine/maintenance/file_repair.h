@@ -44,7 +44,7 @@ class FileRepair {
   /// What the store's backend finds wrong when it reads every block of the image.
   std::optional<std::string> reason_against_image(const DamagedFile& file);
   void put_level_in_place(const DamagedFile& file);
-  std::size_t component_of(const std::string& attribute) const;
+  const AttributeSchema& schema_of(const std::string& attribute) const;
 
   const std::filesystem::path& store_;
   const StoreCheck& check_;

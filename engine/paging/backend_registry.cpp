@@ -44,7 +44,8 @@ void BackendRegistry::add(Entry entry) {
                                 options.substr(0, kMostNamed)));
     };
   if (!entry.validate_pipeline)
-    entry.validate_pipeline = [name = entry.name](std::string_view pipeline) {
+    entry.validate_pipeline = [name = entry.name](std::string_view pipeline,
+                                                  const AttributeSchema&) {
       if (pipeline != "none")
         throw Error(ErrorCode::kInvalidArgument,
                     fmt::format("open backend \"{}\": expected pipeline \"none\", found \"{}\"",

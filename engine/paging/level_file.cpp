@@ -1,6 +1,19 @@
 #include "plait/level_file.h"
 
+#include <fmt/format.h>
+
+#include "plait/error.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+void check_not_fixed(const LevelFile& level) {
+  if (level.is_fixed)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("write {}: expected a level that no other level is encoded from; "
+                            "write to a new attribute, or convert the store to a pipeline "
+                            "without prediction first (plait convert --compress fast)",
+                            level.path.native()));
+}
 
 UnfinishedLevels::~UnfinishedLevels() {
   for (const Added& added : levels_) {
@@ -11,6 +24,7 @@ UnfinishedLevels::~UnfinishedLevels() {
 
 void UnfinishedLevels::add(LevelFile& level, Access access) {
   if (access == Access::kRead) return;
+  check_not_fixed(level);
   levels_.push_back({&level, access});
   ++level.passes_under_way;
 }

@@ -160,7 +160,8 @@ Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
   Frame* const frame = table_.find(request.level(), request.block());
   if (!frame || !is_filled(frame->content.state)) return nullptr;
   if (!request.written()) return frame;
-  if (is_being_written(frame->content.state) || transfers_.failed()) return nullptr;
+  if (is_being_written(frame->content.state) || transfers_.failed() || request.level().is_fixed)
+    return nullptr;
   std::array<ContextBlock, kMostContextBlocks> context;
   const bool has_context = frame->content.context_count > 0 || request.level().traits.in_memory ||
                            request.level().backend->context(request.block(), context) == 0;

@@ -67,11 +67,6 @@ class PinBatch {
         return true;
     return false;
   }
-  void read_before_writing(const Frame& frame) noexcept {
-    for (Entry& entry : entries_)
-      if (entry.frame == &frame && entry.access == Access::kOverwrite)
-        entry.access = Access::kUpdate;
-  }
   /// Bytes of frames that all entries need together.
   std::uint64_t frame_bytes() const noexcept;
 

@@ -37,6 +37,8 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
       check_may_write();
     }
     check_may_write();
+    for (std::size_t at = 0; at < requests_.size(); ++at)
+      if (requests_[at].written()) fix_context(at);
   } catch (...) {
     let_go();
     throw;
@@ -53,9 +55,33 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
 }
 
 void Pager::Implementation::PinCall::check_may_write() {
-  for (const BlockRequest& request : requests_)
-    if (request.written() && pager_.transfers_.failed())
+  for (const BlockRequest& request : requests_) {
+    if (!request.written()) continue;
+    check_not_fixed(request.level());
+    if (pager_.transfers_.failed())
       pager_.transfers_.refuse(fmt::format("write {}", request.level().path.native()));
+  }
+}
+
+void Pager::Implementation::PinCall::fix_context(std::size_t at) {
+  const PinBatch::Entry& entry = batch_[at];
+  for (std::size_t i = 0; i < entry.context_count; ++i) {
+    Frame& context = *batch_[entry.context + i].frame;
+    Frame::Content& content = context.content;
+    const LevelFile& level = *content.level;
+    bool is_changed = content.writers > 0;
+    for (std::size_t other = 0; other < requests_.size(); ++other)
+      is_changed |= requests_[other].written() && batch_[other].frame == &context;
+    if (is_changed)
+      throw Error(
+          ErrorCode::kBadState,
+          fmt::format("write {}: block {} is encoded from block {} of {}, expected that "
+                      "block to be complete; write coarser levels first",
+                      entry.level->path.native(), entry.block, content.block, level.path.native()));
+    level.is_fixed = true;
+    if (content.state == State::kDirty) pager_.write_here(lock_, &session_, context);
+    pager_.wait_while(lock_, session_, context, is_being_written);
+  }
 }
 
 bool Pager::Implementation::PinCall::take_frames() {
@@ -78,8 +104,6 @@ bool Pager::Implementation::PinCall::take_frames() {
         return false;
       }
     }
-    // A context block must be read before it is overwritten.
-    if (at >= requests_.size()) batch_.read_before_writing(*batch_[at].frame);
     add_context(at);
   }
   return true;

@@ -40,7 +40,12 @@ class Pager::Implementation::PinCall {
   /// false if it has freed them.
   bool make_room(const LevelFile& wanted_by);
   [[noreturn]] void refuse_room(std::uint64_t needed_bytes);
+  /// Errors: kBadState for levels that are fixed, and after a failed write.
   void check_may_write();
+  /// Writes the context blocks of a block that is about to be written, and fixes their levels.
+  /// Releases the lock while it waits. Errors: kBadState if a context block is being changed; those
+  /// of its write.
+  void fix_context(std::size_t at);
   void add_writer(std::size_t at) noexcept;
   /// Frees the frames that the batch has taken.
   void let_go() noexcept;

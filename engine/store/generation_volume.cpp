@@ -81,6 +81,7 @@ class GenerationLevel final : public Backend {
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
     return (renewed_[block] ? *new_ : *old_).context(block, blocks);
   }
+  bool needs_base_records() const noexcept override { return old_->needs_base_records(); }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     home_of(std::min(blocks.first, renewed_.size() - 1)).advise(blocks, advice);
   }

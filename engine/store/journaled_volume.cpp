@@ -61,6 +61,7 @@ class JournaledLevel final : public Backend {
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
     return inner_->context(block, blocks);
   }
+  bool needs_base_records() const noexcept override { return inner_->needs_base_records(); }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <random>
 #include <system_error>
@@ -83,16 +84,44 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   file->traits = backend.traits;
   file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
-  LevelSpec spec{directory,      name,        mode,
-                 file->geometry, file->table, component_bytes(schema.type),
-                 file->pipeline};
+  LevelSpec spec{directory, name, mode, file->geometry, file->table, schema, file->pipeline};
+  spec.surroundings = surroundings();
   for (const HeldVersion& older : held)
     for (const StoredLevel& same : older.levels)
       if (same.file_name() == name) spec.held.push_back({older.version, &same.table});
   file->backend = volume->open_level(spec);
   pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
+  if (file->writable) fix_context_of(*file);
   return file;
+}
+
+LevelSurroundings Store::Implementation::surroundings() const {
+  LevelSurroundings result{base.topology(), options.base_level, {}};
+  for (std::size_t i = 0; i < attributes.size(); ++i) {
+    AttributeLevels& levels = result.attributes.emplace_back();
+    levels.number = attributes[i].record.number;
+    levels.schema = infos[i].schema;
+    levels.base = attributes[i].base_bytes;
+    for (const auto& level : attributes[i].levels) levels.levels.push_back(&level->geometry);
+  }
+  return result;
+}
+
+void Store::Implementation::fix_context_of(const LevelFile& level) const {
+  const auto entries = level.table.entries();
+  const auto written = std::ranges::find_if(entries, [](const BlockEntry& entry) {
+    return entry.encoding != BlockEncoding::kNeverWritten;
+  });
+  if (written == entries.end() || level.traits.in_memory) return;
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  const std::size_t count =
+      level.backend->context(static_cast<std::uint64_t>(written - entries.begin()), needed);
+  for (const ContextBlock& context : std::span(needed).first(count))
+    for (const Attribute& attribute : attributes)
+      if (attribute.record.number == context.attribute)
+        attribute.levels[static_cast<std::size_t>(context.level - options.base_level - 1)]
+            ->is_fixed = true;
 }
 
 void Store::Implementation::open_volume(int threads) {
@@ -133,7 +162,7 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   state->base = std::move(base);
   state->options = options;
   if (options.pipeline.empty()) state->options.pipeline = state->backend.default_pipeline;
-  state->backend.validate_pipeline(state->options.pipeline);
+  state->backend.validate_pipeline(state->options.pipeline, {});
   state->uuid = random_uuid();
   state->writable = true;
   state->provenance.layout = options.layout;

@@ -125,6 +125,7 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
     throw Error(
         ErrorCode::kNotSupported,
         fmt::format("add attribute '{}': the store has used all attribute numbers", schema.name));
+  state.backend.validate_pipeline(state.options.pipeline, schema);
   Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
   attribute.record.pipeline = state.options.pipeline;
@@ -182,7 +183,7 @@ void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
   Implementation& state = *implementation_;
   check_writable(state);
   Implementation::Attribute& data = attribute_of(state, attribute);
-  state.backend.validate_pipeline(pipeline);
+  state.backend.validate_pipeline(pipeline, state.infos[attribute].schema);
   data.record.pipeline = std::move(pipeline);
 }
 
@@ -195,6 +196,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   if (attribute == replacement)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("replace attribute '{}': expected another one in its place", name));
+  for (const auto& level : old.levels) check_not_fixed(*level);
   for (auto& level : old.levels) state.pager->detach(*level);
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];
@@ -209,7 +211,19 @@ std::span<std::byte> Store::base_bytes(AttributeId attribute) {
                 fmt::format("change base records of {}: opened for reading; a const Store gives "
                             "records to read",
                             path().native()));
-  return attribute_of(*implementation_, attribute).base_bytes;
+  auto& data = attribute_of(*implementation_, attribute);
+  for (const auto& level : data.levels)
+    if (level->backend->needs_base_records() &&
+        std::ranges::any_of(level->table.entries(), [](const BlockEntry& entry) {
+          return entry.encoding != BlockEncoding::kNeverWritten;
+        }))
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("change base records of '{}' in {}: expected no blocks that are "
+                              "encoded from these records, found some in {}; a const Store gives "
+                              "records to read",
+                              implementation_->infos[attribute].schema.name, path().native(),
+                              level->path.native()));
+  return data.base_bytes;
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {

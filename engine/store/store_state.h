@@ -33,6 +33,10 @@ struct Store::Implementation {
   /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;
+  /// The base mesh and the levels that are open.
+  LevelSurroundings surroundings() const;
+  /// Fixes the levels that the written blocks of `level` were encoded from.
+  void fix_context_of(const LevelFile& level) const;
   /// Opens the volume and makes the pager. REQUIRES: the other members are set.
   void make_ready();
   /// Opens the volume, with generations or the journal around it. `threads` call it at once.

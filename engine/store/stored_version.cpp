@@ -36,12 +36,13 @@ const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry&
   try {
     const BackendRegistry::Entry& backend = backends.find(description_.backend);
     backend.validate(BackendRegistry::options_in(description_.backend));
-    std::set<std::string_view> pipelines = {description_.pipeline};
+    backend.validate_pipeline(description_.pipeline, {});
     for (const AttributeRecord& attribute : description_.attributes) {
-      pipelines.insert(attribute.pipeline);
+      std::set<std::string_view> pipelines = {attribute.pipeline};
       for (const LevelRecord& level : attribute.levels) pipelines.insert(level.pipeline);
+      for (const std::string_view pipeline : pipelines)
+        backend.validate_pipeline(pipeline, attribute.schema);
     }
-    for (const std::string_view pipeline : pipelines) backend.validate_pipeline(pipeline);
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
     // kInvalidArgument becomes kNotSupported, because the user did not choose these options.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <utility>
 #include <vector>
 
 #include "butterfly/odd_slots.h"
@@ -76,7 +77,8 @@ void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int le
   Store& store = run.store;
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
-  const std::span<const Record> base = store.base_records<Record>(run.position);
+  const std::span<const Record> base =
+      std::as_const(store).template base_records<Record>(run.position);
   const BaseRelativeLevel relative = relative_to_base(level, base_level);
   const int coarser = relative.refinements - 1;
   std::vector<EdgeGrid<Record>> grids = make_grids(run, coarser);
@@ -132,7 +134,8 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
   Store& store = run.store;
   const Topology mesh = store.base().topology();
   const int base_level = store.base_level();
-  const std::span<const Record> base = store.base_records<Record>(run.position);
+  const std::span<const Record> base =
+      std::as_const(store).template base_records<Record>(run.position);
   const int refinements = relative_to_base(level, base_level).refinements;
   std::vector<EdgeGrid<Record>> grids = make_grids(run, refinements);
 
@@ -174,7 +177,8 @@ void read_rings(SubdivisionRun<Real>& run, int level) {
   const Topology mesh = run.store.base().topology();
   const BaseRelativeLevel relative = relative_to_base(level, run.store.base_level());
   if (relative == BaseRelativeLevel(0)) {
-    run.rings.set_from_base(mesh, run.store.template base_records<Record>(run.position));
+    run.rings.set_from_base(mesh,
+                            std::as_const(run.store).template base_records<Record>(run.position));
     return;
   }
   SweepPass pass;

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "butterfly/odd_patches.h"
@@ -116,7 +117,8 @@ void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Ru
           });
   }
   run.vertices_before += vertices;
-  const std::span<const Record> base = store.base_records<Record>(run.position);
+  const std::span<const Record> base =
+      std::as_const(store).template base_records<Record>(run.position);
   if (normal != kNoId)
     normals::base(topology, run.rings, base, store.base_records<Vector3<float>>(normal));
   if constexpr (Rule::kReach == 1)

@@ -66,7 +66,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
     if (request.filter) parts.filter = *request.filter;
     plan.store.pipeline = parts.pipeline();
     backend.validate(BackendRegistry::options_in(*request.backend));
-    backend.validate_pipeline(plan.store.pipeline);
+    backend.validate_pipeline(plan.store.pipeline, {});
     plan.keeps_store = backend.traits.durable;
     plan.backend_reason = "given by the user";
   }

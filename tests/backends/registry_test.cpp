@@ -54,8 +54,8 @@ TEST_CASE("BackendRegistryAdd_EntryWithoutValidate_RefusesOptionsAndPipelines") 
   CHECK(error_text([&] { added.validate(""); }).empty());
   CHECK(error_text([&] { added.validate("speed=high"); }) ==
         "invalid_argument: open backend \"memory\": expected no options, found \"speed=high\"");
-  CHECK(error_text([&] { added.validate_pipeline("none"); }).empty());
-  CHECK(error_text([&] { added.validate_pipeline("lz4"); }) ==
+  CHECK(error_text([&] { added.validate_pipeline("none", {}); }).empty());
+  CHECK(error_text([&] { added.validate_pipeline("lz4", {}); }) ==
         "invalid_argument: open backend \"memory\": expected pipeline \"none\", found \"lz4\"");
   entry.name = "cannot be opened";
   entry.open = nullptr;
@@ -72,14 +72,17 @@ TEST_CASE("BackendRegistryFind_SpecificationWithOptions_IsFoundByItsName") {
 }
 
 TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") {
-  const auto& validate = default_backends().find("compressed").validate_pipeline;
+  const auto validate = [](std::string_view pipeline) {
+    default_backends().find("compressed").validate_pipeline(pipeline, {});
+  };
   for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
     CHECK(error_text([&] { validate(std::string("shuffle,") + codec); }).empty());
   CHECK(error_text([&] { validate("none,gzip"); }) ==
         "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
         "none, zstd; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
   CHECK(error_text([&] { validate("sort,lz4"); }) ==
-        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of shuffle; "
+        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of "
+        "hierarchy, shuffle; "
         "plug-ins "
         "add others (--plugin FILE, PLAIT_PLUGINS)");
   for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})

@@ -18,25 +18,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t raw_bytes = input.take<std::uint16_t>();
   ExactBytes stored(input.rest()), filtered(raw_bytes), raw(raw_bytes), again(raw_bytes);
 
-  const auto make = [&] {
-    return default_pipelines().make(coding.pipeline, coding.component_bytes);
-  };
-  const Pipeline pipeline = make();
+  const Filters filters = coding.filters();
   const bool decoded = accepts({ErrorCode::kCorruption},
-                               [&] { pipeline.codec->decompress(stored.span(), filtered.span()); });
-  if (pipeline.filters.empty())
+                               [&] { coding.codec()->decompress(stored.span(), filtered.span()); });
+  if (filters.empty())
     std::ranges::copy(filtered.span(), raw.span().begin());
   else
-    pipeline.filters[0]->decode(filtered.span(), raw.span());
+    filters[0]->decode({}, filtered.span(), raw.span());
 
   // Decodes with a whole coder, which is used twice.
-  BlockCoder coder(make(), raw_bytes);
+  BlockCoder coder = coding.coder(raw_bytes);
   if (stored.span().size() > max_encoded_bytes(raw_bytes)) return 0;
   for (int round = 0; round < 2; ++round) {
     const std::span<std::byte> buffer = coder.stored_buffer(stored.span().size());
     std::ranges::copy(stored.span(), buffer.begin());
     const bool decoded_again =
-        accepts({ErrorCode::kCorruption}, [&] { coder.decode(buffer, again.span()); });
+        accepts({ErrorCode::kCorruption}, [&] { coder.decode({filters}, buffer, again.span()); });
     require(decoded_again == decoded);
     require(!decoded || std::ranges::equal(raw.span(), again.span()));
   }

@@ -15,11 +15,11 @@ namespace {
 
 void check_filter(const Filter& filter, std::span<const std::byte> raw) {
   ExactBytes filtered(raw.size()), back(raw.size());
-  filter.encode(raw, filtered.span());
-  filter.decode(filtered.span(), back.span());
+  filter.encode({}, raw, filtered.span());
+  filter.decode({}, filtered.span(), back.span());
   require(std::ranges::equal(raw, back.span()));
-  filter.decode(raw, back.span());
-  filter.encode(back.span(), filtered.span());
+  filter.decode({}, raw, back.span());
+  filter.encode({}, back.span(), filtered.span());
   require(std::ranges::equal(raw, filtered.span()));
 }
 
@@ -35,8 +35,8 @@ bool check_codec(Codec& codec, std::span<const std::byte> raw, std::size_t room)
   return true;
 }
 
-void check_coder(BlockCoder& coder, std::span<const std::byte> raw) {
-  const EncodedBlock encoded = coder.encode(raw);
+void check_coder(BlockCoder& coder, const Filters& filters, std::span<const std::byte> raw) {
+  const EncodedBlock encoded = coder.encode({filters}, raw);
   if (encoded.encoding == BlockEncoding::kRaw) {
     require(std::ranges::equal(raw, encoded.bytes));
     return;
@@ -44,7 +44,7 @@ void check_coder(BlockCoder& coder, std::span<const std::byte> raw) {
   require(encoded.encoding == BlockEncoding::kEncoded);
   require(!encoded.bytes.empty() && encoded.bytes.size() <= max_encoded_bytes(raw.size()));
   ExactBytes stored(encoded.bytes), back(raw.size());
-  coder.decode(stored.span(), back.span());
+  coder.decode({filters}, stored.span(), back.span());
   require(std::ranges::equal(raw, back.span()));
 }
 
@@ -57,18 +57,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ExactBytes block(input.rest());
   const std::span<const std::byte> raw = block.span();
 
-  const auto make = [&] {
-    return default_pipelines().make(coding.pipeline, coding.component_bytes);
-  };
-  const Pipeline pipeline = make();
-  for (const auto& filter : pipeline.filters) check_filter(*filter, raw);
-  const auto& codec = pipeline.codec;
+  const Filters filters = coding.filters();
+  for (const auto& filter : filters) check_filter(*filter, raw);
+  const auto codec = coding.codec();
   check_codec(*codec, raw, room);
   require(check_codec(*codec, raw, codec->bound(raw.size())));
   // The coder is made for larger blocks, and codes more than one.
-  BlockCoder coder(make(), raw.size() + room);
-  check_coder(coder, raw);
-  check_coder(coder, raw.first(raw.size() / 2));
-  check_coder(coder, raw);
+  BlockCoder coder = coding.coder(raw.size() + room);
+  check_coder(coder, filters, raw);
+  check_coder(coder, filters, raw.first(raw.size() / 2));
+  check_coder(coder, filters, raw);
   return 0;
 }

@@ -3,15 +3,21 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 
+#include "compressed/block_coder.h"
 #include "input_bytes.h"
 
 namespace plait::fuzz {
 
 struct CodingInput {
   std::string pipeline;
-  std::size_t component_bytes;
+  FilterLevel level;
+
+  Filters filters() const { return default_pipelines().make(pipeline, level).filters; }
+  std::unique_ptr<Codec> codec() const { return default_pipelines().make_codec(pipeline); }
+  BlockCoder coder(std::size_t most_bytes) const { return {codec(), most_bytes, 2, 0}; }
 };
 
 inline CodingInput take_coding(InputBytes& input) {
@@ -19,7 +25,11 @@ inline CodingInput take_coding(InputBytes& input) {
   constexpr std::array filters = {"none", "shuffle"};
   const std::string codec = codecs[input.take_below(codecs.size())];
   const std::string filter = filters[input.take_below(filters.size())];
-  return {filter + ',' + codec, std::size_t{1} << input.take_below(4)};
+  constexpr std::array types = {ComponentType::kInt8, ComponentType::kInt16,
+                                ComponentType::kFloat32, ComponentType::kFloat64};
+  CodingInput coding{filter + ',' + codec, {}};
+  coding.level.schema.type = types[input.take_below(types.size())];
+  return coding;
 }
 
 }  // namespace plait::fuzz

@@ -295,8 +295,9 @@ void seed_codecs() {
       const std::string coding = {static_cast<char>(codec), static_cast<char>(filter), 2};
       const std::string name = "codec" + std::to_string(codec) + (filter == 0 ? "" : "_shuffle");
       const std::string pipeline = std::string(filter == 0 ? "none," : "shuffle,") + codecs[codec];
-      BlockCoder coder(default_pipelines().make(pipeline, 4), smooth.size());
-      const EncodedBlock encoded = coder.encode(bytes_of(smooth));
+      const Pipeline made = default_pipelines().make(pipeline, {});
+      BlockCoder coder(default_pipelines().make_codec(pipeline), smooth.size(), 2, 0);
+      const EncodedBlock encoded = coder.encode({made.filters}, bytes_of(smooth));
       seed("codec_decode", name.c_str(),
            coding + number(static_cast<std::uint16_t>(smooth.size())) + text_of(encoded.bytes));
       seed("codec_decode", (name + "_short").c_str(),

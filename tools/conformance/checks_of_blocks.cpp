@@ -196,7 +196,7 @@ void check_context(const Subject& subject, Findings& findings) {
   for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
     std::array<ContextBlock, kMostContextBlocks> first, second;
     const std::size_t count = backend.context(block, first);
-    findings.require(count <= kMostContextBlocks, "a block needs at most four others");
+    findings.require(count <= kMostContextBlocks, "a block needs at most 16 others");
     findings.require(count == backend.context(block, second),
                      "the number of blocks that a block needs stays the same");
     for (std::size_t at = 0; at < count; ++at) {

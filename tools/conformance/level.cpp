@@ -52,7 +52,9 @@ Backend& LevelUnderTest::open(OpenMode mode) {
   VolumeSpec volume;
   volume.options = subject_.options;
   volume_ = subject_.entry.open(volume);
-  backend_ = volume_->open_level({opened_, name_, mode, geometry_, table_, 4, subject_.pipeline});
+  const AttributeSchema schema;
+  backend_ =
+      volume_->open_level({opened_, name_, mode, geometry_, table_, schema, subject_.pipeline});
   return *backend_;
 }
 

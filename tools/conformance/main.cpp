@@ -54,7 +54,7 @@ Subject subject_of(const Arguments& arguments, const BackendRegistry& backends) 
   subject.entry.validate(subject.options);
   subject.pipeline =
       arguments.pipeline.empty() ? subject.entry.default_pipeline : arguments.pipeline;
-  subject.entry.validate_pipeline(subject.pipeline);
+  subject.entry.validate_pipeline(subject.pipeline, {});
   subject.directory = arguments.directory;
   return subject;
 }

@@ -8,7 +8,8 @@ namespace {
 template <std::size_t kWidth>
 class ShuffleFilter final : public Filter {
  public:
-  void encode(std::span<const std::byte> raw, std::span<std::byte> filtered) const override {
+  void encode(const FilterBlock&, std::span<const std::byte> raw,
+              std::span<std::byte> filtered) const override {
     const std::size_t count = raw.size() / kWidth;
     const std::byte* const from = raw.data();
     for (std::size_t plane = 0; plane < kWidth; ++plane) {
@@ -18,7 +19,8 @@ class ShuffleFilter final : public Filter {
     copy_rest(raw, filtered);
   }
 
-  void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const override {
+  void decode(const FilterBlock&, std::span<const std::byte> filtered,
+              std::span<std::byte> raw) const override {
     const std::size_t count = raw.size() / kWidth;
     const std::byte* const from = filtered.data();
     std::byte* const into = raw.data();

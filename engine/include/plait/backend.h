@@ -19,6 +19,7 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/attribute.h"
 #include "plait/block_table.h"
 #include "plait/directory.h"
 #include "plait/file.h"
@@ -56,7 +57,7 @@ struct BackendTraits {
 struct Transfer;
 
 /// The largest number of blocks that are needed to encode or decode one block.
-inline constexpr std::size_t kMostContextBlocks = 4;
+inline constexpr std::size_t kMostContextBlocks = 16;
 
 /// A block whose bytes are needed to encode or decode another block. Examples are the coarser block
 /// of the same edges, or a block of another attribute. Attribute and level are numbered as in
@@ -127,13 +128,19 @@ class Backend {
   /// their number. Each of them comes earlier in the order of (level, attribute), so no two blocks
   /// need each other. The result must stay the same while the level is open. If the result is not
   /// empty, the pager passes these blocks with every transfer of `block` (Transfer::context), and
-  /// read() and write() of `block` throw kNotSupported. The pager does not call context() for
-  /// levels in memory.
+  /// read() and write() of `block` throw kNotSupported. When `block` is written, the levels of
+  /// these blocks become fixed: the pager writes these blocks first, and refuses later changes of
+  /// their levels (LevelFile::is_fixed). All blocks of a level need blocks of the same levels. The
+  /// pager does not call context() for levels in memory.
   virtual std::size_t context(std::uint64_t block,
                               std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept {
     static_cast<void>(block), static_cast<void>(blocks);
     return 0;
   }
+
+  /// Whether blocks are encoded with the help of the attribute's base records. If so, the store
+  /// refuses changes of these records when a block is written.
+  virtual bool needs_base_records() const noexcept { return false; }
 
   /// A hint for the operating system. It changes no result and never fails.
   virtual void advise(BlockRange blocks, Advice advice) noexcept = 0;
@@ -147,6 +154,23 @@ class Backend {
 
   /// Bytes that the level takes on the disk, or in memory if it is in memory.
   virtual std::uint64_t stored_bytes() const = 0;
+};
+
+/// The levels of one attribute, as far as they are open: what a filter may predict a block from.
+struct AttributeLevels {
+  std::uint32_t number = 0;  ///< as in BlockTable
+  AttributeSchema schema = {};
+  std::span<const std::byte> base = {};  ///< the records of the base vertices
+  /// Coarser levels first: levels[i] is refined i + 1 times from the base mesh.
+  std::vector<const LevelGeometry*> levels = {};
+};
+
+/// The mesh around a level, and the levels that were opened before it. The referenced objects
+/// outlive the backend. Without a mesh, filters that need other blocks cannot transform a block.
+struct LevelSurroundings {
+  Topology mesh = {};
+  int base_level = 0;
+  std::vector<AttributeLevels> attributes = {};
 };
 
 /// The block table of a level in an older version that readers have open.
@@ -163,12 +187,13 @@ struct LevelSpec {
   OpenMode mode = OpenMode::kCreate;
   const LevelGeometry& geometry;
   BlockTable& table;
-  std::size_t component_bytes = 4;  ///< the size of the groups of a shuffle filter
+  AttributeSchema schema = {};  ///< the type of the level's records
   /// How blocks are encoded: stages such as "shuffle,zstd:1", or "none".
   std::string pipeline = "none";
   /// Tables of older versions with blocks in the same file. The backend must not overwrite these
   /// blocks. Only open_level() reads the tables.
   std::vector<HeldTable> held = {};
+  LevelSurroundings surroundings = {};
 
   /// For messages.
   std::filesystem::path path() const { return directory.path_of(name); }
@@ -225,9 +250,10 @@ class BackendRegistry {
     std::function<void(std::string_view options)> validate = {};
     /// The pipeline of a store that names none.
     std::string default_pipeline = "none";
-    /// Throws kInvalidArgument or kNotSupported for a pipeline that the backend cannot use. Empty:
-    /// the backend accepts only "none".
-    std::function<void(std::string_view pipeline)> validate_pipeline = {};
+    /// Throws kInvalidArgument or kNotSupported for a pipeline that the backend cannot use for
+    /// records of this type. Empty: the backend accepts only "none".
+    std::function<void(std::string_view pipeline, const AttributeSchema& schema)>
+        validate_pipeline = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken or empty, or if `open` is empty.

@@ -2,6 +2,7 @@
 // unfinished.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -28,8 +29,11 @@ struct LevelFile {
   std::filesystem::path path;
   std::unique_ptr<Backend> backend;
   BackendTraits traits;
-  std::string pipeline = "none";     ///< how the backend encodes blocks
-  bool writable = true;              ///< false if the level was opened for reading
+  std::string pipeline = "none";  ///< how the backend encodes blocks
+  bool writable = true;           ///< false if the level was opened for reading
+  /// Other levels were encoded with the help of this one (Backend::context), so it can no longer be
+  /// changed: they would decode to wrong records.
+  mutable std::atomic<bool> is_fixed = false;
   std::uint32_t pager_slot = kNoId;  ///< for use by the pager only
 
   /// Whether all passes that wrote to the level have finished. A level that is not finished must
@@ -39,6 +43,9 @@ struct LevelFile {
   bool left_unfinished = false;        ///< set by UnfinishedLevels, PinnedBlock::abandon(), patches
   std::uint32_t passes_under_way = 0;  ///< counted by UnfinishedLevels
 };
+
+/// Throws kBadState for a fixed level. The message names the ways to change its records.
+void check_not_fixed(const LevelFile& level);
 
 /// Marks levels as unfinished while a pass writes to them, from add() to finish(). If finish() is
 /// not called, for example after an error, the levels stay unfinished until a pass has overwritten
@@ -51,7 +58,7 @@ class UnfinishedLevels {
   UnfinishedLevels(const UnfinishedLevels&) = delete;
   UnfinishedLevels& operator=(const UnfinishedLevels&) = delete;
   /// `access` tells how the pass uses the whole level; with kRead the call does nothing. The level
-  /// must outlive this object.
+  /// must outlive this object. Errors: kBadState as check_not_fixed().
   void add(LevelFile& level, Access access);
   void finish() noexcept;
 

@@ -33,6 +33,12 @@ std::int64_t bytes_in_use() {
   return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
 }
 
+Filters filters_of(const std::string& pipeline, ComponentType type = ComponentType::kFloat32) {
+  FilterLevel level;
+  level.schema.type = type;
+  return default_pipelines().make(pipeline, level).filters;
+}
+
 /// Every thread codes blocks of several sizes; false if one did not come back as it was.
 bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
   std::atomic<bool> same = true;
@@ -42,11 +48,13 @@ bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
       for (const std::uint64_t bytes : {kBlockBytes, kBlockBytes / 2, std::uint64_t{20'000}}) {
         const auto raw = make_content(bytes, Content::kSmooth, static_cast<std::uint32_t>(number));
         std::vector<std::byte> back(bytes);
-        CoderPool::Lease coder(pool, {pipeline, number % 2 == 0 ? 4u : 8u});
-        const EncodedBlock encoded = coder->encode(raw);
+        const Filters filters = filters_of(
+            pipeline, number % 2 == 0 ? ComponentType::kFloat32 : ComponentType::kFloat64);
+        CoderPool::Lease coder(pool, {pipeline, 1, number % 2 == 0 ? 0u : 8u});
+        const EncodedBlock encoded = coder->encode({filters}, raw);
         if (encoded.encoding == BlockEncoding::kRaw) continue;
         const std::vector<std::byte> stored(encoded.bytes.begin(), encoded.bytes.end());
-        coder->decode(stored, back);
+        coder->decode({filters}, stored, back);
         if (back != raw) same = false;
       }
     });
@@ -62,7 +70,7 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     const std::string pipeline = std::string("shuffle,") + codec;
     VolumeSpec volume{{}, ~std::uint64_t{0}, 1};
     CoderPool one(default_pipelines(), volume);
-    one.make_room_for({pipeline, 4}, kBlockBytes);
+    one.make_room_for({pipeline, 1, 8}, kBlockBytes);
     CHECK(one.most_coders() == 1);
     const std::uint64_t coder_bytes = one.memory_bytes();
 
@@ -71,8 +79,8 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
     std::thread([] {}).join();
     const std::int64_t before = bytes_in_use();
     CoderPool pool(default_pipelines(), volume);
-    pool.make_room_for({pipeline, 4}, kBlockBytes);
-    pool.make_room_for({pipeline, 8}, kBlockBytes);
+    pool.make_room_for({pipeline, 1, 0}, kBlockBytes);
+    pool.make_room_for({pipeline, 1, 8}, kBlockBytes);
     CHECK(pool.most_coders() == 3);
     CHECK(pool.memory_bytes() == 3 * coder_bytes);
     CHECK(code_in_threads(pool, pipeline));
@@ -90,16 +98,16 @@ TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
 
 TEST_CASE("CoderPool_CoderThatCannotBeMade_LeavesRoomForAnother") {
   CoderPool pool(default_pipelines(), {{}, ~std::uint64_t{0}, 1});
-  const Coding coding{"lz4", 4};
+  const Coding coding{"lz4"};
   pool.make_room_for(coding, kBlockBytes);
   REQUIRE(pool.most_coders() == 1);
-  CHECK_THROWS_AS(CoderPool::Lease(pool, {"no-such-codec", 4}), Error);
+  CHECK_THROWS_AS(CoderPool::Lease(pool, {"no-such-codec"}), Error);
   const CoderPool::Lease coder(pool, coding);  // waits for good if the other one is still counted
 }
 
 TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
   CoderPool pool(default_pipelines(), {{}, ~std::uint64_t{0}, 2});
-  const Coding coding{"shuffle,none", 4};
+  const Coding coding{"shuffle,none", 1};
   pool.make_room_for(coding, 1000);
   {
     const CoderPool::Lease small(pool, coding);
@@ -110,7 +118,7 @@ TEST_CASE("CoderPool_LargerBlocksWhileACoderIsInUse_DoNotGetThatCoder") {
 }
 
 TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheMemoryOfTheLargest") {
-  const Coding small{"lz4", 4}, large{"shuffle,zstd:19", 4};
+  const Coding small{"lz4"}, large{"shuffle,zstd:19", 1};
   CoderPool alone(default_pipelines(), {{}, ~std::uint64_t{0}, 1});
   alone.make_room_for(large, kBlockBytes);
   CoderPool pool(default_pipelines(), {{}, 2 * alone.memory_bytes(), kThreads});
@@ -122,18 +130,19 @@ TEST_CASE("CoderPool_LevelsOfSeveralPipelines_ShareTheMemoryOfTheLargest") {
     for (const Coding& coding : {small, large}) {
       CAPTURE(coding.pipeline, round);
       CoderPool::Lease coder(pool, coding), other(pool, large);
-      const EncodedBlock encoded = coder->encode(raw);
+      const Filters filters = filters_of(coding.pipeline);
+      const EncodedBlock encoded = coder->encode({filters}, raw);
       REQUIRE(encoded.encoding == BlockEncoding::kEncoded);
-      Pipeline expected = default_pipelines().make(coding.pipeline, coding.component_bytes);
-      BlockCoder fresh(std::move(expected), kBlockBytes);
-      CHECK(std::ranges::equal(fresh.encode(raw).bytes, encoded.bytes));
+      BlockCoder fresh(default_pipelines().make_codec(coding.pipeline), kBlockBytes, coding.buffers,
+                       coding.scratch_bytes);
+      CHECK(std::ranges::equal(fresh.encode({filters}, raw).bytes, encoded.bytes));
     }
 }
 
 TEST_CASE("CoderPool_LessMemoryThanOneCoderNeeds_HasOneAndSaysNoMoreThanIsAllowed") {
   const std::string pipeline = "shuffle,zstd:1";
   CoderPool pool(default_pipelines(), {{}, 1000, kThreads});
-  pool.make_room_for({pipeline, 4}, kBlockBytes);
+  pool.make_room_for({pipeline, 1, 8}, kBlockBytes);
   CHECK(pool.most_coders() == 1);
   CHECK(pool.memory_bytes() == 1000);
   CHECK(code_in_threads(pool, pipeline));

@@ -24,12 +24,13 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
   CHECK(max_encoded_bytes(4096) == 3584);
 
   const std::size_t size = 4096;
-  BlockCoder coder(default_pipelines().make("lz4", 4), size);
+  const Filters none;
+  BlockCoder coder(default_pipelines().make_codec("lz4"), size, 0, 0);
   std::size_t encoded_count = 0;
   for (std::size_t zeros = 0; zeros <= size; zeros += 16) {
     auto raw = make_content(size, Content::kRandom, 1);
     std::fill_n(raw.begin(), zeros, std::byte{0});
-    const EncodedBlock block = coder.encode(raw);
+    const EncodedBlock block = coder.encode({none}, raw);
     if (block.encoding == BlockEncoding::kRaw) {
       CHECK(block.bytes.data() == raw.data());
       CHECK(zeros <= size / 8 + 64);  // lz4 itself takes a few bytes
@@ -38,7 +39,7 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
       CHECK(block.bytes.size() * 8 <= size * 7);
       CHECK(zeros >= size / 8);
       std::vector<std::byte> back(size);
-      coder.decode(block.bytes, back);
+      coder.decode({none}, block.bytes, back);
       CHECK(back == raw);
     }
   }
@@ -114,8 +115,13 @@ TEST_CASE("CompressedRead_BlockOfAnotherCodec_IsCorruptionThatNamesTheBlock") {
   level.close();
   REQUIRE(level.table()[0].encoding == BlockEncoding::kEncoded);
   const auto volume = writer.entry.open({});
-  const auto reader = volume->open_level({level.directory(), level.name(), OpenMode::kRead,
-                                          level.geometry(), level.table(), 4, "zstd"});
+  const auto reader = volume->open_level({level.directory(),
+                                          level.name(),
+                                          OpenMode::kRead,
+                                          level.geometry(),
+                                          level.table(),
+                                          {},
+                                          "zstd"});
   try {
     read_blocks(*reader, level.geometry(), {0, 1});
     FAIL("expected an error");

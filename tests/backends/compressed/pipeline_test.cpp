@@ -15,9 +15,9 @@
 namespace plait::test {
 namespace {
 
-ErrorCode refusal_of(const char* pipeline, std::size_t component_bytes, const char* words) {
+ErrorCode refusal_of(const char* pipeline, const char* words) {
   try {
-    default_pipelines().make(pipeline, component_bytes);
+    default_pipelines().make(pipeline, {});
   } catch (const Error& error) {
     CAPTURE(pipeline, error.what());
     CHECK(std::string(error.what()).find(words) != std::string::npos);
@@ -32,11 +32,13 @@ std::atomic<int> encoded_blocks = 0, decoded_blocks = 0;
 /// Turns the bits of every byte round.
 class ComplementFilter final : public Filter {
  public:
-  void encode(std::span<const std::byte> raw, std::span<std::byte> filtered) const override {
+  void encode(const FilterBlock&, std::span<const std::byte> raw,
+              std::span<std::byte> filtered) const override {
     ++encoded_blocks;
     std::ranges::transform(raw, filtered.begin(), [](std::byte b) { return ~b; });
   }
-  void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const override {
+  void decode(const FilterBlock&, std::span<const std::byte> filtered,
+              std::span<std::byte> raw) const override {
     ++decoded_blocks;
     std::ranges::transform(filtered, raw.begin(), [](std::byte b) { return ~b; });
   }
@@ -46,7 +48,7 @@ PipelineRegistry with_complement() {
   PipelineRegistry pipelines = default_pipelines();
   pipelines.add(PipelineRegistry::FilterEntry{
       "x-flip", "turns the bits round",
-      [](std::string_view, std::size_t) { return std::make_unique<ComplementFilter>(); }});
+      [](std::string_view, const FilterLevel&) { return std::make_unique<ComplementFilter>(); }});
   return pipelines;
 }
 
@@ -55,48 +57,52 @@ PipelineRegistry with_complement() {
 TEST_CASE("Pipeline_WellFormedText_HasItsFiltersInOrder") {
   const struct {
     const char* text;
-    std::size_t component_bytes, filters;
-  } cases[] = {{"lz4", 4, 0},          {"none", 4, 0},
-               {"none,zstd:3", 4, 0},  {"shuffle,none", 4, 1},
-               {"shuffle,zstd", 1, 0}, {"shuffle+none+shuffle,zstd:-5", 8, 2}};
-  for (const auto& [text, component_bytes, filters] : cases) {
+    ComponentType type;
+    std::size_t filters;
+  } cases[] = {{"lz4", ComponentType::kFloat32, 0},
+               {"none", ComponentType::kFloat32, 0},
+               {"none,zstd:3", ComponentType::kFloat32, 0},
+               {"shuffle,none", ComponentType::kFloat32, 1},
+               {"shuffle,zstd", ComponentType::kUint8, 0},
+               {"shuffle+none+shuffle,zstd:-5", ComponentType::kInt64, 2}};
+  for (const auto& [text, type, filters] : cases) {
     CAPTURE(text);
-    const Pipeline made = default_pipelines().make(text, component_bytes);
+    FilterLevel level;
+    level.schema.type = type;
+    const Pipeline made = default_pipelines().make(text, level);
     CHECK(made.codec != nullptr);
     CHECK(made.filters.size() == filters);
   }
 }
 
 TEST_CASE("Pipeline_AnythingElse_IsRefusedInWordsThatNameIt") {
-  CHECK(refusal_of("brotli", 4,
+  CHECK(refusal_of("brotli",
                    "codec \"brotli\" of pipeline \"brotli\": expected one of lz4, none, zstd") ==
         ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle", 4, "codec \"shuffle\"") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("delta,lz4", 4,
-                   "filter \"delta\" of pipeline \"delta,lz4\": expected one of shuffle") ==
-        ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle+,lz4", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of(",lz4", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle,", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("", 4, " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle:4,lz4", 4, "shuffle:4") == ErrorCode::kInvalidArgument);
-  CHECK(refusal_of("lz4:9", 4, "lz4:9") == ErrorCode::kInvalidArgument);
-  CHECK(refusal_of("zstd:99", 4, "zstd:99") == ErrorCode::kInvalidArgument);
-  CHECK(refusal_of("zstd:3,lz4", 4, "filter \"zstd\"") == ErrorCode::kNotSupported);
-  for (const std::size_t width : {0u, 3u, 16u})
-    CHECK(refusal_of("shuffle,lz4", width, "components") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("shuffle", "codec \"shuffle\"") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("delta,lz4",
+                   "filter \"delta\" of pipeline \"delta,lz4\": expected one of hierarchy, "
+                   "shuffle") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle+,lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of(",lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle,", " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("", " \"\" of pipeline") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle:4,lz4", "shuffle:4") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("lz4:9", "lz4:9") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("zstd:99", "zstd:99") == ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("zstd:3,lz4", "filter \"zstd\"") == ErrorCode::kNotSupported);
 }
 
 TEST_CASE("PipelineRegistry_EntriesThatCannotBe_AreRefused") {
   PipelineRegistry pipelines = default_pipelines();
-  const auto make = [](std::string_view) { return default_pipelines().make("none", 4).codec; };
+  const auto make = [](std::string_view) { return default_pipelines().make_codec("none"); };
   for (const char* name : {"lz4", "", "a,b", "a+b", "a:b", "a b"}) {
     CAPTURE(name);
     CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{name, "", make}), Error);
   }
   CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", nullptr}), Error);
   CHECK_THROWS_AS(pipelines.add(PipelineRegistry::FilterEntry{
-                      "none", "", [](std::string_view, std::size_t) { return nullptr; }}),
+                      "none", "", [](std::string_view, const FilterLevel&) { return nullptr; }}),
                   Error);
   pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", make});
   CHECK(pipelines.codec_names() == std::vector<std::string>{"lz4", "none", "x-none", "zstd"});

@@ -97,7 +97,7 @@ TEST_CASE("PluginsLoad_CodecInC_IsThereBesideTheBuiltInOnes") {
   CHECK(loaded.filters == Names{"x-delta"});
   CHECK(plugins.pipelines().codec_names() == Names{"lz4", "none", "x-runs", "zstd"});
   CHECK(plugins.pipelines().filter_names() == Names{"shuffle", "x-delta"});
-  CHECK_NOTHROW(backends.find("compressed").validate_pipeline("x-delta+shuffle,x-runs"));
+  CHECK_NOTHROW(backends.find("compressed").validate_pipeline("x-delta+shuffle,x-runs", {}));
   CHECK(default_pipelines().codec_names() == Names{"lz4", "none", "zstd"});
 
   // Again, and by a list: it is the same.
@@ -107,7 +107,7 @@ TEST_CASE("PluginsLoad_CodecInC_IsThereBesideTheBuiltInOnes") {
   CHECK(&plugins.loaded().front() == &loaded);
   CHECK(plugins.loaded().back().backends == Names{"x-map"});
   CHECK(backends.find("x-map").summary == "keys and values in memory");
-  CHECK_NOTHROW(backends.find("compressed").validate_pipeline("x-runs"));
+  CHECK_NOTHROW(backends.find("compressed").validate_pipeline("x-runs", {}));
 }
 
 TEST_CASE("OwnCodec_StoreOfIt_HasTheSameDigestAndNeedsThePlugin") {
@@ -170,7 +170,7 @@ TEST_CASE("OwnBackend_Subdivision_HasTheSameDigest") {
 TEST_CASE("OwnCodec_AnyBytes_AreDecodedOrRefused") {
   Plugins plugins;
   plugins.load(PLAIT_OWN_CODEC);
-  const Pipeline made = plugins.pipelines().make("x-delta,x-runs", 4);
+  const Pipeline made = plugins.pipelines().make("x-delta,x-runs", {});
   std::mt19937 random(1);
   for (int round = 0; round < 2000; ++round) {
     Bytes raw(random() % 400);
@@ -188,8 +188,8 @@ TEST_CASE("OwnCodec_AnyBytes_AreDecodedOrRefused") {
     REQUIRE(back == raw);
 
     Bytes filtered(raw.size());
-    made.filters[0]->encode(raw, filtered);
-    made.filters[0]->decode(filtered, back);
+    made.filters[0]->encode({}, raw, filtered);
+    made.filters[0]->decode({}, filtered, back);
     REQUIRE(back == raw);
 
     // Damaged: memory of exactly these sizes, for the address sanitizer.
@@ -299,12 +299,12 @@ TEST_CASE("FunctionCodec_Options_GoToThePlugin") {
   const Behaviour behaviour("options");
   Plugins plugins;
   plugins.load(PLAIT_HOSTILE_PLUGIN);
-  CHECK(plugins.pipelines().make("x-good:3", 4).codec->memory_bytes(10) == 30);
-  CHECK(error_text([&] { plugins.pipelines().make("x-good:33", 4); }) ==
+  CHECK(plugins.pipelines().make("x-good:3", {}).codec->memory_bytes(10) == 30);
+  CHECK(error_text([&] { plugins.pipelines().make("x-good:33", {}); }) ==
         "invalid_argument: choose codec \"x-good\": the plug-in refuses the options \"33\"");
   Plugins others;
   others.load(PLAIT_OWN_CODEC);
-  CHECK(error_text([&] { others.pipelines().make("x-runs:3", 4); }) ==
+  CHECK(error_text([&] { others.pipelines().make("x-runs:3", {}); }) ==
         "invalid_argument: choose codec \"x-runs\": expected no options, found \"3\"");
 }
 
@@ -313,7 +313,7 @@ TEST_CASE("FunctionCodec_ReportsMoreThanThereIsRoom_IsAnError") {
   Plugins plugins;
   plugins.load(PLAIT_HOSTILE_PLUGIN);
   Bytes raw(100), into(50);
-  const Pipeline made = plugins.pipelines().make("x-good", 4);
+  const Pipeline made = plugins.pipelines().make("x-good", {});
   CHECK(error_text([&] { made.codec->compress(raw, into); }) ==
         "bad_state: encode x-good: expected at most 50 bytes, and the plug-in reports 51");
 }

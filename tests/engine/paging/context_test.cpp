@@ -168,12 +168,12 @@ struct Fixture {
   Pager pager;
 };
 
-/// Holds the first transfer of block 0 of level 2 in one direction until it is let go.
+/// Holds the first transfer of block 0 of a level in one direction until it is let go.
 class HeldTransfer {
  public:
-  HeldTransfer(Log& log, Transfer::Direction direction) {
-    log.before = [this, direction](int level, const Transfer& transfer) {
-      if (level != 2 || transfer.block != 0 || transfer.direction != direction) return;
+  HeldTransfer(Log& log, Transfer::Direction direction, int of_level = 2) {
+    log.before = [this, direction, of_level](int level, const Transfer& transfer) {
+      if (level != of_level || transfer.block != 0 || transfer.direction != direction) return;
       if (was_begun_.exchange(true)) return;
       begun_.set_value();
       let_go_.get_future().wait();
@@ -187,8 +187,8 @@ class HeldTransfer {
   std::promise<void> begun_, let_go_;
 };
 
-/// Three frames hold block 0 of level 2, which is on its way, the block that it is coded by, and
-/// another one that is pinned. A fourth block must wait for the transfer.
+/// Three frames hold a block 0, which is on its way, the block that it is coded by, and another one
+/// that is pinned. A fourth block must wait for the transfer.
 void check_that_a_fourth_block_waits(Fixture& f, Session& session, HeldTransfer& held) {
   held.wait_until_begun();
   const PinnedBlock other = session.pin(f.level(1), 1);
@@ -323,12 +323,12 @@ TEST_CASE("ContextPrefetch_WithoutRoom_HoldsNothing") {
 TEST_CASE("Context_WhileABlockIsWritten_IsKept") {
   Fixture f(3, GENERATE(0, 1));
   Session session = f.pager.open_session();
-  HeldTransfer held(f.levels.log, Transfer::Direction::kWrite);
-  session.pin(f.levels.at(2), 0, Access::kUpdate).bytes()[0] = std::byte{99};
+  HeldTransfer held(f.levels.log, Transfer::Direction::kWrite, 3);
+  session.pin(f.levels.at(3), 0, Access::kUpdate).bytes()[0] = std::byte{99};
   auto flushed = std::async(std::launch::async, [&] { f.pager.flush(); });
   check_that_a_fourth_block_waits(f, session, held);
   flushed.get();
-  CHECK(f.levels.stored(2, 0)[0] == (std::byte{99} ^ value(1, 0, 0)));
+  CHECK(f.levels.stored(3, 0)[0] == (std::byte{99} ^ value(2, 0, 0)));
 }
 
 TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
@@ -344,16 +344,60 @@ TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
     CHECK(holds_its_values(session.pin(f.level(3), block), 3, block));
 }
 
-TEST_CASE("Context_BlockThatTheSameCallOverwrites_IsReadBefore") {
-  Fixture f(4, GENERATE(0, 1));
+TEST_CASE("Context_LevelThatOthersWereEncodedFrom_CannotBeChanged") {
+  Fixture f(8, GENERATE(0, 1));
   Session session = f.pager.open_session();
-  const bool coarser_first = GENERATE(false, true);
-  std::vector<BlockRequest> requests{{f.level(2), 7}, {f.levels.at(1), 1, Access::kOverwrite}};
-  if (coarser_first) std::swap(requests[0], requests[1]);
+  for (const Access access : {Access::kOverwrite, Access::kUpdate})
+    for (const int fixed : {1, 2}) {
+      CHECK(code_of([&] { session.pin(f.levels.at(fixed), 0, access); }) == ErrorCode::kBadState);
+      // Also a block that is in memory.
+      const PinnedBlock read = session.pin(f.level(fixed), 0);
+      CHECK(code_of([&] { session.pin(f.levels.at(fixed), 0, access); }) == ErrorCode::kBadState);
+      UnfinishedLevels pass;
+      CHECK(code_of([&] { pass.add(f.levels.at(fixed), access); }) == ErrorCode::kBadState);
+      CHECK(f.levels.at(fixed).is_finished());
+    }
+  session.pin(f.levels.at(3), 0, Access::kUpdate).bytes()[0] = std::byte{99};
+  f.pager.flush();
+  CHECK(f.levels.stored(3, 0)[0] == (std::byte{99} ^ value(2, 0, 0)));
+}
+
+/// Levels that were never written, for a pager of their own.
+struct NewLevels {
+  explicit NewLevels(int io_threads) : pager(8 * kBlockBytes, io_threads) { levels.attach(pager); }
+  ~NewLevels() { levels.detach(pager); }
+  NewLevels(const NewLevels&) = delete;
+  NewLevels& operator=(const NewLevels&) = delete;
+
+  Levels levels;
+  Pager pager;
+};
+
+TEST_CASE("Context_BlockThatIsBeingChanged_CannotBeEncodedFrom") {
+  NewLevels f(GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  const PinnedBlock coarse = session.pin(f.levels.at(1), 0, Access::kOverwrite);
+  CHECK(code_of([&] { session.pin(f.levels.at(2), 0, Access::kOverwrite); }) ==
+        ErrorCode::kBadState);
+  CHECK_FALSE(f.levels.at(1).is_fixed);
   std::vector<PinnedBlock> pinned(2);
-  session.pin_many(requests, pinned);
-  CHECK(holds_its_values(pinned[coarser_first ? 1 : 0], 2, 7));
-  CHECK(holds_its_values(pinned[coarser_first ? 0 : 1], 1, 1));
+  const std::vector<BlockRequest> both{{f.levels.at(2), 4, Access::kOverwrite},
+                                       {f.levels.at(1), 1, Access::kOverwrite}};
+  CHECK(code_of([&] { session.pin_many(both, pinned); }) == ErrorCode::kBadState);
+}
+
+TEST_CASE("Context_BlockThatWasChanged_IsWrittenBeforeOthersAreEncodedFromIt") {
+  NewLevels f(GENERATE(0, 1));
+  Session session = f.pager.open_session();
+  session.pin(f.levels.at(1), 0, Access::kOverwrite).bytes()[0] = std::byte{3};
+  {
+    const PinnedBlock fine = session.pin(f.levels.at(2), 0, Access::kOverwrite);
+    CHECK(f.levels.stored(1, 0)[0] == std::byte{3});
+    CHECK(f.levels.at(1).is_fixed);
+    fine.bytes()[0] = std::byte{5};
+  }
+  f.pager.flush();
+  CHECK(f.levels.stored(2, 0)[0] == (std::byte{3} ^ std::byte{5}));
 }
 
 TEST_CASE("Context_BlockThatDoesNotComeEarlier_IsRefused") {

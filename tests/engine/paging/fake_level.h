@@ -67,7 +67,7 @@ struct TestLevel {
     file.geometry = LevelGeometry(SlotShapes(edges), BaseRelativeLevel(level), 1, kBlockBytes);
     file.table = BlockTable({}, 0, level, file.geometry.block_count());
     auto made = std::make_unique<FakeBackend>(
-        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, 1});
+        LevelSpec{directory, "fake", OpenMode::kCreate, file.geometry, file.table, {}});
     backend = made.get();
     file.backend = std::move(made);
     pager.attach(file);

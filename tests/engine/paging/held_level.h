@@ -105,7 +105,7 @@ struct HeldLevel {
     file.geometry = LevelGeometry(SlotShapes(blocks * 4096), BaseRelativeLevel(1), 1, kBlockBytes);
     file.table = BlockTable({}, 0, 1, file.geometry.block_count());
     auto made = std::make_unique<HeldBackend>(
-        LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, 1});
+        LevelSpec{directory, "held", OpenMode::kCreate, file.geometry, file.table, {}});
     backend = made.get();
     file.backend = std::move(made);
     for (std::uint64_t block = 0; block < blocks; ++block)

@@ -23,6 +23,8 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/attribute.h"
+#include "plait/backend.h"
 #include "plait/namespace.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -52,18 +54,56 @@ class Codec {
   virtual void decompress(std::span<const std::byte> stored, std::span<std::byte> raw) = 0;
 };
 
-/// A reversible transform of one block. It keeps the size and makes the block compress better. A
-/// filter has no state, so any number of threads may use it.
+/// The level whose blocks a filter transforms. A filter may keep what the pointers refer to: these
+/// objects outlive it.
+struct FilterLevel {
+  AttributeSchema schema = {};  ///< the type of the records
+  /// Where the slots of a block are. Null if the filter is only made to find out whether the schema
+  /// suits it.
+  const LevelGeometry* geometry = nullptr;
+  std::uint32_t attribute = 0;  ///< the attribute's number, as in BlockTable
+  int level = 0;
+  /// The mesh, and the levels that may be context. Null where they are not known; then encode() and
+  /// decode() of a filter that needs other blocks throw kNotSupported.
+  const LevelSurroundings* surroundings = nullptr;
+};
+
+/// One block on its way through a filter.
+struct FilterBlock {
+  std::uint64_t block = 0;
+  /// The raw bytes of the blocks that Filter::context() named, in that order.
+  std::span<const std::span<const std::byte>> context = {};
+  /// Working memory of Filter::scratch_bytes() bytes, aligned as by operator new.
+  std::span<std::byte> scratch = {};
+};
+
+/// A reversible transform of the blocks of one level. It keeps the size and makes a block compress
+/// better. A filter does not change, so any number of threads may use it.
 class Filter {
  public:
   virtual ~Filter() = default;
-  /// The two spans have one size and do not overlap.
-  virtual void encode(std::span<const std::byte> raw, std::span<std::byte> filtered) const = 0;
+  /// Whether context() names blocks, for any block. Only the first filter of a pipeline may need
+  /// other blocks.
+  virtual bool needs_other_blocks() const noexcept { return false; }
+  /// As Backend::context().
+  virtual std::size_t context(std::uint64_t block,
+                              std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept {
+    static_cast<void>(block), static_cast<void>(blocks);
+    return 0;
+  }
+  /// Whether the filter reads the base records (AttributeLevels::base) of the level's attribute.
+  virtual bool needs_base_records() const noexcept { return false; }
+  /// The working memory that one call of encode() or decode() needs.
+  virtual std::size_t scratch_bytes() const noexcept { return 0; }
+  /// The two spans have the size of the block and do not overlap.
+  virtual void encode(const FilterBlock& block, std::span<const std::byte> raw,
+                      std::span<std::byte> filtered) const = 0;
   /// The inverse of encode(). Accepts any bytes.
-  virtual void decode(std::span<const std::byte> filtered, std::span<std::byte> raw) const = 0;
+  virtual void decode(const FilterBlock& block, std::span<const std::byte> filtered,
+                      std::span<std::byte> raw) const = 0;
 };
 
-/// One pipeline for blocks of one attribute. Encoding applies filters.front() first, decoding
+/// One pipeline for the blocks of one level. Encoding applies filters.front() first, decoding
 /// applies it last.
 struct Pipeline {
   std::vector<std::unique_ptr<Filter>> filters;
@@ -86,9 +126,9 @@ class PipelineRegistry {
   struct FilterEntry {
     std::string name = {};
     std::string summary = {};
-    /// As in CodecEntry. `component_bytes` is the size of one number of the attribute: 1, 2, 4 or
-    /// 8. Returns nullptr if the filter would change nothing for this size.
-    std::function<std::unique_ptr<Filter>(std::string_view options, std::size_t component_bytes)>
+    /// As in CodecEntry. Returns nullptr if the filter would change nothing for records of this
+    /// type. Throws kNotSupported for records that the filter cannot transform.
+    std::function<std::unique_ptr<Filter>(std::string_view options, const FilterLevel& level)>
         make = {};
   };
 
@@ -100,17 +140,19 @@ class PipelineRegistry {
   std::vector<std::string> codec_names() const;
   std::vector<std::string> filter_names() const;
 
-  /// Errors: kNotSupported for a name that is not registered (the message lists the known names);
-  /// kInvalidArgument for text that is no pipeline, for options that are refused, and for
-  /// `component_bytes` other than 1, 2, 4 and 8.
-  Pipeline make(std::string_view pipeline, std::size_t component_bytes) const;
+  /// Errors: kNotSupported for a name that is not registered (the message lists the known names),
+  /// for records that a filter cannot transform, and if a filter after the first one needs other
+  /// blocks; kInvalidArgument for text that is no pipeline and for options that are refused.
+  Pipeline make(std::string_view pipeline, const FilterLevel& level) const;
+  /// Only the codec of the pipeline. Errors: as make().
+  std::unique_ptr<Codec> make_codec(std::string_view pipeline) const;
 
  private:
   std::map<std::string, CodecEntry, std::less<>> codecs_;
   std::map<std::string, FilterEntry, std::less<>> filters_;
 };
 
-/// Codecs none, lz4 and zstd, filter shuffle. Built once; safe from any thread.
+/// Codecs none, lz4 and zstd; filters hierarchy and shuffle. Built once; safe from any thread.
 const PipelineRegistry& default_pipelines();
 
 PLAIT_END_NAMESPACE

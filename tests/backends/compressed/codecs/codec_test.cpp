@@ -28,7 +28,7 @@ struct ExactBuffer {
 };
 
 std::unique_ptr<Codec> codec_of(const char* pipeline) {
-  return default_pipelines().make(pipeline, 4).codec;
+  return default_pipelines().make_codec(pipeline);
 }
 
 /// Whether `stored` decodes to exactly `raw_bytes` bytes; any error but kCorruption fails.

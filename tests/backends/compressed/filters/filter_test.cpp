@@ -13,7 +13,7 @@ TEST_CASE("ShuffleFilter_AnyWidthAndSize_IsTheDefinitionAndItsInverse") {
       INFO(width << ' ' << size);
       const auto raw = make_content(size, Content::kRandom, 1);
       std::vector<std::byte> filtered(size), back(size);
-      filter->encode(raw, filtered);
+      filter->encode({}, raw, filtered);
       const std::size_t count = size / width;
       std::size_t wrong = 0;
       for (std::size_t at = 0; at < size; ++at) {
@@ -21,7 +21,7 @@ TEST_CASE("ShuffleFilter_AnyWidthAndSize_IsTheDefinitionAndItsInverse") {
         if (filtered[place] != raw[at]) ++wrong;
       }
       CHECK(wrong == 0);
-      filter->decode(filtered, back);
+      filter->decode({}, filtered, back);
       CHECK(back == raw);
     }
   }
