@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # Runs clang-tidy (.clang-tidy) on the sources, and on our headers through them. To save time, it
-# checks tests only with --tests.
+# checks tests only with --tests, and joins up to eight sources that are compiled alike into one, so
+# that the headers that they share are read once. If there is something to say of a joined source, or
+# if its sources cannot be joined, each of them is checked alone, and only that counts.
 #
 #   tools/dev/check_tidy.sh [--tests] [--since COMMIT] [--most N] [FILE...]    default: all sources
 #
@@ -79,8 +81,73 @@ if [ -n "$most" ] && [ ${#files[@]} -gt "$most" ]; then
     grep -xFf <(printf '%s\n' "${files[@]}") | sed -n "1,${most}p")
 fi
 
+# What has a .clang-tidy of its own, equal names in each source, or is compiled for several
+# instruction sets stays alone. The list saves time only.
+alone='^c/|/command_|/half_(merge|scatter)\.cpp$|/dispatched_rows\.cpp$|/surface_borders\.cpp$'
+alone+='|^engine/store/(.*_file|manifest|recovery|rollback_journal)\.cpp$'
+joined=$build/joined
+rm -rf "$joined"
+mkdir "$joined"
+
+# Prints the units to check, the largest first: sources, and joined sources, which it writes with their
+# compile commands.
+write_units() {
+  printf '%s\n' "${files[@]}" |
+    awk -v root="$PWD/" -v folder="$PWD/$joined" -v alone="$alone" '
+      NR == FNR { wanted[root $0] = $0; next }
+      /^ *"directory":/ { directory = $0 }
+      /^ *"command":/ { command = $0 }
+      /^ *"file":/ {
+        split($0, quoted, "\"")
+        file = quoted[4]
+        if (!(file in wanted) || wanted[file] ~ alone) next
+        if (!match(command, / -o [^ ]*\.dir\//)) next
+        name = wanted[file]
+        delete wanted[file]
+        flags = substr(command, 1, RSTART - 1)
+        target = flags substr(command, RSTART, RLENGTH)
+        if (!(target in last) || size[last[target]] == 8) last[target] = ++units
+        unit = last[target]
+        size[unit]++
+        names[unit] = name
+        includes[unit] = includes[unit] "#include \"" file "\"  // NOLINT(bugprone-suspicious-include)\n"
+        entry[unit] = directory "\n" flags
+      }
+      END {
+        database = folder "/compile_commands.json"
+        printf "[" >database
+        for (unit = 1; unit <= units; ++unit) {
+          if (size[unit] == 1) {
+            print 1, names[unit]
+            continue
+          }
+          source = folder "/joined_" unit ".cpp"
+          printf "%s", includes[unit] >source
+          printf "%s\n{\n%s -c %s\",\n  \"file\": \"%s\"\n}", comma, entry[unit], source, source >database
+          comma = ","
+          print size[unit], source
+        }
+        print "\n]" >database
+        for (file in wanted) print 1, wanted[file]
+      }' - "$build"/compile_commands.json |
+    sort -rn | cut -d ' ' -f 2-
+}
+
+# Of a joined source only that counts which is also said of one of its sources alone.
+check_unit() {
+  local sources
+  if [[ $1 != */joined_*.cpp ]]; then
+    "$clang_tidy" -p "$build" --quiet "$1"
+  elif ! "$clang_tidy" -p "$joined" --quiet "$1" >"$1.log" 2>&1; then
+    mapfile -t sources < <(sed -n 's/^#include "\(.*\)".*/\1/p' "$1")
+    echo "check_tidy: each alone: ${sources[*]#"$PWD"/}"
+    "$clang_tidy" -p "$build" --quiet "${sources[@]}"
+  fi
+}
+export -f check_unit
+export clang_tidy build joined
+
 # Removes clang's count of suppressed warnings in system headers.
-printf '%s\0' "${files[@]}" |
-  xargs -0 --max-procs="$(nproc)" --max-args=1 "$clang_tidy" -p "$build" --quiet 2>&1 |
-  { grep -avE '^[0-9]+ warnings?( and [0-9]+ errors?)? generated\.$' || true; }
+write_units | xargs -d '\n' --max-procs="$(nproc)" --max-args=1 bash -c 'check_unit "$1"' check_unit 2>&1 |
+  { grep -avE '^([0-9]+ warnings?( and [0-9]+ errors?)? generated\.|\[[0-9]+/[0-9]+\] Processing.*)$' || true; }
 echo "check_tidy: ${#files[@]} files in order"
