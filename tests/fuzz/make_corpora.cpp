@@ -10,12 +10,14 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "compressed/block_coder.h"
 #include "plait/level_geometry.h"
+#include "store/checksum.h"
 #include "store/manifest.h"
 #include "store/version_description.h"
 #include "store/version_file.h"
@@ -361,6 +363,32 @@ void seed_journals() {
   seed("journal", "empty_block", journal_record(1, 0, "") + whole);
 }
 
+void seed_bounds() {
+  const auto file = [](const std::vector<float>& bounds, std::uint64_t key) {
+    std::string bytes = "plaitbox" + number(std::uint32_t{1}) + number(std::uint32_t{0}) +
+                        number(std::uint64_t{bounds.size() / 6}) + number(key);
+    for (const float each : bounds) bytes += number(each);
+    bytes += number(checksum_of(bytes_of(bytes)));
+    return static_cast<char>(bounds.size() / 6) + bytes;  // the target takes the count first
+  };
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const std::vector<float> two = {-1, 0, 0, 1, 2, 3, kInfinity, 0, 0, -kInfinity, 1, 1};
+  seed("bounds_file", "no_face", file({}, 5));
+  seed("bounds_file", "two_faces", file(two, 7));
+  std::vector<float> nan = two;
+  nan[4] = std::numeric_limits<float>::quiet_NaN();
+  seed("bounds_file", "not_a_number", file(nan, 7));
+  std::string cut = file(two, 7);
+  cut.pop_back();
+  seed("bounds_file", "cut", cut);
+  std::string damaged = file(two, 7);
+  damaged[40] = '\1';
+  seed("bounds_file", "damaged", damaged);
+  std::string other_count = file(two, 7);
+  other_count.front() = '\3';
+  seed("bounds_file", "of_another_mesh", other_count);
+}
+
 }  // namespace
 
 int main(int argument_count, char** arguments) try {
@@ -376,6 +404,7 @@ int main(int argument_count, char** arguments) try {
   seed_codecs();
   seed_numbers();
   seed_journals();
+  seed_bounds();
   return 0;
 } catch (const std::exception& failure) {
   std::fprintf(stderr, "make_corpora: %s\n", failure.what());
