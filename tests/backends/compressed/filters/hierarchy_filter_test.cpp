@@ -1,0 +1,212 @@
+// The filter hierarchy: its residuals against predictions that are computed vertex by vertex, and
+// that any bytes come back.
+#include "compressed/filters/hierarchy_filter.h"
+
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cfenv>
+#include <cstring>
+#include <set>
+
+#include "backends/compressed/filters/predicted_levels.h"
+#include "plait/error.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+/// Predicts single vertices by face indices and unfolding, as docs/filters/hierarchy.md says.
+template <class Number>
+class Oracle {
+ public:
+  Oracle(const PredictedLevels<Number>& levels, bool butterfly)
+      : levels_(levels), mesh_(levels.surroundings.mesh), butterfly_(butterfly) {}
+
+  Number predict(const EdgeIndex& index, std::size_t component) const {
+    const FaceIndex point = face_index(mesh_, index);
+    const SideIndex at = to_side(point.level, point.i, point.j);
+    const auto n = slot_side(point.level);
+    // Weights of the side's start and end; the third follows.
+    const std::int64_t start = 2 * at.row + 1, end = 2 * at.column + 1;
+    const auto value = [&](std::int64_t p, std::int64_t q, Number& to) {
+      std::int64_t weight[3];
+      weight[(at.side + 1) % 3] = p;
+      weight[(at.side + 2) % 3] = q;
+      weight[at.side] = 2 * n - p - q;
+      const FaceIndex there = unfold_fully(mesh_, {point.face, point.level, weight[1], weight[2]});
+      if (there.face == kNoId) return false;
+      to = levels_.vertex(there)[component];
+      return true;
+    };
+    Number a{}, b{}, c{}, d{};
+    value(start - 1, end + 1, a);
+    value(start + 1, end - 1, b);
+    if (!butterfly_) return Number(0.5) * (a + b);
+    const bool on_edge = start + end == 2 * n;
+    if (on_edge && !mesh_.across(FaceSide(point.face, at.side)).exists()) {
+      Number before{}, after{};
+      if (start - 3 < 0 || end - 3 < 0) return Number(0.5) * (a + b);
+      value(start - 3, end + 3, before);
+      value(start + 3, end - 3, after);
+      return Number(0.5625) * (a + b) - Number(0.0625) * (before + after);
+    }
+    value(start - 1, end - 1, c);
+    value(start + 1, end + 1, d);
+    const auto wing = [&](std::int64_t p, std::int64_t q, Number end0, Number end1, Number inside) {
+      Number to{};
+      return value(p, q, to) ? to : (end0 + end1) - inside;
+    };
+    const Number wing_ac = wing(start - 3, end + 1, a, c, b),
+                 wing_db = wing(start + 3, end - 1, d, b, a);
+    const Number wing_cb = wing(start + 1, end - 3, c, b, a),
+                 wing_ad = wing(start - 1, end + 3, a, d, b);
+    return (Number(0.5) * (a + b) + Number(0.125) * (c + d)) -
+           Number(0.0625) * ((wing_ac + wing_db) + (wing_cb + wing_ad));
+  }
+
+ private:
+  const PredictedLevels<Number>& levels_;
+  Topology mesh_;
+  bool butterfly_;
+};
+
+/// Order-preserving integers by arithmetic on signed numbers, not by changes of bits.
+std::int64_t place_of(float number) {
+  std::int32_t bits;
+  std::memcpy(&bits, &number, sizeof bits);
+  return bits >= 0 ? bits : -1 - std::int64_t{bits & 0x7fffffff};
+}
+
+std::uint32_t expected_residual(float number, float prediction) {
+  const std::int64_t difference = place_of(number) - place_of(prediction);
+  const auto wrapped = static_cast<std::int32_t>(static_cast<std::uint32_t>(difference));
+  return wrapped >= 0 ? 2 * static_cast<std::uint32_t>(wrapped)
+                      : 2 * static_cast<std::uint32_t>(-1 - std::int64_t{wrapped}) + 1;
+}
+
+std::unique_ptr<Filter> hierarchy(const FilterLevel& level, const char* options = "") {
+  return make_hierarchy_filter(options, level);
+}
+
+constexpr std::uint64_t kAllInOneBlock = 1 << 24;
+
+}  // namespace
+
+TEST_CASE("Hierarchy_LevelsInOneBlock_HasTheResidualsOfTheOracle") {
+  for (const NamedMesh& named : all_meshes())
+    for (const bool butterfly : {false, true}) {
+      PredictedLevels<float> levels(BaseMesh::build(named.mesh), 4, kAllInOneBlock);
+      std::mt19937 random(7);
+      std::uniform_real_distribution<float> next(-2, 2);
+      levels.fill([&] { return next(random); });
+      const Oracle<float> oracle(levels, butterfly);
+      for (int level = 1; level <= 4; ++level) {
+        CAPTURE(named.name, butterfly, level);
+        const auto filter = hierarchy(levels.filter_level(level), butterfly ? "" : "midpoint");
+        const FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
+        CHECK(made.needed_count == static_cast<std::size_t>(level - 1));
+        CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
+        const auto* const residuals = reinterpret_cast<const std::uint32_t*>(made.filtered.data());
+        const std::int64_t n = slot_side(level);
+        std::size_t at = 0, wrong = 0;
+        for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge) {
+          const bool border = levels.mesh.edges()[edge].is_border();
+          for (std::int64_t row = 0; row < n; ++row)
+            for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
+              for (std::size_t k = 0; k < 3; ++k, ++at) {
+                const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
+                const float prediction = oracle.predict({edge, level, row, column}, k);
+                if (residuals[at] != expected_residual(found, prediction)) ++wrong;
+              }
+        }
+        CHECK(at * sizeof(float) == made.filtered.size());
+        CHECK(wrong == 0);
+      }
+    }
+}
+
+TEST_CASE("Hierarchy_AnyBits_ComeBackInBlocksOfAnySize") {
+  for (const NamedMesh& named : all_meshes())
+    for (const std::uint64_t block_bytes : {4096u, 16384u}) {
+      PredictedLevels<float> floats(BaseMesh::build(named.mesh), 5, block_bytes);
+      PredictedLevels<double> doubles(BaseMesh::build(named.mesh), 4, block_bytes);
+      std::mt19937_64 random(3);
+      floats.fill([&] { return std::bit_cast<float>(static_cast<std::uint32_t>(random())); });
+      doubles.fill([&] { return std::bit_cast<double>(random()); });
+      std::size_t wrong = 0;
+      const auto check = [&](const auto& levels, int finest) {
+        for (int level = 1; level <= finest; ++level) {
+          const auto filter = hierarchy(levels.filter_level(level));
+          for (std::uint64_t block = 0; block < levels.geometry(level).block_count(); ++block) {
+            const FilteredBlock made = encode_and_decode(*filter, levels, level, block);
+            if (!std::ranges::equal(made.back, levels.block(level, block))) ++wrong;
+          }
+        }
+      };
+      CAPTURE(named.name, block_bytes);
+      check(floats, 5);
+      check(doubles, 4);
+      CHECK(wrong == 0);
+    }
+}
+
+TEST_CASE("Hierarchy_ContextOfABlock_IsBoundedAndHasTheBlockOfTheSameEdges") {
+  PredictedLevels<float> levels(BaseMesh::build(torus_grid(60, 40)), 5, 16384);
+  for (int level = 1; level <= 5; ++level) {
+    const auto filter = hierarchy(levels.filter_level(level));
+    const LevelGeometry& own = levels.geometry(level);
+    for (std::uint64_t block = 0; block < own.block_count(); ++block) {
+      std::array<ContextBlock, kMostContextBlocks> needed;
+      const std::size_t count = filter->context(block, needed);
+      REQUIRE(count <= kMostContextBlocks);
+      std::set<std::pair<int, std::uint64_t>> blocks;
+      for (std::size_t i = 0; i < count; ++i) blocks.emplace(needed[i].level, needed[i].block);
+      CHECK(blocks.size() == count);
+      for (int coarser = 1; coarser < level; ++coarser)
+        CHECK(blocks.contains({coarser, levels.geometry(coarser).block_of(own.first_edge(block))}));
+      if (count > 0) CHECK(std::prev(blocks.end())->first == level - 1);
+    }
+  }
+}
+
+TEST_CASE("Hierarchy_OtherArithmeticOfTheProgram_MakesTheSameBytes") {
+  PredictedLevels<float> levels(BaseMesh::build(icosahedron()), 4, kAllInOneBlock);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> next(-1e-38f, 1e-38f);  // denormal numbers among them
+  levels.fill([&] { return next(random); });
+  const auto filter = hierarchy(levels.filter_level(4));
+  const std::vector<std::byte> expected = encode_and_decode(*filter, levels, 4, 0).filtered;
+  const unsigned former = _mm_getcsr();
+  for (const unsigned bits : {0x8040u, 0x2000u, 0x4000u, 0x6000u}) {  // flush to zero; directions
+    _mm_setcsr(former | bits);
+    const std::vector<std::byte> made = encode_and_decode(*filter, levels, 4, 0).filtered;
+    const unsigned after = _mm_getcsr();
+    _mm_setcsr(former);
+    CHECK(made == expected);
+    CHECK((after & 0xe040u) == ((former | bits) & 0xe040u));
+  }
+}
+
+TEST_CASE("Hierarchy_RecordsOrOptionsThatItDoesNotTake_AreRefused") {
+  const auto refusal = [](const AttributeSchema& schema, const char* options) {
+    FilterLevel level;
+    level.schema = schema;
+    try {
+      hierarchy(level, options);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::kCancelled;
+  };
+  CHECK(refusal({"id", ComponentType::kInt32, 3}, "") == ErrorCode::kNotSupported);
+  CHECK(refusal({"colours", ComponentType::kUint8, 3}, "") == ErrorCode::kNotSupported);
+  CHECK(refusal({"weights", ComponentType::kFloat32, 5}, "") == ErrorCode::kNotSupported);
+  CHECK(refusal({"position", ComponentType::kFloat32, 3}, "cubic") == ErrorCode::kInvalidArgument);
+  for (std::uint32_t components = 1; components <= 4; ++components)
+    for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kFloat64})
+      CHECK(refusal({"taken", type, components}, "butterfly") == ErrorCode::kCancelled);
+}
+
+}  // namespace plait::test

@@ -1,0 +1,113 @@
+// Levels of one attribute in memory, with the surroundings that a filter needs to predict a block.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "plait/backends/pipeline.h"
+#include "plait/base_mesh.h"
+#include "plait/edge_index.h"
+
+namespace plait::test {
+
+/// `Number`s, three of them a vertex, in levels 1 to `finest` of a mesh.
+template <class Number>
+class PredictedLevels {
+ public:
+  static constexpr std::size_t kComponents = 3;
+  using Record = std::array<Number, kComponents>;
+
+  PredictedLevels(BaseMesh base, int finest, std::uint64_t block_bytes)
+      : mesh(std::move(base)), base_records(mesh.vertex_count()) {
+    for (int level = 1; level <= finest; ++level) {
+      geometries.push_back(std::make_unique<LevelGeometry>(
+          mesh.slot_shapes(), BaseRelativeLevel(level), sizeof(Record), block_bytes));
+      records.emplace_back(geometries.back()->total_bytes() / sizeof(Record));
+    }
+    surroundings.mesh = mesh.topology();
+    AttributeLevels& own = surroundings.attributes.emplace_back();
+    own.schema.type = sizeof(Number) == 4 ? ComponentType::kFloat32 : ComponentType::kFloat64;
+    own.base = std::as_bytes(std::span(base_records));
+    for (const auto& geometry : geometries) own.levels.push_back(geometry.get());
+  }
+  PredictedLevels(const PredictedLevels&) = delete;
+  PredictedLevels& operator=(const PredictedLevels&) = delete;
+
+  /// Fills all records with what `next` gives.
+  template <class Next>
+  void fill(Next next) {
+    const auto fill_each = [&](std::vector<Record>& all) {
+      for (Record& record : all)
+        for (Number& number : record) number = next();
+    };
+    fill_each(base_records);
+    for (auto& level : records) fill_each(level);
+  }
+
+  const LevelGeometry& geometry(int level) const {
+    return *geometries[static_cast<std::size_t>(level - 1)];
+  }
+  std::span<const std::byte> block(int level, std::uint64_t block) const {
+    return std::as_bytes(std::span(records[static_cast<std::size_t>(level - 1)]))
+        .subspan(geometry(level).block_offset(block), geometry(level).block_bytes(block));
+  }
+  FilterLevel filter_level(int level) const {
+    FilterLevel made;
+    made.schema = surroundings.attributes[0].schema;
+    made.geometry = &geometry(level);
+    made.level = level;
+    made.surroundings = &surroundings;
+    return made;
+  }
+  const Record& vertex(const FaceIndex& point) const {
+    if (is_corner(point.level, point.i, point.j)) {
+      const auto corner = static_cast<std::size_t>(corner_of(point.i, point.j));
+      return base_records[mesh.faces()[point.face][corner]];
+    }
+    const EdgeIndex at = edge_index(surroundings.mesh, point);
+    const bool border = mesh.edges()[at.edge].is_border();
+    const std::uint64_t slot = geometry(at.level).slot(at.edge).offset / sizeof(Record);
+    return records[static_cast<std::size_t>(at.level - 1)]
+                  [slot +
+                   static_cast<std::uint64_t>(slot_position(at.level, border, at.row, at.column))];
+  }
+
+  BaseMesh mesh;
+  std::vector<Record> base_records;
+  std::vector<std::unique_ptr<LevelGeometry>> geometries;
+  std::vector<std::vector<Record>> records;
+  LevelSurroundings surroundings;
+};
+
+/// What a filter made of a block, with all that it took to make it.
+struct FilteredBlock {
+  std::array<ContextBlock, kMostContextBlocks> needed = {};
+  std::size_t needed_count = 0;
+  std::vector<std::span<const std::byte>> context = {};
+  std::vector<std::byte> scratch = {}, filtered = {}, back = {};
+};
+
+/// Encodes a block with its context, and decodes the result.
+template <class Number>
+FilteredBlock encode_and_decode(const Filter& filter, const PredictedLevels<Number>& levels,
+                                int level, std::uint64_t block) {
+  FilteredBlock result;
+  result.needed_count = filter.context(block, result.needed);
+  for (const ContextBlock& needed : std::span(result.needed).first(result.needed_count))
+    result.context.push_back(levels.block(needed.level, needed.block));
+  result.scratch.resize(filter.scratch_bytes());
+  const std::span<const std::byte> raw = levels.block(level, block);
+  result.filtered.resize(raw.size());
+  result.back.resize(raw.size());
+  const FilterBlock with{block, result.context, result.scratch};
+  filter.encode(with, raw, result.filtered);
+  filter.decode(with, result.filtered, result.back);
+  return result;
+}
+
+}  // namespace plait::test
