@@ -4,7 +4,7 @@
  *
  *   cc -std=c11 -shared -fPIC own_codec.c -o own_codec.so $(pkg-config --cflags plait)
  *   plait subdivide mesh.ply s.plait --levels 4 --backend compressed \
- *     --plugin ./own_codec.so --filter x-delta+shuffle --codec x-runs
+ *     --plugin ./own_codec.so --compress x-delta+shuffle,x-runs
  *
  * An encoded block is a sequence of: a byte n below 128 and n + 1 bytes as they are; or a byte n
  * from 128 on and one byte that stands for n - 126 of its kind (PackBits, Apple 1996). */

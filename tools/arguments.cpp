@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <thread>
 
+#include "plait/backends/compression.h"
+#include "plait/backends/pipeline.h"
 #include "plait/byte_text.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
@@ -65,6 +67,36 @@ CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context) {
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
   return command.add_flag("--json", context.json,
                           "Print one JSON object, and nothing else, to standard output");
+}
+
+CLI::Option* add_compress_option(CLI::App& command, std::vector<std::string>& texts) {
+  return command
+      .add_option("--compress", texts,
+                  "How blocks are compressed: a preset or a pipeline (see below), for all "
+                  "attributes or as ATTRIBUTE=...; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("PRESET|[FILTER+FILTER,]CODEC[:LEVEL]");
+}
+
+std::function<std::string(const AttributeSchema&)> pipelines_of(
+    const std::vector<std::string>& texts) {
+  Compression compression;
+  for (const std::string& text : texts) compression.add(text);
+  return [compression](const AttributeSchema& schema) { return compression.pipeline_of(schema); };
+}
+
+std::string compression_help() {
+  AttributeSchema position;
+  position.name = "position";
+  std::string text = "\nPresets of --compress, and what they choose for positions:\n";
+  for (const CompressionPreset& preset : compression_presets())
+    text += fmt::format("  {:<12} {}: {}\n", preset.name, preset_pipeline(preset.name, position),
+                        preset.summary);
+  const PipelineRegistry& pipelines = default_pipelines();
+  text += fmt::format("Filters: {}. Codecs: {}. Plug-ins add others.\n",
+                      fmt::join(pipelines.filter_names(), ", "),
+                      fmt::join(pipelines.codec_names(), ", "));
+  return text;
 }
 
 std::string backend_help(const BackendRegistry& backends) {

@@ -4,11 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "argument_text.h"
 #include "command.h"
+#include "plait/attribute.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -35,6 +38,13 @@ CLI::Option* add_output_option(CLI::App& command, const std::string& name,
 /// --plugin FILE, for commands that open or make a store. The program loads the plug-ins before it
 /// runs a command that has this option.
 CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context);
+/// --compress TEXT, which may be repeated (plait/backends/compression.h).
+CLI::Option* add_compress_option(CLI::App& command, std::vector<std::string>& texts);
+/// The pipelines that the texts of --compress name. Errors: as Compression::add().
+std::function<std::string(const AttributeSchema&)> pipelines_of(
+    const std::vector<std::string>& texts);
+/// The text about --compress for --help.
+std::string compression_help();
 CLI::Option* add_json_option(CLI::App& command, CommandContext& context);
 /// The text for --help: a line for each backend of the registry.
 std::string backend_help(const BackendRegistry& backends);

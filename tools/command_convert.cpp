@@ -1,4 +1,4 @@
-// plait convert: copies a store into another backend, codec, filter or block size.
+// plait convert: copies a store into another backend, compression or block size.
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "arguments.h"
 #include "command.h"
@@ -18,7 +19,6 @@
 #include "plait/copy_levels.h"
 #include "plait/left_overs.h"
 #include "plait/partial_store.h"
-#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "read_back.h"
@@ -28,8 +28,9 @@ namespace {
 
 struct Arguments {
   std::filesystem::path from, to;
-  std::string backend, codec, filter;  ///< empty: the same as the source
-  std::uint64_t block_bytes = 0;       ///< 0: the same as the source
+  std::string backend;                ///< empty: the same as the source
+  std::vector<std::string> compress;  ///< empty: the same as the source
+  std::uint64_t block_bytes = 0;      ///< 0: the same as the source
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
   int threads = default_thread_count();
   bool verify = false, force = false;
@@ -51,6 +52,8 @@ std::uint64_t raw_bytes(const Store& store) {
 
 BackendChoice backend_of_copy(const Arguments& arguments, const Store& source,
                               const BackendRegistry& backends) {
+  if (!arguments.compress.empty() && arguments.backend.empty())
+    return {"compressed", "because of --compress"};
   if (arguments.backend == "auto") return choose_backend(backends, arguments.to, raw_bytes(source));
   if (!arguments.backend.empty()) return {arguments.backend, "given by the user"};
   return {source.options().backend, "the same as the source"};
@@ -64,19 +67,26 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
   if (!backend.traits.durable)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("convert: backend {} writes no files", backend.name));
-  if (!backend.traits.compressed && !(arguments.codec.empty() && arguments.filter.empty()))
+  if (!backend.traits.compressed && !arguments.compress.empty())
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("convert: --codec and --filter need a backend that compresses, and {} "
-                            "does not: add --backend compressed",
+                fmt::format("convert: --compress needs a backend that compresses, and {} does not: "
+                            "add --backend compressed",
                             backend.name));
   const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
-  PipelineParts parts =
-      PipelineParts::of(stays_compressed ? options.pipeline : backend.default_pipeline);
-  if (!arguments.codec.empty()) parts.codec = arguments.codec;
-  if (!arguments.filter.empty()) parts.filter = arguments.filter;
-  options.pipeline = parts.pipeline();
+  if (!stays_compressed) options.pipeline = backend.default_pipeline;
+  if (!arguments.compress.empty())
+    options.pipeline_of = pipelines_of(arguments.compress);
+  else if (stays_compressed)
+    options.pipeline_of = [&source](const AttributeSchema& schema) {
+      const AttributeId id = source.attribute(schema.name);
+      const int finest = source.attributes()[id].finest_level;
+      return finest > source.base_level() ? source.level_file(id, finest).pipeline
+                                          : source.options().pipeline;
+    };
   backend.validate(BackendRegistry::options_in(options.backend));
-  backend.validate_pipeline(options.pipeline, {});
+  for (const AttributeInfo& info : source.attributes())
+    backend.validate_pipeline(
+        options.pipeline_of ? options.pipeline_of(info.schema) : options.pipeline, info.schema);
   if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
   options.budget_bytes = arguments.memory_bytes / 2;
   options.durability = Durability::kCommit;
@@ -144,13 +154,12 @@ int run(const Arguments& arguments, const CommandContext& context) {
 void add_convert_command(CLI::App& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand(
-      "convert", "Copy a store into another backend, codec, filter or block size");
+      "convert", "Copy a store into another backend, compression or block size");
   command->add_option("STORE", arguments->from, "The store to copy")->required();
   add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
   command->add_option("--backend", arguments->backend,
                       "The backend of the copy (see below); auto: chosen by its size");
-  command->add_option("--codec", arguments->codec, "none, lz4, zstd or zstd:LEVEL");
-  command->add_option("--filter", arguments->filter, "none or shuffle");
+  add_compress_option(*command, arguments->compress);
   add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O, a power of two")
       ->default_str("as in STORE");
   add_size_option(*command, "--memory", arguments->memory_bytes,
@@ -162,12 +171,12 @@ void add_convert_command(CLI::App& program, CommandContext& context) {
                     "Replace OUT if it is a store, when the new store is complete");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
-  command->footer(backend_help(context.backends) +
+  command->footer(backend_help(context.backends) + compression_help() +
                   "\n"
                   "The copy is like STORE in everything that no option changes.\n"
                   "\n"
                   "Examples:\n"
-                  "  plait convert surface.plait small.plait --backend compressed --codec zstd:9\n"
+                  "  plait convert surface.plait small.plait --compress small\n"
                   "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run(*arguments, context); };

@@ -13,7 +13,6 @@
 #include "command.h"
 #include "console.h"
 #include "plait/byte_text.h"
-#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -43,6 +42,7 @@ Json level_report(const LevelFile& file, int level) {
     raw += entry.encoding == BlockEncoding::kRaw ? 1 : 0;
   }
   return {{"level", level},
+          {"pipeline", file.pipeline},
           {"vertices", raw_bytes / file.geometry.record_bytes()},
           {"raw_bytes", raw_bytes},
           {"stored_bytes", stored_bytes},
@@ -71,7 +71,6 @@ Json store_report(Store& store) {
   const BaseMesh& base = store.base();
   const StoreOptions& options = store.options();
   const bool compressed = store.backend_traits().compressed;
-  const PipelineParts pipeline = PipelineParts::of(options.pipeline);
   const LevelCounts finest =
       counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
@@ -89,8 +88,6 @@ Json store_report(Store& store) {
       {"sequence", store.sequence()},
       {"backend", options.backend},
       {"compressed", compressed},
-      {"codec", pipeline.codec},
-      {"filter", pipeline.filter},
       {"block_bytes", options.block_bytes},
       {"layout", options.layout},
       {"scheme", store.provenance().scheme},
@@ -122,8 +119,7 @@ void print_report(const Json& report) {
   const Json& finest = report["finest"];
   print(fmt::format("store      {}\nuuid       {}, version {}\n", text_of(report["store"]),
                     text_of(report["uuid"]), report["sequence"].get<std::uint64_t>()));
-  print(fmt::format("backend    {}, codec {}, filter {}, blocks of {}\n",
-                    text_of(report["backend"]), text_of(report["codec"]), text_of(report["filter"]),
+  print(fmt::format("backend    {}, blocks of {}\n", text_of(report["backend"]),
                     bytes_of(report["block_bytes"])));
   const std::string scheme = text_of(report["scheme"]);
   print(fmt::format("layout     {}\nscheme     {}\n", text_of(report["layout"]),
@@ -146,13 +142,15 @@ void print_report(const Json& report) {
     print(fmt::format("\n{}: {} x {}, base records {}\n", text_of(attribute["name"]),
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
-    print("  level         vertices          raw       stored  ratio    blocks    of them raw\n");
+    print(
+        "  level         vertices          raw       stored  ratio    blocks    of them raw  "
+        "pipeline\n");
     for (const Json& level : attribute["levels"])
-      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9} {:>14}\n",
+      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9} {:>14}  {}\n",
                         level["level"].get<int>(), count_of(level["vertices"]),
                         bytes_of(level["raw_bytes"]), bytes_of(level["stored_bytes"]),
                         level["ratio"].get<double>(), count_of(level["blocks"]),
-                        count_of(level["blocks_raw"])));
+                        count_of(level["blocks_raw"]), text_of(level["pipeline"])));
   }
   if (report["compressed"].get<bool>())
     print("\nA block is stored raw if compression would save less than an eighth of it.\n");

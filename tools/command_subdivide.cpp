@@ -29,6 +29,7 @@ struct Arguments {
   std::filesystem::path mesh;
   std::optional<std::string> backend, layout, scheme, precision;
   std::string executor = "auto";
+  std::vector<std::string> compress;
   bool force = false, resume = false;
   SubdivisionRequest request;  ///< request_of() adds the members above
 };
@@ -37,6 +38,10 @@ SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry&
   SubdivisionRequest request = arguments.request;
   request.mesh = arguments.mesh;
   if (arguments.backend != "auto") request.backend = arguments.backend;
+  if (!arguments.compress.empty()) {
+    request.pipeline_of = pipelines_of(arguments.compress);
+    if (!request.backend) request.backend = "compressed";
+  }
   if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
   if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
   if (arguments.precision)
@@ -61,16 +66,15 @@ std::string advice(const Error& error, const SubdivisionPlan& plan) {
   constexpr std::pair<std::string_view, const char*> kAdvice[] = {
       {"backend", " (--backend)"},
       {"block_bytes", " (--block)"},
-      {"codec", " (--codec)"},
       {"executor", " (--executor)"},
       {"existing", "; --force replaces a store"},
-      {"filter", " (--filter)"},
       {"ignore_size", "; --ignore-size starts anyway"},
       {"layout", " (--layout)"},
       {"levels", " (--levels)"},
       {"limit", " (--limit)"},
       {"max_slot_bytes", " (--max-slot)"},
       {"normals", " (--normals)"},
+      {"pipeline_of", " (--compress)"},
       {"precision", " (--precision)"},
       {"scheme", " (--scheme)"},
   };
@@ -99,8 +103,11 @@ class Watcher {
     if (!progress_ || now.step != step_) {
       progress_.reset();
       const bool levels = now.step == SubdivisionStep::kLevels;
+      const bool bytes = now.step == SubdivisionStep::kEncode;
       progress_.emplace(levels ? "subdivide" : std::string(to_string(now.step)),
-                        levels ? ProgressUnit::kVertices : ProgressUnit::kNone);
+                        levels  ? ProgressUnit::kVertices
+                        : bytes ? ProgressUnit::kBytes
+                                : ProgressUnit::kNone);
       step_ = now.step;
     }
     return progress_->update(now.done, now.total, now.phase);
@@ -150,10 +157,7 @@ void add_surface_options(CLI::App& command, Arguments& arguments) {
 void add_storage_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--backend", arguments.backend,
                      "The backend that stores the levels (see below); default auto");
-  command.add_option("--codec", arguments.request.codec,
-                     "none, lz4, zstd or zstd:LEVEL; default zstd:1; with --backend compressed");
-  command.add_option("--filter", arguments.request.filter,
-                     "none or shuffle; default shuffle; with --backend compressed");
+  add_compress_option(command, arguments.compress);
   command.add_option(
       "--layout", arguments.layout,
       "Order of edges on disk: auto (chosen by the executor; default), given, spatial, hilbert or "
@@ -211,12 +215,12 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
   add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
-      backend_help(context.backends) +
+      backend_help(context.backends) + compression_help() +
       "  auto         uring for a store that is large compared with the available memory, if the\n"
       "               kernel and the file system support it; otherwise pread. The files are the\n"
       "               same.\n"
       "\n"
-      "--resume takes scheme, precision, backend, codec, filter, layout, block size and base mesh\n"
+      "--resume takes scheme, precision, backend, pipelines, layout, block size and base mesh\n"
       "from the store, and refuses options that differ. Normals fit only the level that they were\n"
       "computed for. So a store with normals needs --normals again, and gets the new levels and\n"
       "new normals in one commit.\n"
@@ -229,8 +233,7 @@ void add_subdivide_command(CLI::App& program, CommandContext& context) {
       "\n"
       "Examples:\n"
       "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
-      "  plait subdivide bunny.ply bunny.plait --levels 4 --backend compressed "
-      "--codec lz4 --memory 64MiB\n"
+      "  plait subdivide bunny.ply bunny.plait --levels 4 --compress fast --memory 64MiB\n"
       "  plait subdivide spot.ply --levels 3 --backend memory --digest --json\n"
       "  plait subdivide statue.ply statue.plait --levels 6 --resume    again after a "
       "crash\n"

@@ -297,7 +297,7 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
   const auto shared = std::make_shared<const PipelineRegistry>(pipelines);
   BackendRegistry::Entry entry;
   entry.name = "compressed";
-  entry.summary = "a pipeline of filters and a codec per block (--filter, --codec)";
+  entry.summary = "a pipeline of filters and a codec for each block (--compress)";
   entry.traits = kCompressedTraits;
   entry.open = [shared](const VolumeSpec& volume) {
     return std::make_unique<CompressedVolume>(shared, volume);
@@ -307,6 +307,11 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
     FilterLevel level;
     level.schema = schema;
     shared->make(pipeline, level);
+  };
+  entry.needs_other_blocks = [shared](std::string_view pipeline, const AttributeSchema& schema) {
+    FilterLevel level;
+    level.schema = schema;
+    return need_other_blocks(shared->make(pipeline, level).filters);
   };
   return entry;
 }

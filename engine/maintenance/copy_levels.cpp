@@ -8,6 +8,29 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
+                    const std::function<bool(std::uint64_t)>& proceed) {
+  const auto edges = static_cast<EdgeId>(from.base().edge_count());
+  std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
+  const int finest = from.attributes()[attribute].finest_level;
+  for (int level = from.base_level() + 1; level <= finest; ++level) {
+    to.add_level(copy);
+    const LevelGeometry& geometry = from.level_file(attribute, level).geometry;
+    UnfinishedLevels written;
+    written.add(to.level_file(copy, level), Access::kOverwrite);
+    LevelCursor source(from.open_session(), from.level_file(attribute, level));
+    LevelCursor target(to.open_session(), to.level_file(copy, level), Access::kOverwrite);
+    for (EdgeId edge = 0; edge < edges; ++edge) {
+      std::ranges::copy(source.slot(edge).bytes, target.slot(edge).bytes.data());
+      const std::uint64_t block = geometry.block_of(edge);
+      if (edge + 1 != geometry.edge_after(block)) continue;
+      if (proceed && !proceed(geometry.block_bytes(block)))
+        throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
+    }
+    written.finish();
+  }
+}
+
 void copy_levels(Store& from, Store& to,
                  const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
   to.set_provenance(from.provenance());
@@ -15,30 +38,12 @@ void copy_levels(Store& from, Store& to,
   for (AttributeId id = 0; id < from.attributes().size(); ++id)
     for (int level = from.base_level() + 1; level <= from.attributes()[id].finest_level; ++level)
       total_bytes += from.level_file(id, level).geometry.total_bytes();
-
-  const auto edges = static_cast<EdgeId>(from.base().edge_count());
-  for (AttributeId id = 0; id < from.attributes().size(); ++id) {
-    const AttributeInfo& info = from.attributes()[id];
-    const AttributeId copy = to.add_attribute(info.schema);
-    std::ranges::copy(std::as_const(from).base_bytes(id), to.base_bytes(copy).begin());
-    for (int level = from.base_level() + 1; level <= info.finest_level; ++level) {
-      to.add_level(copy);
-      const LevelGeometry& geometry = from.level_file(id, level).geometry;
-      UnfinishedLevels written;
-      written.add(to.level_file(copy, level), Access::kOverwrite);
-      LevelCursor source(from.open_session(), from.level_file(id, level));
-      LevelCursor target(to.open_session(), to.level_file(copy, level), Access::kOverwrite);
-      for (EdgeId edge = 0; edge < edges; ++edge) {
-        std::ranges::copy(source.slot(edge).bytes, target.slot(edge).bytes.data());
-        const std::uint64_t block = geometry.block_of(edge);
-        if (edge + 1 != geometry.edge_after(block)) continue;
-        done_bytes += geometry.block_bytes(block);
-        if (proceed && !proceed(done_bytes, total_bytes))
-          throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
-      }
-      written.finish();
-    }
-  }
+  for (AttributeId id = 0; id < from.attributes().size(); ++id)
+    copy_attribute(from, id, to, to.add_attribute(from.attributes()[id].schema),
+                   [&](std::uint64_t copied) {
+                     done_bytes += copied;
+                     return !proceed || proceed(done_bytes, total_bytes);
+                   });
 }
 
 PLAIT_END_NAMESPACE

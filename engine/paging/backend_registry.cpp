@@ -51,6 +51,8 @@ void BackendRegistry::add(Entry entry) {
                     fmt::format("open backend \"{}\": expected pipeline \"none\", found \"{}\"",
                                 name, pipeline.substr(0, kMostNamed)));
     };
+  if (!entry.needs_other_blocks)
+    entry.needs_other_blocks = [](std::string_view, const AttributeSchema&) { return false; };
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -40,6 +41,23 @@ auto& level_of(State& state, AttributeId attribute, int level) {
                 fmt::format("level {} of '{}': expected {} to {}", level,
                             state.infos[attribute].schema.name, first, last));
   return *data.levels[static_cast<std::size_t>(level - first)];
+}
+
+/// Errors: kBadState if a written block of another attribute was encoded from `needed`.
+void check_not_needed_by_others(const Store::Implementation& state,
+                                const Store::Implementation::Attribute& needed) {
+  for (const auto& other : state.attributes) {
+    if (&other == &needed) continue;
+    for (const auto& level : other.levels) {
+      std::array<ContextBlock, kMostContextBlocks> blocks;
+      const std::size_t count = level->backend->context(0, blocks);
+      for (const ContextBlock& block : std::span(blocks).first(count))
+        if (block.attribute == needed.record.number)
+          throw Error(ErrorCode::kBadState,
+                      fmt::format("remove an attribute of {}: {} is encoded from its levels",
+                                  state.path.native(), level->path.native()));
+    }
+  }
 }
 
 }  // namespace
@@ -125,10 +143,12 @@ AttributeId Store::add_attribute(AttributeSchema schema) {
     throw Error(
         ErrorCode::kNotSupported,
         fmt::format("add attribute '{}': the store has used all attribute numbers", schema.name));
-  state.backend.validate_pipeline(state.options.pipeline, schema);
+  std::string pipeline =
+      state.options.pipeline_of ? state.options.pipeline_of(schema) : state.options.pipeline;
+  state.backend.validate_pipeline(pipeline, schema);
   Implementation::Attribute attribute;
   attribute.record.number = state.next_number++;
-  attribute.record.pipeline = state.options.pipeline;
+  attribute.record.pipeline = std::move(pipeline);
   attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
   state.attributes.push_back(std::move(attribute));
   state.infos.push_back({std::move(schema), base_level()});
@@ -187,6 +207,16 @@ void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
   data.record.pipeline = std::move(pipeline);
 }
 
+void Store::remove_attribute(AttributeId attribute) {
+  Implementation& state = *implementation_;
+  check_writable(state);
+  Implementation::Attribute& removed = attribute_of(state, attribute);
+  check_not_needed_by_others(state, removed);
+  for (auto& level : removed.levels) state.pager->detach(*level);
+  state.attributes.erase(state.attributes.begin() + attribute);
+  state.infos.erase(state.infos.begin() + attribute);
+}
+
 void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   Implementation& state = *implementation_;
   check_writable(state);
@@ -196,7 +226,7 @@ void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
   if (attribute == replacement)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("replace attribute '{}': expected another one in its place", name));
-  for (const auto& level : old.levels) check_not_fixed(*level);
+  check_not_needed_by_others(state, old);
   for (auto& level : old.levels) state.pager->detach(*level);
   state.attributes[attribute] = std::move(state.attributes[replacement]);
   state.infos[attribute] = state.infos[replacement];

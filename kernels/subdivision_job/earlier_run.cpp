@@ -28,10 +28,8 @@ class Comparison {
 
   void representation() {
     const StoreOptions& has = store_.options();
-    const PipelineParts pipeline = PipelineParts::of(has.pipeline);
     same_if_asked("backend", request_.backend, has.backend);
-    same_if_asked("codec", request_.codec, pipeline.codec);
-    same_if_asked("filter", request_.filter, pipeline.filter);
+    if (request_.pipeline_of) pipelines();
     if (request_.layout && *request_.layout != LayoutKind::kAutomatic)
       same("layout", to_string(*request_.layout), has.layout);
     if (request_.block_bytes)
@@ -77,6 +75,17 @@ class Comparison {
                    fmt::format("for slots of at most {}, the base mesh would be refined {} times, "
                                "but in the store it is refined {} times: leave the option out",
                                size_text(*request_.max_slot_bytes), asked, store_.base_level()));
+  }
+
+  /// Refuses at most one of the levels: one option names them all.
+  void pipelines() {
+    for (AttributeId id = 0; id < store_.attributes().size(); ++id) {
+      const AttributeInfo& info = store_.attributes()[id];
+      const std::string asked = request_.pipeline_of(info.schema);
+      for (int level = store_.base_level() + 1; level <= info.finest_level; ++level)
+        if (const std::string& found = store_.level_file(id, level).pipeline; found != asked)
+          return same("pipeline_of", asked, found);
+    }
   }
 
   void same_if_asked(std::string_view field, const std::optional<std::string>& asked,

@@ -36,6 +36,29 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
               "cannot make limit positions, because no subdivision can continue from these");
 }
 
+/// An attribute whose blocks are encoded from other blocks is made with the backend's own pipeline
+/// first, because the executors do not finish one level before the next.
+void choose_pipelines(const SubdivisionRequest& request, const BackendRegistry::Entry& backend,
+                      SubdivisionPlan& plan) {
+  plan.store.pipeline_of = [backend, wanted = request.pipeline_of](const AttributeSchema& schema) {
+    std::string pipeline = wanted(schema);
+    return backend.needs_other_blocks(pipeline, schema) ? backend.default_pipeline : pipeline;
+  };
+  const AttributeSchema position{"position", request.precision.value_or(ComponentType::kFloat32),
+                                 3};
+  backend.validate_pipeline(request.pipeline_of(position), position);
+  if (request.normals) {
+    const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
+    backend.validate_pipeline(request.pipeline_of(normal), normal);
+  }
+  if (request.existing == ExistingStore::kResume &&
+      backend.needs_other_blocks(request.pipeline_of(position), position))
+    refuse(plan, "pipeline_of", ErrorCode::kInvalidArgument,
+           fmt::format("subdivide: a run that can be resumed needs blocks that are encoded without "
+                       "other blocks, found pipeline {}",
+                       request.pipeline_of(position)));
+}
+
 /// A resumable run never has limit positions: check_resumable() refuses them.
 void check_limit(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!request.limit || plan.commits_levels) return;
@@ -61,12 +84,8 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.keeps_store = true;
   if (request.backend) {
     const BackendRegistry::Entry& backend = backends.find(*request.backend);
-    PipelineParts parts = PipelineParts::of(backend.default_pipeline);
-    if (request.codec) parts.codec = *request.codec;
-    if (request.filter) parts.filter = *request.filter;
-    plan.store.pipeline = parts.pipeline();
     backend.validate(BackendRegistry::options_in(*request.backend));
-    backend.validate_pipeline(plan.store.pipeline, {});
+    if (request.pipeline_of && backend.traits.compressed) choose_pipelines(request, backend, plan);
     plan.keeps_store = backend.traits.durable;
     plan.backend_reason = "given by the user";
   }
@@ -109,11 +128,11 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
 
 void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
                        SubdivisionPlan& plan) {
-  if (!request.codec && !request.filter) return;
+  if (!request.pipeline_of) return;
   if (request.backend && backends.find(*request.backend).traits.compressed) return;
   refuse(plan, "backend", ErrorCode::kInvalidArgument,
-         fmt::format("subdivide: a codec and a filter need a backend that compresses, such as "
-                     "compressed, found backend {}",
+         fmt::format("subdivide: pipelines need a backend that compresses, such as compressed, "
+                     "found backend {}",
                      request.backend.value_or("auto")));
 }
 

@@ -8,6 +8,7 @@
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/left_overs.h"
+#include "plait/recode_attribute.h"
 #include "plait/stopwatch.h"
 #include "subdivision_job/earlier_run.h"
 #include "subdivision_job/planning.h"
@@ -82,6 +83,21 @@ void PlannedRun::open_store(BaseMesh base) {
   result_.refine_seconds += clock.seconds();
 }
 
+void PlannedRun::encode_anew() {
+  const BackendRegistry::Entry& backend = backends_.find(plan_.store.backend);
+  if (!request_.pipeline_of || !backend.traits.compressed) return;
+  for (AttributeId id = 0; id < store_->attributes().size(); ++id) {
+    const AttributeSchema schema = store_->attributes()[id].schema;
+    const std::string pipeline = request_.pipeline_of(schema);
+    if (!backend.needs_other_blocks(pipeline, schema)) continue;
+    enter(SubdivisionStep::kEncode);
+    recode_attribute(*store_, id, pipeline, [&](std::uint64_t done, std::uint64_t total) {
+      tell(SubdivisionStep::kEncode, schema.name, done, total);
+      return true;
+    });
+  }
+}
+
 void PlannedRun::make_levels() {
   const Stopwatch clock;
   Store& store = *store_;
@@ -99,10 +115,13 @@ void PlannedRun::make_levels() {
       return true;
     };
     subdivide(store, options);
+    encode_anew();
     commit();
   }
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;
-  result_.pipeline = PipelineParts::of(store.options().pipeline);
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    if (const int finest = store.attributes()[id].finest_level; finest > store.base_level())
+      result_.pipelines[store.attributes()[id].schema.name] = store.level_file(id, finest).pipeline;
   result_.paging = store.statistics();
   result_.stored_bytes = store.stored_bytes();
   for (const AttributeInfo& attribute : store.attributes())

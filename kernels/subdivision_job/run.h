@@ -37,6 +37,8 @@ class PlannedRun {
 
   void create_store(BaseMesh base);
   void commit();
+  /// Encodes attributes anew whose blocks are encoded from other blocks.
+  void encode_anew();
 
   const SubdivisionRequest& request_;
   const BackendRegistry& backends_;

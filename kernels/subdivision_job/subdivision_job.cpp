@@ -27,6 +27,8 @@ std::string_view to_string(SubdivisionStep step) noexcept {
       return "layout";
     case SubdivisionStep::kLevels:
       return "levels";
+    case SubdivisionStep::kEncode:
+      return "encode";
     case SubdivisionStep::kCommit:
       return "commit";
     case SubdivisionStep::kDigest:

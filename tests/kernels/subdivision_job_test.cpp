@@ -266,7 +266,7 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   const TemporaryDirectory here;
   const fs::path path = here.path() / "s.plait";
   SubdivisionRequest request = request_for(path, ExistingStore::kRefuse);
-  request.codec = "lz4";
+  request.pipeline_of = [](const AttributeSchema&) { return "lz4"; };
   CHECK(refused_fields(request) == Fields{"backend"});
   request.backend = "compressed";
   CHECK(refused_fields(request).empty());
@@ -282,13 +282,14 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.limit = false;
   request.executor.reset();
   CHECK(refused_fields(request).empty());
-  request.codec = "zstd:3";
+  request.pipeline_of = [](const AttributeSchema&) { return "zstd:3"; };
   request.block_bytes = 8 << 10;
   request.scheme = Scheme::kMidpoint;
   request.precision = ComponentType::kFloat64;
   request.levels = kLevels - 1;
   request.max_slot_bytes.reset();
-  CHECK(refused_fields(request) == Fields{"codec", "block_bytes", "scheme", "precision", "levels"});
+  CHECK(refused_fields(request) ==
+        Fields{"pipeline_of", "block_bytes", "scheme", "precision", "levels"});
 
   request = request_for(path, ExistingStore::kResume);
   request.levels = 15;

@@ -60,9 +60,10 @@ TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {
   REQUIRE(run(here.path(),
               {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--durability", "none"})
               .status == 0);
-  for (const Names& arguments : std::vector<Names>{
-           {"export", "s.plait", "out.obj.zst"},
-           {"convert", "s.plait", "copy.plait", "--backend", "compressed", "--codec", "zstd:19"}}) {
+  for (const Names& arguments :
+       std::vector<Names>{{"export", "s.plait", "out.obj.zst"},
+                          {"convert", "s.plait", "copy.plait", "--backend", "compressed",
+                           "--compress", "shuffle,zstd:19"}}) {
     CAPTURE(arguments[0]);
     CHECK(interrupt(here.path(), arguments, SIGINT).status == 128 + SIGINT);
     CHECK(names_in(here.path()) == Names{"s.plait", "torus.ply"});

@@ -42,9 +42,8 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
   const Outcome memory = here.subdivide({"--backend", "memory"});
   REQUIRE(memory.status == 0);
   const auto expected = memory.json()["digest"];
-  const Outcome made =
-      here.subdivide({"s.plait", "--backend", "compressed", "--filter", "x-delta+shuffle",
-                      "--codec", "x-runs", "--plugin", PLAIT_OWN_CODEC});
+  const Outcome made = here.subdivide({"s.plait", "--backend", "compressed", "--compress",
+                                       "x-delta+shuffle,x-runs", "--plugin", PLAIT_OWN_CODEC});
   CAPTURE(made.errors);
   REQUIRE(made.status == 0);
   CHECK(made.json()["digest"] == expected);
@@ -64,7 +63,7 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
     CHECK(refused.status == 2);
     CHECK(refused.error_lines() == 1);
     CHECK(refused.errors.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
-                              "one of shuffle; plug-ins add others (--plugin FILE, "
+                              "one of hierarchy, shuffle; plug-ins add others (--plugin FILE, "
                               "PLAIT_PLUGINS)") != std::string::npos);
     Names with_plugin = command;
     with_plugin.insert(with_plugin.end(), {"--plugin", PLAIT_OWN_CODEC});

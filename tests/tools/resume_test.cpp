@@ -156,13 +156,13 @@ TEST_CASE("Resume_OfAMeshWithOneVertexMoved_IsRefused") {
 TEST_CASE("Resume_OptionsThatTheStoreDecides_AreTakenFromItOrRefused") {
   const TemporaryDirectory here;
   make_mesh(here, "m.ply", "300");
-  const Names as_made{"--resume", "--backend", "compressed", "--codec",     "lz4",
-                      "--filter", "none",      "--block",    "16KiB",       "--layout",
-                      "spatial",  "--scheme",  "butterfly",  "--precision", "float64"};
+  const Names as_made{"--resume",  "--backend",   "compressed", "--compress", "lz4",
+                      "--block",   "16KiB",       "--layout",   "spatial",    "--scheme",
+                      "butterfly", "--precision", "float64"};
   REQUIRE(run(here.path(), subdivide(2, as_made)).status == 0);
   for (const Names& other : std::vector<Names>{{"--backend", "pread"},
-                                               {"--codec", "zstd:1"},
-                                               {"--filter", "shuffle"},
+                                               {"--compress", "zstd:1"},
+                                               {"--compress", "position=shuffle,lz4"},
                                                {"--block", "32KiB"},
                                                {"--layout", "rcm"},
                                                {"--scheme", "loop"},

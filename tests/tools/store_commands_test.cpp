@@ -65,8 +65,11 @@ TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
   CHECK(expected.find_first_not_of("0123456789abcdef") == std::string::npos);
   const std::vector<Names> ways = {
       {"--backend", "mmap"},
-      {"--backend", "compressed", "--codec", "lz4"},
-      {"--backend", "compressed", "--codec", "zstd:3", "--filter", "none"},
+      {"--backend", "compressed", "--compress", "shuffle,lz4"},
+      {"--compress", "fast", "--compress", "normal=zstd:3"},
+      {"--compress", "default"},
+      {"--compress", "small", "--block", "16KiB", "--executor", "sweep"},
+      {"--compress", "hierarchy:midpoint+shuffle,lz4", "--executor", "transparent"},
       {"--executor", "transparent"},
       {"--layout", "given", "--threads", "1"},
       {"--layout", "rcm", "--block", "64KiB", "--memory", "16MiB"},
@@ -103,34 +106,15 @@ TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
       "s.plait", {"--json", "--digest", "--executor", "transparent", "--threads", "2"});
   REQUIRE(outcome.status == 0);
   const nlohmann::json report = outcome.json();
-  for (const char* key : {"levels",
-                          "vertices",
-                          "seconds",
-                          "import_seconds",
-                          "layout_seconds",
-                          "refine_seconds",
-                          "commit_seconds",
-                          "cpu_seconds",
-                          "ns_per_vertex",
-                          "bytes_written",
-                          "bytes_read",
-                          "stored_bytes",
-                          "peak_rss_bytes",
-                          "base_mesh_bytes",
-                          "budget_bytes",
-                          "backend",
-                          "codec",
-                          "filter",
-                          "block_bytes",
-                          "executor",
-                          "threads",
-                          "layout",
-                          "span",
-                          "level_counts",
-                          "digest",
-                          "paging",
-                          "read_wait_seconds",
-                          "write_wait_seconds"}) {
+  for (const char* key : {"levels",         "vertices",          "seconds",
+                          "import_seconds", "layout_seconds",    "refine_seconds",
+                          "commit_seconds", "cpu_seconds",       "ns_per_vertex",
+                          "bytes_written",  "bytes_read",        "stored_bytes",
+                          "peak_rss_bytes", "base_mesh_bytes",   "budget_bytes",
+                          "backend",        "pipelines",         "block_bytes",
+                          "executor",       "threads",           "layout",
+                          "span",           "level_counts",      "digest",
+                          "paging",         "read_wait_seconds", "write_wait_seconds"}) {
     CAPTURE(key);
     CHECK(report.contains(key));
   }
@@ -191,7 +175,7 @@ TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
   const Workplace here;
   const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
   CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "zstd"}));
-  CHECK(build["filters"] == nlohmann::json({"shuffle"}));
+  CHECK(build["filters"] == nlohmann::json({"hierarchy", "shuffle"}));
   CHECK(build["schemes"] == nlohmann::json({"loop", "butterfly", "midpoint"}));
   REQUIRE(build["backends"].size() == 5);
   const std::string text = here.plait({"info", "--build"}).output;
@@ -261,11 +245,20 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   const Workplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
   const std::string expected = here.digest("s.plait");
-  REQUIRE(here.plait({"convert", "s.plait", "c.plait", "--backend", "compressed", "--codec",
-                      "zstd:5", "--block", "64K"})
+  REQUIRE(here.plait({"convert", "s.plait", "c.plait", "--compress", "small", "--compress",
+                      "normal=zstd:5", "--block", "64K"})
               .status == 0);
   CHECK(here.digest("c.plait") == expected);
-  CHECK(here.plait({"info", "c.plait", "--json"}).json()["codec"] == "zstd:5");
+  const auto pipeline_of = [&](const char* store, int attribute) {
+    const auto info = here.plait({"info", store, "--json"}).json();
+    return info["attributes"][static_cast<std::size_t>(attribute)]["levels"][0]["pipeline"];
+  };
+  CHECK(pipeline_of("c.plait", 0) == "hierarchy+shuffle,zstd:9");
+  CHECK(pipeline_of("c.plait", 1) == "zstd:5");
+  REQUIRE(here.plait({"convert", "c.plait", "same.plait", "--block", "16K"}).status == 0);
+  CHECK(here.digest("same.plait") == expected);
+  CHECK(pipeline_of("same.plait", 0) == "hierarchy+shuffle,zstd:9");
+  CHECK(pipeline_of("same.plait", 1) == "zstd:5");
   REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
   CHECK(here.digest("m.plait") == expected);
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
@@ -273,12 +266,10 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
 
 TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   const Workplace here;
-  REQUIRE(here.subdivide("s.plait", {"--backend", "compressed", "--codec", "zstd:1", "--block",
-                                     "4KiB", "--normals"})
-              .status == 0);
-  REQUIRE(here.subdivide("none.plait", {"--backend", "compressed", "--codec", "none", "--filter",
-                                        "none", "--block", "4KiB"})
-              .status == 0);
+  REQUIRE(
+      here.subdivide("s.plait", {"--compress", "shuffle,zstd:1", "--block", "4KiB", "--normals"})
+          .status == 0);
+  REQUIRE(here.subdivide("none.plait", {"--compress", "none", "--block", "4KiB"}).status == 0);
   REQUIRE(here.subdivide("raw.plait", {"--block", "4KiB"}).status == 0);
   for (const std::string store : {"s.plait", "none.plait", "raw.plait"}) {
     const nlohmann::json info = here.plait({"info", store, "--json"}).json();
@@ -311,12 +302,12 @@ TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
   }
 }
 
-TEST_CASE("Codec_WithoutABackendThatCompresses_NamesTheOptionToAdd") {
+TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
   const Workplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
-  CHECK(here.subdivide("c.plait", {"--codec", "lz4"}).errors.find("add --backend compressed") !=
-        std::string::npos);
-  CHECK(here.plait({"convert", "s.plait", "c.plait", "--filter", "none"})
+  CHECK(here.subdivide("c.plait", {"--backend", "pread", "--compress", "lz4"})
+            .errors.find("add --backend compressed") != std::string::npos);
+  CHECK(here.plait({"convert", "s.plait", "c.plait", "--backend", "mmap", "--compress", "fast"})
             .errors.find("add --backend compressed") != std::string::npos);
 }
 
@@ -387,8 +378,12 @@ TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
   for (const Names& options :
        std::vector<Names>{{"s.plait", "--force"},
                           {"c.plait", "--backend", "memory"},
-                          {"c.plait", "--codec", "lz4"},
-                          {"c.plait", "--backend", "compressed", "--codec", "zstd:99"},
+                          {"c.plait", "--backend", "pread", "--compress", "lz4"},
+                          {"c.plait", "--compress", "zstd:99"},
+                          {"c.plait", "--compress", ""},
+                          {"c.plait", "--compress", "position="},
+                          {"c.plait", "--compress", "shuffle+hierarchy,lz4"},
+                          {"c.plait", "--compress", "hierarchy:cubic,lz4"},
                           {"mesh.ply", "--force"},
                           {"c.plait", "--block", "3000"}}) {
     CAPTURE(options);

@@ -254,6 +254,10 @@ class BackendRegistry {
     /// records of this type. Empty: the backend accepts only "none".
     std::function<void(std::string_view pipeline, const AttributeSchema& schema)>
         validate_pipeline = {};
+    /// Whether blocks are encoded from other blocks with this pipeline, so that levels must be
+    /// written one after another, coarser ones first. Empty: never. Errors: as validate_pipeline().
+    std::function<bool(std::string_view pipeline, const AttributeSchema& schema)>
+        needs_other_blocks = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken or empty, or if `open` is empty.

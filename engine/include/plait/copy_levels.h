@@ -1,4 +1,4 @@
-// plait/copy_levels.h: the same content in another backend, codec, filter or block size.
+// plait/copy_levels.h: the same content in another backend, pipeline or block size.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,13 @@
 #include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
+
+/// Copies all levels of an attribute, coarser ones first, to an attribute that has no level, of the
+/// same store or of another one with the same base mesh. `proceed` gets the bytes of the level that
+/// were copied since its last call; if it returns false, the call ends. Errors: kCancelled; those
+/// of reading and writing blocks.
+void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
+                    const std::function<bool(std::uint64_t copied)>& proceed = {});
 
 /// Copies all attributes and levels of `from` into `to`, level by level in slot order, and leaves
 /// the commit to the caller. Memory is bounded by the budgets of the two stores.

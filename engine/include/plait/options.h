@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,8 @@ struct StoreOptions {
   /// The filters and the codec that encode blocks, such as "shuffle,zstd:1". Empty: the default of
   /// the backend. Store::set_pipeline gives an attribute a pipeline of its own.
   std::string pipeline = {};
+  /// Gives each attribute that is added a pipeline; empty: `pipeline` for all of them.
+  std::function<std::string(const AttributeSchema&)> pipeline_of = {};
   std::string layout = "given";  ///< the name of the order of `base`, which the store records
   int base_level = 0;            ///< how often the user's mesh was refined to make `base` (rebase)
   Durability durability = Durability::kCommit;

@@ -117,7 +117,10 @@ class Store {
   void set_pipeline(AttributeId attribute, std::string pipeline);
   /// Adds one level to the attribute. Its blocks read as zeros until they are written.
   void add_level(AttributeId attribute);
-  /// Removes `attribute` and gives its name to `replacement`.
+  /// Removes the attribute with its levels. The attributes after it get smaller ids. Errors:
+  /// kBadState for an attribute from which levels of another one were encoded.
+  void remove_attribute(AttributeId attribute);
+  /// Removes `attribute` and gives its name to `replacement`. Errors: as remove_attribute().
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
   /// The records of level base_level(): one for each base vertex, in memory.

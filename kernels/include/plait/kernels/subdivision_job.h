@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,7 +24,6 @@
 #include "plait/namespace.h"
 #include "plait/options.h"
 #include "plait/pager.h"
-#include "plait/pipeline_parts.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -49,10 +49,11 @@ struct SubdivisionRequest {
   // Properties of the store. A resumed job takes them from the store, and refuses a value that
   // differs. For a new store, the comment of each member names its default.
   std::optional<std::string> backend = {};  ///< the result of choose_backend, or "pread"
-  std::optional<std::string> codec = {};    ///< the default of the backend
-  std::optional<std::string> filter = {};   ///< the default of the backend
-  std::optional<LayoutKind> layout = {};    ///< Hilbert for fused, else kAutomatic
-  std::optional<Scheme> scheme = {};        ///< kDefaultScheme
+  /// The pipeline of each attribute; empty: the default of the backend. If blocks are encoded from
+  /// other blocks, the job encodes the attribute anew when all levels are made.
+  std::function<std::string(const AttributeSchema&)> pipeline_of = {};
+  std::optional<LayoutKind> layout = {};  ///< Hilbert for fused, else kAutomatic
+  std::optional<Scheme> scheme = {};      ///< kDefaultScheme
   /// A rule of the program's own (plait/kernels/own_rule.h) instead of `scheme`. The store records
   /// its name alone, so a job that continues the store needs the rule again.
   std::optional<OneRingScheme> own_scheme = {};
@@ -133,6 +134,7 @@ enum class SubdivisionStep : std::uint8_t {
   kBaseMesh,  ///< refine the base mesh in memory
   kLayout,    ///< sort the faces of the base mesh
   kLevels,    ///< make levels, normals and limit positions
+  kEncode,    ///< encode attributes anew whose blocks are encoded from other blocks
   kCommit,    ///< with kResume also after every level
   kDigest,    ///< read all levels and compute the digest
   kPublish,   ///< give the store its final name
@@ -160,9 +162,9 @@ struct SubdivisionResult {
   std::filesystem::path store;  ///< empty if the backend is not durable
   /// The open store if the backend is not durable. Otherwise run() has closed the store.
   std::optional<Store> in_memory;
-  MeshFigures base;        ///< the mesh refined base_level times
-  int resumed_level = 0;   ///< the finest level at the start of the run
-  PipelineParts pipeline;  ///< of the store
+  MeshFigures base;                              ///< the mesh refined base_level times
+  int resumed_level = 0;                         ///< the finest level at the start of the run
+  std::map<std::string, std::string> pipelines;  ///< of each attribute, by name
   LayoutSpans spans;
   double import_seconds = 0, layout_seconds = 0;
   double refine_seconds = 0;  ///< base mesh and all levels

@@ -1,0 +1,70 @@
+#include "plait/backends/compression.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+bool is_preset(std::string_view text) {
+  return std::ranges::find(compression_presets(), text, &CompressionPreset::name) !=
+         compression_presets().end();
+}
+
+bool can_be_predicted(const AttributeSchema& schema) {
+  return (schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64) &&
+         schema.components <= 4;
+}
+
+}  // namespace
+
+const std::vector<CompressionPreset>& compression_presets() {
+  static const std::vector<CompressionPreset> presets = {
+      {"fast", "little processor time"},
+      {"default", "vertices predicted from coarser levels"},
+      {"small", "the same, with a slower codec"},
+      {"none", "blocks as they are, in a store that can hold compressed ones too"}};
+  return presets;
+}
+
+std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
+  const std::string_view filters = can_be_predicted(schema) ? "hierarchy+shuffle" : "shuffle";
+  if (preset == "fast") return "shuffle,lz4";
+  if (preset == "default") return fmt::format("{},zstd:1", filters);
+  if (preset == "small") return fmt::format("{},zstd:9", filters);
+  if (preset == "none") return "none";
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("choose compression: expected fast, default, small or none, found \"{}\"",
+                          preset));
+}
+
+void Compression::add(std::string_view text) {
+  // An option of a filter or of a codec comes after a colon and may have an equals sign of its own.
+  const std::size_t equals = text.find('=');
+  const bool names_attribute =
+      equals != std::string_view::npos && equals < text.find_first_of(":,+");
+  const std::string_view attribute = names_attribute ? text.substr(0, equals) : std::string_view();
+  const std::string_view pipeline = names_attribute ? text.substr(equals + 1) : text;
+  if (pipeline.empty() || (names_attribute && attribute.empty()))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("choose compression: expected a preset, a pipeline or "
+                            "ATTRIBUTE=PIPELINE, found \"{}\"",
+                            text));
+  if (names_attribute)
+    of_attribute_.insert_or_assign(std::string(attribute), std::string(pipeline));
+  else
+    general_ = pipeline;
+}
+
+std::string Compression::pipeline_of(const AttributeSchema& schema) const {
+  const auto own = of_attribute_.find(schema.name);
+  const std::string_view text = own != of_attribute_.end() ? std::string_view(own->second)
+                                : general_.empty()         ? std::string_view("default")
+                                                           : std::string_view(general_);
+  return is_preset(text) ? preset_pipeline(text, schema) : std::string(text);
+}
+
+PLAIT_END_NAMESPACE
