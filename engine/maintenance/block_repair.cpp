@@ -31,8 +31,15 @@ void BlockRepair::run() {
 }
 
 std::string BlockRepair::why_lost(const BlockAddress& block) const {
+  if (needs_other_blocks(block))
+    return "it is encoded from other blocks, and repair cannot encode it again";
   const std::string refusal = recomputed_.refusal(name(block.attribute));
   return refusal.empty() ? "what follows from the base mesh is not what it held" : refusal;
+}
+
+bool BlockRepair::needs_other_blocks(const BlockAddress& block) const {
+  const LevelFile& level = store_.level_file(block.attribute, block.level);
+  return level.backend->needs_base_records() || level.is_fixed;
 }
 
 PinnedBlock BlockRepair::made_block(Store& made, const BlockAddress& at) const {

@@ -38,8 +38,10 @@ class BlockRepair {
     return store_.attributes()[attribute].schema;
   }
   bool is_open(std::size_t at) const {
-    return !rebuilt_[at] && recomputed_.refusal(name(damaged_[at].attribute)).empty();
+    return !rebuilt_[at] && !needs_other_blocks(damaged_[at]) && recomputed_.refusal(name(damaged_[at].attribute)).empty();
   }
+  /// Such a block cannot be proven alone, and blocks that others are encoded from cannot change.
+  bool needs_other_blocks(const BlockAddress& block) const;
   PinnedBlock made_block(Store& made, const BlockAddress& at) const;
   void progress(const char* phase, std::uint64_t done, std::uint64_t total) const;
   std::vector<std::size_t> proven_by_seals(Store& made);

@@ -167,6 +167,9 @@ std::optional<std::string> FileRepair::reason_against_image(const DamagedFile& f
       backend->read({block, 1}, std::span(content).first(level.geometry.block_bytes(block)));
     return std::nullopt;
   } catch (const Error& error) {
+    // Blocks that are encoded from others have the checksums of their table; that is all that can
+    // be said of this file alone.
+    if (error.code() == ErrorCode::kNotSupported) return std::nullopt;
     if (error.code() != ErrorCode::kCorruption) throw;
     return error.what();
   }

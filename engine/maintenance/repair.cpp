@@ -4,6 +4,7 @@
 
 #include "maintenance/block_repair.h"
 #include "maintenance/file_repair.h"
+#include "maintenance/read_block.h"
 #include "plait/error.h"
 #include "plait/left_overs.h"
 
@@ -37,7 +38,7 @@ void read_back(Store& store, const std::vector<BlockAddress>& blocks) {
   for (const BlockAddress& at : blocks) {
     LevelFile& file = store.level_file(at.attribute, at.level);
     buffer.resize(file.geometry.block_bytes(at.block));
-    file.backend->read({at.block, 1}, buffer);
+    read_block(store, at.attribute, at.level, at.block, buffer);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "maintenance/read_block.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -29,7 +30,7 @@ VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::u
         report.bytes += bytes;
         if (file.table[block].encoding == BlockEncoding::kNeverWritten) ++report.never_written;
         try {
-          file.backend->read({block, 1}, std::span(buffer).first(bytes));
+          read_block(store, id, level, block, std::span(buffer).first(bytes));
         } catch (const Error& error) {
           // A bad place on the disk is an error of reading; the blocks beside it may be whole.
           if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;

@@ -1,0 +1,213 @@
+// Stores whose levels are predicted from coarser ones: no order of writes leaves a block that
+// decodes to other records than those that were written.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "plait/backends/registry.h"
+#include "plait/copy_levels.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/recode_attribute.h"
+#include "plait/store.h"
+#include "plait/verify.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+using Point = Vector3<float>;
+constexpr const char* kPredicted = "hierarchy+shuffle,zstd:1";
+constexpr int kFinest = 4;
+
+StoreOptions options_with(const char* pipeline) {
+  StoreOptions options;
+  options.backend = "compressed";
+  options.pipeline = pipeline;
+  options.block_bytes = 4096;
+  options.durability = Durability::kNone;
+  options.budget_bytes = 1 << 20;
+  return options;
+}
+
+/// A store of positions, with the pipeline and no level yet.
+struct Surface {
+  explicit Surface(const char* pipeline = kPredicted)
+      : path(directory.path() / "s.plait"),
+        store(Store::create(path, BaseMesh::build(torus_grid(12, 8)), options_with(pipeline),
+                            default_backends())) {
+    position = store.add_attribute(schema_of<Point>("position"));
+    float next = 0;
+    for (Point& point : store.base_records<Point>(position)) point = {next, -next, next += 0.25f};
+  }
+  void write_level(int level, float offset = 0) {
+    Session session = store.open_session();
+    LevelFile& file = store.level_file(position, level);
+    for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
+      const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
+      auto* const numbers = reinterpret_cast<float*>(pinned.bytes().data());
+      for (std::size_t i = 0; i < pinned.bytes().size() / sizeof(float); ++i)
+        numbers[i] = offset + static_cast<float>(i % 97) + static_cast<float>(block);
+    }
+  }
+  void write_all() {
+    for (int level = 1; level <= kFinest; ++level) {
+      store.add_level(position);
+      write_level(level);
+    }
+  }
+  Store reopened(bool writable) {
+    OpenOptions open;
+    open.writable = writable;
+    open.durability = Durability::kNone;
+    return Store::open(path, open, default_backends());
+  }
+
+  TemporaryDirectory directory;
+  std::filesystem::path path;
+  Store store;
+  AttributeId position = 0;
+};
+
+ErrorCode code_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.code();
+  }
+  return ErrorCode::kCancelled;
+}
+
+}  // namespace
+
+TEST_CASE("PredictedStore_LevelsAndBaseRecordsThatOthersNeed_CannotBeChanged") {
+  Surface surface;
+  surface.write_all();
+  const auto check = [](Store& store) {
+    const AttributeId position = store.attribute("position");
+    for (int level = 1; level < kFinest; ++level)
+      for (const Access access : {Access::kOverwrite, Access::kUpdate})
+        CHECK(code_of([&] {
+                store.open_session().pin(store.level_file(position, level), 0, access);
+              }) == ErrorCode::kBadState);
+    CHECK(code_of([&] { store.base_records<Point>(position); }) == ErrorCode::kBadState);
+    CHECK_NOTHROW(std::as_const(store).base_records<Point>(position));
+    CHECK_NOTHROW(
+        store.open_session().pin(store.level_file(position, kFinest), 0, Access::kUpdate));
+  };
+  check(surface.store);
+  surface.store.commit();
+  check(surface.store);
+  const std::string expected = digest(surface.store).to_string();
+  surface.store.close();
+  Store again = surface.reopened(true);
+  CHECK(digest(again).to_string() == expected);
+  check(again);
+  CHECK(verify(again).damaged_count == 0);
+}
+
+TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
+  Surface surface;
+  surface.store.add_level(surface.position);
+  surface.store.add_level(surface.position);
+  LevelFile& coarse = surface.store.level_file(surface.position, 1);
+  {
+    Session session = surface.store.open_session();
+    const PinnedBlock held = session.pin(coarse, 0, Access::kOverwrite);
+    CHECK(code_of([&] { surface.write_level(2); }) == ErrorCode::kBadState);
+  }
+  surface.write_level(1);
+  surface.write_level(2);
+  CHECK(code_of([&] { surface.write_level(1); }) == ErrorCode::kBadState);
+}
+
+TEST_CASE("PredictedStore_ContextThatChangedAllTheSame_IsFoundWhenABlockIsRead") {
+  const bool changes_base = GENERATE(false, true);
+  Surface surface;
+  const std::span<Point> base = surface.store.base_records<Point>(surface.position);
+  surface.write_all();
+  if (changes_base) {
+    base[0].x += 1;  // by way of a span from before
+  } else {
+    surface.store.level_file(surface.position, 2).is_fixed = false;
+    surface.write_level(2, 0.5f);
+  }
+  surface.store.commit();
+  surface.store.close();
+  Store again = surface.reopened(false);
+  const VerifyReport report = verify(again);
+  CHECK(report.damaged_count > 0);
+  for (const DamagedBlock& block : report.damaged) {
+    CHECK(block.level >= (changes_base ? 1 : 3));
+    CHECK(block.reason.find("have changed") != std::string::npos);
+  }
+  CHECK(code_of([&] { digest(again); }) == ErrorCode::kCorruption);
+}
+
+TEST_CASE("PredictedStore_EncodedAnewWithoutPrediction_CanBeChangedAgain") {
+  Surface surface;
+  surface.write_all();
+  surface.store.commit();
+  const std::string expected = digest(surface.store).to_string();
+  recode_attribute(surface.store, surface.position, "shuffle,lz4");
+  CHECK(surface.store.attributes().size() == 1);
+  CHECK(surface.store.attributes()[0].schema.name == "position");
+  surface.store.commit();
+  CHECK(digest(surface.store).to_string() == expected);
+  surface.write_level(1, 3);
+  surface.store.base_records<Point>(surface.position)[0].x = 7;
+  surface.store.commit();
+  CHECK(digest(surface.store).to_string() != expected);
+  surface.store.close();
+  Store again = surface.reopened(false);
+  CHECK(verify(again).damaged_count == 0);
+}
+
+TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
+  Surface surface("shuffle,lz4");
+  surface.write_all();
+  surface.store.commit();
+  const std::string expected = digest(surface.store).to_string();
+  int calls = 0;
+  CHECK(code_of([&] {
+          recode_attribute(surface.store, surface.position, kPredicted,
+                           [&](std::uint64_t, std::uint64_t) { return ++calls < 3; });
+        }) == ErrorCode::kCancelled);
+  CHECK(calls == 3);
+  CHECK(surface.store.attributes().size() == 1);
+  CHECK(digest(surface.store).to_string() == expected);
+  surface.write_level(1, 3);
+  CHECK_NOTHROW(surface.store.commit());
+}
+
+TEST_CASE("PredictedStore_FusedExecutorThatMakesAllLevelsAtOnce_IsRefusedInWords") {
+  Surface surface;
+  surface.store.remove_attribute(surface.position);
+  add_base_positions(surface.store);
+  SubdivideOptions options;
+  options.levels = 3;
+  options.executor = ExecutorKind::kFused;
+  CHECK(code_of([&] { subdivide(surface.store, options); }) == ErrorCode::kBadState);
+}
+
+TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads") {
+  Surface plain("shuffle,lz4");
+  plain.write_all();
+  StoreOptions options = options_with(kPredicted);
+  options.budget_bytes = 192 << 10;
+  options.io_threads = GENERATE(0, 2);
+  const TemporaryDirectory directory;
+  Store copy =
+      Store::create(directory.path() / "c.plait", plain.store.base(), options, default_backends());
+  copy_levels(plain.store, copy);
+  copy.commit();
+  DigestOptions threads;
+  threads.threads = 3;
+  CHECK(digest(copy, threads).to_string() == digest(plain.store).to_string());
+}
+
+}  // namespace plait::test
