@@ -38,7 +38,8 @@ class BlockRepair {
     return store_.attributes()[attribute].schema;
   }
   bool is_open(std::size_t at) const {
-    return !rebuilt_[at] && !needs_other_blocks(damaged_[at]) && recomputed_.refusal(name(damaged_[at].attribute)).empty();
+    return !rebuilt_[at] && !needs_other_blocks(damaged_[at]) &&
+           recomputed_.refusal(name(damaged_[at].attribute)).empty();
   }
   /// Such a block cannot be proven alone, and blocks that others are encoded from cannot change.
   bool needs_other_blocks(const BlockAddress& block) const;

@@ -24,7 +24,7 @@ declare -A layer_of_header=(
   [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
   [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
-  [check_store.h]=maintenance [copy_levels.h]=maintenance [repair.h]=maintenance
+  [check_store.h]=maintenance [copy_levels.h]=maintenance [recode_attribute.h]=maintenance [repair.h]=maintenance
   [verify.h]=maintenance
   [bounds.h]=execution [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
   [pinned_patch.h]=execution [reader.h]=execution [sweep.h]=execution
