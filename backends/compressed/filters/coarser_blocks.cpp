@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "plait/error.h"
@@ -67,7 +69,7 @@ class Needs {
 
 CoarserBlocks::CoarserBlocks(const Topology& mesh, std::vector<const LevelGeometry*> levels,
                              const LevelGeometry& own)
-    : mesh_(mesh), levels_(std::move(levels)), own_(&own) {
+    : mesh_(mesh), levels_(std::move(levels)), own_(&own), kept_(own.block_count()) {
   if (levels_.size() > kMostContextBlocks)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("predict a level from coarser ones: expected at most {} of them, "
@@ -81,7 +83,23 @@ CoarserBlocks::CoarserBlocks(const Topology& mesh, std::vector<const LevelGeomet
         std::clamp<std::size_t>((kMostContextBlocks - most_of_last_) / others, 1, kMostOfOthers);
 }
 
+CoarserBlocks::~CoarserBlocks() {
+  for (const auto& kept : kept_) delete kept.load();
+}
+
 CoarserChoice CoarserBlocks::choose(std::uint64_t block) const noexcept {
+  if (const CoarserChoice* const kept = kept_[block].load(std::memory_order_acquire)) return *kept;
+  const CoarserChoice choice = compute(block);
+  // Without memory, the next call computes it again.
+  if (auto made = std::unique_ptr<const CoarserChoice>(new (std::nothrow) CoarserChoice(choice))) {
+    const CoarserChoice* expected = nullptr;
+    if (kept_[block].compare_exchange_strong(expected, made.get(), std::memory_order_release))
+      static_cast<void>(made.release());
+  }
+  return choice;
+}
+
+CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   CoarserChoice choice;
   const std::size_t count = levels_.size();
   if (count == 0) return choice;
@@ -107,6 +125,18 @@ CoarserChoice CoarserBlocks::choose(std::uint64_t block) const noexcept {
     needs[i].choose(i + 1 == count ? most_of_last_ : most_of_others_, static_cast<int>(i) + 1,
                     choice);
   return choice;
+}
+
+CoarserSlots::CoarserSlots(const CoarserBlocks& blocks, const CoarserChoice& choice,
+                           std::span<const std::span<const std::byte>> context) noexcept
+    : blocks_(blocks) {
+  for (std::size_t i = 0; i < choice.count; ++i) {
+    const auto [refinement, block] = choice.blocks[i];
+    const LevelGeometry& level = blocks.level(refinement);
+    parts_[i] = {level.first_edge(block), level.edge_after(block), context[i].data(),
+                 level.block_offset(block)};
+    begin_[static_cast<std::size_t>(refinement)] = i + 1;
+  }
 }
 
 PLAIT_END_NAMESPACE

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,10 +37,15 @@ class CoarserBlocks {
   /// kNotSupported if there are more levels than a block may have context.
   CoarserBlocks(const Topology& mesh, std::vector<const LevelGeometry*> levels,
                 const LevelGeometry& own);
+  ~CoarserBlocks();
+  CoarserBlocks(const CoarserBlocks&) = delete;
+  CoarserBlocks& operator=(const CoarserBlocks&) = delete;
 
   /// Of each coarser level, the block with the edges of `block`, and the blocks that have most of
   /// the edges around: those of the faces at these edges, and of the next faces. Of the level
   /// before `own` up to most_of_last() blocks, of the others up to most_of_others().
+  /// The first call for a block takes about as long as reading the slots of its edges; the choice
+  /// is kept for later calls.
   CoarserChoice choose(std::uint64_t block) const noexcept;
   std::size_t most_of_last() const noexcept { return most_of_last_; }
   std::size_t most_of_others() const noexcept { return most_of_others_; }
@@ -51,10 +57,13 @@ class CoarserBlocks {
   }
 
  private:
+  CoarserChoice compute(std::uint64_t block) const noexcept;
+
   Topology mesh_;
   std::vector<const LevelGeometry*> levels_;
   const LevelGeometry* own_;
   std::size_t most_of_last_ = 0, most_of_others_ = 0;
+  mutable std::vector<std::atomic<const CoarserChoice*>> kept_;  ///< [block] or null
 };
 
 /// The slots of the chosen blocks, as the pager hands them over.
@@ -62,23 +71,29 @@ class CoarserSlots {
  public:
   /// REQUIRES: context[i] are the bytes of choice.blocks[i].
   CoarserSlots(const CoarserBlocks& blocks, const CoarserChoice& choice,
-               std::span<const std::span<const std::byte>> context) noexcept
-      : blocks_(blocks), choice_(choice), context_(context) {}
+               std::span<const std::span<const std::byte>> context) noexcept;
 
   /// The slot of an edge at the level with this refinement; null if it is in no chosen block.
   const std::byte* slot(int refinement, EdgeId edge) const noexcept {
-    const LevelGeometry& level = blocks_.level(refinement);
-    const std::uint64_t block = level.block_of(edge);
-    for (std::size_t i = 0; i < choice_.count; ++i)
-      if (choice_.blocks[i].block == block && choice_.blocks[i].refinement == refinement)
-        return context_[i].data() + (level.slot(edge).offset - level.block_offset(block));
+    const auto at = static_cast<std::size_t>(refinement);
+    for (std::size_t i = begin_[at - 1]; i < begin_[at]; ++i)
+      if (edge >= parts_[i].first && edge < parts_[i].end)
+        return parts_[i].bytes + (blocks_.level(refinement).slot(edge).offset - parts_[i].offset);
     return nullptr;
   }
 
  private:
+  /// A chosen block: its edges, its bytes, and its place in its level.
+  struct Part {
+    EdgeId first = 0, end = 0;
+    const std::byte* bytes = nullptr;
+    std::uint64_t offset = 0;
+  };
+
   const CoarserBlocks& blocks_;
-  const CoarserChoice& choice_;
-  std::span<const std::span<const std::byte>> context_;
+  std::array<Part, kMostContextBlocks> parts_ = {};
+  std::array<std::size_t, kMostContextBlocks + 1> begin_ =
+      {};  ///< [refinement] the end of its parts
 };
 
 PLAIT_END_NAMESPACE
