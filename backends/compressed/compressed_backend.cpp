@@ -48,7 +48,8 @@ class CompressedBackend;
 /// The open levels of a volume. The volume tells them of versions.
 using OpenLevels = std::vector<CompressedBackend*>;
 
-/// Each part of the seal of context: what the base records or a block's entry contributed.
+/// The checksum of the words that stand for the blocks from which a block is encoded
+/// (docs/format.md, "Level files").
 class ContextSeal {
  public:
   void add(std::uint64_t word) { words_[count_++] = word; }
@@ -74,9 +75,7 @@ class CompressedBackend final : public Backend {
         open_levels_(open_levels) {
     for (const AttributeLevels& attribute : level.surroundings.attributes)
       if (attribute.number == level.table.attribute()) base_ = attribute.base;
-    if (need_other_blocks(filters_))
-      for (const CompressedBackend* const earlier : open_levels_)
-        earlier_tables_.push_back(&earlier->table_);
+    find_context_tables();
     open_levels_.push_back(this);
   }
   ~CompressedBackend() override { std::erase(open_levels_, this); }
@@ -164,6 +163,19 @@ class CompressedBackend final : public Backend {
  private:
   using Context = std::span<const std::span<const std::byte>>;
 
+  /// All blocks need blocks of the same levels. Other levels may be closed before this one.
+  void find_context_tables() {
+    if (geometry_.block_count() == 0) return;
+    std::array<ContextBlock, kMostContextBlocks> needed;
+    const std::size_t count = context(0, needed);
+    for (const CompressedBackend* const earlier : open_levels_)
+      for (const ContextBlock& block : std::span(needed).first(count))
+        if (earlier->table_.attribute() == block.attribute &&
+            earlier->table_.level() == block.level &&
+            std::ranges::find(context_tables_, &earlier->table_) == context_tables_.end())
+          context_tables_.push_back(&earlier->table_);
+  }
+
   /// Nothing if the filters need no other blocks. Errors: kNotSupported if they need some, and the
   /// caller gave none.
   std::optional<std::uint64_t> seal_of_context(std::uint64_t block, Context given) {
@@ -180,9 +192,14 @@ class CompressedBackend final : public Backend {
       seal.add(base_seal_);
     }
     for (const ContextBlock& other : std::span(needed).first(count)) {
-      const auto table = std::ranges::find_if(earlier_tables_, [&](const BlockTable* earlier) {
-        return earlier->attribute() == other.attribute && earlier->level() == other.level;
+      const auto table = std::ranges::find_if(context_tables_, [&](const BlockTable* open) {
+        return open->attribute() == other.attribute && open->level() == other.level;
       });
+      if (table == context_tables_.end())
+        throw Error(ErrorCode::kNotSupported,
+                    fmt::format("transfer {}: block {} needs level {} of attribute {}, which is "
+                                "not open",
+                                file_.path().native(), block, other.level, other.attribute));
       seal.add((static_cast<std::uint64_t>(other.attribute) << 32) |
                static_cast<std::uint64_t>(other.level));
       seal.add((**table)[other.block].checksum);
@@ -259,7 +276,7 @@ class CompressedBackend final : public Backend {
   std::span<const std::byte> base_;
   std::once_flag base_sealed_;
   std::uint64_t base_seal_ = 0;
-  std::vector<const BlockTable*> earlier_tables_;  ///< of levels that may be context
+  std::vector<const BlockTable*> context_tables_;  ///< of the levels that are context
   CoderPool& coders_;
   OpenLevels& open_levels_;
 };

@@ -167,6 +167,22 @@ TEST_CASE("PredictedStore_EncodedAnewWithoutPrediction_CanBeChangedAgain") {
   CHECK(verify(again).damaged_count == 0);
 }
 
+TEST_CASE("PredictedStore_EncodedAnewWithPrediction_DoesNotNeedTheOldLevels") {
+  Surface surface("shuffle,lz4");
+  surface.write_all();
+  const std::string expected = digest(surface.store).to_string();
+  recode_attribute(surface.store, surface.position, kPredicted);
+  CHECK(surface.store.level_file(surface.position, 3).pipeline == kPredicted);
+  surface.store.commit();
+  CHECK(digest(surface.store).to_string() == expected);
+  surface.store.open_session().pin(surface.store.level_file(surface.position, kFinest), 0,
+                                   Access::kUpdate);
+  surface.store.commit();
+  surface.store.close();
+  Store again = surface.reopened(true);
+  CHECK(digest(again).to_string() == expected);
+}
+
 TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
   Surface surface("shuffle,lz4");
   surface.write_all();

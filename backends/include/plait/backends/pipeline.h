@@ -54,8 +54,9 @@ class Codec {
   virtual void decompress(std::span<const std::byte> stored, std::span<std::byte> raw) = 0;
 };
 
-/// The level whose blocks a filter transforms. A filter may keep what the pointers refer to: these
-/// objects outlive it.
+/// The level whose blocks a filter transforms. A filter may keep what this struct and
+/// `surroundings` refer to: geometries, base records and the mesh outlive the filter. The two
+/// structs themselves end with the call.
 struct FilterLevel {
   AttributeSchema schema = {};  ///< the type of the records
   /// Where the slots of a block are. Null if the filter is only made to find out whether the schema
