@@ -105,6 +105,7 @@ int run_program(int argument_count, char** arguments) {
   add_digest_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);
+  add_displace_command(program, context);
   add_layout_command(program, context);
   add_render_command(program, context);
   add_clean_command(program, context);

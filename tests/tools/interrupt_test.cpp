@@ -63,7 +63,8 @@ TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {
   for (const Names& arguments :
        std::vector<Names>{{"export", "s.plait", "out.obj.zst"},
                           {"convert", "s.plait", "copy.plait", "--backend", "compressed",
-                           "--compress", "shuffle,zstd:19"}}) {
+                           "--compress", "shuffle,zstd:19"},
+                          {"displace", "s.plait", "copy.plait", "--kind", "fractal"}}) {
     CAPTURE(arguments[0]);
     CHECK(interrupt(here.path(), arguments, SIGINT).status == 128 + SIGINT);
     CHECK(names_in(here.path()) == Names{"s.plait", "torus.ply"});

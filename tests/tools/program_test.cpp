@@ -24,8 +24,8 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",    "verify", "repair",
-                         "digest",   "export",    "convert", "layout", "render"};
+const Names kCommands = {"generate", "subdivide", "info",     "verify", "repair", "digest",
+                         "export",   "convert",   "displace", "layout", "render"};
 
 }  // namespace
 
@@ -88,6 +88,11 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"subdivide", "mesh.ply", "s.plait", "--levels", "1000"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "-1"},
       {"convert", "missing.plait", "-"},
+      {"displace", "missing.plait", "-"},
+      {"displace", "missing.plait", "out.plait"},
+      {"displace", "missing.plait", "out.plait", "--kind", "wavy"},
+      {"displace", "missing.plait", "out.plait", "--amplitude", "2"},
+      {"displace", "missing.plait", "out.plait", "--amplitude", "-0.1"},
       {"layout", "mesh.ply", "--layout", "alphabetical"},
       {"layout", "mesh.ply", "--png", "spans.jpg"},
       {"layout", "mesh.ply", "--png", "-"},
@@ -176,6 +181,7 @@ TEST_CASE("Errors_OfOutputs_NameWhatTheUserNamed") {
                                   {"subdivide", "mesh.ply", "/proc/x.plait", "--levels", "1"},
                                   {"export", "s.plait", "/proc/x.ply"},
                                   {"convert", "s.plait", "/proc/x.plait"},
+                                  {"displace", "s.plait", "/proc/x.plait"},
                                   {"layout", "mesh.ply", "--layout", "rcm", "--png", "/proc/x.png"},
                                   {"render", "s.plait", "/proc/x.png", "--size", "16x16"}};
   for (const Names& arguments : all) {
@@ -209,6 +215,7 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"digest", "s.plait", "--json"},
       {"export", "s.plait", "s.ply", "--json"},
       {"convert", "s.plait", "c.plait", "--backend", "compressed", "--json"},
+      {"displace", "s.plait", "d.plait", "--json"},
       {"layout", "torus.ply", "--json"},
       {"render", "s.plait", "s.png", "--size", "64x48", "--json"}};
   for (const Names& arguments : all) {

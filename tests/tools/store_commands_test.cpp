@@ -264,6 +264,64 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
 }
 
+TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  const std::string before = here.digest("s.plait");
+  std::vector<std::string> digests;
+  for (const Names& how : std::vector<Names>{
+           {"noise.plait", "--amplitude", "0.001"},
+           {"again.plait", "--amplitude", "0.001", "--threads", "1", "--backend", "compressed"},
+           {"other.plait", "--amplitude", "0.001", "--seed", "2"},
+           {"fractal.plait", "--kind", "fractal"},
+           {"still.plait", "--amplitude", "0"}}) {
+    Names arguments = {"displace", "s.plait"};
+    arguments.insert(arguments.end(), how.begin(), how.end());
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(how, outcome.errors);
+    REQUIRE(outcome.status == 0);
+    digests.push_back(here.digest(how[0]));
+    CHECK(here.plait({"verify", how[0]}).status == 0);
+  }
+  CHECK(here.digest("s.plait") == before);
+  CHECK(digests[0] != before);
+  CHECK(digests[0] == digests[1]);
+  CHECK(digests[0] != digests[2]);
+  CHECK(digests[0] != digests[3]);
+  CHECK(digests[4] == before);  // normals made anew are those that the scheme made
+  // The levels do not follow from the base mesh any more.
+  CHECK(here.plait({"info", "noise.plait", "--json"}).json()["scheme"] == "");
+  // Levels that are predicted from coarser ones can be displaced, too.
+  REQUIRE(here.plait({"displace", "s.plait", "small.plait", "--amplitude", "0.001", "--compress",
+                      "default"})
+              .status == 0);
+  REQUIRE(here.plait({"displace", "small.plait", "again_small.plait", "--amplitude", "0"}).status ==
+          0);
+  CHECK(here.digest("small.plait") == digests[0]);
+  CHECK(here.digest("again_small.plait") == digests[0]);
+  CHECK(here.plait({"info", "again_small.plait"}).output.find("hierarchy") != std::string::npos);
+  CHECK(here.plait({"displace", "s.plait", "noise.plait"}).status == 2);
+  CHECK(here.plait({"displace", "s.plait", "s.plait", "--force"}).status == 2);
+}
+
+TEST_CASE("Displace_Json_TellsWhatItMeasured") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {}).status == 0);
+  const nlohmann::json noise = here.plait({"displace", "s.plait", "a.plait", "--json"}).json();
+  CHECK(noise["kind"] == "noise");
+  CHECK(noise["amplitude"] == 3e-7);
+  CHECK(noise["seed"] == 1);
+  CHECK(!noise.contains("wavelengths"));
+  const nlohmann::json fractal =
+      here.plait({"displace", "s.plait", "b.plait", "--kind", "fractal", "--json"}).json();
+  CHECK(fractal["amplitude"] == 0.005);
+  const double diagonal = fractal["diagonal"], edge = fractal["mean_edge"];
+  CHECK(fractal["wavelengths"][0] == diagonal / 8);
+  CHECK(fractal["wavelengths"].back() >= 4 * edge);
+  CHECK(fractal["largest_move"] > 0);
+  CHECK(fractal["stored_bytes"] > 0);
+}
+
 TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   const Workplace here;
   REQUIRE(
