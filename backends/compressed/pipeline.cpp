@@ -7,7 +7,10 @@
 #include <utility>
 
 #include "compressed/codecs/built_in_codecs.h"
+#include "compressed/filters/byte_delta_filter.h"
 #include "compressed/filters/hierarchy_filter.h"
+#include "compressed/filters/lorenzo_filter.h"
+#include "compressed/filters/parallelogram_filter.h"
 #include "compressed/filters/shuffle_filter.h"
 #include "plait/error.h"
 
@@ -94,6 +97,14 @@ PipelineRegistry built_in() {
       "hierarchy",
       "predicts vertices from the coarser levels; hierarchy:midpoint by a simpler rule",
       make_hierarchy_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "bytedelta", "after shuffle: differences of bytes that follow each other in a group",
+      make_byte_delta_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "lorenzo", "differences along the rows of a slot and across them", make_lorenzo_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "parallelogram", "predicts floating-point numbers from their neighbours in a slot",
+      make_parallelogram_filter});
   return registry;
 }
 

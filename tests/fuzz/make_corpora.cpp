@@ -350,6 +350,28 @@ std::string journal_record(std::uint32_t level, std::uint64_t offset, const std:
          number(std::uint64_t{bytes.size()}) + number(std::uint64_t{0}) + bytes;
 }
 
+void seed_slot_filters() {
+  std::string bytes;
+  for (int i = 0; i < 1000; ++i)
+    bytes += number(1.0f + 0.001f * static_cast<float>(i % 17 + i / 17));
+  const auto seed_of = [&](std::uint8_t filter, std::uint8_t type, std::uint8_t components,
+                           std::uint8_t level, std::uint64_t shapes) {
+    return number(filter) + number(type) + number(components) + number(level) +
+           number(std::uint8_t{30}) + number(std::uint8_t{1}) + number(shapes) + bytes;
+  };
+  const char* const names[] = {"lorenzo", "parallelogram", "shuffle", "bytedelta"};
+  for (std::uint8_t filter = 0; filter < 4; ++filter) {
+    const std::string name = names[filter];
+    seed("slot_filters", name.c_str(), seed_of(filter, 0, 2, 2, 0));
+    seed("slot_filters", (name + "_float64").c_str(),
+         seed_of(filter, 1, 2, 3, 0x8000'0000'0000'0020));
+    seed("slot_filters", (name + "_half_and_absent").c_str(),
+         seed_of(filter, 0, 2, 1, 0x8c8c'8c8c'8c8c'8c8c));
+    seed("slot_filters", (name + "_integers").c_str(),
+         seed_of(filter, 3, 0, 4, 0xaaaa'aaaa'aaaa'aaaa));
+  }
+}
+
 void seed_journals() {
   const std::string block(512, 'b');
   const std::string whole = journal_record(1, 512, block);
@@ -403,6 +425,7 @@ int main(int argument_count, char** arguments) try {
   seed_block_tables();
   seed_codecs();
   seed_numbers();
+  seed_slot_filters();
   seed_journals();
   seed_bounds();
   return 0;

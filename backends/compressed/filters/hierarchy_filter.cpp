@@ -2,31 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <cfenv>
 #include <optional>
 
+#include "compressed/filters/default_arithmetic.h"
 #include "compressed/filters/edge_lattice.h"
 #include "compressed/filters/residuals.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// Rounds to nearest and keeps denormal numbers while it exists, whatever the program has set: a
-/// writer and a reader must compute the same predictions.
-class DefaultArithmetic {
- public:
-  DefaultArithmetic() noexcept {
-    std::fegetenv(&former_);
-    std::fesetenv(FE_DFL_ENV);
-  }
-  ~DefaultArithmetic() { std::fesetenv(&former_); }
-  DefaultArithmetic(const DefaultArithmetic&) = delete;
-  DefaultArithmetic& operator=(const DefaultArithmetic&) = delete;
-
- private:
-  std::fenv_t former_;
-};
 
 template <class Number, std::size_t kComponents>
 class HierarchyFilter final : public Filter {
