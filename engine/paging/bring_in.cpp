@@ -64,7 +64,12 @@ void Pager::Implementation::PinCall::read() noexcept {
   if (here) {
     const Wait waiting(pager_, &session_, Direction::kRead);
     pager_.transfers_.start(lock_, *here);
-    pager_.changed_.wait(lock_, [&] { return !is_not_filled(here->content.state); });
+    // A backend with threads of its own has only begun it. So this thread begins the others as
+    // well, and does not wait for the I/O thread to wake up.
+    for (PinBatch::Entry& entry : batch_)
+      if (entry.brings_in && entry.frame->content.state == State::kReading)
+        pager_.transfers_.help(lock_, *entry.frame);
+    pager_.changed_of(*here).wait(lock_, [&] { return !is_not_filled(here->content.state); });
   }
   fill_with_zeros();
   read_with_context();

@@ -6,6 +6,7 @@
 // PinCall.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <memory>
@@ -106,6 +107,12 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
     changed_.wait(lock, [&] { return changes_ != since; });
   }
   void tell_of_change() noexcept;
+  /// The same if only this frame may be one that a thread waits for. Wakes few threads.
+  void tell_of_change_of(const Frame& frame) noexcept;
+  /// Where a thread waits for a change of this frame alone.
+  std::condition_variable& changed_of(const Frame& frame) noexcept {
+    return frame_changed_[frame.index % frame_changed_.size()];
+  }
   void count_transfer(const Frame& frame, Direction direction) noexcept;
 
   bool writes_behind(const SessionState* session) const {
@@ -118,6 +125,8 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;  ///< notified when a transfer, a PinCall or a pin ends
+  /// The same for threads that wait for one frame. Several frames share one of them.
+  std::array<std::condition_variable, 16> frame_changed_;
   std::uint64_t changes_ = 0;
 
   PagingStatistics statistics_;

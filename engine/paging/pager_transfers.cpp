@@ -26,7 +26,7 @@ void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr erro
   if (was_read || frame.content.state == State::kClean) drop_context(frame);
   if (frame.content.pins == 0) settle(frame);
   transfers_.write_behind();
-  tell_of_change();
+  tell_of_change_of(frame);
 }
 
 void Pager::Implementation::count_transfer(const Frame& frame, Direction direction) noexcept {
@@ -42,6 +42,13 @@ void Pager::Implementation::count_transfer(const Frame& frame, Direction directi
 void Pager::Implementation::tell_of_change() noexcept {
   ++changes_;
   changed_.notify_all();
+  for (std::condition_variable& each : frame_changed_) each.notify_all();
+}
+
+void Pager::Implementation::tell_of_change_of(const Frame& frame) noexcept {
+  ++changes_;
+  changed_.notify_all();
+  changed_of(frame).notify_all();
 }
 
 void Pager::Implementation::wait_for_any(Lock& lock, SessionState* session,
@@ -59,7 +66,7 @@ void Pager::Implementation::wait_while(Lock& lock, SessionState& session, Frame&
   const LevelFile* const level = content.level;
   const std::uint64_t block = content.block;
   transfers_.help(lock, frame);
-  changed_.wait(lock, [&] {
+  changed_of(frame).wait(lock, [&] {
     return !what(content.state) || content.level != level || content.block != block;
   });
 }
