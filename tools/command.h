@@ -26,6 +26,7 @@ void add_info_command(CLI::App& program, CommandContext& context);
 void add_verify_command(CLI::App& program, CommandContext& context);
 void add_repair_command(CLI::App& program, CommandContext& context);
 void add_digest_command(CLI::App& program, CommandContext& context);
+void add_bounds_command(CLI::App& program, CommandContext& context);
 void add_export_command(CLI::App& program, CommandContext& context);
 void add_clean_command(CLI::App& program, CommandContext& context);
 void add_convert_command(CLI::App& program, CommandContext& context);

@@ -24,8 +24,8 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",     "verify", "repair", "digest",
-                         "export",   "convert",   "displace", "layout", "render"};
+const Names kCommands = {"generate", "subdivide", "info",    "verify",   "repair", "digest",
+                         "bounds",   "export",    "convert", "displace", "layout", "render"};
 
 }  // namespace
 
@@ -80,6 +80,8 @@ TEST_CASE("Usage_AnythingWrong_IsStatusTwoAndOneLine") {
       {"verify", "missing.plait"},
       {"repair", "missing.plait"},
       {"digest", "missing.plait"},
+      {"bounds", "missing.plait"},
+      {"bounds"},
       {"digest", "missing.plait", "--level", "-1"},
       {"export", "missing.plait", "out.ply", "--level", "1000"},
       {"export", "missing.plait", "out.ply", "--level", "99999999999999999999"},
@@ -213,6 +215,7 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"verify", "s.plait", "--fast", "--json"},
       {"repair", "s.plait", "--json"},
       {"digest", "s.plait", "--json"},
+      {"bounds", "s.plait", "--json"},
       {"export", "s.plait", "s.ply", "--json"},
       {"convert", "s.plait", "c.plait", "--backend", "compressed", "--json"},
       {"displace", "s.plait", "d.plait", "--json"},

@@ -2,6 +2,7 @@
 // is replaced only at the end.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "plait/backends/registry.h"
 #include "plait/mesh_io.h"
+#include "plait/reader.h"
 #include "program.h"
 #include "read_back.h"
 #include "stand_ins.h"
@@ -349,9 +351,49 @@ TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   }
 }
 
+TEST_CASE("Bounds_OfAStore_AreThoseOfItsVertices") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  const Outcome outcome = here.plait({"bounds", "s.plait", "--json"});
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  CHECK(here.plait({"verify", "s.plait", "--json"}).json()["notes"].empty());
+
+  // The file by docs/format.md, and the vertices read one by one.
+  const Store store = Store::open(here.path("s.plait"), {}, default_backends());
+  CHECK(outcome.json()["faces"] == store.base().face_count());
+  std::ifstream file(here.path("s.plait/attribute0.bounds"), std::ios::binary);
+  file.seekg(32);
+  const Reader reader(store, {.attributes = {"position"}});
+  std::uint64_t wrong = 0;
+  for (FaceId face = 0; face < store.base().face_count(); ++face) {
+    float found[2][3];
+    file.read(reinterpret_cast<char*>(found), sizeof(found));
+    const PatchView patch = reader.read_patch(face, 3);
+    const auto position = patch.attribute<Vector3<float>>("position");
+    for (int axis = 0; axis < 3; ++axis) {
+      float low = position.at(0, 0)[axis], high = low;
+      for (std::int64_t j = 0; j <= 8; ++j)
+        for (std::int64_t i = 0; i + j <= 8; ++i) {
+          low = std::min(low, position.at(i, j)[axis]);
+          high = std::max(high, position.at(i, j)[axis]);
+        }
+      wrong += found[0][axis] != low || found[1][axis] != high;
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(file.good());
+
+  CHECK(here.plait({"bounds", "s.plait", "--attribute", "normal"}).status == 0);
+  CHECK(std::filesystem::exists(here.path("s.plait/attribute1.bounds")));
+  const Outcome unknown = here.plait({"bounds", "s.plait", "--attribute", "mass"});
+  CHECK(unknown.status == 2);
+  CHECK(unknown.error_lines() == 1);
+}
+
 TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
   const Workplace here;
-  for (const char* command : {"info", "verify", "digest", "repair"}) {
+  for (const char* command : {"info", "verify", "digest", "bounds", "repair"}) {
     const Outcome outcome = here.plait({command, "."});
     CAPTURE(command, outcome.errors);
     CHECK(outcome.status == 2);

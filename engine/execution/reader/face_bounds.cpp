@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "plait/edge_index.h"
+#include "plait/error.h"
 #include "plait/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -43,7 +44,9 @@ class BoundsOfFaces {
       }
   }
 
-  void add_level(const LevelFile& level) {
+  /// `read(bytes)` is called after each block.
+  template <class Read>
+  void add_level(const LevelFile& level, Read read) {
     const LevelGeometry& geometry = level.geometry;
     const std::int64_t n = slot_side(geometry.level().refinements);
     for (std::uint64_t block = 0; block < geometry.block_count(); ++block) {
@@ -57,6 +60,7 @@ class BoundsOfFaces {
         add_slot(mesh_.edges[edge], slot.shape, n,
                  reinterpret_cast<const Real*>(pinned.bytes().data() + (slot.offset - offset)));
       }
+      read(geometry.block_bytes(block));
     }
   }
 
@@ -117,10 +121,18 @@ class BoundsOfFaces {
 
 template <class Real>
 std::vector<FaceBounds> compute(const Topology& mesh, std::span<const std::byte> base,
-                                std::span<const LevelFile* const> levels, Session& session) {
+                                std::span<const LevelFile* const> levels, Session& session,
+                                const BoundsProgress& proceed) {
+  std::uint64_t done = 0, total = 0;
+  for (const LevelFile* const level : levels) total += level->geometry.total_bytes();
   BoundsOfFaces<Real> bounds(mesh, session);
   bounds.add_base(base);
-  for (const LevelFile* const level : levels) bounds.add_level(*level);
+  for (const LevelFile* const level : levels)
+    bounds.add_level(*level, [&](std::uint64_t bytes) {
+      done += bytes;
+      if (proceed && !proceed(done, total))
+        throw Error(ErrorCode::kCancelled, "compute bounds: cancelled");
+    });
   return bounds.take();
 }
 
@@ -134,9 +146,10 @@ bool has_positions(const AttributeSchema& schema) {
 std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,
-                                            Session& session) {
-  return schema.type == ComponentType::kFloat32 ? compute<float>(mesh, base, levels, session)
-                                                : compute<double>(mesh, base, levels, session);
+                                            Session& session, const BoundsProgress& proceed) {
+  return schema.type == ComponentType::kFloat32
+             ? compute<float>(mesh, base, levels, session, proceed)
+             : compute<double>(mesh, base, levels, session, proceed);
 }
 
 PLAIT_END_NAMESPACE

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,11 +18,15 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// Whether an attribute has positions in space: float32 x 3 or float64 x 3.
 bool has_positions(const AttributeSchema& schema);
 
+/// Told of the bytes of levels that are read, and of those of all levels. False cancels.
+using BoundsProgress = std::function<bool(std::uint64_t done, std::uint64_t total)>;
+
 /// Reads each block of `levels` once, in file order. `base` has the records of the base vertices.
-/// REQUIRES: has_positions(schema). Errors: those of Session::pin.
+/// `proceed` may be empty. REQUIRES: has_positions(schema). Errors: kCancelled; those of
+/// Session::pin.
 std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,
-                                            Session& session);
+                                            Session& session, const BoundsProgress& proceed);
 
 PLAIT_END_NAMESPACE

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "execution/reader/bounds_tree.h"
+#include "execution/reader/face_bounds.h"
 #include "plait/reader.h"
 #include "store/store_state.h"
 
@@ -32,7 +33,8 @@ struct Reader::State {
 
   // spatial_queries.cpp
   std::uint64_t bounds_key(const Attribute& attribute) const;
-  std::vector<FaceBounds> compute_bounds(const Attribute& attribute) const;
+  std::vector<FaceBounds> compute_bounds(const Attribute& attribute,
+                                         const BoundsProgress& proceed = {}) const;
   /// Made by the first caller. Errors: those of Reader::faces_in_box.
   std::shared_ptr<const BoundsTree> bounds_tree(std::size_t number) const;
 

@@ -41,14 +41,15 @@ std::uint64_t Reader::State::bounds_key(const Attribute& attribute) const {
                            checksum_of(attribute.base_bytes), tables);
 }
 
-std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute) const {
+std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute,
+                                                      const BoundsProgress& proceed) const {
   if (!has_positions(attribute.schema))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("bounds of '{}': expected float32 x 3 or float64 x 3, found {} x {}",
                             attribute.schema.name, to_string(attribute.schema.type),
                             attribute.schema.components));
   return compute_face_bounds(mesh, attribute.schema, attribute.base_bytes, attribute.levels,
-                             session);
+                             session, proceed);
 }
 
 std::shared_ptr<const BoundsTree> Reader::State::bounds_tree(std::size_t number) const {
@@ -74,7 +75,7 @@ std::vector<FaceOnRay> Reader::faces_along_ray(Vector3<double> origin, Vector3<d
   return state_->bounds_tree(number_of(attribute))->along_ray(origin, direction);
 }
 
-void write_bounds(const Store& store, std::string_view attribute) {
+void write_bounds(const Store& store, std::string_view attribute, const BoundsProgress& proceed) {
   const Reader reader(
       store, {.attributes = {std::string(attribute)}, .policy = EvictionPolicy::kLayoutOrder});
   const Reader::State& state = *reader.state_;
@@ -89,7 +90,7 @@ void write_bounds(const Store& store, std::string_view attribute) {
   if (of.writable && committed_key(of, number) != key)
     throw Error(ErrorCode::kBadState,
                 fmt::format("{}: it has changes that are not committed", verb));
-  const std::vector<FaceBounds> faces = state.compute_bounds(state.attributes[0]);
+  const std::vector<FaceBounds> faces = state.compute_bounds(state.attributes[0], proceed);
   StoreLock lock;
   if (!of.writable) lock = StoreLock(of.directory, LockFor::kRecovering);
   write_bounds_file(of.directory, number, faces, key);

@@ -7,6 +7,8 @@
 // coordinate that is not a number does not count.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string_view>
 
 #include "plait/namespace.h"
@@ -35,10 +37,13 @@ struct FaceOnRay {
 /// earlier one. Readers of this version then need not compute them. A commit that changes the
 /// attribute makes the file stale: readers recognise that and compute the bounds themselves. Reads
 /// each level of the attribute once, and takes 24 bytes of memory for each face. Waits until the
-/// file is on the disk. REQUIRES: no other thread writes to the store. Errors: kNotFound;
-/// kInvalidArgument unless the attribute is float32 x 3 or float64 x 3; kNotSupported for a store
-/// in memory; kBadState if the attribute has changes that are not committed; kBusy if `store` is
-/// open for reading and another one writes it; kIo, kNoSpace; those of Session::pin.
-void write_bounds(const Store& store, std::string_view attribute = "position");
+/// file is on the disk. Calls `proceed` with the bytes of levels that are read and of all levels,
+/// if it is given; if it returns false, the call changes nothing. REQUIRES: no other thread writes
+/// to the store. Errors: kNotFound; kInvalidArgument unless the attribute is float32 x 3 or float64
+/// x 3; kNotSupported for a store in memory; kBadState if the attribute has changes that are not
+/// committed; kBusy if `store` is open for reading and another one writes it; kCancelled by
+/// `proceed`; kIo, kNoSpace; those of Session::pin.
+void write_bounds(const Store& store, std::string_view attribute = "position",
+                  const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
 
 PLAIT_END_NAMESPACE

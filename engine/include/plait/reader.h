@@ -13,6 +13,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -234,7 +235,8 @@ class Reader {
 
  private:
   friend class PatchView;
-  friend void write_bounds(const Store& store, std::string_view attribute);
+  friend void write_bounds(const Store& store, std::string_view attribute,
+                           const std::function<bool(std::uint64_t, std::uint64_t)>& proceed);
   struct State;
 
   void announce(std::span<const FaceId> next, int level) const noexcept;

@@ -353,6 +353,30 @@ TEST_CASE("WriteBounds_WhileAWriterHasTheStore_IsBusy") {
   CHECK_FALSE(fs::exists(place.file()));
 }
 
+TEST_CASE("WriteBounds_Proceed_CountsTheBytesOfAllLevelsAndCancels") {
+  const Place place;
+  const Store store = place.open();
+  std::uint64_t expected = 0;
+  for (int level = 1; level <= store.finest_level(); ++level)
+    expected += store.level_file(0, level).geometry.total_bytes();
+  std::uint64_t last = 0, wrong = 0;
+  write_bounds(store, "position", [&](std::uint64_t done, std::uint64_t total) {
+    wrong += done <= last || total != expected;
+    last = done;
+    return true;
+  });
+  CHECK(wrong == 0);
+  CHECK(last == expected);
+
+  fs::remove(place.file());
+  CHECK(error_of([&] {
+          write_bounds(store, "position", [](std::uint64_t, std::uint64_t) { return false; });
+        }).code() == ErrorCode::kCancelled);
+  CHECK_FALSE(fs::exists(place.file()));
+  write_bounds(store);
+  CHECK(fs::exists(place.file()));
+}
+
 TEST_CASE("BoundsFile_AnyByteChanged_IsNamed") {
   const Place place("pread", octahedron());
   const Store store = place.open();
