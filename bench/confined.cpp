@@ -43,6 +43,12 @@ MemoryLimit::~MemoryLimit() {
 }
 
 double MemoryLimit::run(const std::function<double()>& work) const {
+  return run_for_figures([&] { return std::vector<double>{work()}; }).at(0);
+}
+
+std::vector<double> MemoryLimit::run_for_figures(
+    const std::function<std::vector<double>()>& work) const {
+  constexpr std::size_t kMost = 256;  // a pipe takes so many at once
   int ends[2];
   if (::pipe(ends) != 0) throw system_error("make", "a pipe", errno);
   std::fflush(nullptr);
@@ -53,21 +59,25 @@ double MemoryLimit::run(const std::function<double()>& work) const {
     try {
       if (limited() && !put(group_ / "cgroup.procs", std::to_string(::getpid())))
         throw Error(ErrorCode::kIo, "enter " + group_.native() + ": refused");
-      const double result = work();
-      if (::write(ends[1], &result, sizeof(result)) == sizeof(result)) status = 0;
+      const std::vector<double> results = work();
+      const std::size_t bytes = results.size() * sizeof(double);
+      if (results.size() <= kMost &&
+          ::write(ends[1], results.data(), bytes) == static_cast<ssize_t>(bytes))
+        status = 0;
     } catch (const std::exception& error) {
       fmt::print(stderr, "{}\n", error.what());
     }
     ::_exit(status);
   }
   ::close(ends[1]);
-  double result = 0;
-  const bool got = ::read(ends[0], &result, sizeof(result)) == sizeof(result);
+  std::vector<double> results(kMost);
+  const ssize_t got = ::read(ends[0], results.data(), kMost * sizeof(double));
   ::close(ends[0]);
   int status = 0;
   ::waitpid(child, &status, 0);
-  if (!got || status != 0) throw Error(ErrorCode::kIo, "measure: the child process failed");
-  return result;
+  if (got <= 0 || status != 0) throw Error(ErrorCode::kIo, "measure: the child process failed");
+  results.resize(static_cast<std::size_t>(got) / sizeof(double));
+  return results;
 }
 
 bool make_cold(const std::vector<fs::path>& files) {

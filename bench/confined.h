@@ -22,6 +22,8 @@ class MemoryLimit {
   /// Runs `work` in a child process inside the group and returns its result. Errors: kIo if the
   /// child failed.
   double run(const std::function<double()>& work) const;
+  /// The same for work with several figures, at most 256.
+  std::vector<double> run_for_figures(const std::function<std::vector<double>()>& work) const;
 
  private:
   std::filesystem::path group_;

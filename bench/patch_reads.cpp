@@ -3,6 +3,7 @@
 //
 //   plait_bench_patch_reads [--level 5] [--refinements 5] [--backend pread,mmap] [--threads 1,2,8]
 //                           [--budget MIB] [--reads 20000] [--runs 5] [--directory .] [--json FILE]
+//   plait_bench_patch_reads --cold [--block KIB] [--io-threads N] ...
 //
 // Each read pins the positions of one patch and copies them in row order. The patches are random:
 // all are equally likely (uniform), or the n-th of them has a weight of 1/n (Zipf). The floor
@@ -10,21 +11,29 @@
 // memory. All threads read by one Reader. With a budget that holds the whole store (0, the default)
 // everything is read once before the time begins; with a smaller budget the blocks come from the
 // page cache or the disk. The program prints a Markdown table of medians over the runs.
+//
+// With --cold, the store is four times larger than the memory of the process (cgroup version 1; the
+// program says so if it may not set a limit), and the budget is smaller still. Each run is a
+// process, which begins with a cold page cache, and fills its budget before the time begins. The
+// figure is the bytes of all blocks that the reader read, over the time. The floor is fio, which
+// reads random blocks of the same size in the same way and under the same limit: for uring past the
+// page cache, with as many blocks in flight for each thread as a patch lacks on average; for pread
+// through the page cache, each block once, with one job more than threads, for the I/O thread. The
+// table also has the bytes that came from the disk, as a part of those of the blocks.
 #include <fmt/format.h>
 #include <sys/mman.h>
 
 #include <cstring>
 #include <filesystem>
-#include <numeric>
-#include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "cold_patch_reads.h"
 #include "command_line.h"
 #include "plait/backends/registry.h"
 #include "plait/file.h"
 #include "plait/reader.h"
+#include "random_patches.h"
 #include "support.h"
 
 namespace {
@@ -34,41 +43,29 @@ using namespace plait::bench;
 namespace fs = std::filesystem;
 
 struct Settings {
-  int level = 5, refinements = 5, runs = 5, reads = 20000;
+  bool cold = false;
+  int level = 5, refinements = 5, runs = 5, reads = 20000, io_threads = -1;
   std::vector<int> threads = {1, 2, 8};
   std::vector<std::string> backends = {"pread", "mmap"};
-  std::uint64_t budget_mebibytes = 0;
+  std::uint64_t budget_mebibytes = 0, block_kibibytes = StoreOptions().block_bytes >> 10;
   std::string directory = ".", json;
 };
 
-/// `count` numbers below `limit`, drawn beforehand.
-std::vector<FaceId> draw(bool zipf, std::uint64_t limit, int count, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::vector<FaceId> faces(limit);
-  std::iota(faces.begin(), faces.end(), FaceId{0});
-  std::ranges::shuffle(faces, std::mt19937_64(1));  // frequent faces lie apart
-  std::vector<double> weights(limit, 1.0);
-  for (std::uint64_t at = 0; zipf && at < limit; ++at) weights[at] /= static_cast<double>(at + 1);
-  std::discrete_distribution<std::uint64_t> distribution(weights.begin(), weights.end());
-  std::vector<FaceId> drawn(static_cast<std::size_t>(count));
-  for (FaceId& face : drawn) face = faces[distribution(random)];
-  return drawn;
-}
-
-/// Calls read(thread, face) for the faces of each thread, and returns nanoseconds of each call.
-template <class Read>
-std::vector<double> latencies(const std::vector<std::vector<FaceId>>& faces_of, Read read) {
-  std::vector<std::vector<double>> times(faces_of.size());
-  std::vector<std::thread> threads;
-  for (std::size_t thread = 0; thread < faces_of.size(); ++thread)
-    threads.emplace_back([&, thread] {
-      for (const FaceId face : faces_of[thread])
-        times[thread].push_back(1e9 * seconds([&] { read(thread, face); }));
-    });
-  for (std::thread& thread : threads) thread.join();
-  std::vector<double> all;
-  for (const std::vector<double>& of : times) all.insert(all.end(), of.begin(), of.end());
-  return all;
+/// --cold has other defaults.
+ColdSettings cold_settings(const CLI::App& app, const Settings& settings) {
+  ColdSettings cold;
+  cold.level = settings.level;
+  cold.runs = settings.runs;
+  cold.threads = settings.threads;
+  cold.block_kibibytes = settings.block_kibibytes;
+  cold.budget_mebibytes = settings.budget_mebibytes;
+  cold.io_threads = settings.io_threads;
+  cold.directory = settings.directory;
+  cold.json = settings.json;
+  if (app.count("--refinements") > 0) cold.refinements = settings.refinements;
+  if (app.count("--reads") > 0) cold.reads = settings.reads;
+  if (app.count("--backend") > 0) cold.backends = settings.backends;
+  return cold;
 }
 
 struct Row {
@@ -77,12 +74,6 @@ struct Row {
   std::vector<double> reads_per_second = {}, floor_reads_per_second = {}, p50 = {}, p99 = {},
                       p999 = {};
 };
-
-double quantile(std::vector<double>& values, double part) {
-  const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + at);
-  return values[static_cast<std::size_t>(at)];
-}
 
 class Mapping {
  public:
@@ -110,11 +101,8 @@ void measure(Row& row, const Reader& reader, const Mapping& mapping, std::uint64
   const std::uint64_t patch_bytes = vertices * sizeof(Vector3<float>);
   const std::uint64_t places = mapping.bytes() / patch_bytes;
   const int reads_of_thread = settings.reads / row.threads;
-  std::vector<std::vector<FaceId>> faces;
-  faces.reserve(static_cast<std::size_t>(row.threads));
-  for (int thread = 0; thread < row.threads; ++thread)
-    faces.push_back(draw(row.distribution == "zipf", face_count, reads_of_thread,
-                         seed + static_cast<unsigned>(thread)));
+  const std::vector<std::vector<FaceId>> faces =
+      draw_for_threads(row.threads, row.distribution == "zipf", face_count, settings.reads, seed);
   std::vector<std::vector<Vector3<float>>> into(faces.size(),
                                                 std::vector<Vector3<float>>(vertices));
   const auto count = static_cast<double>(reads_of_thread) * row.threads;
@@ -148,6 +136,7 @@ int run(const Settings& settings) {
     fs::remove_all(path);
     StoreOptions options;
     options.backend = backend;
+    options.block_bytes = settings.block_kibibytes << 10;
     {
       Store store = Store::create(path, base, options, backends);
       add_base_positions(store);
@@ -157,6 +146,7 @@ int run(const Settings& settings) {
     OpenOptions open;
     open.budget_bytes =
         settings.budget_mebibytes == 0 ? std::uint64_t{1} << 34 : settings.budget_mebibytes << 20;
+    if (settings.io_threads >= 0) open.io_threads = settings.io_threads;
     const Store store = Store::open(path, open, backends);
     const Reader reader(store);
     const Mapping mapping(store.level_file(0, settings.level).path);
@@ -207,9 +197,19 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
+  const CLI::App* parsed = nullptr;
   return run_program(
       "plait_bench_patch_reads", "Reads of random patches", count, words,
       [&](CLI::App& app) {
+        parsed = &app;
+        app.add_flag("--cold", settings.cold,
+                     "A store four times larger than memory. Other defaults: --backend "
+                     "pread,uring, --refinements 7, --reads 4000");
+        app.add_option("--block", settings.block_kibibytes, "Size of a block, KiB")
+            ->check(CLI::Range(4, 1 << 20))
+            ->capture_default_str();
+        add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
+                          "Threads that read beside the caller; -1: the store's default");
         add_number_option(app, "--level", settings.level, 1, 10, "The level of the patches");
         add_number_option(app, "--refinements", settings.refinements, 0, 9,
                           "Refinements of the octahedron that give the base mesh");
@@ -219,12 +219,14 @@ int main(int count, char** words) {
             ->delimiter(',')
             ->check(CLI::Range(1, 64));
         app.add_option("--budget", settings.budget_mebibytes,
-                       "Budget for blocks in memory, MiB; 0: enough for the whole store")
+                       "Budget for blocks in memory, MiB; 0: enough for the whole store (--cold: "
+                       "five eighths of the memory)")
             ->check(CLI::Range(0, 1 << 20));
         add_number_option(app, "--reads", settings.reads, 64, 100000000, "Reads of all threads");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },
-      [&] { return run(settings); }, &settings.directory);
+      [&] { return settings.cold ? run_cold(cold_settings(*parsed, settings)) : run(settings); },
+      &settings.directory);
 }
