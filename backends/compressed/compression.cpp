@@ -23,7 +23,7 @@ bool can_be_predicted(const AttributeSchema& schema) {
 
 const std::vector<CompressionPreset>& compression_presets() {
   static const std::vector<CompressionPreset> presets = {
-      {"fast", "little processor time"},
+      {"fast", "vertices predicted inside their slots; little processor time"},
       {"default", "vertices predicted from coarser levels"},
       {"small", "the same, with a slower codec"},
       {"none", "blocks as they are, in a store that can hold compressed ones too"}};
@@ -32,7 +32,8 @@ const std::vector<CompressionPreset>& compression_presets() {
 
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
   const std::string_view filters = can_be_predicted(schema) ? "hierarchy+shuffle" : "shuffle";
-  if (preset == "fast") return "shuffle,lz4";
+  if (preset == "fast")
+    return can_be_predicted(schema) ? "parallelogram+shuffle,lz4" : "shuffle,lz4";
   if (preset == "default") return fmt::format("{},zstd:1", filters);
   if (preset == "small") return fmt::format("{},zstd:9", filters);
   if (preset == "none") return "none";

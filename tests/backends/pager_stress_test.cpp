@@ -103,9 +103,10 @@ class Stress {
     })({"", 8 * kBlockBytes, 2});
     file_.traits = entry_.traits;
     file_.writable = mode != OpenMode::kRead;
+    const AttributeSchema schema{"bytes", ComponentType::kUint8, 1};
     file_.backend =
         volume_->open_level({directory_, "attribute2.level01.1", mode, file_.geometry, file_.table,
-                             1, entry_.traits.compressed ? "lz4" : "none"});
+                             schema, entry_.traits.compressed ? "lz4" : "none"});
     pager_.attach(file_);
   }
 

@@ -15,56 +15,35 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "compressed/filters/ordered_words.h"
 #include "plait/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 template <class Number>
 using BitsOf = std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint64_t>;
-
-/// m(x) of the head of this file.
 template <class Number>
-constexpr BitsOf<Number> ordered_bits(Number number) {
-  using Bits = BitsOf<Number>;
-  using Signed = std::make_signed_t<Bits>;
-  constexpr int kSignShift = 8 * sizeof(Bits) - 1;
-  constexpr Bits kSign = Bits{1} << kSignShift;
-  const auto bits = std::bit_cast<Bits>(number);
-  return bits ^ (static_cast<Bits>(static_cast<Signed>(bits) >> kSignShift) | kSign);
-}
+inline constexpr int kBitsOf = 8 * sizeof(Number);
 
-/// The inverse of ordered_bits().
+/// m(p) of the head of this file.
 template <class Number>
-constexpr Number from_ordered_bits(BitsOf<Number> ordered) {
-  using Bits = BitsOf<Number>;
-  using Signed = std::make_signed_t<Bits>;
-  constexpr int kSignShift = 8 * sizeof(Bits) - 1;
-  constexpr Bits kSign = Bits{1} << kSignShift;
-  return std::bit_cast<Number>(
-      ordered ^ (~static_cast<Bits>(static_cast<Signed>(ordered) >> kSignShift) | kSign));
-}
-
-template <class Number>
-constexpr Number or_zero_if_nan(Number prediction) {
-  return prediction == prediction ? prediction : Number{0};
+constexpr BitsOf<Number> ordered_prediction(Number prediction) {
+  const Number counted = prediction == prediction ? prediction : Number{0};
+  return FloatOrder::to<kBitsOf<Number>>(std::bit_cast<BitsOf<Number>>(counted));
 }
 
 template <class Number>
 constexpr BitsOf<Number> residual(Number number, Number prediction) {
-  using Bits = BitsOf<Number>;
-  using Signed = std::make_signed_t<Bits>;
-  const Bits difference = ordered_bits(number) - ordered_bits(or_zero_if_nan(prediction));
-  const auto sign = static_cast<Bits>(static_cast<Signed>(difference) >> (8 * sizeof(Bits) - 1));
-  return static_cast<Bits>(difference << 1) ^ sign;
+  const auto bits = std::bit_cast<BitsOf<Number>>(number);
+  return zigzag<kBitsOf<Number>>(FloatOrder::to<kBitsOf<Number>>(bits) -
+                                 ordered_prediction(prediction));
 }
 
 /// The number with this residual: the inverse of residual() for the same prediction.
 template <class Number>
 constexpr Number from_residual(BitsOf<Number> residual, Number prediction) {
-  using Bits = BitsOf<Number>;
-  const Bits difference = static_cast<Bits>(residual >> 1) ^ (Bits{0} - (residual & 1));
-  return from_ordered_bits<Number>(
-      static_cast<Bits>(ordered_bits(or_zero_if_nan(prediction)) + difference));
+  return std::bit_cast<Number>(FloatOrder::from<kBitsOf<Number>>(
+      ordered_prediction(prediction) + from_zigzag<kBitsOf<Number>>(residual)));
 }
 
 PLAIT_END_NAMESPACE
