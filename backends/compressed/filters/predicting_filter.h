@@ -3,16 +3,16 @@
 //
 // A slot is a grid. In the pictures, x is the record that is predicted.
 //
-//   inside        l x    is predicted from l, a and b     (`inside`)
-//                 b a    (b is above l; "above" is the row before)
+//   inside        b a    (the row before)
+//                 l x    is predicted from l, a and b     (`inside`)
 //   first row     k l x  from l, and from k if there is one       (`along`)
 //   first column         the same, with the two records above
 //   first record         equals the first record of the slot before it in the block; in the first
 //                        slot all bits of the prediction are 0
 //
 // The stored word is zigzag(m(x) - m(prediction)), modulo 2^32 or 2^64, where m maps the bits of a
-// number to an integer of the same order (ordered_words.h). So decoding inverts encoding for
-// every bit pattern, whatever the prediction is.
+// number to an integer of the same order (ordered_words.h). So decoding inverts encoding for every
+// bit pattern, whatever the prediction is.
 //
 // Decoding a record has to wait for the one to its left. So several slots are decoded at once.
 #pragma once
@@ -163,7 +163,7 @@ class SlotPrediction {
     const SlotGrid shape{0, side, half};
     const std::byte* from[kSlots];
     std::byte* to[kSlots];
-    Form l[kSlots], b[kSlots], first[kSlots], above_first[kSlots] = {};
+    Form l[kSlots], b[kSlots] = {}, first[kSlots], above_first[kSlots] = {};
     for (std::size_t s = 0; s < kSlots; ++s) {
       from[s] = first_from[s];
       to[s] = first_to[s];
