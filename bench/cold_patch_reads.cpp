@@ -193,7 +193,9 @@ int run_cold(const ColdSettings& settings) {
     block_bytes = geometry.max_block_bytes() / 4096 * 4096;
   }
   if (block_bytes == 0)
-    throw Error(ErrorCode::kInvalidArgument, "the blocks are smaller than a page");
+    throw Error(ErrorCode::kInvalidArgument,
+                "--cold: expected blocks of at least a page of 4096 bytes, found smaller ones; "
+                "give a larger --block");
   const std::uint64_t limit_bytes = store_bytes / 4;
   const std::uint64_t budget_bytes =
       settings.budget_mebibytes == 0 ? limit_bytes / 8 * 5 : settings.budget_mebibytes << 20;

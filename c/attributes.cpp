@@ -6,6 +6,7 @@
 #include "plait.h"
 #include "plait/attribute.h"
 #include "plait/edge_index.h"
+#include "plait/recode_attribute.h"
 
 namespace plait::c {
 namespace {
@@ -77,6 +78,22 @@ plait_status plait_store_replace_attribute(plait_store* store, const char* name,
     plait::Store& changed = changed_store(store);
     check_given(replacement, "replacement");
     changed.replace_attribute(attribute_named(changed, name), changed.attribute(replacement));
+  });
+}
+
+plait_status plait_store_remove_attribute(plait_store* store, const char* name) {
+  return guarded("plait_store_remove_attribute", [&] {
+    plait::Store& changed = changed_store(store);
+    changed.remove_attribute(attribute_named(changed, name));
+  });
+}
+
+plait_status plait_store_recode_attribute(plait_store* store, const char* name,
+                                          const char* pipeline) {
+  return guarded("plait_store_recode_attribute", [&] {
+    plait::Store& changed = changed_store(store);
+    check_given(pipeline, "pipeline");
+    plait::recode_attribute(changed, attribute_named(changed, name), pipeline);
   });
 }
 

@@ -113,10 +113,13 @@ std::map<std::string, std::string> pipelines_of_copy(const Arguments& arguments,
 
 void encode_anew(Store& store, const std::map<std::string, std::string>& pipelines,
                  Progress& progress) {
-  for (const auto& [name, pipeline] : pipelines) {
-    const AttributeId id = store.attribute(name);
-    if (store.level_file(id, store.attributes()[id].finest_level).pipeline == pipeline) continue;
-    recode_attribute(store, id, pipeline, [&](std::uint64_t done, std::uint64_t total) {
+  // Normals are encoded from positions, which come earlier.
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const auto& [schema, finest] = store.attributes()[id];
+    const auto pipeline = pipelines.find(schema.name);
+    if (pipeline == pipelines.end() || store.level_file(id, finest).pipeline == pipeline->second)
+      continue;
+    recode_attribute(store, id, pipeline->second, [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total, "encode");
     });
   }

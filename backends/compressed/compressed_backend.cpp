@@ -74,7 +74,7 @@ class CompressedBackend final : public Backend {
         coders_(coders),
         open_levels_(open_levels) {
     for (const AttributeLevels& attribute : level.surroundings.attributes)
-      if (attribute.number == level.table.attribute()) base_ = attribute.base;
+      if (attribute.number == base_attribute()) base_ = attribute.base;
     find_context_tables();
     open_levels_.push_back(this);
   }
@@ -132,7 +132,7 @@ class CompressedBackend final : public Backend {
     return filters_.empty() ? 0 : filters_.front()->context(block, blocks);
   }
   bool needs_base_records() const noexcept override {
-    return !filters_.empty() && filters_.front()->needs_base_records();
+    return base_attribute() == table_.attribute();
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
@@ -163,6 +163,10 @@ class CompressedBackend final : public Backend {
  private:
   using Context = std::span<const std::span<const std::byte>>;
 
+  std::uint32_t base_attribute() const noexcept {
+    return filters_.empty() ? kNoId : filters_.front()->base_attribute();
+  }
+
   /// All blocks need blocks of the same levels. Other levels may be closed before this one.
   void find_context_tables() {
     if (geometry_.block_count() == 0) return;
@@ -187,7 +191,7 @@ class CompressedBackend final : public Backend {
                   fmt::format("transfer {}: block {} needs {} other blocks, found {}",
                               file_.path().native(), block, count, given.size()));
     ContextSeal seal;
-    if (needs_base_records()) {
+    if (base_attribute() != kNoId) {
       std::call_once(base_sealed_, [&] { base_seal_ = XXH3_64bits(base_.data(), base_.size()); });
       seal.add(base_seal_);
     }

@@ -19,6 +19,12 @@ bool can_be_predicted(const AttributeSchema& schema) {
          schema.components <= 4;
 }
 
+/// By the name that the library itself gives to normals.
+bool is_normal(const AttributeSchema& schema) {
+  return schema.name == "normal" && schema.type == ComponentType::kFloat32 &&
+         schema.components == 3;
+}
+
 }  // namespace
 
 const std::vector<CompressionPreset>& compression_presets() {
@@ -31,7 +37,9 @@ const std::vector<CompressionPreset>& compression_presets() {
 }
 
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
-  const std::string_view filters = can_be_predicted(schema) ? "hierarchy+shuffle" : "shuffle";
+  const std::string_view filters = is_normal(schema)          ? "normals+shuffle"
+                                   : can_be_predicted(schema) ? "hierarchy+shuffle"
+                                                              : "shuffle";
   if (preset == "fast")
     return can_be_predicted(schema) ? "parallelogram+shuffle,lz4" : "shuffle,lz4";
   if (preset == "default") return fmt::format("{},zstd:1", filters);

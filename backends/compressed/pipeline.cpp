@@ -10,6 +10,7 @@
 #include "compressed/filters/byte_delta_filter.h"
 #include "compressed/filters/hierarchy_filter.h"
 #include "compressed/filters/lorenzo_filter.h"
+#include "compressed/filters/normals_filter.h"
 #include "compressed/filters/parallelogram_filter.h"
 #include "compressed/filters/shuffle_filter.h"
 #include "plait/error.h"
@@ -97,6 +98,9 @@ PipelineRegistry built_in() {
       "hierarchy",
       "predicts vertices from the coarser levels; hierarchy:midpoint by a simpler rule",
       make_hierarchy_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "normals", "predicts unit normals from positions; normals:NAME names their attribute",
+      make_normals_filter});
   registry.add(PipelineRegistry::FilterEntry{
       "bytedelta", "after shuffle: differences of bytes that follow each other in a group",
       make_byte_delta_filter});

@@ -31,11 +31,11 @@ void recode_attribute(Store& store, AttributeId attribute, const std::string& pi
       done_bytes += copied;
       return !proceed || proceed(done_bytes, total_bytes);
     });
+    store.replace_attribute(attribute, copy);
   } catch (...) {
     store.remove_attribute(copy);
     throw;
   }
-  store.replace_attribute(attribute, copy);
 }
 
 PLAIT_END_NAMESPACE

@@ -25,55 +25,37 @@
 
 #include "plait/kernels/numbers.h"
 #include "plait/kernels/ring_table.h"
+#include "plait/regular_normal.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
 
 namespace plait::normals {
 
-constexpr Vector3<float> kPositiveZeros{0, 0, 0};  // -0 + 0 = 0
-
-/// Whether the square of a length is far from the smallest and the largest float.
+/// The rules of vertices that are no base vertices are in plait/regular_normal.h.
 template <class Real>
 constexpr bool comfortable(Real square) {
-  return square > Real(1e-30) && square < Real(1e30);
+  return RegularNormal::comfortable(square);
 }
-/// direction() of `v`. REQUIRES: `square` is dot(v, v), and comfortable(square).
 template <class Real>
 Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
-  const Real scale = Real(1) / std::sqrt(square);
-  return Vector3<float>{float(scale * v.x), float(scale * v.y), float(scale * v.z)} +
-         kPositiveZeros;
+  return RegularNormal::scaled_to_unit(v, square);
 }
-
-/// The direction of a vector, in float32. If the square of its length is not comfortable() (the
-/// units of the mesh are very small or very large), the length is computed in double. Zeros are
-/// made positive: a ring rotated by 180 degrees would give them the other sign, but the result must
-/// not depend on the face that evaluates the vertex. Pinned by
-/// tests/acceptance/flat_surface_test.cpp.
 template <class Real>
 Vector3<float> direction(Vector3<Real> v) {
-  const Real square = dot(v, v);
-  if (comfortable(square)) return scaled_to_unit(v, square);
-  return narrow<float>(normalized(widen(v))) + kPositiveZeros;
+  return RegularNormal::direction(v);
 }
-
-/// A normal of any length to the tangent plane of a regular vertex, from the differences of
-/// opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
 template <class Real>
 constexpr Vector3<Real> regular_cross(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-  return cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
+  return RegularNormal::cross_of(d0, d1, d2);
 }
 template <class Real>
 Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-  return direction(regular_cross(d0, d1, d2));
+  return RegularNormal::interior(d0, d1, d2);
 }
-
-/// The same for a border vertex with three faces: neighbours p_1 .. p_4.
 template <class Real>
 Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2, Vector3<Real> p3,
                               Vector3<Real> p4) {
-  const Vector3<Real> across = Real(2) * ((p2 - v) + (p3 - v)) - ((p1 - v) + (p4 - v));
-  return direction(cross(p1 - p4, across));
+  return RegularNormal::border(v, p1, p2, p3, p4);
 }
 
 /// The weights of the mask across a border, for `neighbours` >= 3 neighbours.

@@ -80,11 +80,11 @@ TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") 
   CHECK(error_text([&] { validate("none,gzip"); }) ==
         "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
         "none, zstd; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
-  CHECK(
-      error_text([&] { validate("sort,lz4"); }) ==
-      "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of "
-      "bytedelta, hierarchy, lorenzo, parallelogram, shuffle; plug-ins add others (--plugin FILE, "
-      "PLAIT_PLUGINS)");
+  CHECK(error_text([&] { validate("sort,lz4"); }) ==
+        "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of "
+        "bytedelta, hierarchy, lorenzo, normals, parallelogram, shuffle; plug-ins add others "
+        "(--plugin FILE, "
+        "PLAIT_PLUGINS)");
   for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})
     CHECK(error_text([&] {
             validate(std::string("none,") + codec);

@@ -52,6 +52,8 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_store_add_level, "Store::add_level"),
     PLAIT_PAIR(plait_store_set_pipeline, "Store::set_pipeline"),
     PLAIT_PAIR(plait_store_replace_attribute, "Store::replace_attribute"),
+    PLAIT_PAIR(plait_store_remove_attribute, "Store::remove_attribute"),
+    PLAIT_PAIR(plait_store_recode_attribute, "recode_attribute"),
     PLAIT_PAIR(plait_store_get_base_records, "Store::base_records", "Store::base_bytes"),
     PLAIT_PAIR(plait_store_edit_base_records, "Store::base_records", "Store::base_bytes"),
     PLAIT_PAIR(plait_store_subdivide, "subdivide"),

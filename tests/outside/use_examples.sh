@@ -44,7 +44,7 @@ run '20 versions, 0 wrong vertices' many_readers many_readers.plait
 # The position is that of a Loop subdivision by a program of a few lines that uses no plait.
 run $'side: -0.2930 0.2930 0.0000\na patch has 2145 vertices and 4096 triangles' \
   first_store_in_c in_c.plait
-"$source/tests/docs/first_store_test.sh" "$plait" "$built/first_store" >printed || fail "first_store: failed"
+"$source/tests/docs/first_store_test.sh" "$plait" "$built/first_store" >first_store.log || fail "first_store: failed"
 
 # The plug-ins store what a store in memory holds, and keep the promises of a backend.
 digest() { "$plait" subdivide molecule.ply "$@" --levels 3 --digest | tail -n 1; }

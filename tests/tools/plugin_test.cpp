@@ -62,10 +62,11 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
     CAPTURE(refused.errors);
     CHECK(refused.status == 2);
     CHECK(refused.error_lines() == 1);
-    CHECK(refused.errors.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
-                              "one of bytedelta, hierarchy, lorenzo, parallelogram, shuffle; "
-                              "plug-ins add others (--plugin FILE, "
-                              "PLAIT_PLUGINS)") != std::string::npos);
+    CHECK(refused.errors.find(
+              "filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
+              "one of bytedelta, hierarchy, lorenzo, normals, parallelogram, shuffle; "
+              "plug-ins add others (--plugin FILE, "
+              "PLAIT_PLUGINS)") != std::string::npos);
     Names with_plugin = command;
     with_plugin.insert(with_plugin.end(), {"--plugin", PLAIT_OWN_CODEC});
     CHECK(here.plait(with_plugin).status == 0);

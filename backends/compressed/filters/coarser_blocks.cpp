@@ -108,7 +108,6 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   for (std::size_t i = 0; i < count; ++i) needs[i].begin(levels_[i]->block_of(first));
   const auto add = [&](FaceId face, std::uint32_t weight) {
     for (const EdgeId edge : mesh_.face_edges[face]) {
-      if (edge >= first && edge < end) continue;
       for (std::size_t i = 0; i < count; ++i) needs[i].add(levels_[i]->block_of(edge), weight);
     }
   };

@@ -73,13 +73,14 @@ class EdgeLattice {
     return sizeof(Record) * (stride * stride + stride);
   }
 
-  /// `memory` has bytes(refinement) bytes. `base` are the records of the base vertices.
-  EdgeLattice(const CoarserBlocks& levels, std::span<const std::byte> base, PredictionRule rule,
-              std::span<std::byte> memory)
+  /// For slots of `refinement`, from the levels before it. `memory` has bytes(refinement) bytes.
+  /// `base` are the records of the base vertices.
+  EdgeLattice(const CoarserBlocks& levels, int refinement, std::span<const std::byte> base,
+              PredictionRule rule, std::span<std::byte> memory)
       : mesh_(levels.mesh()),
         base_(reinterpret_cast<const Record*>(base.data())),
         rule_(rule),
-        refinement_(levels.own().level().refinements),
+        refinement_(refinement),
         size_(slot_side(refinement_)),
         stride_(size_ + 3),
         points_(reinterpret_cast<Record*>(memory.data())) {}
@@ -100,6 +101,21 @@ class EdgeLattice {
       first += count;
     }
   }
+
+  /// Fills the points around the edge; with the rule midpoint, without the row around them.
+  void gather(const CoarserSlots& slots, EdgeId edge) {
+    gather_points(slots, edge);
+    if (rule_ == PredictionRule::kMidpoint) return;
+    for (const bool turned : {false, true}) {
+      const FaceSide side = turned ? mesh_.edges[edge].other : mesh_.edges[edge].own;
+      if (!side.exists()) continue;
+      for (const bool beyond_start : {true, false}) gather_wings(slots, side, turned, beyond_start);
+    }
+  }
+  const Record* point(std::int64_t p, std::int64_t q) const {
+    return points_ + (p + 1) * stride_ + (q + 1);
+  }
+  std::int64_t stride() const { return stride_; }  ///< from (p, q) to (p + 1, q)
 
  private:
   Record* at(std::int64_t p, std::int64_t q) { return points_ + (p + 1) * stride_ + (q + 1); }
@@ -127,7 +143,7 @@ class EdgeLattice {
     }
   }
 
-  void gather(const CoarserSlots& slots, EdgeId edge) {
+  void gather_points(const CoarserSlots& slots, EdgeId edge) {
     for (const bool turned : {false, true}) {
       const FaceSide side = turned ? mesh_.edges[edge].other : mesh_.edges[edge].own;
       if (!side.exists()) continue;
@@ -145,12 +161,6 @@ class EdgeLattice {
         if (!side.exists()) continue;
         for (int turn = 0; turn < 3; ++turn) gather_slot(slots, side, turned, turn, refinement);
       }
-    if (rule_ == PredictionRule::kMidpoint) return;
-    for (const bool turned : {false, true}) {
-      const FaceSide side = turned ? mesh_.edges[edge].other : mesh_.edges[edge].own;
-      if (!side.exists()) continue;
-      for (const bool beyond_start : {true, false}) gather_wings(slots, side, turned, beyond_start);
-    }
   }
 
   /// Copies the vertices of one face that are in the slot of the face's side (side + turn).

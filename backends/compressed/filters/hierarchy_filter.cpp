@@ -32,7 +32,7 @@ class HierarchyFilter final : public Filter {
   }
 
   bool needs_other_blocks() const noexcept override { return true; }
-  bool needs_base_records() const noexcept override { return true; }
+  std::uint32_t base_attribute() const noexcept override { return attribute_; }
 
   std::size_t context(std::uint64_t block,
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
@@ -85,7 +85,7 @@ class HierarchyFilter final : public Filter {
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
     const LevelGeometry& level = blocks_->own();
-    Lattice lattice(*blocks_, base_, rule_, block.scratch);
+    Lattice lattice(*blocks_, level.level().refinements, base_, rule_, block.scratch);
     const std::uint64_t start = level.block_offset(block.block);
     const EdgeId end = level.edge_after(block.block);
     for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
@@ -97,7 +97,7 @@ class HierarchyFilter final : public Filter {
   }
 
   PredictionRule rule_;
-  std::uint32_t attribute_ = 0;
+  std::uint32_t attribute_ = kNoId;
   int base_level_ = 0;
   std::span<const std::byte> base_;
   std::optional<CoarserBlocks> blocks_;  ///< nothing if the level's surroundings are not known

@@ -183,6 +183,40 @@ TEST_CASE("PredictedStore_EncodedAnewWithPrediction_DoesNotNeedTheOldLevels") {
   CHECK(digest(again).to_string() == expected);
 }
 
+TEST_CASE("PredictedStore_NormalsOfTheLibrarysRule_TakeNextToNothingOnTheFinestLevel") {
+  for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep})
+    for (const bool precise : {false, true})
+      for (const IndexedMesh& mesh :
+           {torus_grid(9, 7), random_sheet(4, 60), random_sphere(2, 80)}) {
+        const TemporaryDirectory directory;
+        StoreOptions options = options_with("shuffle,lz4");
+        options.block_bytes = 64 << 10;
+        Store store = Store::create(directory.path() / "s.plait", BaseMesh::build(mesh), options,
+                                    default_backends());
+        add_base_positions(store, precise);
+        SubdivideOptions subdivision;
+        subdivision.levels = kFinest;
+        subdivision.normals = true;
+        subdivision.executor = executor;
+        subdivide(store, subdivision);
+        store.commit();
+        const std::string expected = digest(store).to_string();
+        recode_attribute(store, store.attribute("position"), kPredicted);
+        recode_attribute(store, store.attribute("normal"), "normals,zstd:1");
+        store.commit();
+        CHECK(digest(store).to_string() == expected);
+        const LevelFile& finest = store.level_file(store.attribute("normal"), kFinest);
+        std::uint64_t stored_bytes = 0;
+        for (const BlockEntry& entry : finest.table.entries()) stored_bytes += entry.stored_bytes;
+        CHECK(stored_bytes < finest.geometry.total_bytes() / 100);
+        CHECK(verify(store).damaged_count == 0);
+        // The positions cannot go while normals are encoded from them.
+        CHECK(code_of([&] { recode_attribute(store, store.attribute("position"), "lz4"); }) ==
+              ErrorCode::kBadState);
+        CHECK(store.attributes().size() == 2);
+      }
+}
+
 TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
   Surface surface("shuffle,lz4");
   surface.write_all();

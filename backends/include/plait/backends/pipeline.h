@@ -92,8 +92,9 @@ class Filter {
     static_cast<void>(block), static_cast<void>(blocks);
     return 0;
   }
-  /// Whether the filter reads the base records (AttributeLevels::base) of the level's attribute.
-  virtual bool needs_base_records() const noexcept { return false; }
+  /// The number of the attribute whose base records (AttributeLevels::base) the filter reads; kNoId
+  /// if it reads none.
+  virtual std::uint32_t base_attribute() const noexcept { return kNoId; }
   /// The working memory that one call of encode() or decode() needs.
   virtual std::size_t scratch_bytes() const noexcept { return 0; }
   /// The two spans have the size of the block and do not overlap.

@@ -1,0 +1,154 @@
+#include "compressed/filters/normals_filter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compressed/filters/default_arithmetic.h"
+#include "compressed/filters/edge_lattice.h"
+#include "compressed/filters/residuals.h"
+#include "plait/error.h"
+#include "plait/regular_normal.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+template <class Real>
+class NormalsFilter final : public Filter {
+ public:
+  /// `positions` is null if the store is not known.
+  NormalsFilter(const FilterLevel& level, const AttributeLevels* positions) {
+    if (positions == nullptr) return;
+    const auto count = static_cast<std::size_t>(level.geometry->level().refinements);
+    attribute_ = positions->number;
+    base_level_ = level.surroundings->base_level;
+    base_ = positions->base;
+    blocks_.emplace(level.surroundings->mesh,
+                    std::vector(positions->levels.begin(),
+                                positions->levels.begin() + static_cast<std::ptrdiff_t>(count)),
+                    *level.geometry);
+  }
+
+  bool needs_other_blocks() const noexcept override { return true; }
+  std::uint32_t base_attribute() const noexcept override { return attribute_; }
+
+  std::size_t context(std::uint64_t block,
+                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
+    if (!blocks_) return 0;
+    const CoarserChoice choice = blocks_->choose(block);
+    for (std::size_t i = 0; i < choice.count; ++i)
+      blocks[i] = {attribute_, base_level_ + choice.blocks[i].refinement, choice.blocks[i].block};
+    return choice.count;
+  }
+
+  std::size_t scratch_bytes() const noexcept override {
+    return blocks_ ? Lattice::bytes(blocks_->own().level().refinements + 1) : 0;
+  }
+
+  void encode(const FilterBlock& block, std::span<const std::byte> raw,
+              std::span<std::byte> filtered) const override {
+    const auto* const from = reinterpret_cast<const Vector3<float>*>(raw.data());
+    auto* const to = reinterpret_cast<Residuals*>(filtered.data());
+    predict(block, [&](std::uint64_t at, const Vector3<float>& prediction) {
+      to[at] = {residual(from[at].x, prediction.x), residual(from[at].y, prediction.y),
+                residual(from[at].z, prediction.z)};
+    });
+  }
+
+  void decode(const FilterBlock& block, std::span<const std::byte> filtered,
+              std::span<std::byte> raw) const override {
+    const auto* const from = reinterpret_cast<const Residuals*>(filtered.data());
+    auto* const to = reinterpret_cast<Vector3<float>*>(raw.data());
+    predict(block, [&](std::uint64_t at, const Vector3<float>& prediction) {
+      to[at] = {from_residual(from[at][0], prediction.x), from_residual(from[at][1], prediction.y),
+                from_residual(from[at][2], prediction.z)};
+    });
+  }
+
+ private:
+  using Lattice = EdgeLattice<Real, 3>;
+  using Residuals = std::array<std::uint32_t, 3>;
+
+  /// Calls visit(place in the block, prediction) for every record.
+  template <class Visit>
+  void predict(const FilterBlock& block, Visit visit) const {
+    if (!blocks_)
+      throw Error(ErrorCode::kNotSupported,
+                  "predict normals from positions: the mesh and the positions are not known");
+    const DefaultArithmetic arithmetic;
+    const CoarserChoice choice = blocks_->choose(block.block);
+    const CoarserSlots slots(*blocks_, choice, block.context);
+    const LevelGeometry& level = blocks_->own();
+    const int refinement = level.level().refinements;
+    Lattice lattice(*blocks_, refinement + 1, base_, PredictionRule::kMidpoint, block.scratch);
+    const std::uint64_t start = level.block_offset(block.block);
+    const EdgeId end = level.edge_after(block.block);
+    const std::int64_t n = slot_side(refinement), stride = lattice.stride();
+    for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
+      lattice.gather(slots, edge);
+      const bool border = blocks_->mesh().edges[edge].is_border();
+      std::uint64_t at = (level.slot(edge).offset - start) / sizeof(Vector3<float>);
+      for (std::int64_t row = 0; row < n; ++row) {
+        const auto* v = lattice.point(2 * row + 1, 1);
+        const std::int64_t inside = border ? n - 1 - row : n;
+        for (std::int64_t column = 0; column < inside; ++column, v += 2)
+          visit(at++,
+                RegularNormal::interior(difference(v[stride], v[-stride]), difference(v[1], v[-1]),
+                                        difference(v[1 - stride], v[stride - 1])));
+        if (border)
+          visit(at++, RegularNormal::border(vector(*v), vector(v[1 - stride]), vector(v[-stride]),
+                                            vector(v[-1]), vector(v[stride - 1])));
+      }
+    }
+  }
+
+  using Record = typename Lattice::Record;
+  static Vector3<Real> vector(const Record& record) { return {record[0], record[1], record[2]}; }
+  static Vector3<Real> difference(const Record& a, const Record& b) {
+    return vector(a) - vector(b);
+  }
+
+  std::uint32_t attribute_ = kNoId;
+  int base_level_ = 0;
+  std::span<const std::byte> base_;
+  std::optional<CoarserBlocks> blocks_;  ///< nothing if the level's surroundings are not known
+};
+
+/// The levels of the positions; null if the store is not known.
+const AttributeLevels* positions_in(const FilterLevel& level, std::string_view name) {
+  if (level.geometry == nullptr || level.surroundings == nullptr) return nullptr;
+  const auto& attributes = level.surroundings->attributes;
+  const auto found = std::ranges::find_if(
+      attributes, [&](const AttributeLevels& each) { return each.schema.name == name; });
+  const auto needed = static_cast<std::size_t>(level.geometry->level().refinements);
+  if (found == attributes.end() || found->schema.components != 3 ||
+      (found->schema.type != ComponentType::kFloat32 &&
+       found->schema.type != ComponentType::kFloat64) ||
+      found->levels.size() < needed || found->number >= level.attribute)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("choose filter \"normals\" for level {} of '{}': expected an earlier "
+                            "attribute '{}' of 3 float32 or float64 with this level",
+                            level.level, level.schema.name, name));
+  return &*found;
+}
+
+}  // namespace
+
+std::unique_ptr<Filter> make_normals_filter(std::string_view options, const FilterLevel& level) {
+  const AttributeSchema& schema = level.schema;
+  if (schema.type != ComponentType::kFloat32 || schema.components != 3)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("choose filter \"normals\" for '{}': expected records of 3 float32, "
+                            "found {} x {}",
+                            schema.name, schema.components, to_string(schema.type)));
+  const AttributeLevels* const positions =
+      positions_in(level, options.empty() ? std::string_view("position") : options);
+  if (positions != nullptr && positions->schema.type == ComponentType::kFloat64)
+    return std::make_unique<NormalsFilter<double>>(level, positions);
+  return std::make_unique<NormalsFilter<float>>(level, positions);
+}
+
+PLAIT_END_NAMESPACE
