@@ -293,8 +293,8 @@ PLAIT_API plait_status plait_store_replace_attribute(plait_store* store, const c
 /* Removes an attribute with its levels. PLAIT_ERROR_BAD_STATE if levels of another attribute are
  * encoded from its levels. */
 PLAIT_API plait_status plait_store_remove_attribute(plait_store* store, const char* name);
-/* Encodes all levels of an attribute anew with another pipeline. The records do not change. Until the
- * next commit, the old and the new levels take disk space. */
+/* Encodes all levels of an attribute anew with another pipeline. The records do not change. Until
+ * the next commit, the old and the new levels take disk space. */
 PLAIT_API plait_status plait_store_recode_attribute(plait_store* store, const char* name,
                                                     const char* pipeline);
 /* The records of the base vertices, for reading. Valid until the next call that changes the
