@@ -117,7 +117,8 @@ void measure(Row& row, const fs::path& path, const fs::path& finest, const ColdS
         .values();
   }));
   row.figures.push_back(figures);
-  const double blocks_of_read = figures.blocks / (settings.reads / row.threads * row.threads);
+  const auto reads = settings.reads / row.threads * row.threads;
+  const double blocks_of_read = figures.blocks / static_cast<double>(reads);
   RandomReads floor{.file = finest, .block_bytes = block_bytes};
   if (row.backend == "uring") {
     floor.engine = "io_uring";
@@ -196,7 +197,9 @@ int run_cold(const ColdSettings& settings) {
     throw Error(ErrorCode::kInvalidArgument,
                 "--cold: expected blocks of at least a page of 4096 bytes, found smaller ones; "
                 "give a larger --block");
-  const std::uint64_t limit_bytes = store_bytes / 4;
+  // The program itself needs memory, so a small store is read with less pressure.
+  constexpr std::uint64_t kLeastLimitBytes = 48 << 20;
+  const std::uint64_t limit_bytes = std::max(store_bytes / 4, kLeastLimitBytes);
   const std::uint64_t budget_bytes =
       settings.budget_mebibytes == 0 ? limit_bytes / 8 * 5 : settings.budget_mebibytes << 20;
   const MemoryLimit limit(limit_bytes);

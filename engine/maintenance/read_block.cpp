@@ -49,6 +49,7 @@ void read_block(Store& store, AttributeId attribute, int level, std::uint64_t bl
   std::vector<PinnedBlock> pinned(count);
   session.pin_many(requests, pinned);
   std::vector<std::span<const std::byte>> context;
+  context.reserve(count);
   for (const PinnedBlock& other : pinned) context.push_back(other.bytes());
   Waiting waiting;
   Transfer transfer;

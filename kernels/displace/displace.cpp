@@ -184,7 +184,7 @@ class Displacement {
                        for (int k = 0; k < ring.valence(); ++k) {
                          const Wide edge = widen(ring.neighbour(i, k)) - widen(ring.vertex(i));
                          const double length = std::sqrt(dot(edge, edge));
-                         measure.lengths += static_cast<std::uint64_t>(length * unit + 0.5);
+                         measure.lengths += static_cast<std::uint64_t>(std::llround(length * unit));
                          ++measure.count;
                        }
                    });

@@ -40,8 +40,9 @@ template <class Real>
 Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
   return RegularNormal::scaled_to_unit(v, square);
 }
+/// Not inlined: rows call it for single lanes only, and their loops stay short.
 template <class Real>
-Vector3<float> direction(Vector3<Real> v) {
+[[gnu::noinline]] Vector3<float> direction(Vector3<Real> v) {
   return RegularNormal::direction(v);
 }
 template <class Real>
@@ -49,7 +50,7 @@ constexpr Vector3<Real> regular_cross(Vector3<Real> d0, Vector3<Real> d1, Vector
   return RegularNormal::cross_of(d0, d1, d2);
 }
 template <class Real>
-Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
+[[gnu::noinline]] Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
   return RegularNormal::interior(d0, d1, d2);
 }
 template <class Real>
