@@ -141,7 +141,8 @@ nlohmann::ordered_json print(const std::vector<Row>& rows, int reads) {
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   nlohmann::ordered_json report = nlohmann::ordered_json::array();
   for (const Row& row : rows) {
-    const double count = reads / row.threads * row.threads;
+    const auto whole_reads = reads / row.threads * row.threads;
+    const auto count = static_cast<double>(whole_reads);
     const auto rate = [](const Figures& of, double) { return of.block_bytes / of.seconds; };
     std::vector<double> ratios;
     for (std::size_t turn = 0; turn < row.figures.size(); ++turn)
