@@ -154,7 +154,7 @@ class PipelineRegistry {
   std::map<std::string, FilterEntry, std::less<>> filters_;
 };
 
-/// Codecs none, lz4 and zstd; filters hierarchy and shuffle. Built once; safe from any thread.
+/// The codecs and filters of docs/format.md. Built once; safe from any thread.
 const PipelineRegistry& default_pipelines();
 
 PLAIT_END_NAMESPACE
