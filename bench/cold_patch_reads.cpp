@@ -112,7 +112,7 @@ void measure(Row& row, const fs::path& path, const fs::path& finest, const ColdS
              const MemoryLimit& limit, std::uint64_t budget_bytes, std::uint64_t block_bytes,
              int turn) {
   make_cold({finest});
-  const Figures figures = Figures::of(limit.run_for_figures([&] {
+  const Figures figures = Figures::of(run_for_figures(limit, [&] {
     return read_patches(path, settings, row, budget_bytes, static_cast<unsigned>(100 * turn))
         .values();
   }));
@@ -131,7 +131,7 @@ void measure(Row& row, const fs::path& path, const fs::path& finest, const ColdS
   }
   row.jobs = floor.jobs;
   row.depth = floor.depth;
-  row.floors.push_back(limit.run([&] { return bytes_per_second(floor); }));
+  row.floors.push_back(run_for_figure(limit, [&] { return bytes_per_second(floor); }));
 }
 
 nlohmann::ordered_json print(const std::vector<Row>& rows, int reads) {

@@ -1,39 +1,34 @@
 // bench/confined.h: runs work in a child process, under a memory limit, with a cold page cache.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <string>
 #include <vector>
+
+#include "instrument/memory_limit.h"
+#include "instrument/page_cache.h"
+#include "instrument/process.h"
 
 namespace plait::bench {
 
-/// A cgroup (version 1) with a memory limit. The destructor removes it. If the cgroup cannot be
-/// made, limited() returns false and run() runs without a limit.
-class MemoryLimit {
- public:
-  explicit MemoryLimit(std::uint64_t bytes);
-  ~MemoryLimit();
-  MemoryLimit(const MemoryLimit&) = delete;
-  MemoryLimit& operator=(const MemoryLimit&) = delete;
-  bool limited() const { return !group_.empty(); }
+using instrument::MemoryLimit;
+using instrument::output_of;
 
-  /// Runs `work` in a child process inside the group and returns its result. Errors: kIo if the
-  /// child failed.
-  double run(const std::function<double()>& work) const;
-  /// The same for work with several figures, at most 256.
-  std::vector<double> run_for_figures(const std::function<std::vector<double>()>& work) const;
+/// Runs `work` in a child process inside the limit and returns its figures. Errors: those of
+/// run_in_own_process().
+inline std::vector<double> run_for_figures(const MemoryLimit& limit,
+                                           const std::function<std::vector<double>()>& work) {
+  return instrument::run_in_own_process([&] { return nlohmann::json(work()); }, &limit)
+      .result.get<std::vector<double>>();
+}
+/// The same for one figure.
+inline double run_for_figure(const MemoryLimit& limit, const std::function<double()>& work) {
+  return run_for_figures(limit, [&] { return std::vector<double>{work()}; }).at(0);
+}
 
- private:
-  std::filesystem::path group_;
-};
-
-/// Writes dirty pages to the disk and drops the page cache. Returns false if that is not permitted;
-/// then it drops only the pages of `files` (posix_fadvise).
-bool make_cold(const std::vector<std::filesystem::path>& files);
-
-/// The output of a command; empty if the command fails or is missing.
-std::string output_of(const std::string& command);
+/// Writes the files to the disk and drops their pages. Returns false if pages stay.
+inline bool make_cold(const std::vector<std::filesystem::path>& files) {
+  return instrument::is_cold(instrument::make_cold(files));
+}
 
 }  // namespace plait::bench

@@ -18,7 +18,7 @@
 #include <string>
 
 #include "command_line.h"
-#include "own_process.h"
+#include "instrument/process.h"
 #include "peers/peer.h"
 #include "plait/error.h"
 #include "plait/layout.h"
@@ -162,11 +162,11 @@ void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int l
 }
 
 std::uint64_t peak_of(const Settings& settings, std::size_t which) {
-  return in_own_process([&] {
+  return instrument::in_own_process([&] {
     RecycledPages pages;
     const std::vector<Peer> peers = all_peers(settings, pages);
     const LaidOutMesh base = load(settings);
-    const PeakMemory peak;
+    const instrument::PeakMemory peak;
     peers[which].refine(base.mesh, settings.level, nullptr);
     return peak.bytes();
   });

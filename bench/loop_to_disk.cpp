@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "command_line.h"
-#include "own_process.h"
+#include "instrument/process.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -76,7 +76,7 @@ nlohmann::json make_store(const Settings& settings, const Case& at) {
   const std::uint64_t vertices = counts_at_level(base.mesh, settings.levels).vertices;
   const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
 
-  const PeakMemory peak;
+  const instrument::PeakMemory peak;
   std::optional<Store> store;
   const double elapsed = seconds([&] {
     store.emplace(Store::create(path, std::move(base.mesh), options, default_backends()));
@@ -102,7 +102,8 @@ nlohmann::json make_store(const Settings& settings, const Case& at) {
 void run_once(const Settings& settings, Case& at, WriteFloor& floor, bool counts) {
   const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
   fs::remove_all(path);
-  const nlohmann::json result = in_own_process([&] { return make_store(settings, at); });
+  const nlohmann::json result =
+      instrument::in_own_process([&] { return make_store(settings, at); });
   fs::remove_all(path);
   at.vertices = result["vertices"];
   at.stored_bytes = result["stored_bytes"];

@@ -7,7 +7,7 @@
 //                         [--json FILE]
 //
 // The sweep adds 1 to every float of the finest level. Each run is a process under the memory limit
-// (cgroup version 1; the program says so if it may not set one), with a cold page cache and with
+// (a cgroup; the program says so if it may not set one), with a cold page cache and with
 // fdatasync inside the time. --modes names what the sweep is, several with commas: "scratch", in
 // place without a way back; "generation", a durable commit of a new file for the level; "journal",
 // a durable commit in place. The modes take turns, so a change of the disk's speed affects all.
@@ -256,11 +256,12 @@ int run(const Settings& settings) {
       for (std::size_t at = first; at < times.size(); ++at) {
         const Mode& mode = *std::ranges::find(kModes, times[at].mode, &Mode::name);
         cold = make_all_cold();
-        times[at].sweep.push_back(limit.run([&] { return sweep_seconds(path, settings, mode); }));
+        times[at].sweep.push_back(
+            run_for_figure(limit, [&] { return sweep_seconds(path, settings, mode); }));
       }
       const auto cold_seconds = [&](const auto& floor) {
         make_all_cold();
-        return limit.run(floor);
+        return run_for_figure(limit, floor);
       };
       const double in_place = cold_seconds(
           [&] { return floor_seconds(floor_file, bytes, block_bytes, subject, have_fio); });

@@ -47,7 +47,7 @@ declare -A may_include=(
   [kernels]="$engine_layers kernels"
   [c]="$engine_layers backends kernels c"
   [tools]="$engine_layers backends kernels c tools"
-  [bench]="$engine_layers backends kernels c bench"
+  [bench]="$engine_layers backends kernels c tools bench"
   [examples]="$engine_layers backends kernels c examples"
   [tests]="$engine_layers backends kernels c tools tests"
 )
@@ -97,7 +97,7 @@ resolve() {
   local folders=("${from%/*}" engine/include backends/include kernels/include c/include "$component")
   # Tests and measurements may include private headers.
   [ "$component" != tests ] || folders+=(engine backends kernels c tools)
-  [ "$component" != bench ] || folders+=(engine kernels)
+  [ "$component" != bench ] || folders+=(engine kernels tools)
   found_file=
   for folder in "${folders[@]}"; do
     if [ -f "$folder/$name" ] || [ -f "$folder/$name.in" ]; then  # CMake makes a header of its .in

@@ -1,0 +1,186 @@
+#include "instrument/disk.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/sysmacros.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "plait/error.h"
+
+namespace plait::instrument {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string line_of(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  while (line.ends_with(' ')) line.pop_back();
+  return line;
+}
+
+/// Mount points have octal escapes: "\040" is a space.
+std::string unescaped(const std::string& text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool escape = text[at] == '\\' && at + 3 < text.size();
+    plain += escape ? static_cast<char>(std::stoi(text.substr(at + 1, 3), nullptr, 8)) : text[at];
+    if (escape) at += 3;
+  }
+  return plain;
+}
+
+bool is_inside(const std::string& path, const std::string& directory) {
+  return directory == "/" || path == directory || path.starts_with(directory + "/");
+}
+
+/// Fills in what /proc/self/mountinfo says of the mount that has the directory: the longest mount
+/// point, and the last of equal ones, which hides the others.
+void find_mount(const std::string& path, DiskFacts& facts) {
+  std::ifstream mounts("/proc/self/mountinfo");
+  for (std::string line; std::getline(mounts, line);) {
+    std::istringstream words(line);
+    std::string id, parent, numbers, root, point, options, word;
+    words >> id >> parent >> numbers >> root >> point >> options;
+    while (words >> word && word != "-") {
+    }
+    std::string type, source;
+    words >> type >> source;
+    point = unescaped(point);
+    if (!is_inside(path, point) || point.size() < facts.mount_point.size()) continue;
+    facts.mount_point = point;
+    facts.mount_options = options;
+    facts.file_system = type;
+    facts.source = unescaped(source);
+  }
+}
+
+/// /sys/dev/block/M:N of the device. btrfs and others give a directory the number of no device;
+/// then the source of the mount names it.
+fs::path device_directory(const DiskFacts& facts) {
+  struct stat status {};
+  std::error_code failed;
+  const auto of = [](dev_t number) {
+    return fs::path(fmt::format("/sys/dev/block/{}:{}", major(number), minor(number)));
+  };
+  if (::stat(facts.directory.c_str(), &status) == 0 && fs::exists(of(status.st_dev), failed))
+    return of(status.st_dev);
+  if (::stat(facts.source.c_str(), &status) == 0 && S_ISBLK(status.st_mode) &&
+      fs::exists(of(status.st_rdev), failed))
+    return of(status.st_rdev);
+  return {};
+}
+
+/// "[none] mq-deadline" names the scheduler in brackets.
+std::string chosen(const std::string& list) {
+  const std::size_t first = list.find('['), last = list.find(']');
+  return first == std::string::npos || last == std::string::npos
+             ? list
+             : list.substr(first + 1, last - first - 1);
+}
+
+bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
+  for (const std::string_view one : words)
+    if (word == one || (one.ends_with('.') && word.starts_with(one))) return true;
+  return false;
+}
+
+}  // namespace
+
+std::string DiskFacts::name() const {
+  return device.empty() ? file_system : fmt::format("{} on {}", file_system, device);
+}
+
+DiskFacts disk_facts(const fs::path& directory) {
+  std::error_code failed;
+  const fs::path path = fs::canonical(directory, failed);
+  if (failed) throw system_error("find", directory.native(), failed.value());
+  DiskFacts facts;
+  facts.directory = path;
+  find_mount(path.native(), facts);
+  struct statvfs space {};
+  if (::statvfs(path.c_str(), &space) != 0)
+    throw system_error("find the space of", path.native(), errno);
+  facts.bytes = static_cast<std::uint64_t>(space.f_blocks) * space.f_frsize;
+  facts.free_bytes = static_cast<std::uint64_t>(space.f_bavail) * space.f_frsize;
+  facts.in_memory = is_one_of(facts.file_system, {"tmpfs", "ramfs", "hugetlbfs"});
+  facts.network = is_one_of(facts.file_system, {"nfs", "nfs4", "cifs", "smb3", "9p", "ceph",
+                                                "virtiofs", "fuse", "fuse.", "glusterfs"});
+  const fs::path device = device_directory(facts);
+  if (device.empty()) return facts;
+  const fs::path real = fs::canonical(device, failed);
+  facts.device = real.filename();
+  // A partition has no queue of its own.
+  const fs::path disk = fs::exists(real / "queue", failed) ? real : real.parent_path();
+  facts.scheduler = chosen(line_of(disk / "queue/scheduler"));
+  facts.model = line_of(disk / "device/model");
+  facts.rotational = line_of(disk / "queue/rotational") == "1";
+  std::ifstream read_ahead(disk / "queue/read_ahead_kb");
+  std::uint64_t kibibytes = 0;
+  if (read_ahead >> kibibytes) facts.read_ahead_bytes = kibibytes * 1024;
+  return facts;
+}
+
+nlohmann::ordered_json to_json(const DiskFacts& facts) {
+  return {{"directory", facts.directory.native()},
+          {"name", facts.name()},
+          {"file_system", facts.file_system},
+          {"mount_point", facts.mount_point},
+          {"mount_options", facts.mount_options},
+          {"source", facts.source},
+          {"device", facts.device},
+          {"model", facts.model},
+          {"scheduler", facts.scheduler},
+          {"read_ahead_bytes", facts.read_ahead_bytes},
+          {"rotational", facts.rotational},
+          {"in_memory", facts.in_memory},
+          {"network", facts.network},
+          {"bytes", facts.bytes},
+          {"free_bytes", facts.free_bytes}};
+}
+
+DiskCounters disk_counters(const DiskFacts& facts) {
+  // Fields of Documentation/block/stat.rst; a sector is 512 bytes on every device.
+  if (facts.device.empty()) return {};
+  std::ifstream file(fs::path("/sys/class/block") / facts.device / "stat");
+  std::array<std::uint64_t, 10> fields{};
+  for (std::uint64_t& field : fields)
+    if (!(file >> field)) return {};
+  return {true,      fields[2] * 512, fields[6] * 512,
+          fields[0], fields[4],       1e-3 * static_cast<double>(fields[9])};
+}
+
+DiskCounters operator-(const DiskCounters& after, const DiskCounters& before) {
+  if (!after.known || !before.known) return {};
+  return {true,
+          after.bytes_read - before.bytes_read,
+          after.bytes_written - before.bytes_written,
+          after.reads - before.reads,
+          after.writes - before.writes,
+          after.busy_seconds - before.busy_seconds};
+}
+
+ProcessTraffic process_traffic() {
+  ProcessTraffic traffic;
+  std::ifstream file("/proc/self/io");
+  for (std::string word; file >> word;) {
+    if (word == "read_bytes:" && file >> traffic.bytes_read) traffic.known = true;
+    if (word == "write_bytes:") file >> traffic.bytes_written;
+  }
+  return traffic;
+}
+
+std::uint64_t usable_bytes(const DiskFacts& facts) {
+  const std::uint64_t kept = facts.bytes / 10;
+  return facts.free_bytes > kept ? facts.free_bytes - kept : 0;
+}
+
+}  // namespace plait::instrument
