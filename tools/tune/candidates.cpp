@@ -1,0 +1,93 @@
+#include "tune/candidates.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "plait/backends/compression.h"
+#include "plait/error.h"
+
+namespace plait::tune {
+namespace {
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+/// Filters before the codec; an empty text for none.
+std::vector<std::string> chains(const PipelineRegistry& registry) {
+  const std::vector<std::string> filters = registry.filter_names();
+  const bool has_shuffle = contains(filters, "shuffle");
+  std::vector<std::string> chains = {""};
+  if (has_shuffle) chains.emplace_back("shuffle");
+  for (const std::string& filter : filters) {
+    if (filter == "shuffle") continue;
+    if (filter == "bytedelta") {  // works on the bytes that shuffle has grouped
+      if (has_shuffle) chains.emplace_back("shuffle+bytedelta");
+      continue;
+    }
+    if (has_shuffle) chains.push_back(filter + "+shuffle");
+    // The filters that come with plait leave numbers, whose bytes are always grouped afterwards.
+    if (!contains(default_pipelines().filter_names(), filter)) chains.push_back(filter);
+  }
+  return chains;
+}
+
+std::vector<std::string> codecs(const PipelineRegistry& registry) {
+  std::vector<std::string> codecs;
+  for (const std::string& codec : registry.codec_names()) {
+    if (codec == "none") continue;
+    if (codec == "zstd")
+      codecs.insert(codecs.end(), {"zstd:1", "zstd:3", "zstd:9"});
+    else
+      codecs.push_back(codec);
+  }
+  return codecs;
+}
+
+/// Whether the filters of the chain change records of this type, all of them.
+bool suits(const PipelineRegistry& registry, const AttributeSchema& schema,
+           const std::string& chain, const std::string& pipeline) {
+  try {
+    FilterLevel level;
+    level.schema = schema;
+    const std::size_t filters =
+        chain.empty() ? 0 : 1 + static_cast<std::size_t>(std::ranges::count(chain, '+'));
+    return registry.make(pipeline, level).filters.size() == filters;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument)
+      return false;
+    throw;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
+                                             const AttributeSchema& schema) {
+  std::vector<std::string> tried = {"none"};
+  std::vector<std::string> all;
+  for (const std::string& chain : chains(registry))
+    for (const std::string& codec : codecs(registry)) {
+      std::string pipeline = chain.empty() ? codec : fmt::format("{},{}", chain, codec);
+      if (suits(registry, schema, chain, pipeline)) all.push_back(std::move(pipeline));
+    }
+  for (const CompressionPreset& preset : compression_presets()) {
+    const std::string pipeline = preset_pipeline(preset.name, schema);
+    if (contains(all, pipeline) && !contains(tried, pipeline)) tried.push_back(pipeline);
+  }
+  for (const std::string& pipeline : all)
+    if (!contains(tried, pipeline)) tried.push_back(pipeline);
+  return tried;
+}
+
+std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes) {
+  std::vector<std::uint64_t> sizes = {64u << 10, 256u << 10, 1u << 20, own_block_bytes};
+  std::ranges::sort(sizes);
+  const auto repeated = std::ranges::unique(sizes);
+  sizes.erase(repeated.begin(), repeated.end());
+  return sizes;
+}
+
+}  // namespace plait::tune
