@@ -167,7 +167,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_at_overhead",
       "The cost of at(level, i, j) of a store, compared with plain arrays", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 2,048 faces");
         add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
         add_runs_option(app, settings.runs);

@@ -1,4 +1,4 @@
-// The command line of a measurement: options by CLI11, each with its help; errors in one line; exit
+// The command line of a measurement: options, each with its help; errors in one line; exit
 // status 0 done, 1 failed, 2 bad usage; progress on a terminal; figures in a file; a temporary
 // directory for its files.
 #pragma once
@@ -6,13 +6,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "command_line/command_line.h"
 #include "plait/error.h"
 #include "work_directory.h"
 
@@ -33,30 +33,28 @@ inline void say_progress(const std::string& text) {
 }
 
 // Options of several measurements, with the same words in each.
-inline void add_mesh_option(CLI::App& app, std::string& mesh, const char* otherwise) {
+inline void add_mesh_option(CommandLine& app, std::string& mesh, const char* otherwise) {
   app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; default: {}", otherwise));
 }
-inline CLI::Option* add_number_option(CLI::App& app, const char* name, int& value, int first,
-                                      int last, const std::string& description) {
-  return app.add_option(name, value, description)
-      ->check(CLI::Range(first, last))
-      ->capture_default_str();
+inline Option* add_number_option(CommandLine& app, const char* name, int& value, int first,
+                                 int last, const std::string& description) {
+  return app.add_option(name, value, description)->range(first, last)->capture_default_str();
 }
-inline void add_runs_option(CLI::App& app, int& runs) {
+inline void add_runs_option(CommandLine& app, int& runs) {
   add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
 }
-inline void add_layout_option(CLI::App& app, std::string& layout) {
+inline void add_layout_option(CommandLine& app, std::string& layout) {
   app.add_option("--layout", layout, "Order of the faces: given, spatial, hilbert, rcm or auto")
       ->capture_default_str();
 }
-inline void add_executor_option(CLI::App& app, std::string& executor) {
+inline void add_executor_option(CommandLine& app, std::string& executor) {
   app.add_option("--executor", executor, "fused, sweep or transparent")->capture_default_str();
 }
-inline void add_directory_option(CLI::App& app, std::string& directory) {
+inline void add_directory_option(CommandLine& app, std::string& directory) {
   app.add_option("--directory", directory, "Where to make temporary files: on the disk to measure")
       ->capture_default_str();
 }
-inline void add_json_option(CLI::App& app, std::string& json) {
+inline void add_json_option(CommandLine& app, std::string& json) {
   app.add_option("--json", json, "Also write the figures to this file");
 }
 
@@ -75,12 +73,16 @@ int run_program(const char* name, const char* description, int count, char** wor
     return 1;
   };
   try {
-    CLI::App app(description, name);
+    CommandLine app(description, name);
     declare(app);
     try {
-      app.parse(count, words);
-    } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : kBadUsage;
+      if (app.parse(count, words) == CommandLine::Outcome::kAnswered) {
+        std::fputs(app.answer().c_str(), stdout);
+        return 0;
+      }
+    } catch (const UsageError& error) {
+      std::fputs(fmt::format("{}: {} (see --help)\n", name, error.what()).c_str(), stderr);
+      return kBadUsage;
     }
     return directory != nullptr ? in_work_directory(*directory, run_and_report) : run_and_report();
   } catch (const std::exception& error) {

@@ -344,7 +344,7 @@ int main(int count, char** words) {
   Settings settings;
   return run_program(
       "plait_bench_compression", "Size and speed of pipelines and of other libraries", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron that is refined first");
         add_number_option(app, "--refinements", settings.refinements, 0, 8,
                           "How often the octahedron is refined");

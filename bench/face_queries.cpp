@@ -209,7 +209,7 @@ int main(int count, char** words) {
   Settings settings;
   return run_program(
       "plait_bench_face_queries", "Faces in a box and along a ray", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_number_option(app, "--refinements", settings.refinements, 0, 9,
                           "Refinements of the octahedron that give the base mesh");
         add_number_option(app, "--level", settings.level, 1, 10, "The finest level of the store");

@@ -89,7 +89,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_import", "From a mesh's file to the order in which a store keeps it", count,
       words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 131,072 faces");
         add_runs_option(app, settings.runs);
         add_json_option(app, settings.json);

@@ -156,7 +156,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_loop_in_memory", "Loop surfaces in memory, compared with copying as many bytes",
       count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
         add_number_option(app, "--first", settings.first, 1, 12, "The first level measured");
         add_number_option(app, "--last", settings.last, 1, 12, "The last level measured");

@@ -236,7 +236,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_loop_peers", "Positions of Loop surfaces in memory, plait and other libraries",
       count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
         add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");
         add_runs_option(app, settings.runs);

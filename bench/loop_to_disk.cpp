@@ -213,12 +213,12 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_loop_to_disk",
       "Loop surfaces with normals to the disk, compared with writing as many bytes", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 32,768 faces");
         add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
         app.add_option("--budgets", settings.budgets, "Budgets for blocks in memory, MiB")
             ->delimiter(',')
-            ->check(CLI::Range(1, 1 << 20));
+            ->range(1, 1 << 20);
         app.add_option("--backends", settings.backends, "Durable backends; default: all of them")
             ->delimiter(',');
         add_runs_option(app, settings.runs);

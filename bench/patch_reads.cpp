@@ -52,7 +52,7 @@ struct Settings {
 };
 
 /// --cold has other defaults.
-ColdSettings cold_settings(const CLI::App& app, const Settings& settings) {
+ColdSettings cold_settings(const CommandLine& app, const Settings& settings) {
   ColdSettings cold;
   cold.level = settings.level;
   cold.runs = settings.runs;
@@ -62,9 +62,9 @@ ColdSettings cold_settings(const CLI::App& app, const Settings& settings) {
   cold.io_threads = settings.io_threads;
   cold.directory = settings.directory;
   cold.json = settings.json;
-  if (app.count("--refinements") > 0) cold.refinements = settings.refinements;
-  if (app.count("--reads") > 0) cold.reads = settings.reads;
-  if (app.count("--backend") > 0) cold.backends = settings.backends;
+  if (app.given("--refinements")) cold.refinements = settings.refinements;
+  if (app.given("--reads")) cold.reads = settings.reads;
+  if (app.given("--backend")) cold.backends = settings.backends;
   return cold;
 }
 
@@ -197,16 +197,16 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  const CLI::App* parsed = nullptr;
+  const CommandLine* parsed = nullptr;
   return run_program(
       "plait_bench_patch_reads", "Reads of random patches", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         parsed = &app;
         app.add_flag("--cold", settings.cold,
                      "A store four times larger than memory. Other defaults: --backend "
                      "pread,uring, --refinements 7, --reads 4000");
         app.add_option("--block", settings.block_kibibytes, "Size of a block, KiB")
-            ->check(CLI::Range(4, 1 << 20))
+            ->range(4, 1 << 20)
             ->capture_default_str();
         add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
                           "Threads that read beside the caller; -1: the store's default");
@@ -217,11 +217,11 @@ int main(int count, char** words) {
             ->delimiter(',');
         app.add_option("--threads", settings.threads, "Numbers of threads, several with commas")
             ->delimiter(',')
-            ->check(CLI::Range(1, 64));
+            ->range(1, 64);
         app.add_option("--budget", settings.budget_mebibytes,
                        "Budget for blocks in memory, MiB; 0: enough for the whole store (--cold: "
                        "five eighths of the memory)")
-            ->check(CLI::Range(0, 1 << 20));
+            ->range(0, 1 << 20);
         add_number_option(app, "--reads", settings.reads, 64, 100000000, "Reads of all threads");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);

@@ -208,13 +208,13 @@ int main(int count, char** words) {
   Settings settings;
   return run_program(
       "plait_bench_rows", "Rows of the fused executor on every instruction set", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         app.add_option("--only", settings.only, "Only rows whose name contains this text");
         app.add_option("--points", settings.points, "Points of a row")
-            ->check(CLI::Range(1, 1024))
+            ->range(1, 1024)
             ->capture_default_str();
         app.add_option("--runs", settings.runs, "Turns; the figures are medians of all turns")
-            ->check(CLI::Range(1, 1000))
+            ->range(1, 1000)
             ->capture_default_str();
         app.add_option("--json", settings.json, "Also write the figures to this file");
       },

@@ -312,16 +312,15 @@ int main(int count, char** words) {
   Settings settings;
   return run_program(
       "plait_bench_sweep_rmw", "One read-modify-write sweep, larger than memory", count, words,
-      [&](CLI::App& app) {
+      [&](CommandLine& app) {
         add_number_option(app, "--level", settings.level, 1, 12, "The level that is swept");
         add_number_option(app, "--refinements", settings.refinements, 0, 10,
                           "Refinements of the octahedron that give the base mesh");
-        app.add_option("--components", settings.components, "Numbers per record")
-            ->check(CLI::Range(1, 255));
+        app.add_option("--components", settings.components, "Numbers per record")->range(1, 255);
         app.add_option("--limit", settings.limit_mebibytes, "Memory of the process, MiB (cgroup)")
-            ->check(CLI::Range(1, 1 << 20));
+            ->range(1, 1 << 20);
         app.add_option("--memory", settings.memory_mebibytes, "Budget for blocks in memory, MiB")
-            ->check(CLI::Range(1, 1 << 20));
+            ->range(1, 1 << 20);
         add_number_option(app, "--threads", settings.threads, 1, 64, "Threads that compute");
         add_runs_option(app, settings.runs);
         add_number_option(app, "--drop-caches", settings.drop_caches, 0, 1,
@@ -332,7 +331,7 @@ int main(int count, char** words) {
         app.add_option("--modes", settings.modes,
                        "scratch, generation, journal; several with commas")
             ->delimiter(',')
-            ->check(CLI::IsMember({"scratch", "generation", "journal"}));
+            ->one_of({"scratch", "generation", "journal"});
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },

@@ -13,50 +13,51 @@
 
 namespace plait {
 
-CLI::Option* add_size_option(CLI::App& command, const std::string& name, std::uint64_t& value,
-                             const std::string& description) {
-  return add_parsed_option(
-             command, name, [&value](const std::string& text) { value = parse_size(text); },
-             description)
+Option* add_size_option(CommandLine& command, const std::string& name, std::uint64_t& value,
+                        const std::string& description) {
+  return command
+      .add_parsed_option(
+          name, [&value](const std::string& text) { value = parse_size(text); }, description)
       ->type_name("SIZE")
       ->default_str(size_text(value));
 }
 
-CLI::Option* add_size_option(CLI::App& command, const std::string& name,
-                             std::optional<std::uint64_t>& value, const std::string& description) {
-  return add_parsed_option(
-             command, name, [&value](const std::string& text) { value = parse_size(text); },
-             description)
+Option* add_size_option(CommandLine& command, const std::string& name,
+                        std::optional<std::uint64_t>& value, const std::string& description) {
+  return command
+      .add_parsed_option(
+          name, [&value](const std::string& text) { value = parse_size(text); }, description)
       ->type_name("SIZE");
 }
 
-CLI::Option* add_threads_option(CLI::App& command, int& threads, const std::string& description) {
+Option* add_threads_option(CommandLine& command, int& threads, const std::string& description) {
   constexpr int kMostThreads = 1024;
   return add_whole_option(command, "--threads", threads, 1, kMostThreads, description)
       ->default_str(std::to_string(threads));
 }
 
-CLI::Option* add_level_option(CLI::App& command, int& level, const std::string& description) {
+Option* add_level_option(CommandLine& command, int& level, const std::string& description) {
   return add_whole_option(command, "--level", level, 0, kMaxLevel, description);
 }
 
-CLI::Option* add_output_option(CLI::App& command, const std::string& name,
-                               std::filesystem::path& path, const std::string& description) {
-  return add_parsed_option(
-             command, name,
-             [&path](const std::string& text) {
-               if (text.empty() || text == "-")
-                 throw Error(ErrorCode::kInvalidArgument,
-                             fmt::format("expected a name (nothing is written to standard output; "
-                                         "./- is a file called -), found \"{}\"",
-                                         text));
-               path = text;
-             },
-             description)
+Option* add_output_option(CommandLine& command, const std::string& name,
+                          std::filesystem::path& path, const std::string& description) {
+  return command
+      .add_parsed_option(
+          name,
+          [&path](const std::string& text) {
+            if (text.empty() || text == "-")
+              throw Error(ErrorCode::kInvalidArgument,
+                          fmt::format("expected a name (nothing is written to standard output; "
+                                      "./- is a file called -), found \"{}\"",
+                                      text));
+            path = text;
+          },
+          description)
       ->type_name("PATH");
 }
 
-CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context) {
+Option* add_plugin_option(CommandLine& command, CommandContext& context) {
   return command
       .add_option("--plugin", context.plugin_files,
                   "Load a plug-in, a shared library (may be repeated)")
@@ -64,12 +65,12 @@ CLI::Option* add_plugin_option(CLI::App& command, CommandContext& context) {
       ->allow_extra_args(false);
 }
 
-CLI::Option* add_json_option(CLI::App& command, CommandContext& context) {
+Option* add_json_option(CommandLine& command, CommandContext& context) {
   return command.add_flag("--json", context.json,
                           "Print one JSON object, and nothing else, to standard output");
 }
 
-CLI::Option* add_compress_option(CLI::App& command, std::vector<std::string>& texts) {
+Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts) {
   return command
       .add_option("--compress", texts,
                   "How blocks are compressed: a preset or a pipeline (see below), for all "

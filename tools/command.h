@@ -2,11 +2,11 @@
 // parser. Parsing only stores a function to run, so that usage errors come before any work.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "command_line/command_line.h"
 #include "plait/backends/plugins.h"
 
 namespace plait {
@@ -20,18 +20,18 @@ struct CommandContext {
   std::function<int()> run = nullptr;  ///< set by the parsed command; returns the exit status
 };
 
-void add_generate_command(CLI::App& program, CommandContext& context);
-void add_subdivide_command(CLI::App& program, CommandContext& context);
-void add_info_command(CLI::App& program, CommandContext& context);
-void add_verify_command(CLI::App& program, CommandContext& context);
-void add_repair_command(CLI::App& program, CommandContext& context);
-void add_digest_command(CLI::App& program, CommandContext& context);
-void add_bounds_command(CLI::App& program, CommandContext& context);
-void add_export_command(CLI::App& program, CommandContext& context);
-void add_clean_command(CLI::App& program, CommandContext& context);
-void add_convert_command(CLI::App& program, CommandContext& context);
-void add_displace_command(CLI::App& program, CommandContext& context);
-void add_layout_command(CLI::App& program, CommandContext& context);
-void add_render_command(CLI::App& program, CommandContext& context);
+void add_generate_command(CommandLine& program, CommandContext& context);
+void add_subdivide_command(CommandLine& program, CommandContext& context);
+void add_info_command(CommandLine& program, CommandContext& context);
+void add_verify_command(CommandLine& program, CommandContext& context);
+void add_repair_command(CommandLine& program, CommandContext& context);
+void add_digest_command(CommandLine& program, CommandContext& context);
+void add_bounds_command(CommandLine& program, CommandContext& context);
+void add_export_command(CommandLine& program, CommandContext& context);
+void add_clean_command(CommandLine& program, CommandContext& context);
+void add_convert_command(CommandLine& program, CommandContext& context);
+void add_displace_command(CommandLine& program, CommandContext& context);
+void add_layout_command(CommandLine& program, CommandContext& context);
+void add_render_command(CommandLine& program, CommandContext& context);
 
 }  // namespace plait

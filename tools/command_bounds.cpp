@@ -51,9 +51,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_bounds_command(CLI::App& program, CommandContext& context) {
+void add_bounds_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("bounds", "Write where the patches of a store are, for its readers");
   command->add_option("STORE", arguments->store, "The store")->required();
   command

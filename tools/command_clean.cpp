@@ -78,9 +78,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_clean_command(CLI::App& program, CommandContext& context) {
+void add_clean_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("clean", "Remove files that killed runs left in a directory");
   command->add_option("DIR", arguments->directory, "The directory of the outputs")->required();
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");

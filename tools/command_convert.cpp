@@ -151,9 +151,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_convert_command(CLI::App& program, CommandContext& context) {
+void add_convert_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand(
+  CommandLine* command = program.add_subcommand(
       "convert", "Copy a store into another backend, compression or block size");
   command->add_option("STORE", arguments->from, "The store to copy")->required();
   add_output_option(*command, "OUT", arguments->to, "The store to make")->required();

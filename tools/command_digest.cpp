@@ -52,9 +52,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_digest_command(CLI::App& program, CommandContext& context) {
+void add_digest_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("digest", "Print a number computed from all records of a store");
   command->add_option("STORE", arguments->store, "The store")->required();
   add_level_option(*command, arguments->level, "Only the vertices that this level creates");

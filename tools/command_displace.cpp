@@ -199,9 +199,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_displace_command(CLI::App& program, CommandContext& context) {
+void add_displace_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand(
+  CommandLine* command = program.add_subcommand(
       "displace", "Copy a store and move its vertices, by noise or by a fractal");
   command->add_option("STORE", arguments->from, "The store to copy")->required();
   add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
@@ -209,7 +209,7 @@ void add_displace_command(CLI::App& program, CommandContext& context) {
   command
       ->add_option("--amplitude", arguments->amplitude,
                    "How far, in diagonals of the bounding box, 0 to 1")
-      ->check(CLI::Range(0.0, 1.0))
+      ->range(0.0, 1.0)
       ->default_str("noise 3e-7, fractal 0.005");
   add_whole_option(*command, "--seed", arguments->seed, 0,
                    std::numeric_limits<std::uint64_t>::max(), "Each seed gives another surface")

@@ -75,9 +75,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_export_command(CLI::App& program, CommandContext& context) {
+void add_export_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand("export", "Write one level of a store as a mesh file");
+  CommandLine* command =
+      program.add_subcommand("export", "Write one level of a store as a mesh file");
   command->add_option("STORE", arguments->store, "The store")->required();
   add_output_option(*command, "OUT", arguments->output,
                     "The file to make, or to replace: NAME.(ply|obj|stl)[.gz|.zst]")

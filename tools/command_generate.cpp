@@ -72,9 +72,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_generate_command(CLI::App& program, CommandContext& context) {
+void add_generate_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand("generate", "Make a base mesh from a seed");
+  CommandLine* command = program.add_subcommand("generate", "Make a base mesh from a seed");
   command->add_option("KIND", arguments->kind, "molecule, torus, icosphere or open-sheet")
       ->required();
   add_output_option(*command, "OUT", arguments->output, "The file to make: NAME.ply")->required();

@@ -158,16 +158,16 @@ void print_report(const Json& report) {
 
 }  // namespace
 
-void add_info_command(CLI::App& program, CommandContext& context) {
+void add_info_command(CommandLine& program, CommandContext& context) {
   struct Arguments {
     std::filesystem::path path;
     bool build = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("info", "Print the properties of a store and of its levels");
-  CLI::Option* const path = command->add_option("STORE", arguments->path, "The store");
-  CLI::Option* const build =
+  Option* const path = command->add_option("STORE", arguments->path, "The store");
+  Option* const build =
       command->add_flag("--build", arguments->build,
                         "Print what this build and its plug-ins contain, instead of a store");
   build->excludes(path);
@@ -185,7 +185,7 @@ void add_info_command(CLI::App& program, CommandContext& context) {
       "  plait info --build --plugin ./libmine.so");
   command->callback([arguments, &context] {
     if (arguments->path.empty() && !arguments->build)
-      throw CLI::ValidationError("STORE", "expected a store, or --build");
+      throw UsageError("STORE: expected a store, or --build");
     context.run = [arguments, &context] {
       if (arguments->build) {
         const Json report = build_report(context.plugins);

@@ -145,9 +145,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_layout_command(CLI::App& program, CommandContext& context) {
+void add_layout_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("layout", "Compare orders of the edges, and the windows they need");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
   command

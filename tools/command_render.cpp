@@ -90,9 +90,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_render_command(CLI::App& program, CommandContext& context) {
+void add_render_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand("render", "Draw one level of a store as a PNG");
+  CommandLine* command = program.add_subcommand("render", "Draw one level of a store as a PNG");
   command->add_option("STORE", arguments->store, "The store")->required();
   add_output_option(*command, "OUT", arguments->output, "The file to make, or to replace: NAME.png")
       ->required();
@@ -104,7 +104,7 @@ void add_render_command(CLI::App& program, CommandContext& context) {
                    "AZIMUTH,ELEVATION in degrees: around the up axis, and above the horizon")
       ->capture_default_str();
   command->add_option("--up", arguments->up, "The axis that points up: x, y or z")
-      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->one_of({"x", "y", "z"})
       ->type_name("AXIS")
       ->capture_default_str();
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");

@@ -112,9 +112,9 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_repair_command(CLI::App& program, CommandContext& context) {
+void add_repair_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
+  CommandLine* command =
       program.add_subcommand("repair", "Rebuild damaged parts of a store, and list what is lost");
   command->add_option("STORE", arguments->store, "The store")->required();
   command->add_flag("--dry-run", arguments->dry_run,

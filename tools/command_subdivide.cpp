@@ -138,7 +138,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   return kExitDone;
 }
 
-void add_surface_options(CLI::App& command, Arguments& arguments) {
+void add_surface_options(CommandLine& command, Arguments& arguments) {
   add_whole_option(command, "--levels", arguments.request.levels, 1, kMaxLevel,
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
@@ -147,14 +147,14 @@ void add_surface_options(CLI::App& command, Arguments& arguments) {
   command
       .add_option("--precision", arguments.precision,
                   "Type of the positions: float32 or float64; default float32")
-      ->check(CLI::IsMember({"float32", "float64"}));
+      ->one_of({"float32", "float64"});
   command.add_flag("--normals", arguments.request.normals, "Also compute unit normals");
   command.add_flag(
       "--limit", arguments.request.limit,
       fmt::format("Project positions to the limit surface ({})", limit_scheme_names()));
 }
 
-void add_storage_options(CLI::App& command, Arguments& arguments) {
+void add_storage_options(CommandLine& command, Arguments& arguments) {
   command.add_option("--backend", arguments.backend,
                      "The backend that stores the levels (see below); default auto");
   add_compress_option(command, arguments.compress);
@@ -168,18 +168,18 @@ void add_storage_options(CLI::App& command, Arguments& arguments) {
                   "Largest slot of positions: refine the base mesh in memory until all slots fit; "
                   "default 16KiB");
   command
-      .add_option_function<std::string>(
+      .add_parsed_option(
           "--durability",
           [&](const std::string& name) {
             arguments.request.durability =
                 name == "commit" ? Durability::kCommit : Durability::kNone;
           },
           "commit: wait until the store is on the disk; none: do not wait (temporary stores)")
-      ->check(CLI::IsMember({"commit", "none"}))
+      ->one_of({"commit", "none"})
       ->default_str("commit");
 }
 
-void add_run_options(CLI::App& command, Arguments& arguments) {
+void add_run_options(CommandLine& command, Arguments& arguments) {
   add_size_option(command, "--memory", arguments.request.budget_bytes,
                   "Budget for blocks in memory");
   add_threads_option(command, arguments.request.threads, "Threads that compute");
@@ -191,7 +191,7 @@ void add_run_options(CLI::App& command, Arguments& arguments) {
                    "Also read all levels at the end and print their digest, as plait digest does");
   command.add_flag("--ignore-size", arguments.request.ignore_size,
                    "Start even if memory, disk or budget are too small for the last level");
-  CLI::Option* const force = command.add_flag(
+  Option* const force = command.add_flag(
       "--force", arguments.force, "Replace STORE if it is a store, when the new store is complete");
   command
       .add_flag("--resume", arguments.resume,
@@ -202,10 +202,10 @@ void add_run_options(CLI::App& command, Arguments& arguments) {
 
 }  // namespace
 
-void add_subdivide_command(CLI::App& program, CommandContext& context) {
+void add_subdivide_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
   arguments->request.threads = default_thread_count();
-  CLI::App* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
+  CommandLine* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
   add_output_option(*command, "STORE", arguments->request.store,
                     "The store to make, a directory; may be omitted with --backend memory");

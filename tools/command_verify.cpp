@@ -104,9 +104,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void add_verify_command(CLI::App& program, CommandContext& context) {
+void add_verify_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = program.add_subcommand("verify", "Read everything in a store and check it");
+  CommandLine* command =
+      program.add_subcommand("verify", "Read everything in a store and check it");
   command->add_option("STORE", arguments->store, "The store")->required();
   command->add_flag(
       "--fast", arguments->fast,

@@ -51,33 +51,31 @@ int fail(const Error& error, bool json) {
   return exit_status(error.code());
 }
 
-int refuse_usage(const CLI::App& program, const CLI::ParseError& error, bool json) {
+int refuse_usage(const CommandLine& program, const UsageError& error, bool json) {
   std::string name = "plait";
-  for (const CLI::App* command : program.get_subcommands()) name += " " + command->get_name();
+  for (const CommandLine* command : program.parsed_subcommands()) name += " " + command->name();
   report_error("usage", fmt::format("{} (see {} --help)", error.what(), name), json);
   return kExitRefused;
 }
 
 /// For an unknown command, the parser's own message would only say that an argument is left over.
-void require_known_command(const CLI::App& program, int argument_count, char** arguments) {
+void require_known_command(const CommandLine& program, int argument_count, char** arguments) {
   if (argument_count > 1 && arguments[1][0] == '-') return;
-  std::vector<std::string> names;
-  for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+  const std::vector<std::string> names = program.subcommand_names();
   const std::string expected = fmt::format("expected one of {}", fmt::join(names, ", "));
-  if (argument_count <= 1)
-    throw CLI::ValidationError(fmt::format("no command was given: {}", expected));
+  if (argument_count <= 1) throw UsageError(fmt::format("no command was given: {}", expected));
   const std::string_view name = arguments[1];
   if (std::ranges::find(names, name) != names.end()) return;
   const std::string nearest = nearest_name(name, names);
-  throw CLI::ValidationError(
-      fmt::format("there is no command \"{}\"{}: {}", name,
-                  nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), expected));
+  throw UsageError(fmt::format("there is no command \"{}\"{}: {}", name,
+                               nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
+                               expected));
 }
 
 /// Commands that neither open nor make a store work without plug-ins, even if one cannot be loaded.
-bool uses_plugins(const CLI::App& program) {
-  return std::ranges::any_of(program.get_subcommands(), [](const CLI::App* command) {
-    return command->get_option_no_throw("--plugin") != nullptr;
+bool uses_plugins(const CommandLine& program) {
+  return std::ranges::any_of(program.parsed_subcommands(), [](const CommandLine* command) {
+    return command->has_option("--plugin");
   });
 }
 
@@ -91,11 +89,11 @@ int run_program(int argument_count, char** arguments) {
   Plugins plugins;
   BackendRegistry open_backends = with_stand_ins(plugins.backends(), report_warning);
   CommandContext context{plugins, plugins.backends(), open_backends};
-  CLI::App program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
-                   "plait");
-  program.set_version_flag("--version", std::string("plait ") + PLAIT_VERSION);
-  program.require_subcommand(1);
-  program.get_formatter()->column_width(30);
+  CommandLine program("Out-of-core subdivision surfaces: semi-regular meshes in a paged store",
+                      "plait");
+  program.version(std::string("plait ") + PLAIT_VERSION);
+  program.require_subcommand();
+  program.help_column(30);
   program.footer(kFooter);
   add_generate_command(program, context);
   add_subdivide_command(program, context);
@@ -115,16 +113,12 @@ int run_program(int argument_count, char** arguments) {
   try {
     try {
       require_known_command(program, argument_count, arguments);
-      program.parse(argument_count, arguments);
-    } catch (const CLI::CallForVersion& version) {
-      print(std::string(version.what()) + "\n");
-      flush_output();
-      return kExitDone;
-    } catch (const CLI::Success&) {
-      print(program.help());
-      flush_output();
-      return kExitDone;
-    } catch (const CLI::ParseError& error) {
+      if (program.parse(argument_count, arguments) == CommandLine::Outcome::kAnswered) {
+        print(program.answer());
+        flush_output();
+        return kExitDone;
+      }
+    } catch (const UsageError& error) {
       return refuse_usage(program, error, json);
     }
     if (uses_plugins(program)) {

@@ -1,7 +1,6 @@
 // The program plait-conformance: runs the conformance suite on one backend.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "command_line/command_line.h"
 #include "conformance/suite.h"
 #include "console.h"
 #include "plait/backends/plugins.h"
@@ -133,8 +133,8 @@ int list_promises() {
   return kExitDone;
 }
 
-void add_options(CLI::App& program, Arguments& arguments) {
-  program.set_version_flag("--version", std::string("plait-conformance ") + PLAIT_VERSION);
+void add_options(CommandLine& program, Arguments& arguments) {
+  program.version(std::string("plait-conformance ") + PLAIT_VERSION);
   program
       .add_option("--plugin", arguments.plugins,
                   "Load a plug-in, a shared library (may be repeated)")
@@ -154,19 +154,22 @@ void add_options(CLI::App& program, Arguments& arguments) {
   program.add_flag("--list", arguments.list, "List the promises and do nothing else");
   program.add_flag("--json", arguments.json,
                    "Print one JSON object, and nothing else, to standard output");
-  program.get_formatter()->column_width(30);
+  program.help_column(30);
   program.footer(kFooter);
 }
 
 int run_program(int argument_count, char** words) {
   Arguments arguments;
-  CLI::App program("Check that a backend keeps the promises of plait/backend.h",
-                   "plait-conformance");
+  CommandLine program("Check that a backend keeps the promises of plait/backend.h",
+                      "plait-conformance");
   add_options(program, arguments);
   try {
-    program.parse(argument_count, words);
-  } catch (const CLI::ParseError& stopped) {
-    if (stopped.get_exit_code() == 0) return program.exit(stopped);
+    if (program.parse(argument_count, words) == CommandLine::Outcome::kAnswered) {
+      print(program.answer());
+      flush_output();
+      return kExitDone;
+    }
+  } catch (const UsageError& stopped) {
     report_error("usage", std::string(stopped.what()) + " (see plait-conformance --help)",
                  arguments.json);
     return kExitRefused;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Fails if an #include violates the layers, or if a source file is in no build.
 #
-#   tools, bench, tests, examples -> c -> kernels, backends -> engine
+#   bench -> tools; tools, bench, tests, examples -> c -> kernels, backends -> engine
 #   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- maintenance, execution
 #
 # The tables below have the exact rules. A public header of the engine must be in the first table:
