@@ -105,6 +105,8 @@ template Option* CommandLine::add_option(const std::string&, std::vector<std::st
                                          const std::string&);
 template Option* CommandLine::add_option(const std::string&, std::vector<std::filesystem::path>&,
                                          const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::vector<std::uint64_t>&,
+                                         const std::string&);
 template Option* CommandLine::add_option(const std::string&, std::vector<int>&, const std::string&);
 
 Option* CommandLine::add_flag(const std::string& name, bool& value,

@@ -63,7 +63,7 @@ class CommandLine {
   CommandLine* add_subcommand(const std::string& name, const std::string& description);
   /// An option (--name), or an argument without a name (NAME). `Value` is a std::string,
   /// std::filesystem::path, int, unsigned, std::uint64_t or double; a std::optional of std::string,
-  /// int or double; or a std::vector of std::string, std::filesystem::path or int.
+  /// int or double; or a std::vector of std::string, std::filesystem::path, int or std::uint64_t.
   template <class Value>
   Option* add_option(const std::string& name, Value& value, const std::string& description);
   Option* add_flag(const std::string& name, bool& value, const std::string& description);
