@@ -36,10 +36,11 @@ double ratio(std::uint64_t raw_bytes, std::uint64_t stored_bytes) {
 Json level_report(const LevelFile& file, int level) {
   const std::uint64_t raw_bytes = file.geometry.total_bytes();
   const std::uint64_t stored_bytes = file.backend->stored_bytes();
-  std::uint64_t never_written = 0, raw = 0;
+  std::uint64_t never_written = 0, raw = 0, predicted = 0;
   for (const BlockEntry& entry : file.table.entries()) {
     never_written += entry.encoding == BlockEncoding::kNeverWritten ? 1 : 0;
     raw += entry.encoding == BlockEncoding::kRaw ? 1 : 0;
+    predicted += entry.encoding == BlockEncoding::kPredicted ? 1 : 0;
   }
   return {{"level", level},
           {"pipeline", file.pipeline},
@@ -49,6 +50,7 @@ Json level_report(const LevelFile& file, int level) {
           {"ratio", ratio(raw_bytes, stored_bytes)},
           {"blocks", file.geometry.block_count()},
           {"blocks_raw", raw},
+          {"blocks_predicted", predicted},
           {"blocks_never_written", never_written},
           {"slots_per_block", std::uint64_t{1} << file.geometry.slots_per_block_log2()}};
 }
@@ -74,12 +76,15 @@ Json store_report(Store& store) {
   const LevelCounts finest =
       counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
-  std::uint64_t raw_bytes = 0, stored_bytes = 0;  // of levels, because nothing else is compressed
+  // Of levels, because nothing else is compressed. The tables count too, because predicted blocks
+  // take no other bytes.
+  std::uint64_t raw_bytes = 0, stored_bytes = 0, table_bytes = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     attributes.push_back(attribute_report(store, id));
     for (const Json& level : attributes.back()["levels"]) {
       raw_bytes += level["raw_bytes"].get<std::uint64_t>();
       stored_bytes += level["stored_bytes"].get<std::uint64_t>();
+      table_bytes += level["blocks"].get<std::uint64_t>() * sizeof(BlockEntry);
     }
   }
   return {
@@ -106,13 +111,19 @@ Json store_report(Store& store) {
       {"stored_bytes", store.stored_bytes()},
       {"levels_raw_bytes", raw_bytes},
       {"levels_stored_bytes", stored_bytes},
-      {"ratio", ratio(raw_bytes, stored_bytes)},
+      {"block_tables_bytes", table_bytes},
+      {"ratio", ratio(raw_bytes, stored_bytes + table_bytes)},
       {"attributes", std::move(attributes)}};
 }
 
 std::string count_of(const Json& value) { return format_count(value.get<std::uint64_t>()); }
 std::string bytes_of(const Json& value) { return format_bytes(value.get<std::uint64_t>()); }
 std::string text_of(const Json& value) { return value.get<std::string>(); }
+
+/// A level of which all blocks are predicted takes no bytes.
+std::string level_ratio(const Json& level) {
+  return level["stored_bytes"] == 0 ? "-" : fmt::format("{:.2f}", level["ratio"].get<double>());
+}
 
 void print_report(const Json& report) {
   const Json& base = report["base"];
@@ -143,17 +154,20 @@ void print_report(const Json& report) {
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
     print(
-        "  level         vertices          raw       stored  ratio    blocks    of them raw  "
-        "pipeline\n");
+        "  level         vertices          raw       stored  ratio    blocks          raw  "
+        "predicted  pipeline\n");
     for (const Json& level : attribute["levels"])
-      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6.2f} {:>9} {:>14}  {}\n",
+      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6} {:>9} {:>12} {:>10}  {}\n",
                         level["level"].get<int>(), count_of(level["vertices"]),
                         bytes_of(level["raw_bytes"]), bytes_of(level["stored_bytes"]),
-                        level["ratio"].get<double>(), count_of(level["blocks"]),
-                        count_of(level["blocks_raw"]), text_of(level["pipeline"])));
+                        level_ratio(level), count_of(level["blocks"]),
+                        count_of(level["blocks_raw"]), count_of(level["blocks_predicted"]),
+                        text_of(level["pipeline"])));
   }
   if (report["compressed"].get<bool>())
-    print("\nA block is stored raw if compression would save less than an eighth of it.\n");
+    print(
+        "\nA block is stored raw if compression would save less than an eighth of it. A predicted\n"
+        "block takes no bytes: reading makes it again from the base mesh.\n");
 }
 
 }  // namespace
@@ -176,7 +190,7 @@ void add_info_command(CommandLine& program, CommandContext& context) {
   command->footer(
       "Reads the manifest and the tables, but no vertices. The ratio is raw bytes divided by\n"
       "stored bytes. A compressed store has a block raw if compression would save less than an\n"
-      "eighth of it.\n"
+      "eighth of it. A predicted block takes no bytes: reading makes it again from the base mesh.\n"
       "\n"
       "Examples:\n"
       "  plait info surface.plait\n"

@@ -16,7 +16,7 @@ void CoderPool::make_room_for(const Coding& coding, std::uint64_t raw_bytes) {
   }
   const BlockCoder sample(pipelines_.make_codec(coding.pipeline), max_raw_bytes_, coding.buffers,
                           coding.scratch_bytes);
-  coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes());
+  coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes() + coding.maker_bytes);
   most_coders_ = static_cast<std::size_t>(
       std::clamp<std::uint64_t>(volume_.most_scratch_bytes / coder_bytes_, 1,
                                 static_cast<std::uint64_t>(std::max(1, volume_.threads))));

@@ -19,6 +19,7 @@ struct Coding {
   std::string pipeline;     ///< see plait/backends/pipeline.h; only its codec counts
   std::size_t buffers = 0;  ///< as in BlockCoder
   std::size_t scratch_bytes = 0;
+  std::uint64_t maker_bytes = 0;  ///< what a BlockMaker uses beside the coder
 
   friend bool operator==(const Coding&, const Coding&) = default;
 };

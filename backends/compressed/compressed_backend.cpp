@@ -28,7 +28,8 @@ void check_entries(const LevelSpec& level) {
     if (entry.encoding == BlockEncoding::kNeverWritten ||
         (entry.encoding == BlockEncoding::kRaw && entry.stored_bytes == raw_bytes) ||
         (entry.encoding == BlockEncoding::kEncoded &&
-         entry.stored_bytes <= max_encoded_bytes(raw_bytes)))
+         entry.stored_bytes <= max_encoded_bytes(raw_bytes)) ||
+        (entry.encoding == BlockEncoding::kPredicted && entry.stored_bytes == 0))
       continue;
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: block {}: expected {} raw bytes or at most {} encoded ones, "
@@ -62,15 +63,18 @@ class ContextSeal {
 
 class CompressedBackend final : public Backend {
  public:
-  CompressedBackend(const LevelSpec& level, Filters filters, CoderPool& coders,
+  CompressedBackend(const LevelSpec& level, Pipeline pipeline, CoderPool& coders,
                     OpenLevels& open_levels)
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
         file_(open_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
-        filters_(std::move(filters)),
-        coding_{level.pipeline, std::min<std::size_t>(filters_.size(), 2), scratch_bytes(filters_)},
+        filters_(std::move(pipeline.filters)),
+        maker_(std::move(pipeline.maker)),
+        why_no_maker_(std::move(pipeline.why_no_maker)),
+        coding_{level.pipeline, std::min<std::size_t>(filters_.size(), 2), scratch_bytes(filters_),
+                maker_ ? maker_->scratch_bytes() : 0},
         coders_(coders),
         open_levels_(open_levels) {
     for (const AttributeLevels& attribute : level.surroundings.attributes)
@@ -131,6 +135,9 @@ class CompressedBackend final : public Backend {
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
     return filters_.empty() ? 0 : filters_.front()->context(block, blocks);
   }
+  bool reads_alone(std::uint64_t block) const noexcept override {
+    return table_[block].encoding == BlockEncoding::kPredicted;
+  }
   bool needs_base_records() const noexcept override {
     return base_attribute() == table_.attribute();
   }
@@ -146,8 +153,7 @@ class CompressedBackend final : public Backend {
         const std::lock_guard lock(mutex_);
         return table_[block];
       }();
-      if (entry.encoding != BlockEncoding::kNeverWritten)
-        advise_file(file_, {entry.offset, entry.stored_bytes}, advice);
+      if (entry.stored_bytes > 0) advise_file(file_, {entry.offset, entry.stored_bytes}, advice);
     }
   }
 
@@ -227,12 +233,28 @@ class CompressedBackend final : public Backend {
         file_.read_at(entry.offset, stored);
         table_.check(block, stored, file_.path());
         decode(coder, block, context, stored, raw);
+        break;
       }
+      case BlockEncoding::kPredicted:
+        if (!maker_)
+          throw Error(ErrorCode::kNotSupported,
+                      fmt::format("read {}: block {} is predicted and cannot be made again: {}",
+                                  file_.path().native(), block,
+                                  why_no_maker_.empty() ? "its level has no stage `predicted`"
+                                                        : why_no_maker_));
+        maker_->make(block, raw);
+        table_.check(block, raw, file_.path());
     }
   }
 
   void write_block(BlockCoder& coder, std::uint64_t block, Context context,
                    std::span<const std::byte> raw) {
+    if (maker_ && maker_->makes(block, raw)) {
+      const BlockEntry former = table_[block];
+      const std::lock_guard lock(mutex_);
+      table_.seal_predicted(block, raw);
+      return extents_.replace(block, former);
+    }
     write_encoded(
         block,
         coder.encode({filters_, {block, context, {}}, seal_of_context(block, context)}, raw));
@@ -276,6 +298,8 @@ class CompressedBackend final : public Backend {
   mutable std::mutex mutex_;  ///< guards extents_, and changes of entries against advise()
   ExtentAllocator extents_;
   Filters filters_;
+  std::shared_ptr<const BlockMaker> maker_;
+  std::string why_no_maker_;
   Coding coding_;
   std::span<const std::byte> base_;
   std::once_flag base_sealed_;
@@ -294,9 +318,8 @@ class CompressedVolume final : public Volume {
     const FilterLevel filtered{
         level.schema, &level.geometry, level.table.attribute(), level.table.level(),
         level.surroundings.attributes.empty() ? nullptr : &level.surroundings};
-    Filters filters = pipelines_->make(level.pipeline, filtered).filters;
-    auto opened =
-        std::make_unique<CompressedBackend>(level, std::move(filters), coders_, open_levels_);
+    auto opened = std::make_unique<CompressedBackend>(
+        level, pipelines_->make(level.pipeline, filtered), coders_, open_levels_);
     coders_.make_room_for(opened->coding(), level.geometry.max_block_bytes());
     return opened;
   }
@@ -333,6 +356,13 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
     FilterLevel level;
     level.schema = schema;
     return need_other_blocks(shared->make(pipeline, level).filters);
+  };
+  entry.plan_pipeline = [shared](std::string_view pipeline, const Provenance& provenance,
+                                 const AttributeSchema& schema, int finest_level) {
+    const BlockMakers* const makers = shared->block_makers();
+    const std::string recipe =
+        makers ? makers->recipe(provenance, schema, finest_level) : std::string();
+    return recipe.empty() ? without_predicted_stage(pipeline) : with_recipe(pipeline, recipe);
   };
   return entry;
 }

@@ -25,12 +25,18 @@ bool is_normal(const AttributeSchema& schema) {
          schema.components == 3;
 }
 
+/// By the names that the library itself gives. The stage `predicted` makes nothing of others.
+bool is_made_by_schemes(const AttributeSchema& schema) {
+  return is_normal(schema) ||
+         (schema.name == "position" && schema.components == 3 && can_be_predicted(schema));
+}
+
 }  // namespace
 
 const std::vector<CompressionPreset>& compression_presets() {
   static const std::vector<CompressionPreset> presets = {
       {"fast", "vertices predicted inside their slots; little processor time"},
-      {"default", "vertices predicted from coarser levels"},
+      {"default", "vertices predicted from coarser levels; what a scheme has made takes no bytes"},
       {"small", "the same, with a slower codec"},
       {"none", "blocks as they are, in a store that can hold compressed ones too"}};
   return presets;
@@ -42,8 +48,9 @@ std::string preset_pipeline(std::string_view preset, const AttributeSchema& sche
                                                               : "shuffle";
   if (preset == "fast")
     return can_be_predicted(schema) ? "parallelogram+shuffle,lz4" : "shuffle,lz4";
-  if (preset == "default") return fmt::format("{},zstd:1", filters);
-  if (preset == "small") return fmt::format("{},zstd:9", filters);
+  const std::string_view stage = is_made_by_schemes(schema) ? "predicted+" : "";
+  if (preset == "default") return fmt::format("{}{},zstd:1", stage, filters);
+  if (preset == "small") return fmt::format("{}{},zstd:9", stage, filters);
   if (preset == "none") return "none";
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("choose compression: expected fast, default, small or none, found \"{}\"",

@@ -17,6 +17,11 @@ constexpr std::uint64_t aligned(std::uint64_t bytes) {
   return (bytes + kAlignment - 1) / kAlignment * kAlignment;
 }
 
+bool has_extent(const BlockEntry& entry) {
+  return entry.encoding != BlockEncoding::kNeverWritten &&
+         entry.encoding != BlockEncoding::kPredicted;
+}
+
 bool is_same(const BlockEntry& a, const BlockEntry& b) {
   return a.offset == b.offset && a.stored_bytes == b.stored_bytes;
 }
@@ -34,7 +39,7 @@ ExtentAllocator::ExtentAllocator(std::span<const BlockEntry> table, std::uint64_
   const auto add = [&](std::span<const BlockEntry> entries, std::uint64_t version) {
     for (std::uint64_t block = 0; block < entries.size(); ++block) {
       const BlockEntry& entry = entries[block];
-      if (entry.encoding == BlockEncoding::kNeverWritten) continue;
+      if (!has_extent(entry)) continue;
       if (entry.offset % kAlignmentBytes != 0 || entry.stored_bytes == 0 ||
           entry.offset > file_bytes || entry.stored_bytes > file_bytes - entry.offset)
         throw Error(ErrorCode::kCorruption,
@@ -114,7 +119,7 @@ void ExtentAllocator::release(std::uint64_t offset, std::uint64_t bytes) {
 
 void ExtentAllocator::replace(std::uint64_t block, const BlockEntry& former) {
   const std::uint64_t first = std::exchange(first_version_[block], kNoVersion);
-  if (former.encoding == BlockEncoding::kNeverWritten) return;
+  if (!has_extent(former)) return;
   if (first == kNoVersion) return release(former.offset, former.stored_bytes);
   retired_.push_back({former.offset, former.stored_bytes, first, kNoVersion});
 }

@@ -109,7 +109,27 @@ PipelineRegistry built_in() {
   registry.add(PipelineRegistry::FilterEntry{
       "parallelogram", "predicts floating-point numbers from their neighbours in a slot",
       make_parallelogram_filter});
+  registry.set_block_makers(library_block_makers());
   return registry;
+}
+
+/// Sets the maker of a level, or the reason why there is none.
+void make_maker(const BlockMakers* makers, std::string_view recipe, const FilterLevel& level,
+                Pipeline& made) {
+  if (recipe.empty() || level.geometry == nullptr || level.surroundings == nullptr) {
+    made.why_no_maker = "the level has no recipe";
+  } else if (makers == nullptr) {
+    made.why_no_maker = "this program has nothing that makes blocks again";
+  } else {
+    // A store with a scheme that nobody here knows can be opened; its other blocks can be read.
+    try {
+      made.maker = makers->open({recipe, level.schema, *level.geometry, level.surroundings->mesh,
+                                 level.surroundings->positions});
+      made.why_no_maker = fmt::format("recipe {} does not make this level", recipe);
+    } catch (const Error& error) {
+      made.why_no_maker = error.what();
+    }
+  }
 }
 
 }  // namespace
@@ -117,6 +137,10 @@ PipelineRegistry built_in() {
 void PipelineRegistry::add(CodecEntry entry) { add_to(codecs_, "codec", std::move(entry)); }
 
 void PipelineRegistry::add(FilterEntry entry) {
+  if (entry.name == kPredictedStage)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        "register filter \"predicted\": expected another name: it has a meaning of its own");
   if (entry.name == "none")
     throw Error(ErrorCode::kInvalidArgument,
                 "register filter \"none\": expected another name: none stands for no filter");
@@ -135,6 +159,10 @@ Pipeline PipelineRegistry::make(std::string_view pipeline, const FilterLevel& le
     const Stage stage = split_options(filters.substr(0, plus));
     if (more) filters.remove_prefix(plus + 1);
     if (stage.name == "none" && stage.options.empty()) continue;
+    if (stage.name == kPredictedStage && made.why_no_maker.empty() && made.filters.empty()) {
+      make_maker(makers_.get(), stage.options, level, made);
+      continue;
+    }
     auto filter = find_in(filters_, "filter", stage, pipeline).make(stage.options, level);
     if (!filter) continue;
     if (!made.filters.empty() && filter->needs_other_blocks())

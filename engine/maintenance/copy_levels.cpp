@@ -13,6 +13,7 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
   std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
   const int finest = from.attributes()[attribute].finest_level;
+  to.plan_levels(copy, finest, from.attributes()[attribute].schema.name);
   for (int level = from.base_level() + 1; level <= finest; ++level) {
     to.add_level(copy);
     const LevelGeometry& geometry = from.level_file(attribute, level).geometry;

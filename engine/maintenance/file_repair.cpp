@@ -138,7 +138,9 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {
     if (options_.proceed && !options_.proceed("rebuild " + file.name, block, level.table.size()))
       throw Error(ErrorCode::kCancelled, fmt::format("repair {}: cancelled", store_.native()));
-    if (level.table[block].encoding == BlockEncoding::kNeverWritten) continue;
+    if (level.table[block].encoding == BlockEncoding::kNeverWritten ||
+        level.table[block].encoding == BlockEncoding::kPredicted)
+      continue;  // no byte of it is in the file
     std::optional<std::span<const std::byte>> stored = remains.stored_bytes(level, block);
     PinnedBlock pinned;
     if (!stored && made != nullptr) {

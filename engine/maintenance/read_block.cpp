@@ -38,7 +38,7 @@ void read_block(Store& store, AttributeId attribute, int level, std::uint64_t bl
   Backend& backend = *store.level_file(attribute, level).backend;
   std::array<ContextBlock, kMostContextBlocks> needed;
   const std::size_t count = backend.context(block, needed);
-  if (count == 0) return backend.read({block, 1}, into);
+  if (count == 0 || backend.reads_alone(block)) return backend.read({block, 1}, into);
 
   Session session = store.open_session();
   std::vector<BlockRequest> requests;

@@ -53,6 +53,9 @@ void BackendRegistry::add(Entry entry) {
     };
   if (!entry.needs_other_blocks)
     entry.needs_other_blocks = [](std::string_view, const AttributeSchema&) { return false; };
+  if (!entry.plan_pipeline)
+    entry.plan_pipeline = [](std::string_view pipeline, const Provenance&, const AttributeSchema&,
+                             int) { return std::string(pipeline); };
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }

@@ -106,7 +106,8 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   // have to wait for another one.
   std::array<ContextBlock, kMostContextBlocks> needed;
   std::array<Frame*, kMostContextBlocks> context{};
-  const std::size_t context_count = level.backend->context(block, needed);
+  const std::size_t context_count =
+      level.backend->reads_alone(block) ? 0 : level.backend->context(block, needed);
   for (std::size_t i = 0; i < context_count; ++i) {
     const LevelFile* const other = table_.level(needed[i].attribute, needed[i].level);
     if (!other || !comes_before(*other, level)) return true;  // the pin will get the error

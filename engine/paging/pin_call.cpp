@@ -116,6 +116,7 @@ void Pager::Implementation::PinCall::add_context(std::size_t at) {
   const bool is_read =
       entry.brings_in && entry.access != Access::kOverwrite && was_written(level, entry.block);
   if (!is_read && entry.access == Access::kRead) return;
+  if (entry.access == Access::kRead && level.backend->reads_alone(entry.block)) return;
   std::array<ContextBlock, kMostContextBlocks> needed;
   const std::size_t count = level.backend->context(entry.block, needed);
   for (const ContextBlock& context : std::span(needed).first(count)) {

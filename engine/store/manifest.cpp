@@ -20,12 +20,14 @@ constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', 
 constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
 
-/// A required feature changes the meaning of a store's bytes. This program knows no such feature.
+/// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
+  constexpr std::uint32_t kKnown = kPredictedBlocks;
+  required &= ~kKnown;
   if (required == 0) return;
   throw Error(ErrorCode::kNotSupported,
               fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                          "knows no required feature",
+                          "knows only that of flag 0, predicted blocks",
                           path.native(), std::countr_zero(required), program_version()));
 }
 
@@ -58,6 +60,7 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   const std::span<std::byte> bytes(slot);
   std::memcpy(bytes.data(), kMagic.data(), kMagic.size());
   save(bytes, 8, kVersion);
+  save(bytes, 12, manifest.required_features);
   std::ranges::copy(manifest.uuid, bytes.begin() + 24);
   save(bytes, kSequenceOffset, manifest.sequence);
   save(bytes, 48, manifest.version_bytes);
@@ -83,6 +86,7 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
                                                       path.native(), field, found));
   };
   Manifest manifest;
+  manifest.required_features = load<std::uint32_t>(slot, 12);
   std::ranges::copy(slot.subspan(24, 16), manifest.uuid.begin());
   manifest.sequence = load<std::uint64_t>(slot, kSequenceOffset);
   manifest.version_bytes = load<std::uint64_t>(slot, 48);

@@ -19,8 +19,14 @@ struct Manifest {
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
   std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.S
+  std::uint32_t required_features = 0;                    ///< bits of RequiredFeature
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
+};
+
+/// Stored: never renumber.
+enum RequiredFeature : std::uint32_t {
+  kPredictedBlocks = 1,  ///< a block table has a predicted block
 };
 
 constexpr std::size_t kManifestSlotBytes = 4096;

@@ -97,7 +97,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
 }
 
 LevelSurroundings Store::Implementation::surroundings() const {
-  LevelSurroundings result{base.topology(), options.base_level, {}};
+  LevelSurroundings result{base.topology(), options.base_level, {}, base.positions()};
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     AttributeLevels& levels = result.attributes.emplace_back();
     levels.number = attributes[i].record.number;
@@ -110,9 +110,8 @@ LevelSurroundings Store::Implementation::surroundings() const {
 
 void Store::Implementation::fix_context_of(const LevelFile& level) const {
   const auto entries = level.table.entries();
-  const auto written = std::ranges::find_if(entries, [](const BlockEntry& entry) {
-    return entry.encoding != BlockEncoding::kNeverWritten;
-  });
+  // Raw and predicted blocks need no other block.
+  const auto written = std::ranges::find(entries, BlockEncoding::kEncoded, &BlockEntry::encoding);
   if (written == entries.end() || level.traits.in_memory) return;
   std::array<ContextBlock, kMostContextBlocks> needed;
   const std::size_t count =

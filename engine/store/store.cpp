@@ -207,6 +207,16 @@ void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
   data.record.pipeline = std::move(pipeline);
 }
 
+void Store::plan_levels(AttributeId attribute, int finest_level, std::string_view made_as) {
+  Implementation& state = *implementation_;
+  check_writable(state);
+  Implementation::Attribute& data = attribute_of(state, attribute);
+  AttributeSchema schema = state.infos[attribute].schema;
+  if (!made_as.empty()) schema.name = made_as;
+  data.record.pipeline =
+      state.backend.plan_pipeline(data.record.pipeline, state.provenance, schema, finest_level);
+}
+
 void Store::remove_attribute(AttributeId attribute) {
   Implementation& state = *implementation_;
   check_writable(state);
@@ -245,7 +255,7 @@ std::span<std::byte> Store::base_bytes(AttributeId attribute) {
   for (const auto& level : data.levels)
     if (level->backend->needs_base_records() &&
         std::ranges::any_of(level->table.entries(), [](const BlockEntry& entry) {
-          return entry.encoding != BlockEncoding::kNeverWritten;
+          return entry.encoding == BlockEncoding::kEncoded;
         }))
       throw Error(ErrorCode::kBadState,
                   fmt::format("change base records of '{}' in {}: expected no blocks that are "

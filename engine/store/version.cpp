@@ -1,6 +1,8 @@
 // Writes a version (base records, description, block tables, manifest slot), and reads one.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "plait/error.h"
 #include "store/checksum.h"
 #include "store/file_names.h"
@@ -21,6 +23,11 @@ void write_whole_file(const Directory& store, const std::string& name,
   file.write_at(0, bytes);
   if (durable) file.sync();
   file.close();
+}
+
+bool has_predicted(const BlockTable& table) {
+  return std::ranges::find(table.entries(), BlockEncoding::kPredicted, &BlockEntry::encoding) !=
+         table.entries().end();
 }
 
 }  // namespace
@@ -66,7 +73,10 @@ void Store::Implementation::write_version() {
   }
   std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
-    for (const auto& level : attribute.levels) all_tables.push_back(&level->table);
+    for (const auto& level : attribute.levels) {
+      all_tables.push_back(&level->table);
+      if (has_predicted(level->table)) next.required_features |= kPredictedBlocks;
+    }
   const std::vector<std::byte> described =
       encode_version_file(encode_description(content), all_tables);
   write_whole_file(directory, version_file_name(next.sequence), described, durable);

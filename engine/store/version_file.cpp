@@ -28,6 +28,8 @@ bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes) {
       return entry.stored_bytes == block_bytes;
     case BlockEncoding::kEncoded:
       return entry.stored_bytes > 0 && entry.stored_bytes < block_bytes;
+    case BlockEncoding::kPredicted:
+      return entry.offset == 0 && entry.stored_bytes == 0;
   }
   return false;
 }

@@ -74,16 +74,16 @@ void BaseRings<Rule>::clear() {
 template <class Rule>
 void BaseRings<Rule>::find(std::span<const FaceId> faces) {
   const Topology& mesh = source_.mesh;
+  faces_ = faces;
+  one_by_one_ = faces.front() - faces.back() == faces.size() - 1;
   first_corner_ = 3 * faces.back();
+  number_of_.begin(3 * faces.size());
   corners_.resize(3 * faces.size());
   next_corners_.resize(corners_.size());
   // The next corners are computed before the walks around vertices, because in a walk each look-up
   // would wait for the one before.
-  for (std::uint32_t i = 0; i < next_corners_.size(); ++i) {
-    FaceSide corner;
-    corner.code = first_corner_ + i;
-    next_corners_[i] = mesh.next_corner(corner);
-  }
+  for (std::uint32_t i = 0; i < next_corners_.size(); ++i)
+    next_corners_[i] = mesh.next_corner(corner_at(i));
   for (const FaceId face : faces)
     for (int side = 0; side < 3; ++side) {
       const FaceSide here(face, side);
@@ -97,16 +97,30 @@ void BaseRings<Rule>::find(std::span<const FaceId> faces) {
           rings_.push_back(source_.hubs->rings_[hub->number]);
         } else {
           add(vertex, [&](FaceSide corner, int spoke) {
-            const std::uint32_t of_run = corner.code - first_corner_;
+            const std::uint32_t of_run = place_of(corner);
             if (of_run >= corners_.size()) return mesh.next_corner(corner);
             corners_[of_run] = {number, spoke};
             return next_corners_[of_run];
           });
         }
       }
-      if (hub) corners_[here.code - first_corner_] = {number, hub->spoke};
+      if (hub) corners_[place_of(here)] = {number, hub->spoke};
     }
-  for (const VertexId vertex : vertices_) number_of_[vertex] = kNoId;
+}
+
+template <class Rule>
+std::uint32_t BaseRings<Rule>::place_among(FaceSide corner) const {
+  const auto found = std::ranges::lower_bound(faces_, corner.face(), std::ranges::greater());
+  if (found == faces_.end() || *found != corner.face()) return kNoId;
+  return 3 * static_cast<std::uint32_t>(found - faces_.begin()) +
+         static_cast<std::uint32_t>(corner.side());
+}
+
+template <class Rule>
+FaceSide BaseRings<Rule>::corner_at(std::uint32_t place) const {
+  FaceSide corner;
+  corner.code = one_by_one_ ? first_corner_ + place : 3 * faces_[place / 3] + place % 3;
+  return corner;
 }
 
 /// Returns nullptr if the vertex of the corner is not a hub.
@@ -192,14 +206,14 @@ void BaseRings<Rule>::fill_first_level() {
   for (const std::uint32_t number : placed_) {
     Real* const to = points_.data() + starts_[number];
     const RingShape& shape = rings_[number].shape;
-    put(to, 0, source_.base[vertices_[number]]);
+    put(to, 0, source_.vertex(vertices_[number]));
     if constexpr (Rule::kReach > 1) {
       fill_two_rings(number, to);
       continue;
     }
     for (int spoke = 0; spoke < shape.valence; ++spoke)
       put(to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
-          source_.base[neighbours_[rings_[number].neighbours + static_cast<std::size_t>(spoke)]]);
+          source_.vertex(neighbours_[rings_[number].neighbours + static_cast<std::size_t>(spoke)]));
   }
   if constexpr (Rule::kReach == 1) return;
   for (const Batch& batch : batches_)
@@ -217,7 +231,7 @@ void BaseRings<Rule>::fill_two_rings(std::uint32_t number, Real* to) {
   FaceSide corner = source_.mesh.vertex_corners[vertices_[number]];
   for (int spoke = 0; spoke < shape.valence; ++spoke) {
     put(to, shape.point(kFar, spoke),
-        source_.base[neighbours_[ring + static_cast<std::size_t>(spoke)]]);
+        source_.vertex(neighbours_[ring + static_cast<std::size_t>(spoke)]));
     const bool last_of_border = shape.border && spoke == shape.valence - 1;
     const auto& edges = source_.mesh.face_edges[corner.face()];
     const auto side = static_cast<std::size_t>(corner.side());

@@ -11,6 +11,8 @@
 
 #include "fused/lattice_buffer.h"
 #include "fused/ring_shape.h"
+#include "fused/vertex_numbers.h"
+#include "plait/kernels/numbers.h"
 #include "plait/kernels/rows.h"
 #include "plait/topology.h"
 #include "plait/vector3.h"
@@ -33,6 +35,12 @@ struct RingSource {
   std::span<const Vector3<Real>> middles = {};
   /// Rings that all threads share: see evaluate_hubs(). May be nullptr.
   const BaseRings<Rule>* hubs = nullptr;
+  /// The positions in double, as imported. Only if `base` is empty.
+  std::span<const Vector3<double>> imported = {};
+
+  Vector3<Real> vertex(VertexId number) const {
+    return base.empty() ? narrow<Real>(imported[number]) : base[number];
+  }
 
   static constexpr int first_level() { return Rule::kReach - 1; }
 };
@@ -42,10 +50,10 @@ class BaseRings {
  public:
   using Real = typename Rule::Real;
 
-  explicit BaseRings(const RingSource<Rule>& source)
-      : source_(source), number_of_(source.mesh.vertex_corners.size(), kNoId) {}
+  explicit BaseRings(const RingSource<Rule>& source) : source_(source) {}
 
-  /// Evaluates the vertices of these faces. REQUIRES: they descend one by one.
+  /// Evaluates the vertices of these faces. It is fastest if their numbers descend one by one.
+  /// REQUIRES: they descend. The span stays valid until the next call.
   void evaluate(std::span<const FaceId> faces);
 
   /// A vertex of this valence or more is a hub. Many runs have a face at a hub, so its rings are
@@ -80,7 +88,7 @@ class BaseRings {
     int spoke;
   };
   Corner corner(FaceId face, std::size_t corner) const {
-    return corners_[std::size_t{3} * face + corner - first_corner_];
+    return corners_[place_of(FaceSide(face, static_cast<int>(corner)))];
   }
 
   std::span<const VertexId> vertices() const { return vertices_; }
@@ -109,20 +117,28 @@ class BaseRings {
   template <class Visit>
   void add(VertexId vertex, Visit visit);
   const Corner* hub_at(FaceSide corner) const;
+  /// Index into corners_; at least their number if the face is not in the run.
+  std::uint32_t place_of(FaceSide corner) const {
+    return one_by_one_ ? corner.code - first_corner_ : place_among(corner);
+  }
+  std::uint32_t place_among(FaceSide corner) const;
+  FaceSide corner_at(std::uint32_t place) const;
   void finish();
   void place();
   void fill_first_level();
   void fill_two_rings(std::uint32_t number, Real* to);
 
   RingSource<Rule> source_;
-  std::vector<std::uint32_t> number_of_;  ///< [vertex] while evaluate() runs
-  std::vector<VertexId> vertices_;        ///< [number]
+  VertexNumbers number_of_;         ///< while evaluate() runs
+  std::vector<VertexId> vertices_;  ///< [number]
   std::vector<Rings> rings_;
   std::vector<VertexId> neighbours_;  ///< of all vertices, counterclockwise for each
   std::vector<Batch> batches_;
   std::vector<Lanes> lanes_;            ///< [kind] while place() runs
   std::vector<std::uint32_t> placed_;   ///< numbers of the vertices that this object evaluates
   std::vector<std::size_t> starts_;     ///< [number] index into points_, for the placed vertices
+  std::span<const FaceId> faces_;       ///< of the run
+  bool one_by_one_ = true;              ///< no face is missing between them
   std::uint32_t first_corner_ = 0;      ///< the code of the first corner of the run
   std::vector<Corner> corners_;         ///< [corner of the run]
   std::vector<FaceSide> next_corners_;  ///< [corner of the run] the next one counterclockwise

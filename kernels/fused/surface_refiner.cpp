@@ -70,7 +70,7 @@ template <class Rule>
 void SurfaceRefiner<Rule>::begin(std::span<const FaceId> faces) {
   faces_ = faces;
   rings_.evaluate(faces);
-  finish_base();
+  if (!refinement_.results.positions.empty()) finish_base();
 }
 
 /// Stores the results of base vertices. The run that contains the first corner of a vertex stores

@@ -20,7 +20,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The results for the base vertices: [vertex]. The thread that has the first corner of a vertex
-/// writes them. An empty span means that the result is not wanted.
+/// writes them. An empty span means that the result is not wanted. Without positions there is no
+/// other result.
 template <class Real>
 struct BaseResults {
   std::span<Vector3<Real>> positions, limits;

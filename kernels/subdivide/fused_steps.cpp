@@ -77,13 +77,13 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   constexpr bool keeps_level_1 = Rule::kReach == 2;
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
-  const std::uint64_t pass_bytes =
-      vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) + edges * sizeof(void*) +
-      fused_needs(store, pass, options.threads).slot_bytes +
-      BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
-      static_cast<std::uint64_t>(options.threads) *
-          (surface_scratch_bytes<Real>(levels, Rule::kReach) + sizeof(std::uint32_t) * vertices) +
-      sizeof(std::uint32_t) * vertices;
+  const std::uint64_t pass_bytes = vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
+                                   edges * sizeof(void*) +
+                                   fused_needs(store, pass, options.threads).slot_bytes +
+                                   BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
+                                   static_cast<std::uint64_t>(options.threads) *
+                                       surface_scratch_bytes<Real>(levels, Rule::kReach) +
+                                   sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }
 

@@ -74,6 +74,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
   const int base_level = store.base_level(), levels = options.levels;
   const int done = store.attributes()[position].finest_level;
+  const bool fused = options.executor == ExecutorKind::kFused && levels > base_level;
   UnfinishedLevels unfinished;  // until all passes over the levels have ended
   const auto add_levels = [&](AttributeId id) {
     for (int level = base_level + 1; level <= levels; ++level) {
@@ -84,6 +85,7 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
     if (!wanted) return kNoId;
     const AttributeId id = store.add_attribute(schema);
+    if (fused) store.plan_levels(id, levels);
     add_levels(id);
     return id;
   };
@@ -95,16 +97,17 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   if (levels > done) record<Real>(store, options, false, only_this_run);
   SubdivisionRun<Real> run(store, options, position);
   run.vertices_total = planned_vertices(store, options, done + 1);
-  if (options.executor == ExecutorKind::kFused && levels > base_level) {
+  if (fused) {
     if (done > base_level)
       throw Error(ErrorCode::kNotSupported,
                   fmt::format("subdivide: the fused executor starts at the base mesh, and the "
                               "store has level {}: take sweep",
                               done));
+    if (options.limit) record<Real>(store, options, true, only_this_run);
+    store.plan_levels(position, levels);
     add_levels(position);
     run_fused(run, rule, add(options.normals, schema_of<Vector3<float>>("normal")));
     unfinished.finish();
-    if (options.limit) record<Real>(store, options, true, only_this_run);
     return;
   }
   read_rings(run, done);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "plait/block_maker.h"
 #include "plait/byte_text.h"
 #include "plait/error.h"
 #include "subdivision_job/planning.h"
@@ -83,7 +84,8 @@ class Comparison {
       const AttributeInfo& info = store_.attributes()[id];
       const std::string asked = request_.pipeline_of(info.schema);
       for (int level = store_.base_level() + 1; level <= info.finest_level; ++level)
-        if (const std::string& found = store_.level_file(id, level).pipeline; found != asked)
+        if (const std::string& found = store_.level_file(id, level).pipeline;
+            with_recipe(found, {}) != with_recipe(asked, {}))
           return same("pipeline_of", asked, found);
     }
   }

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "plait/block_maker.h"
 #include "plait/error.h"
 #include "plait/partial_store.h"
 #include "schemes/table.h"
@@ -37,12 +38,16 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
 }
 
 /// An attribute whose blocks are encoded from other blocks is made with the backend's own pipeline
-/// first, because the executors do not finish one level before the next.
+/// first, because the executors do not finish one level before the next. A stage `predicted` stays:
+/// its blocks need no others.
 void choose_pipelines(const SubdivisionRequest& request, const BackendRegistry::Entry& backend,
                       SubdivisionPlan& plan) {
   plan.store.pipeline_of = [backend, wanted = request.pipeline_of](const AttributeSchema& schema) {
     std::string pipeline = wanted(schema);
-    return backend.needs_other_blocks(pipeline, schema) ? backend.default_pipeline : pipeline;
+    if (!backend.needs_other_blocks(pipeline, schema)) return pipeline;
+    return has_predicted_stage(pipeline)
+               ? fmt::format("{}+{}", kPredictedStage, backend.default_pipeline)
+               : backend.default_pipeline;
   };
   const AttributeSchema position{"position", request.precision.value_or(ComponentType::kFloat32),
                                  3};

@@ -17,6 +17,15 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+/// Whether no block of the attribute takes a byte. Then there is nothing to encode. REQUIRES: all
+/// blocks are written.
+bool is_predicted(const Store& store, AttributeId id) {
+  for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+    for (const BlockEntry& entry : store.level_file(id, level).table.entries())
+      if (entry.encoding != BlockEncoding::kPredicted) return false;
+  return true;
+}
+
 MeshFigures figures_of(const BaseMesh& mesh) {
   return {mesh.vertex_count(), mesh.edge_count(), mesh.face_count(), mesh.border_edge_count()};
 }
@@ -86,10 +95,11 @@ void PlannedRun::open_store(BaseMesh base) {
 void PlannedRun::encode_anew() {
   const BackendRegistry::Entry& backend = backends_.find(plan_.store.backend);
   if (!request_.pipeline_of || !backend.traits.compressed) return;
+  store_->pager().flush();
   for (AttributeId id = 0; id < store_->attributes().size(); ++id) {
     const AttributeSchema schema = store_->attributes()[id].schema;
     const std::string pipeline = request_.pipeline_of(schema);
-    if (!backend.needs_other_blocks(pipeline, schema)) continue;
+    if (!backend.needs_other_blocks(pipeline, schema) || is_predicted(*store_, id)) continue;
     enter(SubdivisionStep::kEncode);
     recode_attribute(*store_, id, pipeline, [&](std::uint64_t done, std::uint64_t total) {
       tell(SubdivisionStep::kEncode, schema.name, done, total);

@@ -20,7 +20,7 @@ declare -A layer_of_header=(
   [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [backend_choice.h]=paging [block_table.h]=paging [budget.h]=paging [level_cursor.h]=paging
+  [backend.h]=paging [backend_choice.h]=paging [block_maker.h]=paging [block_table.h]=paging [budget.h]=paging [level_cursor.h]=paging
   [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
   [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store

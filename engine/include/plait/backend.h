@@ -25,6 +25,8 @@
 #include "plait/file.h"
 #include "plait/level_geometry.h"
 #include "plait/namespace.h"
+#include "plait/provenance.h"
+#include "plait/vector3.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -138,6 +140,14 @@ class Backend {
     return 0;
   }
 
+  /// Whether `block` can be read without the blocks that context() names, because it is predicted
+  /// (plait/block_maker.h). Then the pager may pass no context to a read. The pager does not call
+  /// it while the block is being written.
+  virtual bool reads_alone(std::uint64_t block) const noexcept {
+    static_cast<void>(block);
+    return false;
+  }
+
   /// Whether blocks are encoded with the help of the attribute's base records. If so, the store
   /// refuses changes of these records when a block is written.
   virtual bool needs_base_records() const noexcept { return false; }
@@ -171,6 +181,7 @@ struct LevelSurroundings {
   Topology mesh = {};
   int base_level = 0;
   std::vector<AttributeLevels> attributes = {};
+  std::span<const Vector3<double>> positions = {};  ///< of the base mesh, as imported
 };
 
 /// The block table of a level in an older version that readers have open.
@@ -258,6 +269,11 @@ class BackendRegistry {
     /// written one after another, coarser ones first. Empty: never. Errors: as validate_pipeline().
     std::function<bool(std::string_view pipeline, const AttributeSchema& schema)>
         needs_other_blocks = {};
+    /// The pipeline for levels up to `finest_level` that were made as the provenance says: a stage
+    /// `predicted` gets its recipe (plait/block_maker.h). Empty: the pipeline stays as it is.
+    std::function<std::string(std::string_view pipeline, const Provenance& provenance,
+                              const AttributeSchema& schema, int finest_level)>
+        plan_pipeline = {};
   };
 
   /// Errors: kInvalidArgument if the name is taken or empty, or if `open` is empty.

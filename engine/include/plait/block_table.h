@@ -24,7 +24,8 @@ using StoreUuid = std::array<std::byte, 16>;
 enum class BlockEncoding : std::uint32_t {
   kNeverWritten = 0,  ///< reads as zeros
   kRaw = 1,
-  kEncoded = 2,  ///< by the pipeline of its level
+  kEncoded = 2,    ///< by the pipeline of its level
+  kPredicted = 3,  ///< in no bytes: made again from the base mesh (plait/block_maker.h)
 };
 
 /// Files contain this struct byte for byte: see docs/format.md, "Block tables".
@@ -32,7 +33,7 @@ struct BlockEntry {
   std::uint64_t offset = 0;        ///< in the level file, bytes
   std::uint32_t stored_bytes = 0;  ///< on disk
   BlockEncoding encoding = BlockEncoding::kNeverWritten;
-  std::uint64_t checksum = 0;
+  std::uint64_t checksum = 0;  ///< of the stored bytes; of a predicted block's raw bytes
 };
 static_assert(sizeof(BlockEntry) == 24);
 
@@ -52,9 +53,12 @@ class BlockTable {
   /// Sets the entry of a block whose stored bytes are `stored`, and computes their checksum.
   void seal(std::uint64_t block, std::uint64_t offset, BlockEncoding encoding,
             std::span<const std::byte> stored);
+  /// Sets the entry of a predicted block whose bytes are `raw`.
+  void seal_predicted(std::uint64_t block, std::span<const std::byte> raw);
   /// Sets the entry of a raw block without a checksum, for levels in memory.
   void mark_written(std::uint64_t block, std::uint64_t offset, std::uint64_t bytes);
-  /// Whether the size and the checksum of `stored` are those of the sealed block.
+  /// Whether the size and the checksum of `stored` are those of the sealed block. For a predicted
+  /// block, `stored` are its raw bytes.
   bool matches(std::uint64_t block, std::span<const std::byte> stored) const;
   /// Throws kCorruption unless matches(). The message names `file`, level, block, offset and both
   /// checksums.

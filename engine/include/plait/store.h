@@ -115,6 +115,13 @@ class Store {
   /// pipeline (LevelFile::pipeline). The initial value is options().pipeline. Errors:
   /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
   void set_pipeline(AttributeId attribute, std::string pipeline);
+  /// Tells the store that levels up to `finest_level` will be added, and that they are what
+  /// provenance() says. If the attribute's pipeline has the stage `predicted`, blocks that the
+  /// scheme makes again are then stored in no bytes (plait/block_maker.h). Blocks with other
+  /// content are stored as always. If nothing can make such levels, the pipeline loses the stage.
+  /// `made_as`: the name under which subdivide() makes such an attribute, if it has another name
+  /// for a while.
+  void plan_levels(AttributeId attribute, int finest_level, std::string_view made_as = {});
   /// Adds one level to the attribute. Its blocks read as zeros until they are written.
   void add_level(AttributeId attribute);
   /// Removes the attribute with its levels. The attributes after it get smaller ids. Errors:

@@ -9,8 +9,9 @@
 //   shuffle,zstd:3      lz4      shuffle,none      x-delta:stride=3+shuffle,zstd
 //
 // The first comma ends the filters. So a codec's options may contain commas, and a filter's options
-// contain neither a comma nor a plus sign. The codec "none" copies; the filter "none" stands for no
-// filter.
+// contain neither a comma nor a plus sign. The first filter may be the stage `predicted`, which
+// stores blocks that a scheme makes again in no bytes (plait/block_maker.h). The codec "none"
+// copies; the filter "none" stands for no filter.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +22,12 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/attribute.h"
 #include "plait/backend.h"
+#include "plait/block_maker.h"
 #include "plait/namespace.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -110,6 +113,9 @@ class Filter {
 struct Pipeline {
   std::vector<std::unique_ptr<Filter>> filters;
   std::unique_ptr<Codec> codec;
+  /// Of the stage `predicted`; nullptr without it, and if it makes no block of this level.
+  std::shared_ptr<const BlockMaker> maker = {};
+  std::string why_no_maker = {};  ///< why predicted blocks cannot be made, for messages
 };
 
 /// Finds codecs and filters by name. Only one thread may call add(); all other calls are safe from
@@ -139,6 +145,10 @@ class PipelineRegistry {
   void add(CodecEntry entry);
   void add(FilterEntry entry);
 
+  /// What the stage `predicted` makes. nullptr: nothing.
+  void set_block_makers(std::shared_ptr<const BlockMakers> makers) { makers_ = std::move(makers); }
+  const BlockMakers* block_makers() const { return makers_.get(); }
+
   std::vector<std::string> codec_names() const;
   std::vector<std::string> filter_names() const;
 
@@ -152,6 +162,7 @@ class PipelineRegistry {
  private:
   std::map<std::string, CodecEntry, std::less<>> codecs_;
   std::map<std::string, FilterEntry, std::less<>> filters_;
+  std::shared_ptr<const BlockMakers> makers_;
 };
 
 /// The codecs and filters of docs/format.md. Built once; safe from any thread.

@@ -1,0 +1,397 @@
+// Blocks that a scheme makes again are stored in no bytes, and read with the same bits.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "kernels/tension_rule.h"
+#include "plait/backends/registry.h"
+#include "plait/copy_levels.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/file.h"
+#include "plait/kernels/block_makers.h"
+#include "plait/kernels/own_rule.h"
+#include "plait/kernels/recompute_subdivision.h"
+#include "plait/kernels/subdivide.h"
+#include "plait/recode_attribute.h"
+#include "plait/repair.h"
+#include "plait/verify.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+using namespace plait;
+using namespace plait::test;
+
+namespace {
+
+namespace fs = std::filesystem;
+using Point = Vector3<float>;
+
+StoreOptions compressed(std::uint64_t block_bytes = 4096,
+                        const char* pipeline = "predicted,zstd:1") {
+  StoreOptions options;
+  options.backend = "compressed";
+  options.pipeline = pipeline;
+  options.block_bytes = block_bytes;
+  options.durability = Durability::kNone;
+  options.budget_bytes = 64 << 20;
+  return options;
+}
+
+BackendRegistry registry_with(std::shared_ptr<const BlockMakers> makers) {
+  PipelineRegistry pipelines = default_pipelines();
+  pipelines.set_block_makers(std::move(makers));
+  return default_backends(pipelines);
+}
+
+Store refined(const fs::path& path, const BaseMesh& base, const StoreOptions& options,
+              const SubdivideOptions& how, bool double_precision = false,
+              const BackendRegistry& backends = default_backends()) {
+  Store store = Store::create(path, base, options, backends);
+  add_base_positions(store, double_precision);
+  subdivide(store, how);
+  store.commit();
+  return store;
+}
+
+/// What the sweep makes in memory.
+std::string expected_digest(const BaseMesh& base, SubdivideOptions how,
+                            bool double_precision = false) {
+  how.executor = ExecutorKind::kSweep;
+  how.threads = 1;
+  StoreOptions in_memory;
+  in_memory.backend = "memory";
+  Store store = refined({}, base, in_memory, how, double_precision);
+  return digest(store).to_string();
+}
+
+std::uint64_t blocks_with(const Store& store, BlockEncoding encoding) {
+  std::uint64_t count = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      for (const BlockEntry& entry : store.level_file(id, level).table.entries())
+        count += entry.encoding == encoding ? 1u : 0u;
+  return count;
+}
+
+std::uint64_t all_blocks(const Store& store) {
+  std::uint64_t count = 0;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      count += store.level_file(id, level).table.size();
+  return count;
+}
+
+SubdivideOptions fused_to(int levels, bool normals = true) {
+  SubdivideOptions how;
+  how.executor = ExecutorKind::kFused;
+  how.levels = levels;
+  how.normals = normals;
+  how.threads = 2;
+  return how;
+}
+
+Error error_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error;
+  }
+  FAIL("expected an error");
+  throw 0;
+}
+
+void change_block(Store& store, AttributeId attribute, int level, std::uint64_t block) {
+  const PinnedBlock pinned =
+      store.open_session().pin(store.level_file(attribute, level), block, Access::kUpdate);
+  pinned.bytes()[5] ^= std::byte{1};
+}
+
+/// Makes other bytes than the library's makers, as a program with other arithmetic would.
+class OtherMakers final : public BlockMakers {
+ public:
+  std::string recipe(const Provenance&, const AttributeSchema&, int) const override { return {}; }
+  std::unique_ptr<BlockMaker> open(const MadeLevel& level) const override {
+    class Other final : public BlockMaker {
+     public:
+      explicit Other(std::unique_ptr<BlockMaker> right) : right_(std::move(right)) {}
+      std::uint64_t scratch_bytes() const noexcept override { return right_->scratch_bytes(); }
+      void make(std::uint64_t block, std::span<std::byte> raw) const override {
+        right_->make(block, raw);
+        raw.back() ^= std::byte{1};
+      }
+      bool makes(std::uint64_t, std::span<const std::byte>) const override { return false; }
+
+     private:
+      std::unique_ptr<BlockMaker> right_;
+    };
+    return std::make_unique<Other>(library_block_makers()->open(level));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Predicted_EveryBlockOfAScheme_TakesNoByteAndHasTheBitsOfTheSweep") {
+  const OneRingScheme tension = own_scheme("tension", TensionRule{});
+  const BackendRegistry with_own = registry_with(subdivision_block_makers({tension}));
+  const bool double_precision = GENERATE(false, true);
+  const std::uint64_t block_bytes = GENERATE(4096u, 1u << 20);
+  const BaseMesh meshes[] = {BaseMesh::build(random_sheet(11, 120)),
+                             BaseMesh::build(torus_grid(9, 7)), BaseMesh::build(tetrahedron())};
+  for (const BaseMesh& base : meshes)
+    for (const int which : {0, 1, 2, 3}) {
+      SubdivideOptions how = fused_to(4);
+      if (which == 1) how.limit = true;
+      if (which == 2) how.scheme = Scheme::kMidpoint;
+      if (which == 3) how.own_scheme = &tension;
+      CAPTURE(double_precision, block_bytes, base.face_count(), which);
+      const TemporaryDirectory directory(Medium::kMemory);
+      const fs::path path = directory.path() / "s.plait";
+      {
+        const Store store =
+            refined(path, base, compressed(block_bytes), how, double_precision, with_own);
+        CHECK(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store));
+      }
+      for (int level = 1; level <= 4; ++level) {
+        CHECK(fs::file_size(path / ("attribute0.level0" + std::to_string(level) + ".1")) == 0);
+        CHECK(fs::file_size(path / ("attribute1.level0" + std::to_string(level) + ".1")) == 0);
+      }
+      Store again = Store::open(path, {}, with_own);
+      CHECK(digest(again).to_string() == expected_digest(base, how, double_precision));
+      CHECK(verify(again).damaged_count == 0);
+    }
+}
+
+TEST_CASE("Predicted_BlocksOfAMebibyte_CostAtMostAHundredthOfABitAVertex") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const Store store = refined(directory.path() / "s.plait", BaseMesh::build(torus_grid(16, 16)),
+                              compressed(1 << 20), fused_to(6));
+  std::uint64_t bytes = 0, records = 0;
+  for (AttributeId id = 0; id < 2; ++id)
+    for (int level = 1; level <= 6; ++level) {
+      const LevelFile& file = store.level_file(id, level);
+      bytes += file.backend->stored_bytes() + file.table.size() * sizeof(BlockEntry);
+      records += file.geometry.total_bytes() / file.geometry.record_bytes();
+    }
+  CHECK(static_cast<double>(8 * bytes) <= 0.01 * static_cast<double>(records));
+}
+
+TEST_CASE("Predicted_BlockWithAnotherBit_IsStored") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const BaseMesh base = BaseMesh::build(random_sheet(3, 100));
+  const int level = GENERATE(1, 3);
+  const auto attribute = static_cast<AttributeId>(GENERATE(0, 1));
+  Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(3));
+  const std::uint64_t last = store.level_file(attribute, level).table.size() - 1;
+  const std::string before = digest(store).to_string();
+  change_block(store, attribute, level, last);
+  store.commit();
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store) - 1);
+  const std::string changed = digest(store).to_string();
+  CHECK(changed != before);
+  store.close();
+  Store again = Store::open(directory.path() / "s.plait", {.writable = true}, default_backends());
+  CHECK(digest(again).to_string() == changed);
+  // Written as it was, the block takes no byte again.
+  change_block(again, attribute, level, last);
+  again.commit();
+  CHECK(blocks_with(again, BlockEncoding::kPredicted) == all_blocks(again));
+  CHECK(digest(again).to_string() == before);
+}
+
+TEST_CASE("Predicted_AnyOrderOfChanges_ReadsWhatWasWritten") {
+  // Base records, blocks of coarse and of fine levels, and finer levels: none of them is what a
+  // predicted block is made from.
+  const BaseMesh base = BaseMesh::build(random_sheet(5, 80));
+  std::vector<int> order = {0, 1, 2, 3};
+  do {
+    const TemporaryDirectory directory(Medium::kMemory);
+    Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(2, false));
+    StoreOptions in_memory;
+    in_memory.backend = "memory";
+    Store twin = refined({}, base, in_memory, fused_to(2, false));
+    for (const int change : order) {
+      for (Store* const to : {&store, &twin}) {
+        if (change == 0) to->base_records<Point>(0)[1].x += 1;
+        if (change == 1) change_block(*to, 0, 1, 0);
+        if (change == 2) change_block(*to, 0, 2, 0);
+        if (change == 3) {
+          SubdivideOptions further;
+          further.levels = to->finest_level() + 1;
+          subdivide(*to, further);
+        }
+      }
+      if (change % 2 == 0) store.commit();
+      CHECK(digest(store).to_string() == digest(twin).to_string());
+    }
+    store.commit();
+    store.close();
+    Store again = Store::open(directory.path() / "s.plait", {}, default_backends());
+    CHECK(digest(again).to_string() == digest(twin).to_string());
+  } while (std::ranges::next_permutation(order).found);
+}
+
+TEST_CASE("Predicted_FinerLevelsOfTheScheme_LeaveNoStalePrediction") {
+  // Loop's coarse vertices move with a finer level.
+  const BaseMesh base = BaseMesh::build(torus_grid(6, 5));
+  const TemporaryDirectory directory(Medium::kMemory);
+  Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(2, false));
+  SubdivideOptions further;
+  further.levels = 3;
+  subdivide(store, further);
+  store.commit();
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == 0);
+  CHECK(digest(store).to_string() == expected_digest(base, fused_to(3, false)));
+  // Encoded anew, the levels are what the scheme makes.
+  recode_attribute(store, 0, "predicted+hierarchy+shuffle,zstd:1");
+  store.commit();
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store));
+  CHECK(digest(store).to_string() == expected_digest(base, fused_to(3, false)));
+}
+
+TEST_CASE("Predicted_CopyOfRawLevels_IsPredictedAndBack") {
+  const BaseMesh base = BaseMesh::build(torus_grid(8, 6));
+  const TemporaryDirectory directory(Medium::kMemory);
+  SubdivideOptions how = fused_to(3);
+  how.limit = true;
+  Store raw = refined(directory.path() / "raw.plait", base, {.durability = Durability::kNone}, how);
+  Store made = Store::create(directory.path() / "made.plait", raw.base(),
+                             compressed(4096, "predicted+shuffle,lz4"), default_backends());
+  copy_levels(raw, made);
+  made.commit();
+  CHECK(blocks_with(made, BlockEncoding::kPredicted) == all_blocks(made));
+  Store back = Store::create(directory.path() / "back.plait", raw.base(),
+                             {.durability = Durability::kNone}, default_backends());
+  copy_levels(made, back);
+  CHECK(digest(back).to_string() == digest(raw).to_string());
+}
+
+TEST_CASE("Predicted_SchemeThatNobodyKnows_IsANamedErrorOfItsBlocksAlone") {
+  const OneRingScheme tension = own_scheme("tension", TensionRule{});
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  SubdivideOptions how = fused_to(2);
+  how.own_scheme = &tension;
+  {
+    Store store = refined(path, BaseMesh::build(torus_grid(6, 5)), compressed(), how, false,
+                          registry_with(subdivision_block_makers({tension})));
+    change_block(store, 0, 2, 0);
+    store.commit();
+  }
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(std::as_const(store).base_records<Point>(0).size() == 30);
+  Session session = store.open_session();
+  const Store& reading = store;
+  CHECK_NOTHROW(session.pin(reading.level_file(0, 2), 0));
+  const Error error = error_of([&] { session.pin(reading.level_file(0, 1), 0); });
+  CHECK(error.code() == ErrorCode::kNotSupported);
+  CHECK_THAT(error.what(), Catch::Contains("scheme 'tension'"));
+}
+
+TEST_CASE("Predicted_OtherArithmetic_IsFoundAndNeverReturned") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  { refined(path, BaseMesh::build(torus_grid(6, 5)), compressed(), fused_to(2)); }
+  const BackendRegistry other = registry_with(std::make_shared<OtherMakers>());
+  Store store = Store::open(path, {}, other);
+  const Error error =
+      error_of([&] { store.open_session().pin(std::as_const(store).level_file(1, 2), 0); });
+  CHECK(error.code() == ErrorCode::kCorruption);
+  CHECK_THAT(error.what(), Catch::Contains("made again from the base mesh"));
+  CHECK(verify(store).damaged_count == all_blocks(store));
+}
+
+TEST_CASE("Predicted_RequiredFeature_StandsInTheManifestWhileABlockIsPredicted") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  const auto flags = [&](std::uint64_t version) {
+    std::uint32_t required = 0;
+    File(path / "manifest", OpenMode::kRead)
+        .read_at(version % 2 * 4096 + 12, std::as_writable_bytes(std::span(&required, 1)));
+    return required;
+  };
+  Store store = refined(path, BaseMesh::build(torus_grid(6, 5)), compressed(), fused_to(2));
+  CHECK(flags(1) == 1);
+  for (AttributeId id = 0; id < 2; ++id) recode_attribute(store, id, "zstd:1");
+  store.commit();
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == 0);
+  CHECK(flags(2) == 0);
+}
+
+TEST_CASE("Predicted_LevelFileThatIsLost_IsMadeAgain") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  const BaseMesh base = BaseMesh::build(torus_grid(6, 5));
+  { refined(path, base, compressed(), fused_to(2)); }
+  fs::remove(path / "attribute0.level02.1");
+  const RepairReport report = repair(path, {}, default_backends(), recompute_subdivision());
+  CHECK(report.whole());
+  CHECK(report.rebuilt_files.size() == 1);
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(digest(store).to_string() == expected_digest(base, fused_to(2)));
+}
+
+TEST_CASE("Predicted_ManyReadersInASmallBudget_GetTheSameBytes") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  const BaseMesh base = BaseMesh::build(torus_grid(10, 8));
+  { refined(path, base, compressed(), fused_to(4)); }
+  OpenOptions open;
+  open.budget_bytes = 1 << 20;
+  const Store store = Store::open(path, open, default_backends());
+  std::vector<std::vector<std::byte>> all(3);
+  {
+    std::vector<std::jthread> readers;
+    for (std::vector<std::byte>& bytes : all)
+      readers.emplace_back([&] {
+        Session session = store.open_session();
+        const LevelFile& file = store.level_file(1, 4);
+        for (std::uint64_t block = 0; block < file.table.size(); ++block) {
+          const PinnedBlock pinned = session.pin(file, block);
+          bytes.insert(bytes.end(), pinned.bytes().begin(), pinned.bytes().end());
+        }
+      });
+  }
+  CHECK(all[0].size() == store.level_file(1, 4).geometry.total_bytes());
+  CHECK(all[0] == all[1]);
+  CHECK(all[0] == all[2]);
+}
+
+TEST_CASE("Predicted_MeshWithAHub_IsStored") {
+  const BaseMesh base = BaseMesh::build(closed_fan(256));
+  const TemporaryDirectory directory(Medium::kMemory);
+  Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(2));
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == 0);
+  CHECK(digest(store).to_string() == expected_digest(base, fused_to(2)));
+}
+
+TEST_CASE("Predicted_TextOfPipelines") {
+  CHECK(has_predicted_stage("predicted,zstd:1"));
+  CHECK(has_predicted_stage("predicted:a/b+shuffle,lz4"));
+  CHECK_FALSE(has_predicted_stage("shuffle+predicted,lz4"));
+  CHECK_FALSE(has_predicted_stage("predicted"));
+  CHECK(recipe_in("predicted:a/b+shuffle,lz4") == "a/b");
+  CHECK(recipe_in("predicted,lz4").empty());
+  CHECK(with_recipe("predicted:a+shuffle,lz4", "c/d") == "predicted:c/d+shuffle,lz4");
+  CHECK(with_recipe("predicted:a,lz4", "") == "predicted,lz4");
+  CHECK(with_recipe("shuffle,lz4", "c") == "shuffle,lz4");
+  CHECK(without_predicted_stage("predicted:a+shuffle,lz4") == "shuffle,lz4");
+  CHECK(without_predicted_stage("predicted,lz4") == "lz4");
+  const BaseMesh base = BaseMesh::build(torus_grid(4, 3));
+  const LevelGeometry geometry(base.slot_shapes(), BaseRelativeLevel(1), 12, 4096);
+  for (const char* const recipe :
+       {"", "loop", "loop/position/float32", "loop/position/float32/0", "loop/position/float32/99",
+        "loop/position/float32/1x", "loop/other/float32/1", "loop/position/int8/1",
+        "/position/float32/1", "loop/position/float32/1/2"}) {
+    CAPTURE(recipe);
+    CHECK(error_of([&] {
+            library_block_makers()->open({recipe, schema_of<Point>("position"), geometry,
+                                          base.topology(), base.positions()});
+          }).code() == ErrorCode::kInvalidArgument);
+  }
+}
