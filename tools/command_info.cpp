@@ -76,8 +76,8 @@ Json store_report(Store& store) {
   const LevelCounts finest =
       counts_at_level(base, relative_to_base(store.finest_level(), store.base_level()).refinements);
   Json attributes = Json::array();
-  // Of levels, because nothing else is compressed. The tables count too, because predicted blocks
-  // take no other bytes.
+  // Of levels, because nothing else is compressed. If all blocks are predicted, the ratio is to the
+  // tables.
   std::uint64_t raw_bytes = 0, stored_bytes = 0, table_bytes = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     attributes.push_back(attribute_report(store, id));
@@ -112,7 +112,7 @@ Json store_report(Store& store) {
       {"levels_raw_bytes", raw_bytes},
       {"levels_stored_bytes", stored_bytes},
       {"block_tables_bytes", table_bytes},
-      {"ratio", ratio(raw_bytes, stored_bytes + table_bytes)},
+      {"ratio", ratio(raw_bytes, stored_bytes > 0 ? stored_bytes : table_bytes)},
       {"attributes", std::move(attributes)}};
 }
 

@@ -326,6 +326,24 @@ TEST_CASE("Displace_Json_TellsWhatItMeasured") {
   CHECK(fractal["stored_bytes"] > 0);
 }
 
+TEST_CASE("Info_OfAnExactSurface_CountsPredictedBlocksThatTakeNoByte") {
+  const Workplace here;
+  REQUIRE(here.subdivide("s.plait", {"--compress", "default", "--normals"}).status == 0);
+  const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
+  CHECK(info["levels_stored_bytes"] == 0);
+  CHECK(info["ratio"].get<double>() >= 100);
+  std::uint64_t blocks = 0;
+  for (const auto& attribute : info["attributes"])
+    for (const auto& level : attribute["levels"]) {
+      CHECK(level["blocks_predicted"] == level["blocks"]);
+      blocks += level["blocks"].get<std::uint64_t>();
+    }
+  CHECK(info["block_tables_bytes"] == 24 * blocks);
+  CHECK(here.plait({"info", "s.plait"}).output.find("predicted:loop/normal/float32/3") !=
+        std::string::npos);
+  CHECK(here.plait({"verify", "s.plait"}).status == 0);
+}
+
 TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
   const Workplace here;
   REQUIRE(
