@@ -79,6 +79,15 @@ Option* add_compress_option(CommandLine& command, std::vector<std::string>& text
       ->type_name("PRESET|[FILTER+FILTER,]CODEC[:LEVEL]");
 }
 
+Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts) {
+  return command
+      .add_option("--max-error", texts,
+                  "Round vertices, by at most this much (see below): of \"position\", or as "
+                  "ATTRIBUTE=...; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("BOUND[rel][,euclidean]");
+}
+
 std::function<std::string(const AttributeSchema&)> pipelines_of(
     const std::vector<std::string>& texts) {
   Compression compression;

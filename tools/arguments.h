@@ -41,6 +41,8 @@ Option* add_compress_option(CommandLine& command, std::vector<std::string>& text
 /// The pipelines that the texts of --compress name. Errors: as Compression::add().
 std::function<std::string(const AttributeSchema&)> pipelines_of(
     const std::vector<std::string>& texts);
+/// --max-error TEXT, which may be repeated (plait/rounding.h).
+Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts);
 /// The text about --compress for --help.
 std::string compression_help();
 Option* add_json_option(CommandLine& command, CommandContext& context);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -15,16 +17,21 @@
 #include "interrupt.h"
 #include "measure.h"
 #include "plait/backends/choose_backend.h"
+#include "plait/backends/compression.h"
 #include "plait/byte_text.h"
 #include "plait/copy_levels.h"
 #include "plait/left_overs.h"
 #include "plait/partial_store.h"
+#include "plait/rounding.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "read_back.h"
+#include "rounding_report.h"
 
 namespace plait {
 namespace {
+
+using PipelineOf = std::function<std::string(const AttributeSchema&)>;
 
 struct Arguments {
   std::filesystem::path from, to;
@@ -34,6 +41,8 @@ struct Arguments {
   std::uint64_t memory_bytes = StoreOptions().budget_bytes;
   int threads = default_thread_count();
   bool verify = false, force = false;
+  std::vector<std::string> max_errors;
+  ErrorBounds bounds;  ///< of max_errors
 };
 
 struct Target {
@@ -54,9 +63,25 @@ BackendChoice backend_of_copy(const Arguments& arguments, const Store& source,
                               const BackendRegistry& backends) {
   if (!arguments.compress.empty() && arguments.backend.empty())
     return {"compressed", "because of --compress"};
+  if (!arguments.bounds.empty() && arguments.backend.empty() && !source.backend_traits().compressed)
+    return {"compressed", "because of --max-error"};
   if (arguments.backend == "auto") return choose_backend(backends, arguments.to, raw_bytes(source));
   if (!arguments.backend.empty()) return {arguments.backend, "given by the user"};
   return {source.options().backend, "the same as the source"};
+}
+
+/// The pipelines of the copy, with the steps of the attributes that are rounded.
+PipelineOf with_steps(PipelineOf pipeline_of, const ErrorBounds& bounds, const Store& source) {
+  std::map<std::string, double> steps;
+  for (const auto& [name, bound] : bounds.all()) {
+    const AttributeId id = source.attribute(name);
+    steps[name] = Rounder(source.attributes()[id].schema, bound, source.base_bytes(id)).step();
+  }
+  return [=](const AttributeSchema& schema) {
+    const std::string pipeline = pipeline_of(schema);
+    const auto step = steps.find(schema.name);
+    return step == steps.end() ? pipeline : pipeline_of_rounded(pipeline, step->second);
+  };
 }
 
 Target target_of(const Arguments& arguments, const Store& source, const BackendRegistry& backends) {
@@ -74,7 +99,8 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
                             backend.name));
   const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
   if (!stays_compressed) options.pipeline = backend.default_pipeline;
-  if (!arguments.compress.empty())
+  if (!arguments.compress.empty() ||
+      (!arguments.bounds.empty() && !stays_compressed && backend.traits.compressed))
     options.pipeline_of = pipelines_of(arguments.compress);
   else if (stays_compressed)
     options.pipeline_of = [&source](const AttributeSchema& schema) {
@@ -83,6 +109,8 @@ Target target_of(const Arguments& arguments, const Store& source, const BackendR
       return finest > source.base_level() ? source.level_file(id, finest).pipeline
                                           : source.options().pipeline;
     };
+  if (!arguments.bounds.empty() && options.pipeline_of)
+    options.pipeline_of = with_steps(options.pipeline_of, arguments.bounds, source);
   backend.validate(BackendRegistry::options_in(options.backend));
   for (const AttributeInfo& info : source.attributes())
     backend.validate_pipeline(
@@ -111,19 +139,26 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const std::uint64_t from_bytes = source.stored_bytes();
   std::uint64_t to_bytes = 0;
   std::string word;
+  std::map<std::string, Rounding> roundings;
   build_output(output, [&] {
     Store copy = Store::create(output.make(), source.base(), options, context.backends);
     {
       Progress progress("convert", ProgressUnit::kBytes);
-      copy_levels(source, copy, [&](std::uint64_t done, std::uint64_t total) {
-        return progress.update(done, total);
-      });
+      copy_levels(
+          source, copy,
+          [&](std::uint64_t done, std::uint64_t total) { return progress.update(done, total); },
+          arguments.bounds);
     }
+    for (const auto& [name, bound] : arguments.bounds.all())
+      roundings[name] = *copy.rounding(copy.attribute(name));
     copy.commit();
     to_bytes = copy.stored_bytes();
     copy.close();
     if (arguments.verify)
-      word = compare_copy(source, output.path(), open, arguments.threads, context.backends);
+      word = arguments.bounds.empty()
+                 ? compare_copy(source, output.path(), open, arguments.threads, context.backends)
+                 : compare_rounded_copy(source, output.path(), open, arguments.threads,
+                                        context.backends, arguments.bounds);
   });
   throw_if_interrupted();
   output.publish(true, report_warning);
@@ -134,8 +169,12 @@ int run(const Arguments& arguments, const CommandContext& context) {
                       output.final_path().native(), format_bytes(to_bytes), options.backend,
                       target.backend_reason, format_bytes(from_bytes), source.options().backend,
                       ratio, clock.seconds()));
+    for (const auto& [name, rounding] : roundings)
+      print(fmt::format("{}: {}\n", name, to_text(rounding)));
     if (!word.empty())
-      print(fmt::format("read back: digest {}, equal to that of the source\n", word));
+      print(fmt::format("read back: digest {}, {}\n", word,
+                        roundings.empty() ? "equal to that of the source"
+                                          : "every record within its bound of the source"));
     return kExitDone;
   }
   nlohmann::ordered_json report = {
@@ -144,6 +183,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
       {"block_bytes", options.block_bytes}, {"from_stored_bytes", from_bytes},
       {"stored_bytes", to_bytes},           {"ratio", ratio},
       {"seconds", clock.seconds()}};
+  for (const auto& [name, rounding] : roundings) report["max_error"][name] = to_json(rounding);
   if (!word.empty()) report["digest"] = word;
   print(report.dump(2) + "\n");
   return kExitDone;
@@ -160,6 +200,7 @@ void add_convert_command(CommandLine& program, CommandContext& context) {
   command->add_option("--backend", arguments->backend,
                       "The backend of the copy (see below); auto: chosen by its size");
   add_compress_option(*command, arguments->compress);
+  add_max_error_option(*command, arguments->max_errors);
   add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O, a power of two")
       ->default_str("as in STORE");
   add_size_option(*command, "--memory", arguments->memory_bytes,
@@ -171,15 +212,26 @@ void add_convert_command(CommandLine& program, CommandContext& context) {
                     "Replace OUT if it is a store, when the new store is complete");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
-  command->footer(backend_help(context.backends) + compression_help() +
-                  "\n"
-                  "The copy is like STORE in everything that no option changes.\n"
-                  "\n"
-                  "Examples:\n"
-                  "  plait convert surface.plait small.plait --compress small\n"
-                  "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify");
+  command->footer(
+      backend_help(context.backends) + compression_help() +
+      "\n"
+      "The copy is like STORE in everything that no option changes.\n"
+      "\n"
+      "--max-error 1e-5 rounds positions so that no coordinate changes by more than 1e-5, and\n"
+      "1e-6rel by more than a millionth of the diagonal of the base vertices' box. With\n"
+      ",euclidean, no vertex moves farther. normal=1e-3 rounds normals. Base vertices, and\n"
+      "what has no bound, stay exact; plait info prints the errors. --verify then compares\n"
+      "every record with STORE. --max-error implies --compress default.\n"
+      "\n"
+      "Examples:\n"
+      "  plait convert surface.plait small.plait --compress small\n"
+      "  plait convert surface.plait lossy.plait --max-error 1e-6rel --max-error normal=1e-3\n"
+      "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] {
+      for (const std::string& text : arguments->max_errors) arguments->bounds.add(text);
+      return run(*arguments, context);
+    };
   });
 }
 

@@ -14,6 +14,7 @@
 #include "console.h"
 #include "plait/byte_text.h"
 #include "plait/store.h"
+#include "rounding_report.h"
 
 namespace plait {
 namespace {
@@ -60,13 +61,15 @@ Json attribute_report(Store& store, AttributeId id) {
   Json levels = Json::array();
   for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
     levels.push_back(level_report(store.level_file(id, level), level));
-  return {{"name", info.schema.name},
-          {"type", to_string(info.schema.type)},
-          {"components", info.schema.components},
-          {"record_bytes", info.schema.record_bytes()},
-          {"finest_level", info.finest_level},
-          {"base_bytes", std::as_const(store).base_bytes(id).size()},
-          {"levels", std::move(levels)}};
+  Json report = {{"name", info.schema.name},
+                 {"type", to_string(info.schema.type)},
+                 {"components", info.schema.components},
+                 {"record_bytes", info.schema.record_bytes()},
+                 {"finest_level", info.finest_level},
+                 {"base_bytes", std::as_const(store).base_bytes(id).size()},
+                 {"levels", std::move(levels)}};
+  if (const auto& rounding = store.rounding(id)) report["max_error"] = to_json(*rounding);
+  return report;
 }
 
 Json store_report(Store& store) {
@@ -125,7 +128,7 @@ std::string level_ratio(const Json& level) {
   return level["stored_bytes"] == 0 ? "-" : fmt::format("{:.2f}", level["ratio"].get<double>());
 }
 
-void print_report(const Json& report) {
+void print_report(const Json& report, const Store& store) {
   const Json& base = report["base"];
   const Json& finest = report["finest"];
   print(fmt::format("store      {}\nuuid       {}, version {}\n", text_of(report["store"]),
@@ -153,6 +156,8 @@ void print_report(const Json& report) {
     print(fmt::format("\n{}: {} x {}, base records {}\n", text_of(attribute["name"]),
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
+    const AttributeId id = store.attribute(text_of(attribute["name"]));
+    if (const auto& rounding = store.rounding(id)) print(fmt::format("  {}\n", to_text(*rounding)));
     print(
         "  level         vertices          raw       stored  ratio    blocks          raw  "
         "predicted  pipeline\n");
@@ -211,7 +216,7 @@ void add_info_command(CommandLine& program, CommandContext& context) {
       if (context.json)
         print(report.dump(2) + "\n");
       else
-        print_report(report);
+        print_report(report, store);
       return kExitDone;
     };
   });

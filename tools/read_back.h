@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "plait/rounding.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -17,5 +18,12 @@ std::string digest_with_progress(Store& store, std::string task, int threads);
 /// Store::open and digest().
 std::string compare_copy(Store& source, const std::filesystem::path& copy, const OpenOptions& open,
                          int threads, const BackendRegistry& backends);
+
+/// The same for a copy whose records were rounded: compares every record with the original, and
+/// computes the errors in long double. Attributes without a bound have to be equal. Errors: also
+/// kCorruption if an error is too large.
+std::string compare_rounded_copy(Store& source, const std::filesystem::path& copy,
+                                 const OpenOptions& open, int threads,
+                                 const BackendRegistry& backends, const ErrorBounds& bounds);
 
 }  // namespace plait

@@ -57,6 +57,36 @@ std::string preset_pipeline(std::string_view preset, const AttributeSchema& sche
                           preset));
 }
 
+std::string pipeline_of_rounded(std::string_view pipeline, double step) {
+  const std::size_t comma = pipeline.find(',');
+  if (comma == std::string_view::npos) return std::string(pipeline);
+  // A plus sign would end the filter.
+  std::string text = fmt::format("{}", step);
+  std::erase(text, '+');
+  std::string made;
+  const auto add = [&](std::string_view filter) {
+    if (!made.empty()) made += '+';
+    made += filter;
+  };
+  for (std::string_view filters = pipeline.substr(0, comma); !filters.empty();) {
+    const std::string_view filter = filters.substr(0, filters.find('+'));
+    filters.remove_prefix(std::min(filter.size() + 1, filters.size()));
+    const std::string_view name = filter.substr(0, filter.find(':'));
+    if (name == "hierarchy" || name == "normals")
+      add(filter.find("midpoint") != std::string_view::npos
+              ? fmt::format("hierarchy:midpoint:step={}", text)
+              : fmt::format("hierarchy:step={}", text));
+    else if (name == "parallelogram")
+      add(fmt::format("lattice:{}+lorenzo", text));
+    else if (name == "lattice")
+      add(fmt::format("lattice:{}", text));
+    else if (name != "predicted")  // no scheme makes rounded records
+      add(filter);
+  }
+  if (made.empty()) return std::string(pipeline.substr(comma + 1));
+  return made += pipeline.substr(comma);
+}
+
 void Compression::add(std::string_view text) {
   // An option of a filter or of a codec comes after a colon and may have an equals sign of its own.
   const std::size_t equals = text.find('=');

@@ -9,6 +9,7 @@
 #include "compressed/codecs/built_in_codecs.h"
 #include "compressed/filters/byte_delta_filter.h"
 #include "compressed/filters/hierarchy_filter.h"
+#include "compressed/filters/lattice_filter.h"
 #include "compressed/filters/lorenzo_filter.h"
 #include "compressed/filters/normals_filter.h"
 #include "compressed/filters/parallelogram_filter.h"
@@ -104,6 +105,9 @@ PipelineRegistry built_in() {
   registry.add(PipelineRegistry::FilterEntry{
       "bytedelta", "after shuffle: differences of bytes that follow each other in a group",
       make_byte_delta_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "lattice", "lattice:STEP: numbers that --max-error rounded, as small integers",
+      make_lattice_filter});
   registry.add(PipelineRegistry::FilterEntry{
       "lorenzo", "differences along the rows of a slot and across them", make_lorenzo_filter});
   registry.add(PipelineRegistry::FilterEntry{

@@ -61,6 +61,7 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
   std::memcpy(bytes.data(), kMagic.data(), kMagic.size());
   save(bytes, 8, kVersion);
   save(bytes, 12, manifest.required_features);
+  save(bytes, 16, manifest.optional_features);
   std::ranges::copy(manifest.uuid, bytes.begin() + 24);
   save(bytes, kSequenceOffset, manifest.sequence);
   save(bytes, 48, manifest.version_bytes);
@@ -87,6 +88,7 @@ Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
   };
   Manifest manifest;
   manifest.required_features = load<std::uint32_t>(slot, 12);
+  manifest.optional_features = load<std::uint32_t>(slot, 16) & kKnownOptionalFeatures;
   std::ranges::copy(slot.subspan(24, 16), manifest.uuid.begin());
   manifest.sequence = load<std::uint64_t>(slot, kSequenceOffset);
   manifest.version_bytes = load<std::uint64_t>(slot, 48);

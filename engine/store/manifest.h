@@ -20,6 +20,8 @@ struct Manifest {
   std::uint64_t sequence = 0;
   std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.S
   std::uint32_t required_features = 0;                    ///< bits of RequiredFeature
+  /// Of the features below; a reader ignores others.
+  std::uint32_t optional_features = 0;
 
   friend bool operator==(const Manifest&, const Manifest&) = default;
 };
@@ -28,6 +30,10 @@ struct Manifest {
 enum RequiredFeature : std::uint32_t {
   kPredictedBlocks = 1,  ///< a block table has a predicted block
 };
+
+/// Optional feature: the description ends with how attributes were rounded.
+constexpr std::uint32_t kRoundingsFeature = 1;
+constexpr std::uint32_t kKnownOptionalFeatures = kRoundingsFeature;
 
 constexpr std::size_t kManifestSlotBytes = 4096;
 /// At one commit per nanosecond, a store reaches it after 292 years.

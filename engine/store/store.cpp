@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -215,6 +216,25 @@ void Store::plan_levels(AttributeId attribute, int finest_level, std::string_vie
   if (!made_as.empty()) schema.name = made_as;
   data.record.pipeline =
       state.backend.plan_pipeline(data.record.pipeline, state.provenance, schema, finest_level);
+}
+
+const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {
+  return attribute_of(*implementation_, attribute).record.rounding;
+}
+
+void Store::set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding) {
+  Implementation& state = *implementation_;
+  check_writable(state);
+  auto& record = attribute_of(state, attribute).record;
+  if (rounding)
+    for (const double length :
+         {rounding->bound, rounding->step, rounding->largest_error, rounding->rms_error})
+      if (!(length >= 0) || !std::isfinite(length))
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("record the rounding of attribute '{}': expected lengths of 0 or "
+                                "more, found {:g}",
+                                state.infos[attribute].schema.name, length));
+  record.rounding = rounding;
 }
 
 void Store::remove_attribute(AttributeId attribute) {

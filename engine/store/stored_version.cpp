@@ -19,7 +19,8 @@ StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
       manifest_(version.manifest),
       file_(std::move(version.file)),
       description_bytes_(read_description(file_)),
-      description_(decode_description(description_bytes_, manifest_.sequence, file_.path())) {}
+      description_(decode_description(description_bytes_, manifest_.sequence, file_.path(),
+                                      manifest_.optional_features)) {}
 
 StoreOptions StoredVersion::options() const {
   StoreOptions options;

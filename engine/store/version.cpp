@@ -90,6 +90,7 @@ void Store::Implementation::write_version() {
   }
   next.version_bytes = described.size();
   next.version_checksum = checksum_of(described);
+  next.optional_features = optional_features_of(content);
   if (durable) directory.sync();
 
   File file(directory, kManifestName, OpenMode::kReadWrite);

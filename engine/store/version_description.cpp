@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <set>
 
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "store/field_stream.h"
+#include "store/manifest.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -130,7 +132,56 @@ class AttributeDecoder {
   std::set<std::uint32_t> numbers_;
 };
 
+bool is_rounding(const Rounding& rounding) {
+  const auto is_length = [](double number) { return number >= 0 && std::isfinite(number); };
+  return is_length(rounding.bound) && is_length(rounding.step) &&
+         is_length(rounding.largest_error) && is_length(rounding.rms_error);
+}
+
+void encode_roundings(const VersionDescription& version, FieldWriter& fields) {
+  const auto is_rounded = [](const AttributeRecord& attribute) {
+    return attribute.rounding.has_value();
+  };
+  fields.put(static_cast<std::uint32_t>(std::ranges::count_if(version.attributes, is_rounded)));
+  for (const AttributeRecord& attribute : version.attributes) {
+    if (!is_rounded(attribute)) continue;
+    fields.put(attribute.number);
+    fields.put(static_cast<std::uint8_t>(attribute.rounding->metric));
+    for (const double length : {attribute.rounding->bound, attribute.rounding->step,
+                                attribute.rounding->largest_error, attribute.rounding->rms_error})
+      fields.put(std::bit_cast<std::uint64_t>(length));
+  }
+}
+
+void take_roundings(FieldReader& fields, VersionDescription& version) {
+  const auto count = fields.take<std::uint32_t>("the number of rounded attributes");
+  fields.require(count <= version.attributes.size(), "the number of rounded attributes", count);
+  for (std::uint32_t at = 0; at < count; ++at) {
+    const auto number = fields.take<std::uint32_t>("the number of a rounded attribute");
+    const auto attribute = std::ranges::find(version.attributes, number, &AttributeRecord::number);
+    fields.require(attribute != version.attributes.end() && !attribute->rounding,
+                   "the number of a rounded attribute", number);
+    Rounding rounding;
+    const auto metric = fields.take<std::uint8_t>("the metric of a rounding");
+    rounding.metric = static_cast<ErrorMetric>(metric);
+    fields.require(
+        rounding.metric == ErrorMetric::kComponent || rounding.metric == ErrorMetric::kEuclidean,
+        "the metric of a rounding", metric);
+    for (double* const length :
+         {&rounding.bound, &rounding.step, &rounding.largest_error, &rounding.rms_error})
+      *length = std::bit_cast<double>(fields.take<std::uint64_t>("a length of a rounding"));
+    fields.require(is_rounding(rounding), "a length of a rounding", "no length");
+    attribute->rounding = rounding;
+  }
+}
+
 }  // namespace
+
+std::uint32_t optional_features_of(const VersionDescription& version) {
+  const bool rounded = std::ranges::any_of(
+      version.attributes, [](const auto& attribute) { return attribute.rounding.has_value(); });
+  return rounded ? kRoundingsFeature : 0;
+}
 
 bool is_attribute_name(std::string_view name) {
   return !name.empty() && name.size() <= kMaxAttributeNameBytes &&
@@ -162,6 +213,7 @@ std::vector<std::byte> encode_description(const VersionDescription& version) {
   fields.put(static_cast<std::uint8_t>(provenance.precision));
   fields.put(static_cast<std::uint32_t>(version.attributes.size()));
   for (const AttributeRecord& attribute : version.attributes) encode_attribute(attribute, fields);
+  if ((optional_features_of(version) & kRoundingsFeature) != 0) encode_roundings(version, fields);
   std::vector<std::byte> bytes = fields.take();
   if (bytes.size() > kMaxDescriptionBytes)
     throw Error(ErrorCode::kInvalidArgument,
@@ -171,7 +223,8 @@ std::vector<std::byte> encode_description(const VersionDescription& version) {
 }
 
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
-                                      const std::filesystem::path& path) {
+                                      const std::filesystem::path& path,
+                                      std::uint32_t optional_features) {
   FieldReader fields(bytes, path);
   VersionDescription version;
   Provenance& provenance = version.provenance;
@@ -210,6 +263,7 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
                  "the number of attributes", count);
   AttributeDecoder attributes(fields, version, sequence, path);
   for (std::uint32_t at = 0; at < count; ++at) version.attributes.push_back(attributes.next());
+  if ((optional_features & kRoundingsFeature) != 0) take_roundings(fields, version);
   return version;
 }
 

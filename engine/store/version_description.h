@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 
 #include "plait/attribute.h"
 #include "plait/provenance.h"
+#include "plait/rounding.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -32,8 +34,9 @@ struct AttributeRecord {
   AttributeSchema schema;
   std::uint32_t number = 0;  ///< in file names and checksums; each number is used only once
   std::uint64_t base_checksum = 0;
-  std::string pipeline = "none";    ///< of levels that are added later
-  std::vector<LevelRecord> levels;  ///< [level - base level - 1]
+  std::string pipeline = "none";          ///< of levels that are added later
+  std::vector<LevelRecord> levels;        ///< [level - base level - 1]
+  std::optional<Rounding> rounding = {};  ///< of the records of all levels; nothing if exact
 };
 
 struct VersionDescription {
@@ -67,9 +70,13 @@ std::vector<std::byte> encode_description(const VersionDescription& version);
 
 /// Checks that each field is in its range. Before it allocates memory for a count, it compares the
 /// count with the bytes that are left. Ignores bytes after the last field: they belong to optional
-/// features. `sequence` is the number of the version. Errors: kCorruption (the message names the
-/// field); kNotSupported for an unknown representation. The messages begin with `path`.
+/// features that `optional_features` (of the manifest) does not name. `sequence` is the number of
+/// the version. Errors: kCorruption (the message names the field); kNotSupported for an unknown
+/// representation. The messages begin with `path`.
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
-                                      const std::filesystem::path& path);
+                                      const std::filesystem::path& path,
+                                      std::uint32_t optional_features = 0);
+/// The optional features (manifest.h) whose fields encode_description() writes for this version.
+std::uint32_t optional_features_of(const VersionDescription& version);
 
 PLAIT_END_NAMESPACE

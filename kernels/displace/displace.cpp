@@ -258,6 +258,7 @@ class Displacement {
                      for (std::size_t i = 0; i < run.count; ++i)
                        to[i] = normal_at(run, ring, i, masks_);
                    });
+    store_.set_rounding(store_.attribute("normal"), {});
   }
 
   static Point moved(Measure& measure, const Point& from, const Wide& way) {

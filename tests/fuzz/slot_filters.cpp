@@ -31,10 +31,17 @@ SlotShapes take_shapes(InputBytes& input, std::uint64_t edge_count) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   InputBytes input(data, size);
-  constexpr std::array pipelines = {"lorenzo,none",           "parallelogram,none",
-                                    "shuffle,none",           "bytedelta,none",
-                                    "lorenzo+shuffle,none",   "parallelogram+shuffle,none",
-                                    "shuffle+bytedelta,none", "lorenzo+shuffle+bytedelta,none"};
+  constexpr std::array pipelines = {"lorenzo,none",
+                                    "parallelogram,none",
+                                    "shuffle,none",
+                                    "bytedelta,none",
+                                    "lorenzo+shuffle,none",
+                                    "parallelogram+shuffle,none",
+                                    "shuffle+bytedelta,none",
+                                    "lorenzo+shuffle+bytedelta,none",
+                                    "lattice:2e-6,none",
+                                    "lattice:1e-120,none",
+                                    "lattice:0.1+lorenzo,none"};
   constexpr std::array types = {ComponentType::kFloat32, ComponentType::kFloat64,
                                 ComponentType::kInt8,    ComponentType::kInt16,
                                 ComponentType::kUint32,  ComponentType::kInt64};

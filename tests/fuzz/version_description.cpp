@@ -10,6 +10,7 @@
 #include "oracle.h"
 #include "store/byte_order.h"
 #include "store/checksum.h"
+#include "store/manifest.h"
 #include "store/version_file.h"
 
 using namespace plait;
@@ -20,15 +21,21 @@ namespace {
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::uint64_t kSequence = 9;
 
-bool check_description(std::span<const std::byte> bytes) {
+bool check_description(std::span<const std::byte> bytes, std::uint32_t features) {
   return accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported}, [&] {
-    const VersionDescription version = decode_description(bytes, kSequence, "version");
+    const VersionDescription version = decode_description(bytes, kSequence, "version", features);
     require(version.attributes.size() <= bytes.size() / 30);
     const std::vector<std::byte> encoded = encode_description(version);
-    const VersionDescription again = decode_description(encoded, kSequence, "encoded");
+    const VersionDescription again =
+        decode_description(encoded, kSequence, "encoded", optional_features_of(version));
     require(encode_description(again) == encoded);
     require(again.provenance == version.provenance);
   });
+}
+
+bool check_description(std::span<const std::byte> bytes) {
+  check_description(bytes, kKnownOptionalFeatures);
+  return check_description(bytes, 0);
 }
 
 void check_file(std::span<const std::byte> file) {

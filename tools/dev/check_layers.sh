@@ -12,6 +12,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 # The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
   [attribute.h]=base [byte_text.h]=base [error.h]=base [pipeline_parts.h]=base [provenance.h]=base [stopwatch.h]=base
+  [default_arithmetic.h]=base [number_lattice.h]=base [rounding.h]=base
   [namespace.h]=base [topology.h]=base [vector3.h]=base [regular_normal.h]=base [version.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
   [partial_output.h]=io

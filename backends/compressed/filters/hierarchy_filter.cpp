@@ -4,18 +4,26 @@
 
 #include <optional>
 
-#include "compressed/filters/default_arithmetic.h"
 #include "compressed/filters/edge_lattice.h"
+#include "compressed/filters/lattice_filter.h"
 #include "compressed/filters/residuals.h"
+#include "plait/default_arithmetic.h"
 #include "plait/error.h"
+#include "plait/number_lattice.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
+struct HierarchyOptions {
+  PredictionRule rule = PredictionRule::kButterfly;
+  std::optional<double> step = {};  ///< of rounded numbers
+};
+
 template <class Number, std::size_t kComponents>
 class HierarchyFilter final : public Filter {
  public:
-  HierarchyFilter(const FilterLevel& level, PredictionRule rule) : rule_(rule) {
+  HierarchyFilter(const FilterLevel& level, const HierarchyOptions& options) : rule_(options.rule) {
+    if (options.step) numbers_.emplace(*options.step);
     if (level.geometry == nullptr || level.surroundings == nullptr) return;
     for (const AttributeLevels& attribute : level.surroundings->attributes) {
       if (attribute.number != level.attribute) continue;
@@ -55,7 +63,11 @@ class HierarchyFilter final : public Filter {
             [&](const Number* __restrict prediction, std::int64_t first, std::int64_t count) {
               const Number* __restrict const from = numbers + first;
               BitsOf<Number>* __restrict const to = residuals + first;
-              for (std::int64_t i = 0; i < count; ++i) to[i] = residual(from[i], prediction[i]);
+              if (numbers_)
+                for (std::int64_t i = 0; i < count; ++i)
+                  to[i] = lattice_residual(*numbers_, from[i], prediction[i]);
+              else
+                for (std::int64_t i = 0; i < count; ++i) to[i] = residual(from[i], prediction[i]);
             });
   }
 
@@ -67,8 +79,12 @@ class HierarchyFilter final : public Filter {
             [&](const Number* __restrict prediction, std::int64_t first, std::int64_t count) {
               const BitsOf<Number>* __restrict const from = residuals + first;
               Number* __restrict const to = numbers + first;
-              for (std::int64_t i = 0; i < count; ++i)
-                to[i] = from_residual(from[i], prediction[i]);
+              if (numbers_)
+                for (std::int64_t i = 0; i < count; ++i)
+                  to[i] = from_lattice_residual(*numbers_, from[i], prediction[i]);
+              else
+                for (std::int64_t i = 0; i < count; ++i)
+                  to[i] = from_residual(from[i], prediction[i]);
             });
   }
 
@@ -97,6 +113,7 @@ class HierarchyFilter final : public Filter {
   }
 
   PredictionRule rule_;
+  std::optional<NumberLattice<Number>> numbers_;  ///< of rounded numbers
   std::uint32_t attribute_ = kNoId;
   int base_level_ = 0;
   std::span<const std::byte> base_;
@@ -104,37 +121,48 @@ class HierarchyFilter final : public Filter {
 };
 
 template <class Number>
-std::unique_ptr<Filter> make_for(const FilterLevel& level, PredictionRule rule) {
+std::unique_ptr<Filter> make_for(const FilterLevel& level, const HierarchyOptions& options) {
   switch (level.schema.components) {
     case 1:
-      return std::make_unique<HierarchyFilter<Number, 1>>(level, rule);
+      return std::make_unique<HierarchyFilter<Number, 1>>(level, options);
     case 2:
-      return std::make_unique<HierarchyFilter<Number, 2>>(level, rule);
+      return std::make_unique<HierarchyFilter<Number, 2>>(level, options);
     case 3:
-      return std::make_unique<HierarchyFilter<Number, 3>>(level, rule);
+      return std::make_unique<HierarchyFilter<Number, 3>>(level, options);
     case 4:
-      return std::make_unique<HierarchyFilter<Number, 4>>(level, rule);
+      return std::make_unique<HierarchyFilter<Number, 4>>(level, options);
     default:
       return nullptr;
   }
 }
 
-PredictionRule rule_of(std::string_view options) {
-  if (options.empty() || options == "butterfly") return PredictionRule::kButterfly;
-  if (options == "midpoint") return PredictionRule::kMidpoint;
-  throw Error(
-      ErrorCode::kInvalidArgument,
-      fmt::format("choose filter \"hierarchy:{}\": expected butterfly or midpoint", options));
+/// RULE, step=STEP, or RULE:step=STEP.
+HierarchyOptions options_of(std::string_view text) {
+  HierarchyOptions options;
+  constexpr std::string_view kStep = "step=";
+  std::string_view rule = text;
+  if (const std::size_t at = text.starts_with(kStep) ? 0 : text.find(":step=");
+      at != std::string_view::npos) {
+    rule = text.substr(0, at);
+    options.step = step_from_text("hierarchy", text.substr(at + kStep.size() + (at > 0 ? 1 : 0)));
+  }
+  if (rule == "butterfly" || text.empty() || text.starts_with(kStep)) return options;
+  options.rule = PredictionRule::kMidpoint;
+  if (rule == "midpoint") return options;
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("choose filter \"hierarchy:{}\": expected butterfly or midpoint, or "
+                          "step=STEP, or one of the rules and :step=STEP",
+                          text));
 }
 
 }  // namespace
 
 std::unique_ptr<Filter> make_hierarchy_filter(std::string_view options, const FilterLevel& level) {
-  const PredictionRule rule = rule_of(options);
+  const HierarchyOptions chosen = options_of(options);
   const AttributeSchema& schema = level.schema;
   std::unique_ptr<Filter> made;
-  if (schema.type == ComponentType::kFloat32) made = make_for<float>(level, rule);
-  if (schema.type == ComponentType::kFloat64) made = make_for<double>(level, rule);
+  if (schema.type == ComponentType::kFloat32) made = make_for<float>(level, chosen);
+  if (schema.type == ComponentType::kFloat64) made = make_for<double>(level, chosen);
   if (!made)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("choose filter \"hierarchy\" for '{}': expected records of 1 to 4 "

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "compressed/filters/default_arithmetic.h"
 #include "compressed/filters/edge_lattice.h"
 #include "compressed/filters/residuals.h"
+#include "plait/default_arithmetic.h"
 #include "plait/error.h"
 #include "plait/regular_normal.h"
 

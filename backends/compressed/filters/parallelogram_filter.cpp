@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "compressed/codecs/built_in_codecs.h"
-#include "compressed/filters/default_arithmetic.h"
 #include "compressed/filters/predicting_filter.h"
+#include "plait/default_arithmetic.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,6 +25,7 @@
 #include "plait/options.h"
 #include "plait/pager.h"
 #include "plait/provenance.h"
+#include "plait/rounding.h"
 
 PLAIT_BEGIN_NAMESPACE
 
@@ -129,6 +131,12 @@ class Store {
   void remove_attribute(AttributeId attribute);
   /// Removes `attribute` and gives its name to `replacement`. Errors: as remove_attribute().
   void replace_attribute(AttributeId attribute, AttributeId replacement);
+
+  /// How the records of the attribute's levels were rounded; nothing if they were not. The next
+  /// commit records it. copy_attribute() sets it; a pass that gives the records other values sets
+  /// it to nothing. Errors: kInvalidArgument for an error or a step that is negative or not finite.
+  const std::optional<Rounding>& rounding(AttributeId attribute) const;
+  void set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding);
 
   /// The records of level base_level(): one for each base vertex, in memory.
   /// Errors: kInvalidArgument if the attribute has other records. Without const also kBadState for

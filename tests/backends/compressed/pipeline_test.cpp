@@ -5,6 +5,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 
+#include "plait/backends/compression.h"
 #include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -140,6 +141,24 @@ TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
     CHECK(error.code() == ErrorCode::kNotSupported);
     CHECK(std::string(error.what()).find("x-flip") != std::string::npos);
   }
+}
+
+TEST_CASE("PipelineOfRounded_AnyPipeline_CountsInSteps") {
+  CHECK(pipeline_of_rounded("hierarchy+shuffle,zstd:1", 2e-6) ==
+        "hierarchy:step=2e-06+shuffle,zstd:1");
+  CHECK(pipeline_of_rounded("hierarchy:midpoint+shuffle,lz4", 0.5) ==
+        "hierarchy:midpoint:step=0.5+shuffle,lz4");
+  CHECK(pipeline_of_rounded("hierarchy:step=3+shuffle,lz4", 0.5) ==
+        "hierarchy:step=0.5+shuffle,lz4");
+  CHECK(pipeline_of_rounded("parallelogram+shuffle,lz4", 1e20) ==
+        "lattice:1e20+lorenzo+shuffle,lz4");
+  CHECK(pipeline_of_rounded("lattice:7+lorenzo,lz4", 1e-3) == "lattice:0.001+lorenzo,lz4");
+  CHECK(pipeline_of_rounded("normals+shuffle,zstd:9", 1) == "hierarchy:step=1+shuffle,zstd:9");
+  CHECK(pipeline_of_rounded("shuffle,zstd:9", 1) == "shuffle,zstd:9");
+  CHECK(pipeline_of_rounded("none", 1) == "none");
+  CHECK(pipeline_of_rounded("predicted+hierarchy+shuffle,zstd:1", 1) ==
+        "hierarchy:step=1+shuffle,zstd:1");
+  CHECK(pipeline_of_rounded("predicted,zstd:1", 1) == "zstd:1");
 }
 
 }  // namespace plait::test

@@ -132,8 +132,11 @@ TEST_CASE("DecodeManifest_FieldOutOfRangeWithTheRightChecksum_IsRefusedByName") 
   refused(forged(40, kMaxSequence + 1), "sequence number");
 }
 
-TEST_CASE("DecodeManifest_OptionalFlagsAndReservedBytes_AreIgnored") {
-  CHECK(decode_manifest(forged(16, ~std::uint32_t{0}), "manifest") == full_manifest());
+TEST_CASE("DecodeManifest_UnknownOptionalFlagsAndReservedBytes_AreIgnored") {
+  Manifest with_all_known = full_manifest();
+  with_all_known.optional_features = kKnownOptionalFeatures;
+  CHECK(decode_manifest(forged(16, ~std::uint32_t{0}), "manifest") == with_all_known);
+  CHECK(decode_manifest(forged(16, ~kKnownOptionalFeatures), "manifest") == full_manifest());
   CHECK(decode_manifest(forged(20, ~std::uint32_t{0}), "manifest") == full_manifest());
   CHECK(decode_manifest(forged(64, ~std::uint64_t{0}), "manifest") == full_manifest());
   CHECK(decode_manifest(forged(4080, ~std::uint64_t{0}), "manifest") == full_manifest());

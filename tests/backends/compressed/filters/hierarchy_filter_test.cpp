@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cfenv>
+#include <cmath>
 #include <cstring>
 #include <set>
 
 #include "backends/compressed/filters/predicted_levels.h"
 #include "plait/error.h"
+#include "plait/number_lattice.h"
 #include "support/test_meshes.h"
 
 namespace plait::test {
@@ -152,6 +154,74 @@ TEST_CASE("Hierarchy_AnyBits_ComeBackInBlocksOfAnySize") {
     }
 }
 
+TEST_CASE("Hierarchy_WithAStep_HasResidualsInStepsOfTheOraclesPredictions") {
+  constexpr double kStep = 3e-3;
+  PredictedLevels<float> levels(BaseMesh::build(random_sheet(4, 60)), 4, kAllInOneBlock);
+  std::mt19937 random(9);
+  levels.fill([&] {
+    const auto index = static_cast<double>(static_cast<std::int32_t>(random()) / 2'000'000);
+    return static_cast<float>(index * kStep);
+  });
+  const Oracle<float> oracle(levels, true);
+  for (int level = 1; level <= 4; ++level) {
+    const auto filter = hierarchy(levels.filter_level(level), "step=3e-3");
+    const FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
+    CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
+    const auto* const residuals = reinterpret_cast<const std::uint32_t*>(made.filtered.data());
+    const std::int64_t n = slot_side(level);
+    std::size_t at = 0, wrong = 0;
+    for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge)
+      for (std::int64_t row = 0; row < n; ++row) {
+        const bool border = levels.mesh.edges()[edge].is_border();
+        for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
+          for (std::size_t k = 0; k < 3; ++k, ++at) {
+            const float found = levels.records[static_cast<std::size_t>(level - 1)][at / 3][k];
+            const auto steps = static_cast<std::int64_t>(
+                std::nearbyint(double{found} / kStep) -
+                std::nearbyint(double{oracle.predict({edge, level, row, column}, k)} *
+                               (1 / kStep)));
+            const auto expected =
+                static_cast<std::uint32_t>(steps >= 0 ? 2 * steps : -2 * steps - 1);
+            if (residuals[at] != expected) ++wrong;
+          }
+      }
+    CHECK(at * sizeof(float) == made.filtered.size());
+    CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("Hierarchy_WithAStepAndAnyBits_GivesThemBack") {
+  PredictedLevels<float> floats(BaseMesh::build(random_sheet(3, 40)), 4, 4096);
+  PredictedLevels<double> doubles(BaseMesh::build(icosahedron()), 4, 4096);
+  std::mt19937_64 random(8);
+  const auto word = [&](auto number) {
+    using Number = decltype(number);
+    using Word = typename NumberLattice<Number>::Word;
+    // Any bits, small bits that are places of indices, and numbers of the lattice.
+    const auto choice = random() % 3;
+    if (choice == 0) return std::bit_cast<Number>(static_cast<Word>(random()));
+    const auto small = static_cast<std::int64_t>(random() % 9'000'001) - 4'500'000;
+    if (choice == 1) return std::bit_cast<Number>(static_cast<Word>(small));
+    return static_cast<Number>(static_cast<double>(small) * 0.01);
+  };
+  floats.fill([&] { return word(float{}); });
+  doubles.fill([&] { return word(double{}); });
+  std::size_t wrong = 0;
+  const auto check = [&](const auto& levels) {
+    for (int level = 1; level <= 4; ++level)
+      for (const char* options : {"step=0.01", "midpoint:step=1e-30", "butterfly:step=4"}) {
+        const auto filter = hierarchy(levels.filter_level(level), options);
+        for (std::uint64_t block = 0; block < levels.geometry(level).block_count(); ++block) {
+          const FilteredBlock made = encode_and_decode(*filter, levels, level, block);
+          if (!std::ranges::equal(made.back, levels.block(level, block))) ++wrong;
+        }
+      }
+  };
+  check(floats);
+  check(doubles);
+  CHECK(wrong == 0);
+}
+
 TEST_CASE("Hierarchy_ContextOfABlock_IsBoundedAndHasTheBlockOfTheSameEdges") {
   PredictedLevels<float> levels(BaseMesh::build(torus_grid(60, 40)), 5, 16384);
   for (int level = 1; level <= 5; ++level) {
@@ -204,6 +274,11 @@ TEST_CASE("Hierarchy_RecordsOrOptionsThatItDoesNotTake_AreRefused") {
   CHECK(refusal({"colours", ComponentType::kUint8, 3}, "") == ErrorCode::kNotSupported);
   CHECK(refusal({"weights", ComponentType::kFloat32, 5}, "") == ErrorCode::kNotSupported);
   CHECK(refusal({"position", ComponentType::kFloat32, 3}, "cubic") == ErrorCode::kInvalidArgument);
+  for (const char* step : {"step=", "step=0", "step=-1", "step=nan", "step=1e-60", "step=1e60",
+                           "step=1x", "midpoint:step=", "cubic:step=1", ":step=1"})
+    CHECK(refusal({"position", ComponentType::kFloat32, 3}, step) == ErrorCode::kInvalidArgument);
+  CHECK(refusal({"position", ComponentType::kFloat32, 3}, "midpoint:step=0.1") ==
+        ErrorCode::kCancelled);
   for (std::uint32_t components = 1; components <= 4; ++components)
     for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kFloat64})
       CHECK(refusal({"taken", type, components}, "butterfly") == ErrorCode::kCancelled);

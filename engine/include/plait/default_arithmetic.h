@@ -1,11 +1,11 @@
-// backends/compressed/filters/default_arithmetic.h: floating-point arithmetic as filters need it.
+// plait/default_arithmetic.h: floating-point arithmetic whose results are stored.
 #pragma once
 
 #include <cfenv>
 
 #include "plait/namespace.h"
 
-PLAIT_BEGIN_PRIVATE_NAMESPACE
+PLAIT_BEGIN_NAMESPACE
 
 /// Rounds to nearest and keeps denormal numbers while it exists, whatever the program has set: a
 /// writer and a reader must compute the same predictions.
