@@ -56,8 +56,7 @@ LossyPeer zfp() {
 #endif
 
 #if defined(PLAIT_BENCH_DRACO)
-draco::Mesh draco_mesh(const LossyMesh& mesh) {
-  draco::Mesh made;
+void fill_draco_mesh(const LossyMesh& mesh, draco::Mesh& made) {
   made.set_num_points(static_cast<std::uint32_t>(mesh.numbers.size() / 3));
   draco::GeometryAttribute position;
   position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
@@ -69,7 +68,6 @@ draco::Mesh draco_mesh(const LossyMesh& mesh) {
     made.SetFace(draco::FaceIndex(i),
                  {draco::PointIndex(mesh.triangles[i][0]), draco::PointIndex(mesh.triangles[i][1]),
                   draco::PointIndex(mesh.triangles[i][2])});
-  return made;
 }
 
 std::optional<draco::EncoderBuffer> draco_encode(const draco::Mesh& mesh, int method, int bits,
@@ -101,7 +99,8 @@ double draco_error(const LossyMesh& mesh, const draco::Mesh& made, int bits) {
 
 LossyPeer draco_peer() {
   return {"Draco, edgebreaker, speed 0", [](const LossyMesh& mesh, double bound) {
-            const draco::Mesh made = draco_mesh(mesh);
+            draco::Mesh made;
+            fill_draco_mesh(mesh, made);
             for (int bits = 8; bits <= 30; ++bits) {
               const double error = draco_error(mesh, made, bits);
               if (error > bound) continue;
