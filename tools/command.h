@@ -26,6 +26,7 @@ void add_info_command(CommandLine& program, CommandContext& context);
 void add_verify_command(CommandLine& program, CommandContext& context);
 void add_repair_command(CommandLine& program, CommandContext& context);
 void add_digest_command(CommandLine& program, CommandContext& context);
+void add_bench_command(CommandLine& program, CommandContext& context);
 void add_bounds_command(CommandLine& program, CommandContext& context);
 void add_export_command(CommandLine& program, CommandContext& context);
 void add_clean_command(CommandLine& program, CommandContext& context);

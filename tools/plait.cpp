@@ -101,6 +101,7 @@ int run_program(int argument_count, char** arguments) {
   add_verify_command(program, context);
   add_repair_command(program, context);
   add_digest_command(program, context);
+  add_bench_command(program, context);
   add_bounds_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);

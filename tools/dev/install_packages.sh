@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, as far as they are missing.
 #
-#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages]
+#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages] [pages]
 #                                                                     default: build tests
 #
 #   library    what the library needs, and nothing else of the project
 #   build      the same and what the program needs
 #   packages   what tools/dev/check_packages.sh needs
+#   pages      what the tests of pages need: a browser (80 MB, 300 MB installed). Optional; CI skips them
 #
 # This script is the only list of packages. It needs root or sudo only if a package is missing. On a
 # system without dpkg it prints the names of the packages and installs nothing.
@@ -24,6 +25,7 @@ tests_packages=(catch2 libbenchmark-dev)
 checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
 packages_packages=(lintian mmdebstrap)
+pages_packages=(chromium nodejs)
 
 groups=("$@")
 [ ${#groups[@]} -gt 0 ] || groups=(build tests)
@@ -36,8 +38,9 @@ for group in "${groups[@]}"; do
     checks) wanted+=("${checks_packages[@]}") ;;
     fuzz) wanted+=("${fuzz_packages[@]}") ;;
     packages) wanted+=("${packages_packages[@]}") ;;
+    pages) wanted+=("${pages_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages" >&2
+      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages, pages" >&2
       exit 2
       ;;
   esac

@@ -179,7 +179,9 @@ void HtmlPage::write_rows(const Table& table) {
       // The shortest text that reads back as the same number.
       if (cell.value && std::isfinite(*cell.value))
         body_ += fmt::format(" data-value=\"{}\"", *cell.value);
-      body_ += ">" + escape_html(cell.text) + "</td>";
+      body_ += '>';
+      body_ += escape_html(cell.text);
+      body_ += "</td>";
     }
     body_ += "</tr>\n";
   }

@@ -1,0 +1,51 @@
+// bench/measured_run.h: one record of `plait bench run` as the report needs it
+// (docs/bench-records.md).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace plait::bench {
+
+/// What was measured: equal for runs that repeat the same measurement.
+struct MeasuredCell {
+  std::string backend, pipeline, disk, directory, workload;
+  std::optional<double> vertices, levels, memory, budget, ratio, block_bytes, threads, rate;
+  bool durable = false;
+};
+
+/// Figures that a run did not measure are empty.
+struct MeasuredRun {
+  std::string file;  ///< where the record is
+  std::uint64_t line = 0;
+
+  std::string key;
+  MeasuredCell cell;
+  std::uint64_t round = 0;
+  std::string started, failure;
+  bool ok = false;
+  double seconds = 0;  ///< if ok: positive
+  std::optional<double> floor_seconds, fio_seconds, ratio;
+  std::string floor_method;
+
+  std::optional<double> needed_read, needed_written, moved_read, moved_written, device_read,
+      device_written, stored;
+  std::optional<double> compute, wait, codec, sync;
+  std::optional<double> p50, p90, p99, p999, longest, requests;
+  std::vector<double> latency_edges, latency_counts;  ///< empty, or one edge more than counts
+  std::vector<double> throughput_seconds, throughput_bytes;  ///< equally long
+  std::optional<double> minor_faults, major_faults, peak_rss, user_seconds, system_seconds;
+
+  std::string label;  ///< "cold", "warm", "memory", or empty
+  std::optional<bool> limit_held, checksums;
+  std::optional<double> limit_bytes, second_cold, others_read, others_written;
+  std::string digest_of, digest;
+  std::vector<std::string> doubts;
+  /// Dotted names ("disk.scheduler") and values as text, in the order of the names.
+  std::map<std::string, std::string> environment;
+};
+
+}  // namespace plait::bench

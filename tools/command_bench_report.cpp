@@ -1,0 +1,108 @@
+// plait bench report: what records of runs show, as a table and as a page.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "bench/bench_commands.h"
+#include "bench/findings.h"
+#include "bench/findings_page.h"
+#include "bench/read_runs.h"
+#include "console.h"
+#include "interrupt.h"
+#include "plait/left_overs.h"
+#include "plait/partial_output.h"
+
+namespace plait {
+namespace {
+
+struct Arguments {
+  std::vector<std::filesystem::path> runs;
+  std::filesystem::path html;
+  bool force = false;
+};
+
+/// A word of a command for a shell.
+std::string quoted(const std::string& word) {
+  const bool plain =
+      !word.empty() &&
+      word.find_first_not_of(
+          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=+,-@%") ==
+          std::string::npos;
+  if (plain) return word;
+  std::string text = "'";
+  for (const char character : word)
+    if (character == '\'')
+      text += "'\\''";
+    else
+      text += character;
+  return text + "'";
+}
+
+std::string command_of(const Arguments& arguments) {
+  std::string command = "plait bench report";
+  for (const auto& file : arguments.runs) command += fmt::format(" {}", quoted(file.native()));
+  return command + " --html " + quoted(arguments.html.native());
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  std::optional<PartialFile> page;
+  if (!arguments.html.empty()) {
+    PartialFile::check(arguments.html, existing);
+    remove_left_overs_of(arguments.html, report_warning);
+  }
+  const bench::RunSet set = bench::read_runs(arguments.runs);
+  const bench::Findings findings = bench::find(set);
+  throw_if_interrupted();
+  if (!arguments.html.empty()) {
+    page.emplace(arguments.html, existing);
+    const std::string text = bench::to_page(set, findings, command_of(arguments));
+    build_output(*page, [&] { page->file().write_at(0, std::as_bytes(std::span(text))); });
+    throw_if_interrupted();
+    page->publish();
+  }
+  if (context.json) {
+    nlohmann::ordered_json report = bench::to_json(set, findings);
+    report["html"] = page ? nlohmann::ordered_json(page->final_path().native()) : nullptr;
+    print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  } else {
+    print(bench::to_text(set, findings));
+    if (page) print(fmt::format("{}: the page\n", page->final_path().native()));
+  }
+  return findings.failed ? kExitFailed : kExitDone;
+}
+
+}  // namespace
+
+void add_bench_report_command(CommandLine& bench, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  CommandLine* command = bench.add_subcommand("report", "Show what records of runs say");
+  command->add_option("RUNS", arguments->runs, "Files of `plait bench run`, from any machine")
+      ->required();
+  command->add_option("--html", arguments->html,
+                      "Also write a page, which needs nothing but itself");
+  command->add_flag("--force", arguments->force, "Replace the page if it exists");
+  add_json_option(*command, context);
+  command->footer(
+      "The ratio is the time of a run over that of its floor: a plain program that moves the same\n"
+      "bytes in the same round. A backend is the fastest only if the 95 % interval of its median\n"
+      "time overlaps with no other's; everything else is undecided.\n"
+      "\n"
+      "Exit status: 1 if runs that did the same work left different data.\n"
+      "\n"
+      "Examples:\n"
+      "  plait bench report runs.jsonl\n"
+      "  plait bench report nvme.jsonl nfs.jsonl --html report.html");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait
