@@ -310,11 +310,12 @@ void HtmlPage::plot(const ScatterPlot& plot) {
            numbers);
 }
 
-void HtmlPage::picture(const Caption& caption, std::string_view png) {
+void HtmlPage::picture(const Caption& caption, std::string_view picture) {
   body_ += "<figure>\n";
   begin_figure(caption);
-  body_ += fmt::format("<img alt=\"{}\" src=\"data:image/png;base64,{}\">\n",
-                       escape_html(caption.title), base64(png));
+  body_ +=
+      fmt::format("<img alt=\"{}\" src=\"data:image/{};base64,{}\">\n", escape_html(caption.title),
+                  picture.starts_with("<svg") ? "svg+xml" : "png", base64(picture));
   if (!caption.command.empty()) command(caption.command);
   body_ += "</figure>\n";
 }

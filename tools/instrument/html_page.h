@@ -146,8 +146,8 @@ class HtmlPage {
   void plot(const BarPlot& plot);
   void plot(const LinePlot& plot);
   void plot(const ScatterPlot& plot);
-  /// A picture: the bytes of a PNG file, which become part of the page.
-  void picture(const Caption& caption, std::string_view png);
+  /// A picture: the bytes of a PNG file, or an SVG text, which become part of the page.
+  void picture(const Caption& caption, std::string_view picture);
   /// Puts data into the page, for programs that read it: <script type="application/json" id="ID">.
   /// REQUIRES: `id` is made of letters, and is not "plots".
   void embed(const std::string& id, const nlohmann::ordered_json& data);
