@@ -33,6 +33,7 @@ void add_clean_command(CommandLine& program, CommandContext& context);
 void add_convert_command(CommandLine& program, CommandContext& context);
 void add_displace_command(CommandLine& program, CommandContext& context);
 void add_layout_command(CommandLine& program, CommandContext& context);
+void add_paper_command(CommandLine& program, CommandContext& context);
 void add_render_command(CommandLine& program, CommandContext& context);
 
 }  // namespace plait

@@ -108,6 +108,7 @@ int run_program(int argument_count, char** arguments) {
   add_displace_command(program, context);
   add_layout_command(program, context);
   add_render_command(program, context);
+  add_paper_command(program, context);
   add_clean_command(program, context);
 
   const bool json = asks_for_json(argument_count, arguments);

@@ -24,8 +24,9 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",    "verify",   "repair", "digest",
-                         "bounds",   "export",    "convert", "displace", "layout", "render"};
+const Names kCommands = {"generate", "subdivide", "info",   "verify",  "repair",
+                         "digest",   "bounds",    "export", "convert", "displace",
+                         "layout",   "paper",     "render"};
 
 }  // namespace
 

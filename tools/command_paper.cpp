@@ -1,0 +1,202 @@
+// plait paper: the tables and figures of the paper that plait's index comes from, beside our own.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "paper/chapter.h"
+#include "paper/report.h"
+#include "plait/byte_text.h"
+#include "plait/left_overs.h"
+#include "plait/partial_output.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  paper::ReportRequest request;
+  std::vector<std::string> memory;
+  fs::path markdown, html, pictures;
+  std::string remark;
+  bool no_runs = false, dry_run = false, force = false;
+};
+
+constexpr const char* kBackendsThatAreLeft = "all that work on this machine";
+
+void refuse(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
+
+/// The work is done in child processes of this one, so this one must not start threads.
+paper::ReportRequest request_of(const Arguments& arguments) {
+  paper::ReportRequest request = arguments.request;
+  for (const std::string& text : arguments.memory) request.budgets.push_back(parse_size(text));
+  request.runs = !arguments.no_runs;
+  if (!arguments.markdown.empty()) require_extension("write", arguments.markdown, ".md");
+  if (!arguments.html.empty()) require_extension("write", arguments.html, ".html");
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  for (const fs::path& path : {arguments.markdown, arguments.html})
+    if (!path.empty()) PartialFile::check(path, existing);
+  request.pictures_directory = arguments.pictures;
+  if (!arguments.markdown.empty() && arguments.pictures.empty())
+    request.pictures_directory = arguments.markdown.parent_path() / "images";
+  request.pictures = !request.pictures_directory.empty() || !arguments.html.empty();
+  for (const fs::path& directory : {request.directory, request.pictures_directory})
+    if (!directory.empty() && !fs::is_directory(directory))
+      refuse("paper: " + directory.native() + ": expected a directory, found none");
+  for (const char* name : {"plait-paper.plait", "plait-paper-mesh.ply"})
+    remove_left_overs_of(request.directory / name, report_warning);
+  return request;
+}
+
+void write_file(const fs::path& path, const std::string& text, bool force) {
+  PartialFile output(path, force ? Existing::kReplace : Existing::kRefuse);
+  build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
+  output.publish();
+}
+
+std::string plan_text(const Json& plan) {
+  std::string text;
+  for (const Json& model : plan["models"]) {
+    text += fmt::format("{}: level {}, {} vertices, {} runs\n", model["name"].get<std::string>(),
+                        model["levels"].get<int>(),
+                        format_count(model["vertices"].get<std::uint64_t>()), model["runs"].size());
+    for (const Json& run : model["runs"])
+      text += fmt::format("  {:<12} {:<12} {:>12}  about {}\n", run["executor"].get<std::string>(),
+                          run["backend"].get<std::string>(),
+                          format_bytes(run["budget_bytes"].get<std::uint64_t>()),
+                          paper::clock_text(run["seconds"].get<double>()));
+  }
+  return text + fmt::format("disk: {} at a time, removed after each run\ntime: about {} in all\n",
+                            format_bytes(plan["disk_bytes"].get<std::uint64_t>()),
+                            paper::clock_text(plan["seconds"].get<double>()));
+}
+
+void print_plan(const Json& plan, bool json) {
+  print(json ? plan.dump(2) + "\n" : plan_text(plan));
+}
+
+int run(const Arguments& arguments, const CommandContext& context) {
+  const paper::ReportRequest request = request_of(arguments);
+  if (arguments.dry_run) {
+    print_plan(paper::plan_report(request, context.backends), context.json);
+    return kExitDone;
+  }
+  paper::MadeFiles files;
+  Progress progress("paper", ProgressUnit::kNone);
+  Json report = paper::make_report(
+      request, context.backends,
+      [&](std::size_t done, std::size_t total, const std::string& next) {
+        progress.update(done, total, next);
+      },
+      files);
+  progress.clear();
+  report["remark"] = arguments.remark;
+
+  const paper::Document chapter = paper::make_chapter(report);
+  const bool interrupted = report["interrupted"].get<bool>();
+  if (!arguments.markdown.empty()) {
+    const fs::path directory = arguments.markdown.parent_path();
+    write_file(arguments.markdown, paper::to_markdown(chapter, directory.empty() ? "." : directory),
+               arguments.force);
+  }
+  if (!arguments.html.empty())
+    write_file(arguments.html,
+               paper::to_html(chapter, report["machine"].get<std::string>(), report.dump()),
+               arguments.force);
+  print(context.json ? report.dump(2) + "\n" : paper::to_text(chapter));
+  if (interrupted) return kExitSignalBase + interrupt_signal();
+  return report["failed"].get<bool>() ? kExitFailed : kExitDone;
+}
+
+void add_what(CommandLine& command, Arguments& arguments) {
+  paper::ReportRequest& request = arguments.request;
+  command.add_option("--model", request.models, "deo, david or buddha, or several with commas")
+      ->delimiter(',')
+      ->capture_default_str();
+  command.add_option("--mesh", request.mesh, "A mesh instead of the generated stand-in")
+      ->type_name("FILE");
+  add_whole_option(command, "--vertices", request.vertices, 4, 100'000'000,
+                   "A stand-in with so many vertices, to try the command");
+  add_whole_option(command, "--levels", request.levels, 1, 12, "The level; default: the paper's");
+  command
+      .add_option("--executor", request.executors,
+                  "paper (the paper's own way), fused, sweep or transparent")
+      ->delimiter(',')
+      ->capture_default_str();
+  command.add_option("--backend", request.backends, "Backends, with commas")
+      ->delimiter(',')
+      ->default_str(kBackendsThatAreLeft);
+  command
+      .add_option(
+          "--memory", arguments.memory,
+          "Budgets, with commas; default: the paper's buffers, at least 64 MiB, and for deo "
+          "four times that")
+      ->delimiter(',')
+      ->type_name("SIZE");
+  add_size_option(command, "--limit", request.limit_bytes,
+                  "A memory limit around each run (cgroup), page cache included")
+      ->default_str("none");
+  add_threads_option(command, request.threads, "Worker threads of fused and sweep");
+}
+
+void add_output(CommandLine& command, Arguments& arguments) {
+  command.add_flag("--no-runs", arguments.no_runs, "Only counts, spans and pictures");
+  command
+      .add_option("--directory", arguments.request.directory,
+                  "Where stores are made, and removed after each run")
+      ->type_name("DIR")
+      ->capture_default_str();
+  add_output_option(command, "--markdown", arguments.markdown, "Write the chapter: NAME.md");
+  add_output_option(command, "--html", arguments.html, "Write one self-contained page: NAME.html");
+  command
+      .add_option("--pictures", arguments.pictures,
+                  "Draw the figures into DIR; default with --markdown: images beside it")
+      ->type_name("DIR");
+  command.add_option("--remark", arguments.remark, "A sentence for the chapter, about the machine");
+  command.add_flag("--dry-run", arguments.dry_run, "Say what would run, and how long");
+  command.add_flag("--force", arguments.force, "Replace NAME.md and NAME.html if they exist");
+}
+
+}  // namespace
+
+void add_paper_command(CommandLine& program, CommandContext& context) {
+  const auto arguments = std::make_shared<Arguments>();
+  arguments->request.threads = default_thread_count();
+  CommandLine* command = program.add_subcommand(
+      "paper", "The tables and figures of the paper that plait is made after, beside our own");
+  add_what(*command, *arguments);
+  add_output(*command, *arguments);
+  add_plugin_option(*command, context);
+  add_json_option(*command, context);
+  command->footer(
+      "The paper: I. Guskov, \"Non-replicating indexing for out-of-core processing of "
+      "semi-regular\n"
+      "triangular surface meshes\". Its meshes are not distributed with plait; stand-ins with the\n"
+      "same numbers of vertices and edges are generated. Each run has a process of its own, makes\n"
+      "positions and normals, and ends with a commit. A tenth of the disk stays free. After "
+      "Ctrl-C\n"
+      "the command reports what it has.\n"
+      "\n"
+      "Examples:\n"
+      "  plait paper --dry-run --model deo,david,buddha\n"
+      "  plait paper --no-runs --mesh deo.ply --pictures .\n"
+      "  plait paper --model deo --backend pread,uring --html paper.html\n"
+      "  plait paper --vertices 500 --levels 3");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run(*arguments, context); };
+  });
+}
+
+}  // namespace plait

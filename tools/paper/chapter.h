@@ -1,0 +1,16 @@
+// paper/chapter.h: words and tables of the chapter about the paper, from the figures of a run.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "paper/document.h"
+
+namespace plait::paper {
+
+/// `report` is what `plait paper --json` prints: that of make_report() (paper/report.h).
+Document make_chapter(const nlohmann::ordered_json& report);
+
+/// "8:27", "1:55:24".
+std::string clock_text(double seconds);
+
+}  // namespace plait::paper

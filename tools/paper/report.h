@@ -1,0 +1,56 @@
+// paper/report.h: makes the figures of `plait paper`: tables, runs and pictures of one mesh after
+// another, each in a process of its own.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "paper/models.h"
+#include "paper/runs.h"
+#include "plait/backend.h"
+#include "plait/partial_output.h"
+
+namespace plait::paper {
+
+/// What the user asks for.
+struct ReportRequest {
+  std::vector<std::string> models = {"deo"};
+  std::filesystem::path mesh;  ///< instead of a stand-in; for one model
+  std::uint64_t vertices = 0;  ///< of a small stand-in; 0: the paper's counts
+  int levels = 0;              ///< 0: the paper's
+  std::vector<std::string> executors = {kPaperWay, "fused", "sweep", "transparent"};
+  std::vector<std::string> backends;   ///< empty: all that this machine can use
+  std::vector<std::uint64_t> budgets;  ///< empty: the paper's circular buffers, at least 64 MiB
+  std::uint64_t limit_bytes = 0;       ///< a memory limit around each run; 0: none
+  int threads = 1;
+  bool runs = true;
+  bool pictures = false;
+  std::filesystem::path directory = ".";     ///< for stores and the mesh, which are removed
+  std::filesystem::path pictures_directory;  ///< where pictures stay; empty: they are removed
+};
+
+/// Files that live as long as this object, unless they were published.
+using MadeFiles = std::vector<std::unique_ptr<PartialFile>>;
+
+/// Told before each step: how many are done, of how many, and the next one's name.
+using StepProgress =
+    std::function<void(std::size_t done, std::size_t total, const std::string& next)>;
+
+/// What would run, on which bytes, and for about how long. Makes nothing. Errors: as make_report().
+nlohmann::ordered_json plan_report(const ReportRequest& request, const BackendRegistry& registry);
+
+/// {"plait", "date", "machine", "command", "remark", "interrupted", "failed", "pictures", "models":
+/// [{"name", "title", "source", "is_stand_in", "levels", "paper", "tables", "runs",
+/// "digests_equal", "digest", "pictures"}]}. After a signal it returns what there is, with
+/// `interrupted` true. `failed` is true if runs of one mesh have different digests. Pictures are in
+/// `files`; those with a directory are published when all is done. Errors: kInvalidArgument for a
+/// name that does not exist, a mesh with several models, or files that exist; kNoSpace if the disk
+/// would be more than nine tenths full; kIo. REQUIRES: as instrument::run_in_own_process().
+nlohmann::ordered_json make_report(const ReportRequest& request, const BackendRegistry& registry,
+                                   const StepProgress& progress, MadeFiles& files);
+
+}  // namespace plait::paper
