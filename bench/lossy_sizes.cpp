@@ -89,6 +89,7 @@ LossySize size_in_plait(const Settings& settings, Store& surface, const std::str
                         std::as_const(surface).base_bytes(id));
   StoreOptions options;
   options.backend = "compressed";
+  options.layout = surface.options().layout;
   options.durability = Durability::kNone;
   options.pipeline_of = [&](const AttributeSchema& schema) {
     return pipeline_of_rounded(preset_pipeline(preset, schema), rounder.step());
