@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string_view>
 
 #include "plait/backends/compression.h"
 #include "plait/error.h"
@@ -74,12 +75,19 @@ std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
       if (suits(registry, schema, chain, pipeline)) all.push_back(std::move(pipeline));
     }
   for (const CompressionPreset& preset : compression_presets()) {
-    const std::string pipeline = preset_pipeline(preset.name, schema);
+    const std::string pipeline = without_predicted(preset_pipeline(preset.name, schema));
     if (contains(all, pipeline) && !contains(tried, pipeline)) tried.push_back(pipeline);
   }
   for (const std::string& pipeline : all)
     if (!contains(tried, pipeline)) tried.push_back(pipeline);
   return tried;
+}
+
+std::string without_predicted(std::string pipeline) {
+  constexpr std::string_view kStage = "predicted";
+  if (!pipeline.starts_with(kStage) || pipeline.size() == kStage.size()) return pipeline;
+  const char next = pipeline[kStage.size()];
+  return next == '+' || next == ',' ? pipeline.substr(kStage.size() + 1) : pipeline;
 }
 
 std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes) {

@@ -16,6 +16,10 @@ namespace plait::tune {
 std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
                                              const AttributeSchema& schema);
 
+/// The pipeline without the stage `predicted`, which is not tried: whether a scheme makes a block
+/// again is known at once, and then it costs nothing on the disk (docs/predicted.md).
+std::string without_predicted(std::string pipeline);
+
 /// The sizes of blocks that are tried: 64 KiB, 256 KiB, 1 MiB, and the store's own one.
 std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes);
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "plait/backends/compression.h"
+#include "tune/candidates.h"
 #include "tune/front.h"
 
 namespace plait::tune {
@@ -120,7 +121,7 @@ std::optional<Choice> preset_choice(const Trials& trials, std::uint64_t block_by
                                     std::string_view preset) {
   std::vector<std::string> pipelines;
   for (const SampledAttribute& attribute : trials.attributes)
-    pipelines.push_back(preset_pipeline(preset, attribute.schema));
+    pipelines.push_back(without_predicted(preset_pipeline(preset, attribute.schema)));
   return choice_with(trials, block_bytes, pipelines);
 }
 

@@ -52,8 +52,11 @@ TEST_CASE("Candidates_BeginWithNoneAndPresets_AndSuitTheType") {
   REQUIRE(floats.size() > 10);
   CHECK(floats[0] == "none");
   CHECK(floats[1] == preset_pipeline("fast", {"position"}));
-  CHECK(floats[2] == preset_pipeline("default", {"position"}));
-  CHECK(floats[3] == preset_pipeline("small", {"position"}));
+  CHECK(floats[2] == without_predicted(preset_pipeline("default", {"position"})));
+  CHECK(floats[3] == without_predicted(preset_pipeline("small", {"position"})));
+  CHECK(without_predicted("predicted+hierarchy+shuffle,zstd:1") == "hierarchy+shuffle,zstd:1");
+  CHECK(without_predicted("predicted,lz4") == "lz4");
+  CHECK(without_predicted("predicted-too,lz4") == "predicted-too,lz4");
   for (const char* expected : {"lz4", "zstd:9", "shuffle,lz4", "shuffle+bytedelta,zstd:1",
                                "lorenzo+shuffle,zstd:3", "normals+shuffle,zstd:1"})
     CHECK(contains(floats, expected));
