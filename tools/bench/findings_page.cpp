@@ -157,7 +157,7 @@ class PageOfFindings {
                                  figures.ratio->value, figures.ratio->low, figures.ratio->high,
                                  fmt::format("{} rounds, {}; {:.3g} s", figures.ratio->count,
                                              figures.label, figures.seconds->value),
-                                 figures.label != "cold"});
+                                 figures.label == "warm" || figures.label == "memory"});
         }
       page_.plot(plot);
     });

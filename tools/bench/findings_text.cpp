@@ -124,6 +124,7 @@ std::string to_text(const RunSet& set, const Findings& findings) {
       if (place == 0 && contest.decided) state += ", fastest";
       if (place == 0 && !contest.decided && contest.cells.size() > 1) state += ", undecided";
       if (figures.failed > 0) state += fmt::format(", {} failed", figures.failed);
+      if (state.starts_with(", ")) state.erase(0, 2);  // a write is neither cold nor warm
       row.push_back(state);
       rows.push_back(std::move(row));
     }
