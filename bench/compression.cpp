@@ -25,6 +25,7 @@
 #include "plait/backends/pipeline.h"
 #include "plait/backends/registry.h"
 #include "plait/edge_index.h"
+#include "plait/kernels/block_makers.h"
 #include "plait/kernels/displace.h"
 #include "plait/kernels/visit_vertices.h"
 #include "plait/layout.h"
@@ -128,7 +129,7 @@ Attribute read_attribute(const Settings& settings, Store& store, const std::stri
     levels.levels.push_back(&file.geometry);
     attribute.finest = &file.geometry;
   }
-  attribute.surroundings = {store.base().topology(), 0, {levels}};
+  attribute.surroundings = {store.base().topology(), 0, {levels}, store.base().positions()};
   // The same distance between the measured blocks.
   const std::uint64_t count = attribute.finest->block_count();
   const auto wanted = std::min<std::uint64_t>(count, static_cast<std::uint64_t>(settings.blocks));
@@ -235,6 +236,32 @@ void run_pipeline(const Settings& settings, const Attribute& attribute, const st
     for (const auto& plane : counts) sizes.entropy += entropy(plane);
 }
 
+/// Blocks that the scheme makes again: encoding compares a block with what is made, decoding makes
+/// it. An entry of the block table is all that is stored.
+void run_predicted(const Settings& settings, const Attribute& attribute, Sizes& sizes,
+                   Times& times) {
+  FilterLevel level;
+  level.schema = attribute.schema;
+  level.geometry = attribute.finest;
+  level.level = settings.level;
+  level.surroundings = &attribute.surroundings;
+  const std::string text =
+      fmt::format("predicted:loop/{}/float32/{},none", attribute.schema.name, settings.level);
+  const Pipeline pipeline = default_pipelines().make(text, level);
+  Bytes back(attribute.finest->max_block_bytes());
+  for (const std::uint64_t block : attribute.blocks) {
+    const auto raw = attribute.bytes_of(settings.level, block);
+    const std::span<std::byte> made = std::span(back).first(raw.size());
+    bool is_made = false;
+    times.encode += thread_seconds([&] { is_made = pipeline.maker->makes(block, raw); });
+    times.decode += thread_seconds([&] { pipeline.maker->make(block, made); });
+    if (!is_made || !std::ranges::equal(made, raw))
+      throw Error(ErrorCode::kCorruption, "predict: other bytes came back");
+    sizes.raw += static_cast<double>(raw.size());
+    sizes.stored += sizeof(BlockEntry);
+  }
+}
+
 void run_peer(const Settings& settings, const Attribute& attribute, const CompressionPeer& peer,
               Sizes& sizes, Times& times) {
   for (const std::uint64_t block : attribute.blocks) {
@@ -328,6 +355,10 @@ int run(const Settings& settings) {
     for (const std::string pipeline : kPipelines)
       add(pipeline, [&](const Attribute& of, Sizes& sizes, Times& times) {
         run_pipeline(settings, of, pipeline, sizes, times);
+      });
+    if (surface == "exact" && settings.level <= kMostMadeLevels)
+      add("predicted,none", [&](const Attribute& of, Sizes& sizes, Times& times) {
+        run_predicted(settings, of, sizes, times);
       });
     for (const CompressionPeer& peer : compression_peers())
       add(peer.name, [&](const Attribute& of, Sizes& sizes, Times& times) {
