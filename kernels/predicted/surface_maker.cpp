@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fused/lattice_buffer.h"
+#include "plait/default_arithmetic.h"
 #include "plait/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -116,6 +117,7 @@ void SurfaceMaker<Real>::find_faces(std::uint64_t block, std::vector<FaceId>& fa
 template <class Real>
 template <class Byte, class Visit>
 bool SurfaceMaker<Real>::visit_block(std::uint64_t block, std::span<Byte> raw, Visit visit) const {
+  const DefaultArithmetic arithmetic;  // whatever the program's own arithmetic is
   const Lease lease(*this);
   Workspace& work = *lease;
   find_faces(block, work.faces);

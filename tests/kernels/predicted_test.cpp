@@ -1,6 +1,7 @@
 // Blocks that a scheme makes again are stored in no bytes, and read with the same bits.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cfenv>
 #include <cstring>
 #include <functional>
 #include <string>
@@ -304,6 +305,18 @@ TEST_CASE("Predicted_OtherArithmetic_IsFoundAndNeverReturned") {
   CHECK(error.code() == ErrorCode::kCorruption);
   CHECK_THAT(error.what(), Catch::Contains("made again from the base mesh"));
   CHECK(verify(store).damaged_count == all_blocks(store));
+}
+
+TEST_CASE("Predicted_ProgramThatRoundsUpwards_ReadsTheSameBytes") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  const BaseMesh base = BaseMesh::build(torus_grid(6, 5));
+  { refined(path, base, compressed(), fused_to(3)); }
+  Store store = Store::open(path, {.io_threads = 0}, default_backends());
+  std::fesetround(FE_UPWARD);
+  const std::uint64_t damaged = verify(store).damaged_count;
+  std::fesetround(FE_TONEAREST);
+  CHECK(damaged == 0);
 }
 
 TEST_CASE("Predicted_RequiredFeature_StandsInTheManifestWhileABlockIsPredicted") {
