@@ -101,7 +101,6 @@ int run_program(int argument_count, char** arguments) {
   add_verify_command(program, context);
   add_repair_command(program, context);
   add_digest_command(program, context);
-  add_bench_command(program, context);
   add_bounds_command(program, context);
   add_export_command(program, context);
   add_convert_command(program, context);
@@ -110,6 +109,7 @@ int run_program(int argument_count, char** arguments) {
   add_render_command(program, context);
   add_paper_command(program, context);
   add_clean_command(program, context);
+  add_bench_command(program, context);
 
   const bool json = asks_for_json(argument_count, arguments);
   try {

@@ -1,0 +1,100 @@
+// A plug-in with two backends over pread whose speed is known, for the tests of `plait bench`:
+// x-late sleeps 5 ms before each read, or as PLAIT_TEST_STALL says once for that many milliseconds;
+// x-capped gives 200 MB/s to all readers together. x-wrong turns a bit of what it reads. Both
+// sleepers add up how long they really slept, because a busy machine wakes them late, and write
+// that to the file that PLAIT_TEST_SLEPT names when a level closes.
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "plait/backends/plugin_in_cpp.h"
+#include "plait/backends/registry.h"
+#include "support/forwarding_backend.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::mutex mutex;
+double slept = 0;
+std::atomic<bool> stalled = false;
+
+void sleep_until(Clock::time_point due) {
+  const Clock::time_point before = Clock::now();
+  std::this_thread::sleep_until(due);
+  const std::lock_guard lock(mutex);
+  slept += std::chrono::duration<double>(Clock::now() - before).count();
+}
+
+class SlowBackend : public plait::test::ForwardingBackend {
+ public:
+  using ForwardingBackend::ForwardingBackend;
+  ~SlowBackend() override {
+    if (const char* const file = std::getenv("PLAIT_TEST_SLEPT")) {
+      const std::lock_guard lock(mutex);
+      std::ofstream(file) << slept;
+    }
+  }
+};
+
+class LateBackend final : public SlowBackend {
+ public:
+  using SlowBackend::SlowBackend;
+  void read(plait::BlockRange blocks, std::span<std::byte> into) override {
+    const char* const stall = std::getenv("PLAIT_TEST_STALL");
+    const bool stalls = stall != nullptr && !stalled.exchange(true);
+    if (stall == nullptr || stalls)
+      sleep_until(Clock::now() + std::chrono::milliseconds(stalls ? std::atoi(stall) : 5));
+    inner().read(blocks, into);
+  }
+};
+
+class CappedBackend final : public SlowBackend {
+ public:
+  using SlowBackend::SlowBackend;
+  void read(plait::BlockRange blocks, std::span<std::byte> into) override {
+    static Clock::time_point free_again = Clock::now();
+    Clock::time_point due;
+    {
+      const std::lock_guard lock(mutex);
+      const auto taken = std::chrono::duration_cast<Clock::duration>(
+          std::chrono::duration<double>(static_cast<double>(into.size()) / 200e6));
+      free_again = std::max(free_again, Clock::now()) + taken;
+      due = free_again;
+    }
+    inner().read(blocks, into);
+    sleep_until(due);
+  }
+};
+
+class WrongBackend final : public plait::test::ForwardingBackend {
+ public:
+  using ForwardingBackend::ForwardingBackend;
+  void read(plait::BlockRange blocks, std::span<std::byte> into) override {
+    inner().read(blocks, into);
+    into[into.size() / 8 * 4] ^= std::byte{2};
+  }
+};
+
+template <class Slow>
+void add(plait::PluginRegistry& registry, const char* name) {
+  plait::BackendRegistry::Entry entry = plait::default_backends().find("pread");
+  entry.name = name;
+  entry.open = plait::open_each_level([open = entry.open](const plait::LevelSpec& level) {
+    return std::make_unique<Slow>(open({})->open_level(level));
+  });
+  registry.add(entry);
+}
+
+}  // namespace
+
+extern "C" PLAIT_PLUGIN_EXPORT std::int32_t plait_plugin_v1(const plait_host* host) {
+  return plait::add_in_cpp(host, [](plait::PluginRegistry& registry) {
+    add<LateBackend>(registry, "x-late");
+    add<CappedBackend>(registry, "x-capped");
+    add<WrongBackend>(registry, "x-wrong");
+  });
+}

@@ -1,0 +1,35 @@
+// bench/cell.h: a cell of the table of `plait bench`: one measurement, which every round repeats.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace plait::bench {
+
+/// docs/bench-records.md explains the members.
+struct Cell {
+  std::string backend = "pread", pipeline = "none", disk;
+  std::filesystem::path directory;
+  std::string workload;
+  std::uint64_t vertices = 0;  ///< of all levels
+  int levels = 4;
+  std::uint64_t memory_bytes = 0, budget_bytes = 0, block_bytes = 1 << 20;
+  int threads = 1;
+  bool durable = true;
+  double rate = 0;  ///< of an open loop; 0 for none
+
+  /// Bytes of the levels before compression: float32 positions.
+  std::uint64_t raw_bytes() const { return vertices * 12; }
+  /// Vertices of the base mesh, a torus: each refinement makes four of one.
+  std::uint64_t base_vertices() const { return vertices >> (2 * levels); }
+};
+
+/// The member `cell` of a record, and its `key`.
+nlohmann::ordered_json to_json(const Cell& cell);
+std::string key_of(const Cell& cell);
+/// Cells with equal names share a prepared store.
+std::string store_name(const Cell& cell);
+
+}  // namespace plait::bench

@@ -1,0 +1,137 @@
+#include "bench/measured_store.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <fstream>
+
+#include "generate/generate.h"
+#include "instrument/disk.h"
+#include "plait/layout.h"
+
+namespace plait::bench {
+
+namespace fs = std::filesystem;
+
+Store open_for_reading(const WorkloadRun& run) {
+  OpenOptions options;
+  options.budget_bytes = run.cell.budget_bytes;
+  return Store::open(run.store, options, *run.backends);
+}
+
+StoreOptions options_of_new_store(const WorkloadRun& run) {
+  StoreOptions options;
+  options.backend = run.cell.backend;
+  if (run.cell.pipeline != "none") options.pipeline = run.cell.pipeline;
+  options.block_bytes = run.cell.block_bytes;
+  options.budget_bytes = run.cell.budget_bytes;
+  options.durability = run.cell.durable ? Durability::kCommit : Durability::kNone;
+  return options;
+}
+
+LaidOutMesh base_mesh(const Cell& cell) {
+  return lay_out(BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices(), 1)),
+                 LayoutKind::kHilbert);
+}
+
+nlohmann::ordered_json effective_mode(const fs::path& store) {
+  bool direct = false, ring = false, maps = false;
+  const std::string inside = fs::absolute(store).lexically_normal().native() + "/";
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc/self/fd", ignored)) {
+    const std::string target = fs::read_symlink(entry.path(), ignored).native();
+    ring = ring || target.find("[io_uring]") != std::string::npos;
+    if (!target.starts_with(inside)) continue;
+    const int flags = ::fcntl(std::stoi(entry.path().filename().native()), F_GETFL);
+    direct = direct || (flags >= 0 && (flags & O_DIRECT) != 0);
+  }
+  std::ifstream mappings("/proc/self/maps");
+  for (std::string line; std::getline(mappings, line);)
+    maps = maps || line.find(inside) != std::string::npos;
+  return {{"direct", direct}, {"engine", ring ? "io_uring" : "synchronous"}, {"maps", maps}};
+}
+
+SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level) {
+  thread_local std::vector<std::uint32_t> words;
+  const std::size_t count = slot.size() / sizeof(std::uint32_t);
+  words.resize(count);
+  std::memcpy(words.data(), slot.data(), count * sizeof(std::uint32_t));
+  const std::uint32_t turned = count == 0 ? 0 : words[0] & 1;
+  std::uint32_t difference = 0;
+  for (std::uint32_t& word : words) {
+    difference |= word ^ turned;
+    word &= ~std::uint32_t{1};
+  }
+  return {XXH3_64bits_withSeed(words.data(), count * sizeof(std::uint32_t),
+                               edge * 64 + static_cast<std::uint64_t>(level)),
+          (difference & 1) != 0};
+}
+
+std::string sweep_digest(Store& store, int first, int last, int threads,
+                         const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+  struct alignas(64) Sum {
+    std::uint64_t value = 0;
+    bool torn = false;
+  };
+  std::vector<Sum> sums(static_cast<std::size_t>(threads));
+  SweepPass pass;
+  pass.name = "read";
+  pass.accesses = {{store.attribute(kAttribute), first, last, Access::kRead, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    Sum& sum = sums[static_cast<std::size_t>(worker)];
+    for (int level = first; level <= last; ++level) {
+      const SlotHash hash = slot_hash(view.slot(0, level, edge), edge, level);
+      sum.value += hash.value;
+      sum.torn = sum.torn || hash.torn;
+    }
+  };
+  sweep(store, pass, {.threads = threads, .proceed = proceed});
+  Sum all;
+  for (const Sum& sum : sums) {
+    all.value += sum.value;
+    all.torn = all.torn || sum.torn;
+  }
+  return all.torn ? "torn" : fmt::format("{:016x}", all.value);
+}
+
+bool Throughput::update(std::uint64_t done, std::uint64_t count) {
+  const double now = clock_.seconds();
+  // A hundred points show a curve; a record stays short.
+  const double step = seconds_.size() < 100 ? 0.02 : 1.0;
+  if (count > 0 && (seconds_.empty() || now - seconds_.back() >= step)) {
+    seconds_.push_back(now);
+    bytes_.push_back(
+        static_cast<std::uint64_t>(static_cast<double>(total_bytes_) * static_cast<double>(done) /
+                                   static_cast<double>(count)));
+  }
+  return true;
+}
+
+nlohmann::ordered_json counted(const Store& store, const PagingStatistics& before, double seconds,
+                               double sync_seconds, int threads) {
+  const PagingStatistics after = store.statistics();
+  const double wait = 1e-9 * static_cast<double>(after.read_wait_ns - before.read_wait_ns +
+                                                 after.write_wait_ns - before.write_wait_ns);
+  const double compute = seconds - sync_seconds - wait / threads;
+  nlohmann::ordered_json split = {
+      {"compute", nullptr}, {"wait", wait}, {"codec", nullptr}, {"sync", sync_seconds}};
+  if (compute >= 0) split["compute"] = compute;
+  const instrument::ProcessTraffic traffic = instrument::process_traffic();
+  nlohmann::ordered_json object = {{"seconds", seconds},
+                                   {"moved_read", after.bytes_read - before.bytes_read},
+                                   {"moved_written", after.bytes_written - before.bytes_written},
+                                   {"blocks_read", after.blocks_read - before.blocks_read},
+                                   {"split", split},
+                                   {"stored", store.stored_bytes()},
+                                   {"mode", effective_mode(store.path())},
+                                   {"process_read", nullptr},
+                                   {"process_written", nullptr}};
+  if (traffic.known) {
+    object["process_read"] = traffic.bytes_read;
+    object["process_written"] = traffic.bytes_written;
+  }
+  return object;
+}
+
+}  // namespace plait::bench

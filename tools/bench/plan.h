@@ -1,0 +1,53 @@
+// bench/plan.h: which cells a command line asks for, and what they cost.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bench/cell.h"
+#include "instrument/disk.h"
+#include "plait/backend.h"
+
+namespace plait::bench {
+
+struct PlanRequest {
+  std::vector<std::filesystem::path> directories = {"."};
+  std::vector<std::string> backends = {"all"}, codecs, workloads = {"all"};
+  std::uint64_t vertices = 0;  ///< of the base mesh; 0: from the sizes
+  int levels = 4;
+  std::vector<std::uint64_t> memory = {256u << 20}, blocks = {1u << 20};
+  std::vector<double> sizes = {0.5, 2, 4};  ///< bytes of the levels over memory
+  std::vector<int> threads = {1};
+  double rate = 0;
+  int rounds = 5;                 ///< for the estimate of minutes
+  std::uint64_t limit_bytes = 0;  ///< most bytes on each disk; 0: what usable_bytes() says
+};
+
+struct PlannedDisk {
+  instrument::DiskFacts facts;
+  std::uint64_t needed_bytes = 0;  ///< stores, floors and a copy of the largest store, together
+};
+
+struct Plan {
+  std::vector<Cell> cells;
+  std::vector<PlannedDisk> disks;
+  std::vector<std::string> left_out;  ///< lines: what was asked for and why it is not here
+  double minutes = 0;                 ///< a guess, with 300 MB/s for every disk
+};
+
+/// "all" of the backends are those that keep files; a backend that needs a pipeline gets each of
+/// `codecs`, or its default. Errors: kInvalidArgument, kNotFound, kNotSupported for names and
+/// values.
+Plan make_plan(const PlanRequest& request, const BackendRegistry& backends);
+
+/// Why the plan cannot run: a line for each disk that it would fill beyond nine tenths, or beyond
+/// `limit_bytes` unless that is 0. Empty: it can.
+std::vector<std::string> refusals(const Plan& plan, std::uint64_t limit_bytes);
+
+/// Cells, bytes, space and minutes, for a dry run.
+std::string to_text(const Plan& plan);
+
+}  // namespace plait::bench

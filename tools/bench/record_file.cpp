@@ -1,0 +1,72 @@
+#include "bench/record_file.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "plait/error.h"
+
+namespace plait::bench {
+
+namespace fs = std::filesystem;
+
+RecordFile::RecordFile(fs::path path) : path_(std::move(path)) {
+  std::error_code failed;
+  if (path_.empty() || !fs::exists(path_, failed)) return;
+  if (!fs::is_regular_file(fs::symlink_status(path_)))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("continue {}: it is no regular file", path_.native()));
+  std::ifstream file(path_, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::size_t line = 0, end = 0;
+  for (std::size_t at = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) {
+    ++line;
+    auto record = nlohmann::ordered_json::parse(text.substr(at, end - at), nullptr, false);
+    if (!record.is_object() || record.value("format", "") != "plait-bench-1")
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("continue {}: line {} is no record of plait bench", path_.native(), line));
+    records_.push_back(std::move(record));
+  }
+  const std::size_t last = text.rfind('\n');
+  const std::size_t whole = last == std::string::npos ? 0 : last + 1;
+  if (whole == text.size()) return;
+  // An interrupted run left the beginning of a record; anything else is not ours to cut off.
+  if (!text.substr(whole).starts_with("{\"format\":\"plait-bench-1\""))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("continue {}: its end is no record of plait bench", path_.native()));
+  fs::resize_file(path_, whole);
+}
+
+void RecordFile::append(nlohmann::ordered_json record) {
+  if (!path_.empty()) {
+    std::ofstream file(path_, std::ios::binary | std::ios::app);
+    file << record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n'
+         << std::flush;
+    if (!file.good()) throw Error(ErrorCode::kIo, "write " + path_.native() + ": refused");
+  }
+  records_.push_back(std::move(record));
+}
+
+std::vector<std::string> different_digests(const std::vector<nlohmann::ordered_json>& records) {
+  std::map<std::string, std::pair<std::string, std::string>> first;  // value, backend
+  std::vector<std::string> lines;
+  for (const nlohmann::ordered_json& record : records) {
+    if (!record.contains("digest") || !record["digest"].is_object()) continue;
+    const std::string of = record["digest"].value("of", ""),
+                      value = record["digest"].value("value", "");
+    const std::string backend = record["cell"].value("backend", "");
+    const auto [at, is_new] = first.try_emplace(of, value, backend);
+    if (value == "torn")
+      lines.push_back(fmt::format("{}: {} gives a torn slot", of, backend));
+    else if (!is_new && at->second.first != value)
+      lines.push_back(fmt::format("{}: {} gives {}, and {} gives {}", of, at->second.second,
+                                  at->second.first, backend, value));
+  }
+  return lines;
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,36 @@
+// bench/runner.h: runs the cells of a plan, round by round, and appends a record for each run.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "bench/plan.h"
+#include "bench/record_file.h"
+
+namespace plait::bench {
+
+struct RunnerOptions {
+  int rounds = 0;               ///< 0: five, then until the intervals are narrow or the time is up
+  double seconds = 600;         ///< no new round begins after this
+  bool stops_in_round = false;  ///< the time also ends a round
+  std::uint64_t seed = 1;
+  bool warm = false;  ///< leave the page cache as it is: every figure is labelled
+  bool fio = true;    ///< also measure floors by fio in the first round
+  /// Called before each run with a line; false stops, and what there is stays.
+  std::function<bool(const std::string&)> proceed = {};
+};
+
+struct RunnerResult {
+  int rounds = 0;
+  bool finished = false;    ///< false: the time was up, or proceed() said stop
+  std::string limit_doubt;  ///< empty: the memory limit held
+};
+
+/// Rounds that the file has already are not run again. Each disk gets a directory of its own for
+/// the time of the call. Errors: kIo for the files of the runner itself; an error inside a run is a
+/// record with `failure`. REQUIRES: this process has one thread.
+RunnerResult run_cells(const Plan& plan, const RunnerOptions& options,
+                       const BackendRegistry& backends, RecordFile& file);
+
+}  // namespace plait::bench
