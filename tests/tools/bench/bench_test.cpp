@@ -68,7 +68,7 @@ PlanRequest small(const std::string& backend, const std::string& workload) {
 
 }  // namespace
 
-TEST_CASE("a delay of 5 ms a request is reported as that within 5 %") {
+TEST_CASE("a delay of 5 ms a read is in the time, to 5 %") {
   Bench bench;
   const Variable variable("PLAIT_TEST_SLEPT", (bench.directory.path() / "slept").native());
   const Json record = bench.run(small("x-late", "patch-random"), {}).at(0);
@@ -77,13 +77,14 @@ TEST_CASE("a delay of 5 ms a request is reported as that within 5 %") {
   const double blocks = record["bytes"]["blocks_read"].get<double>();
   REQUIRE(blocks > 5);
   CHECK(bench.slept() >= 0.005 * blocks);
-  // The run is the sleep: what a busy machine added to it is in both.
-  const double seconds = record["seconds"].get<double>();
-  CHECK(seconds >= bench.slept() * 0.95);
+  // The backend says how long it really slept, because a busy machine wakes it late. More than that
+  // is the machine's time, which no test may bound.
+  CHECK(record["seconds"].get<double>() >= bench.slept() * 0.95);
+  CHECK(record["split"]["wait"].get<double>() >= bench.slept() * 0.95);
   CHECK(record["latencies"]["max"].get<double>() >= 0.005);
 }
 
-TEST_CASE("a cap of 200 MB/s is reported as that within 5 %") {
+TEST_CASE("a cap of 200 MB/s is never reported as more, to 5 %") {
   Bench bench;
   const Variable variable("PLAIT_TEST_SLEPT", (bench.directory.path() / "slept").native());
   PlanRequest request = small("x-capped", "sweep-read");

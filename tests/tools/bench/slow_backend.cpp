@@ -1,8 +1,8 @@
 // A plug-in with two backends over pread whose speed is known, for the tests of `plait bench`:
-// x-late sleeps 5 ms before each read, or as PLAIT_TEST_STALL says once for that many milliseconds;
-// x-capped gives 200 MB/s to all readers together. x-wrong turns a bit of what it reads. Both
-// sleepers add up how long they really slept, because a busy machine wakes them late, and write
-// that to the file that PLAIT_TEST_SLEPT names when a level closes.
+// x-late serves one read at a time and sleeps 5 ms before it, or as PLAIT_TEST_STALL says once for
+// that many milliseconds; x-capped gives 200 MB/s to all readers together. x-wrong turns a bit of
+// what it reads. Both sleepers add up how long they really slept, because a busy machine wakes them
+// late, and write that to the file that PLAIT_TEST_SLEPT names when a level closes.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::mutex mutex;
+std::mutex mutex, device;
 double slept = 0;
 std::atomic<bool> stalled = false;
 
@@ -46,6 +46,7 @@ class LateBackend final : public SlowBackend {
   void read(plait::BlockRange blocks, std::span<std::byte> into) override {
     const char* const stall = std::getenv("PLAIT_TEST_STALL");
     const bool stalls = stall != nullptr && !stalled.exchange(true);
+    const std::lock_guard one_at_a_time(device);
     if (stall == nullptr || stalls)
       sleep_until(Clock::now() + std::chrono::milliseconds(stalls ? std::atoi(stall) : 5));
     inner().read(blocks, into);
