@@ -26,9 +26,10 @@ const std::vector<CompressionPreset>& compression_presets();
 /// lists the known ones.
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema);
 
-/// The pipeline for records that were rounded to multiples of `step` (plait/rounding.h): `hierarchy`
-/// gets the step, `parallelogram` becomes `lattice` and `lorenzo`, `normals` becomes `hierarchy`,
-/// `predicted` goes, and other filters stay as they are. So does a pipeline that has no filter.
+/// The pipeline for records that were rounded to multiples of `step` (plait/rounding.h):
+/// `hierarchy` gets the step, `parallelogram` becomes `lattice` and `lorenzo`, `normals` becomes
+/// `hierarchy`, `predicted` goes, and other filters stay as they are. So does a pipeline that has
+/// no filter.
 std::string pipeline_of_rounded(std::string_view pipeline, double step);
 
 /// The pipelines of all attributes of a store.
