@@ -35,5 +35,6 @@ void add_displace_command(CommandLine& program, CommandContext& context);
 void add_layout_command(CommandLine& program, CommandContext& context);
 void add_paper_command(CommandLine& program, CommandContext& context);
 void add_render_command(CommandLine& program, CommandContext& context);
+void add_tune_command(CommandLine& program, CommandContext& context);
 
 }  // namespace plait

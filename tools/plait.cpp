@@ -108,6 +108,7 @@ int run_program(int argument_count, char** arguments) {
   add_layout_command(program, context);
   add_render_command(program, context);
   add_paper_command(program, context);
+  add_tune_command(program, context);
   add_clean_command(program, context);
   add_bench_command(program, context);
 

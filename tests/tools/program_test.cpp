@@ -26,7 +26,7 @@ struct Workplace {
 
 const Names kCommands = {"generate", "subdivide", "info",   "verify",  "repair",
                          "digest",   "bounds",    "export", "convert", "displace",
-                         "layout",   "paper",     "render"};
+                         "layout",   "paper",     "render", "tune"};
 
 }  // namespace
 
