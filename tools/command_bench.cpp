@@ -35,9 +35,9 @@ struct Arguments {
   PlanRequest request;
   bench::RunnerOptions runner;
   std::vector<std::filesystem::path> directories;
-  std::filesystem::path out;
+  std::filesystem::path out, html = "report.html";
   std::uint64_t limit_bytes = 0, floor_bytes = 256u << 20, block_bytes = 1u << 20;
-  bool dry_run = false, quick = false, no_fio = false;
+  bool dry_run = false, quick = false, no_fio = false, force = false;
 };
 
 std::vector<std::string> split(const std::string& text) {
@@ -105,6 +105,8 @@ int run_plan(const bench::Plan& plan, bench::RunnerOptions options, bench::Recor
 }
 
 int run_quick(const Arguments& arguments, const CommandContext& context) {
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  PartialFile::check(arguments.html, existing);
   PlanRequest request;
   if (!arguments.directories.empty()) request.directories = arguments.directories;
   request.memory = {96u << 20};
@@ -117,7 +119,11 @@ int run_quick(const Arguments& arguments, const CommandContext& context) {
   options.stops_in_round = true;
   options.seed = arguments.runner.seed;
   bench::RecordFile file(arguments.out);
-  return run_plan(plan, options, file, context);
+  const int status = run_plan(plan, options, file, context);
+  const bench::RunSet set = bench::runs_of(file.records(), "plait bench --quick");
+  write_report_page(arguments.html, existing, set, bench::find(set), "plait bench --quick");
+  if (!context.json) print(fmt::format("{}: the page\n", arguments.html.native()));
+  return status;
 }
 
 int run_cells(const Arguments& arguments, const CommandContext& context) {
@@ -312,6 +318,8 @@ void add_bench_command(CommandLine& program, CommandContext& context) {
                       "With --quick: directories on the disks; default: the working one");
   command->add_flag("--quick", arguments->quick, "Compare all backends in two minutes");
   command->add_option("--out", arguments->out, "With --quick: append the records to this file");
+  command->add_option("--html", arguments->html, "With --quick: the page")->capture_default_str();
+  command->add_flag("--force", arguments->force, "With --quick: replace the page if it exists");
   add_run_command(*command, context);
   CommandLine* const list = command->add_subcommand("list", "List the workloads and the backends");
   add_plugin_option(*list, context);

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,7 +52,6 @@ std::string command_of(const Arguments& arguments) {
 
 int run(const Arguments& arguments, const CommandContext& context) {
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
-  std::optional<PartialFile> page;
   if (!arguments.html.empty()) {
     PartialFile::check(arguments.html, existing);
     remove_left_overs_of(arguments.html, report_warning);
@@ -62,24 +60,31 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const bench::Findings findings = bench::find(set);
   throw_if_interrupted();
   if (!arguments.html.empty()) {
-    page.emplace(arguments.html, existing);
-    const std::string text = bench::to_page(set, findings, command_of(arguments));
-    build_output(*page, [&] { page->file().write_at(0, std::as_bytes(std::span(text))); });
-    throw_if_interrupted();
-    page->publish();
+    write_report_page(arguments.html, existing, set, findings, command_of(arguments));
   }
   if (context.json) {
     nlohmann::ordered_json report = bench::to_json(set, findings);
-    report["html"] = page ? nlohmann::ordered_json(page->final_path().native()) : nullptr;
+    report["html"] =
+        arguments.html.empty() ? nullptr : nlohmann::ordered_json(arguments.html.native());
     print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   } else {
     print(bench::to_text(set, findings));
-    if (page) print(fmt::format("{}: the page\n", page->final_path().native()));
+    if (!arguments.html.empty()) print(fmt::format("{}: the page\n", arguments.html.native()));
   }
   return findings.failed ? kExitFailed : kExitDone;
 }
 
 }  // namespace
+
+void write_report_page(const std::filesystem::path& path, Existing existing,
+                       const bench::RunSet& set, const bench::Findings& findings,
+                       const std::string& command) {
+  PartialFile page(path, existing);
+  const std::string text = bench::to_page(set, findings, command);
+  build_output(page, [&] { page.file().write_at(0, std::as_bytes(std::span(text))); });
+  throw_if_interrupted();
+  page.publish();
+}
 
 void add_bench_report_command(CommandLine& bench, CommandContext& context) {
   const auto arguments = std::make_shared<Arguments>();

@@ -333,4 +333,19 @@ RunSet read_runs(const std::vector<std::filesystem::path>& files) {
   return set;
 }
 
+RunSet runs_of(const std::vector<nlohmann::ordered_json>& records, const std::string& name) {
+  RunSet set;
+  for (const nlohmann::ordered_json& record : records) {
+    try {
+      set.runs.push_back(run_of(json::parse(record.dump())));
+    } catch (const BadRecord& bad) {
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("{}:{}: {}", name, set.runs.size() + 1, bad.why));
+    }
+    set.runs.back().file = name;
+    set.runs.back().line = set.runs.size();
+  }
+  return set;
+}
+
 }  // namespace plait::bench

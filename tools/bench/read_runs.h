@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -28,5 +29,9 @@ struct RunSet {
 /// newline is skipped, because its writer was stopped. Memory: bounded by the constants above.
 /// Errors: kNotFound, kIo; kInvalidArgument naming the first bad line if no record is left.
 RunSet read_runs(const std::vector<std::filesystem::path>& files);
+
+/// The runs of records that this process made. `name` stands for their file. Errors:
+/// kInvalidArgument naming the first record that is none.
+RunSet runs_of(const std::vector<nlohmann::ordered_json>& records, const std::string& name);
 
 }  // namespace plait::bench

@@ -25,7 +25,7 @@ struct Observed {
 };
 
 /// `label` and the reason. A run is "cold" only with two proofs: mincore before, and the bytes that
-/// the kernel says this process made the disk read. Pinned by tests/tools/bench_test.cpp.
+/// the kernel says this process made the disk read. Pinned by tests/tools/bench/bench_test.cpp.
 struct ColdLabel {
   std::string label, doubt;
 };

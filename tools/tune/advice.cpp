@@ -189,25 +189,24 @@ std::vector<FrontMember> front_of(const Trials& trials, Goal goal, std::uint64_t
   return front;
 }
 
-std::vector<SpeedRange> best_at_speeds(const Trials& trials, Goal goal, std::uint64_t block_bytes,
-                                       const Machine& machine) {
-  constexpr double kSwitch = 0.98, kStep = 1.05;
-  struct Member {
-    Choice choice;
-    std::vector<Work> works;
-  };
-  std::vector<Member> members;
-  for (const FrontMember& member : front_of(trials, goal, block_bytes, machine))
-    members.push_back({member.choice, work_of(trials, member.choice)});
+namespace {
+
+struct Member {
+  Choice choice;
+  std::vector<Work> works;
+};
+
+/// The ranges of speeds, the next of which is better by the part `gain` where it begins.
+template <class CostAt>
+std::vector<SpeedRange> ranges_of(const std::vector<Member>& members, CostAt cost_at, double gain) {
+  constexpr double kStep = 1.05;
   std::vector<SpeedRange> ranges;
-  const auto cost_at = [&](const Member& member, double speed) {
-    return cost(goal, member.works, with_speed(machine, speed));
-  };
   const Member* current = nullptr;
   for (double speed = kSlowestDisk; speed < kFastestDisk && !members.empty(); speed *= kStep) {
     const Member& best = *std::ranges::min_element(
         members, {}, [&](const Member& member) { return cost_at(member, speed); });
-    if (current != nullptr && cost_at(best, speed) >= kSwitch * cost_at(*current, speed)) continue;
+    if (current != nullptr && cost_at(best, speed) >= (1 - gain) * cost_at(*current, speed))
+      continue;
     const auto from = current == nullptr
                           ? std::optional(0.0)
                           : break_even([&](double at) { return cost_at(*current, at); },
@@ -215,6 +214,26 @@ std::vector<SpeedRange> best_at_speeds(const Trials& trials, Goal goal, std::uin
     if (!ranges.empty()) ranges.back().fastest = from.value_or(speed);
     ranges.push_back({best.choice, from.value_or(speed), std::numeric_limits<double>::infinity()});
     current = &best;
+  }
+  return ranges;
+}
+
+}  // namespace
+
+std::vector<SpeedRange> best_at_speeds(const Trials& trials, Goal goal, std::uint64_t block_bytes,
+                                       const Machine& machine) {
+  std::vector<Member> members;
+  for (const FrontMember& member : front_of(trials, goal, block_bytes, machine))
+    members.push_back({member.choice, work_of(trials, member.choice)});
+  const auto cost_at = [&](const Member& member, double speed) {
+    return cost(goal, member.works, with_speed(machine, speed));
+  };
+  // A sentence that names more choices helps nobody, so smaller gains are left out of it.
+  constexpr std::size_t kMostRanges = 3;
+  std::vector<SpeedRange> ranges;
+  for (const double gain : {0.02, 0.05, 0.1, 0.2, 0.3, 0.5}) {
+    ranges = ranges_of(members, cost_at, gain);
+    if (ranges.size() <= kMostRanges) break;
   }
   return ranges;
 }

@@ -62,8 +62,8 @@ struct SpeedRange {
   Choice choice;
   double slowest = 0, fastest = 0;  ///< bytes a second; 0 and infinity at the ends
 };
-/// From the slowest disks to the fastest. A range begins where the next choice is 2 % better, so
-/// there are few.
+/// From the slowest disks to the fastest. A range begins where the next choice is 2 % better, or
+/// as much better as leaves no more than three ranges.
 std::vector<SpeedRange> best_at_speeds(const Trials& trials, Goal goal, std::uint64_t block_bytes,
                                        const Machine& machine);
 /// "For a full read: on disks slower than 900 MB/s choose A, else B."

@@ -1,6 +1,6 @@
 // tools/tune/disk_model.h: how long a store takes on a disk, computed from what it stores and from
-// what its pipelines need of the processor. docs/tune.md has the formulas, and the measurements
-// that they rest on. Pinned by tests/tools/tune/disk_model_test.cpp, in closed form.
+// what its pipelines need of the processor. docs/tune.md has the formulas.
+// Pinned by tests/tools/tune/disk_model_test.cpp, in closed form.
 #pragma once
 
 #include <optional>

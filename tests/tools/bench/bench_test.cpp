@@ -125,7 +125,9 @@ TEST_CASE("a warm run is labelled warm and has no ratio to a cold floor") {
 
 TEST_CASE("cold needs both proofs") {
   instrument::DiskFacts disk;
-  Observed observed{.reads_all = true, .asked_cold = true, .before = {1000, 0}};
+  Observed observed;
+  observed.reads_all = observed.asked_cold = true;
+  observed.before = {1000, 0};
   Json result = {{"process_read", 1000}, {"stored", 1000}, {"moved_read", 1000}};
   CHECK(cold_label(disk, observed, result).label == "cold");
   result["process_read"] = 400;  // a cache below the page cache, or pages that came back
