@@ -82,7 +82,8 @@ TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") 
         "none, zstd; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
   CHECK(error_text([&] { validate("sort,lz4"); }) ==
         "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of "
-        "bytedelta, hierarchy, lorenzo, normals, parallelogram, shuffle; plug-ins add others "
+        "bytedelta, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; plug-ins add "
+        "others "
         "(--plugin FILE, "
         "PLAIT_PLUGINS)");
   for (const char* codec : {"zstd:23", "zstd:-131073", "zstd:1x", "zstd: 1", "zstd:99999999999"})

@@ -64,7 +64,7 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
     CHECK(refused.error_lines() == 1);
     CHECK(refused.errors.find(
               "filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
-              "one of bytedelta, hierarchy, lorenzo, normals, parallelogram, shuffle; "
+              "one of bytedelta, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; "
               "plug-ins add others (--plugin FILE, "
               "PLAIT_PLUGINS)") != std::string::npos);
     Names with_plugin = command;

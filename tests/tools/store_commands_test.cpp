@@ -177,8 +177,8 @@ TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
   const Workplace here;
   const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
   CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "zstd"}));
-  CHECK(build["filters"] == nlohmann::json({"bytedelta", "hierarchy", "lorenzo", "normals",
-                                            "parallelogram", "shuffle"}));
+  CHECK(build["filters"] == nlohmann::json({"bytedelta", "hierarchy", "lattice", "lorenzo",
+                                            "normals", "parallelogram", "shuffle"}));
   CHECK(build["schemes"] == nlohmann::json({"loop", "butterfly", "midpoint"}));
   REQUIRE(build["backends"].size() == 5);
   const std::string text = here.plait({"info", "--build"}).output;

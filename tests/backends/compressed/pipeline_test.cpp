@@ -83,7 +83,7 @@ TEST_CASE("Pipeline_AnythingElse_IsRefusedInWordsThatNameIt") {
   CHECK(refusal_of("shuffle", "codec \"shuffle\"") == ErrorCode::kNotSupported);
   CHECK(refusal_of("delta,lz4",
                    "filter \"delta\" of pipeline \"delta,lz4\": expected one of bytedelta, "
-                   "hierarchy, lorenzo, normals, parallelogram, shuffle") ==
+                   "hierarchy, lattice, lorenzo, normals, parallelogram, shuffle") ==
         ErrorCode::kNotSupported);
   CHECK(refusal_of("shuffle+,lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
   CHECK(refusal_of(",lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
