@@ -18,6 +18,11 @@ namespace {
 std::uint64_t most_encoded_bytes(std::uint64_t raw_bytes) {
   return raw_bytes - (raw_bytes + 7) / 8;
 }
+/// What a stored block takes of a file: docs/format.md, "Level files".
+std::uint64_t extent(std::uint64_t bytes) {
+  constexpr std::uint64_t kAlignmentBytes = 512;
+  return (bytes + kAlignmentBytes - 1) / kAlignmentBytes * kAlignmentBytes;
+}
 /// In front of blocks that are encoded from others: the seal of those.
 constexpr std::size_t kSealBytes = 8;
 
@@ -179,7 +184,7 @@ void BlockTrials::run(Filtered& filtered, Codec& codec, const Block& block, Outc
                 fmt::format("tune: block {} of level {} decodes to other bytes", block.number,
                             filtered.level));
   outcome.raw_bytes += static_cast<double>(raw.size());
-  outcome.stored_bytes += static_cast<double>(is_raw ? raw.size() : seal + *encoded);
+  outcome.stored_bytes += static_cast<double>(is_raw ? raw.size() : extent(seal + *encoded));
 }
 
 }  // namespace plait::tune

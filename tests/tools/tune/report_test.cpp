@@ -92,7 +92,11 @@ TEST_CASE("Rows_ThatDoNotDiffer_SaySo") {
 TEST_CASE("Page_RefersToNothingOutside_AndEscapesNames") {
   const Findings made = findings();
   const Advice advice = advise(made);
-  const std::string page = to_html(made, advice);
+  std::string page = to_html(made, advice);
+  // The name of SVG looks like an address; nothing is fetched from there.
+  constexpr std::string_view kNameOfSvg = "http://www.w3.org/2000/svg";
+  for (std::size_t at = 0; (at = page.find(kNameOfSvg)) != std::string::npos;)
+    page.erase(at, kNameOfSvg.size());
   CHECK(page.find("<surface>") == std::string::npos);
   CHECK(page.find("http://") == std::string::npos);
   CHECK(page.find("https://") == std::string::npos);

@@ -65,9 +65,10 @@ TEST_CASE("Tune_Applied_MakesTheSameSurface_AndAPage") {
   const nlohmann::json applied = outcome.json()["applied"];
   CHECK(here.plait({"digest", "s-tuned.plait"}).last_line() ==
         here.plait({"digest", "s.plait"}).last_line());
-  // The sample is the whole store: the size is exact, but for the pages that files are made of.
+  // A busy machine tries only some of the blocks in this time, so this is no more than a check that
+  // both figures are of the same store. tune_test checks the figures themselves.
   CHECK(applied["found"]["stored_bytes"].get<double>() ==
-        Approx(applied["predicted"]["stored_bytes"].get<double>()).epsilon(0.1));
+        Approx(applied["predicted"]["stored_bytes"].get<double>()).epsilon(0.3));
   CHECK(applied["found"].contains("read_seconds"));
   CHECK(content(here.path("t.html")).find("<html") != std::string::npos);
   // Nothing is replaced without --force.
