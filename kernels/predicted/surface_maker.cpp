@@ -108,8 +108,7 @@ void SurfaceMaker<Real>::find_faces(std::uint64_t block, std::vector<FaceId>& fa
     if (!at.is_border()) faces.push_back(at.other.face());
   }
   std::ranges::sort(faces, std::ranges::greater());
-  const auto rest = std::ranges::unique(faces);
-  faces.erase(rest.begin(), rest.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
 }
 
 /// Calls visit(bytes of a record in the block, its numbers) for every record; visit returns false

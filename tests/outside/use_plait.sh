@@ -72,7 +72,7 @@ case $how in
     expected=
     ;;
   subproject)
-    by_cmake plait::plait -DPLAIT_SOURCE="$prefix"
+    by_cmake plait::plait -DPLAIT_SOURCE="$prefix" -DPLAIT_PRECOMPILE=ON
     ;;
   *)
     echo "use_plait: unknown way '$how'" >&2

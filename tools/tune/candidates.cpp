@@ -93,8 +93,7 @@ std::string without_predicted(std::string pipeline) {
 std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes) {
   std::vector<std::uint64_t> sizes = {64u << 10, 256u << 10, 1u << 20, own_block_bytes};
   std::ranges::sort(sizes);
-  const auto repeated = std::ranges::unique(sizes);
-  sizes.erase(repeated.begin(), repeated.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
   return sizes;
 }
 
