@@ -142,7 +142,7 @@ int run(const Settings& settings) {
     for (const double relative : {1e-4, 1e-5, 1e-6}) {
       const double bound = relative * diagonal;
       const auto add = [&](const std::string& way, const LossySize& size) {
-        const double vertices = static_cast<double>(mesh.numbers.size() / 3);
+        const double vertices = static_cast<double>(mesh.numbers.size()) / 3;
         const double bytes = static_cast<double>(size.bytes) / vertices;
         fmt::print("| {} | {:g} | {} | {:.3f} | {:.3f} |\n", surface, relative, way, bytes,
                    size.largest_error / bound);

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Row {
+struct Row {  // NOLINT(bugprone-exception-escape): moving JSON does not throw
   Json cell;
   std::vector<double> seconds, ratios, rates, floor_rates, p99;
   std::set<std::string> labels, doubts;

@@ -43,6 +43,6 @@ void prepare_store(const WorkloadRun& run);
 
 /// The digest of all slots, whichever way the lowest bits are turned; "torn" if they are turned in
 /// one part of a slot and not in another.
-std::string surface_digest(const std::filesystem::path& store, const WorkloadRun& run);
+std::string surface_digest(const std::filesystem::path& path, const WorkloadRun& run);
 
 }  // namespace plait::bench

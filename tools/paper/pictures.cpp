@@ -35,7 +35,7 @@ Image surface_picture(const BaseMesh& mesh, int level, int threads) {
   options.backend = "memory";
   Store store = Store::create({}, lay_out(mesh, LayoutKind::kHilbert), options, default_backends());
   add_base_positions(store);
-  Image picture(2 * kTileWidth, kTileHeight, {255, 255, 255});
+  Image picture(std::size_t{2} * kTileWidth, kTileHeight, {255, 255, 255});
   copy_into(picture, 0, draw_level(store, 0, threads));
   SubdivideOptions how;
   how.executor = ExecutorKind::kFused;

@@ -152,7 +152,7 @@ Choice pick(const Trials& trials, Goal goal, const Machine& machine) {
       return cost(goal, work_of(trials, choice), machine);
     });
   };
-  const Choice best = least(choices);
+  Choice best = least(choices);
   for (const std::uint64_t block_bytes : block_sizes(trials)) {
     const auto none = preset_choice(trials, block_bytes, "none");
     if (none && no_difference(trials, goal, *none, best, machine)) {

@@ -144,6 +144,7 @@ double processors_for(int threads, const std::function<void()>& work) {
   const Stopwatch clock;
   {
     std::vector<std::jthread> others;
+    others.reserve(static_cast<std::size_t>(threads));
     for (int i = 0; i < threads; ++i)
       others.emplace_back([&] {
         for (int call = 0; call < kCalls; ++call) work();
