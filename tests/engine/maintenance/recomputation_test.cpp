@@ -25,10 +25,14 @@ class DamagedSample {
                                 sample_options(backend), default_backends());
     for (const AttributeSchema& schema : {kMade, kOther}) add_sample(store, schema, 3);
     store.commit();
-    for (AttributeId id = 0; id < 2; ++id) damaged_.push_back(store.level_file(id, 3).path);
-    const std::uint64_t offset = store.level_file(0, 3).table[1].offset + 5;
+    // Compressed blocks lie in the order in which threads wrote them, which differs between files.
+    std::vector<std::uint64_t> offsets;
+    for (AttributeId id = 0; id < 2; ++id) {
+      damaged_.push_back(store.level_file(id, 3).path);
+      offsets.push_back(store.level_file(id, 3).table[1].offset + 5);
+    }
     store.close();
-    for (const std::filesystem::path& file : damaged_) flip(file, offset);
+    for (std::size_t id = 0; id < 2; ++id) flip(damaged_[id], offsets[id]);
   }
   std::filesystem::path path() const { return directory_.path() / "s.plait"; }
   const std::filesystem::path& level_file() const { return damaged_[0]; }
