@@ -72,7 +72,7 @@ case $how in
     expected=
     ;;
   subproject)
-    by_cmake plait::plait -DPLAIT_SOURCE="$prefix" -DPLAIT_PRECOMPILE=ON
+    by_cmake plait::plait -DPLAIT_SOURCE="$prefix"
     ;;
   *)
     echo "use_plait: unknown way '$how'" >&2
