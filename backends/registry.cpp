@@ -3,6 +3,7 @@
 #include "compressed/compressed_backend.h"
 #include "memory/memory_backend.h"
 #include "mmap/mmap_backend.h"
+#include "plait/derivation.h"
 #include "pread/pread_backend.h"
 #include "uring/uring_backend.h"
 
@@ -19,6 +20,7 @@ BackendRegistry default_backends(const PipelineRegistry& pipelines) {
   registry.add({"mmap", "raw files, mapped when they are only read", kMmapTraits,
                 open_each_level(open_mmap_backend)});
   registry.add(compressed_backend(pipelines));
+  registry.set_derivations(library_derivations());
   return registry;
 }
 

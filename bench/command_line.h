@@ -40,6 +40,12 @@ inline Option* add_number_option(CommandLine& app, const char* name, int& value,
                                  int last, const std::string& description) {
   return app.add_option(name, value, description)->range(first, last)->capture_default_str();
 }
+/// Of a surface that is made from an octahedron.
+inline void add_surface_options(CommandLine& app, int& refinements, int& level) {
+  add_number_option(app, "--refinements", refinements, 0, 9,
+                    "How often an octahedron is refined to be the base mesh");
+  add_number_option(app, "--level", level, 1, 10, "The finest level");
+}
 inline void add_runs_option(CommandLine& app, int& runs) {
   add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
 }

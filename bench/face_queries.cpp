@@ -210,9 +210,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_face_queries", "Faces in a box and along a ray", count, words,
       [&](CommandLine& app) {
-        add_number_option(app, "--refinements", settings.refinements, 0, 9,
-                          "Refinements of the octahedron that give the base mesh");
-        add_number_option(app, "--level", settings.level, 1, 10, "The finest level of the store");
+        add_surface_options(app, settings.refinements, settings.level);
         app.add_option("--layouts", settings.layouts, "Orders of the faces, several with commas")
             ->delimiter(',');
         add_number_option(app, "--queries", settings.queries, 1, 100000000, "Queries of a run");

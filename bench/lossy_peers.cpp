@@ -7,6 +7,12 @@
 #include <draco/compression/decode.h>
 #include <draco/compression/encode.h>
 #endif
+#if defined(PLAIT_BENCH_OPENCTM)
+#include <openctm.h>
+
+#include <cstring>
+#include <memory>
+#endif
 
 namespace plait::bench {
 namespace {
@@ -62,7 +68,8 @@ void fill_draco_mesh(const LossyMesh& mesh, draco::Mesh& made) {
   position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
   const int id = made.AddAttribute(position, true, made.num_points());
   for (std::uint32_t i = 0; i < made.num_points(); ++i)
-    made.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &mesh.numbers[3 * i]);
+    made.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i),
+                                          &mesh.numbers[std::size_t{3} * i]);
   made.SetNumFaces(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
     made.SetFace(draco::FaceIndex(i),
@@ -93,7 +100,7 @@ double draco_error(const LossyMesh& mesh, const draco::Mesh& made, int bits) {
       decoded.value()->GetNamedAttribute(draco::GeometryAttribute::POSITION);
   std::vector<float> back(mesh.numbers.size());
   for (std::uint32_t i = 0; i < back.size() / 3; ++i)
-    position->GetMappedValue(draco::PointIndex(i), &back[3 * i]);
+    position->GetMappedValue(draco::PointIndex(i), &back[std::size_t{3} * i]);
   return largest_error(mesh.numbers, back);
 }
 
@@ -112,6 +119,84 @@ LossyPeer draco_peer() {
 }
 #endif
 
+#if defined(PLAIT_BENCH_OPENCTM)
+struct FreeCtm {
+  void operator()(void* context) const { ctmFreeContext(context); }
+};
+using Ctm = std::unique_ptr<void, FreeCtm>;
+
+CTMuint CTMCALL append(const void* from, CTMuint count, void* to) {
+  auto& bytes = *static_cast<std::vector<char>*>(to);
+  bytes.insert(bytes.end(), static_cast<const char*>(from), static_cast<const char*>(from) + count);
+  return count;
+}
+
+struct CtmReader {
+  const std::vector<char>& bytes;
+  std::size_t at = 0;
+};
+CTMuint CTMCALL take(void* to, CTMuint count, void* from) {
+  auto& reader = *static_cast<CtmReader*>(from);
+  const std::size_t some = std::min<std::size_t>(count, reader.bytes.size() - reader.at);
+  std::memcpy(to, reader.bytes.data() + reader.at, some);
+  reader.at += some;
+  return static_cast<CTMuint>(some);
+}
+
+/// Empty if the library refuses. With `numbers`, each vertex also has its number, because the
+/// library sorts vertices.
+std::vector<char> ctm_encode(const LossyMesh& mesh, double precision, int level,
+                             const std::vector<float>* numbers) {
+  const Ctm ctm(ctmNewContext(CTM_EXPORT));
+  ctmDefineMesh(ctm.get(), mesh.numbers.data(), static_cast<CTMuint>(mesh.numbers.size() / 3),
+                mesh.triangles.front().data(), static_cast<CTMuint>(mesh.triangles.size()),
+                nullptr);
+  ctmCompressionMethod(ctm.get(), CTM_METHOD_MG2);
+  ctmCompressionLevel(ctm.get(), static_cast<CTMuint>(level));
+  ctmVertexPrecision(ctm.get(), static_cast<float>(precision));
+  if (numbers != nullptr)
+    ctmAttribPrecision(ctm.get(), ctmAddAttribMap(ctm.get(), numbers->data(), "number"), 1);
+  std::vector<char> bytes;
+  ctmSaveCustom(ctm.get(), append, &bytes);
+  if (ctmGetError(ctm.get()) != CTM_NONE) bytes.clear();
+  return bytes;
+}
+
+double ctm_error(const LossyMesh& mesh, double precision) {
+  const std::size_t count = mesh.numbers.size() / 3;
+  std::vector<float> numbers(4 * count);
+  for (std::size_t i = 0; i < count; ++i) numbers[4 * i] = static_cast<float>(i);
+  const std::vector<char> bytes = ctm_encode(mesh, precision, 1, &numbers);
+  const Ctm ctm(ctmNewContext(CTM_IMPORT));
+  CtmReader reader{bytes};
+  ctmLoadCustom(ctm.get(), take, &reader);
+  if (ctmGetError(ctm.get()) != CTM_NONE || ctmGetInteger(ctm.get(), CTM_VERTEX_COUNT) != count)
+    return INFINITY;
+  const float* const vertices = ctmGetFloatArray(ctm.get(), CTM_VERTICES);
+  const float* const places = ctmGetFloatArray(ctm.get(), CTM_ATTRIB_MAP_1);
+  std::vector<float> back(mesh.numbers.size(), INFINITY);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto place = static_cast<std::size_t>(std::lround(places[4 * i]));
+    if (place < count) std::copy_n(vertices + 3 * i, 3, back.data() + 3 * place);
+  }
+  return largest_error(mesh.numbers, back);
+}
+
+LossyPeer open_ctm() {
+  return {"OpenCTM, MG2, level 9", [](const LossyMesh& mesh, double bound) {
+            // Coordinates become multiples of the precision, so half of it is the error; rounding
+            // adds a little.
+            for (double precision = 2 * bound; precision > bound / 8; precision *= 0.95) {
+              const double error = ctm_error(mesh, precision);
+              if (error > bound) continue;
+              if (const auto bytes = ctm_encode(mesh, precision, 9, nullptr); !bytes.empty())
+                return std::optional(LossySize{bytes.size(), error});
+            }
+            return std::optional<LossySize>();
+          }};
+}
+#endif
+
 }  // namespace
 
 std::vector<LossyPeer> lossy_peers() {
@@ -121,6 +206,9 @@ std::vector<LossyPeer> lossy_peers() {
 #endif
 #if defined(PLAIT_BENCH_DRACO)
   peers.push_back(draco_peer());
+#endif
+#if defined(PLAIT_BENCH_OPENCTM)
+  peers.push_back(open_ctm());
 #endif
   return peers;
 }

@@ -176,9 +176,7 @@ int main(int count, char** words) {
   return run_program(
       "plait_bench_lossy_sizes", "Size of rounded positions, beside other libraries", count, words,
       [&](CommandLine& app) {
-        add_number_option(app, "--refinements", settings.refinements, 0, 8,
-                          "How often an octahedron is refined to be the base mesh");
-        add_number_option(app, "--level", settings.level, 1, 8, "The finest level");
+        add_surface_options(app, settings.refinements, settings.level);
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },

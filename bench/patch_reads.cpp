@@ -1,9 +1,9 @@
-// How long does it take to read a patch, compared with a plain copy of as many bytes out of a
-// mapped file?
+// How long does a program wait for a patch that is in memory, compared with a plain copy of as many
+// bytes out of a mapped file? (Patches that come from a disk: plait bench run --workload
+// patch-random,patch-zipf.)
 //
 //   plait_bench_patch_reads [--level 5] [--refinements 5] [--backend pread,mmap] [--threads 1,2,8]
 //                           [--budget MIB] [--reads 20000] [--runs 5] [--directory .] [--json FILE]
-//   plait_bench_patch_reads --cold [--block KIB] [--io-threads N] ...
 //
 // Each read pins the positions of one patch and copies them in row order. The patches are random:
 // all are equally likely (uniform), or the n-th of them has a weight of 1/n (Zipf). The floor
@@ -11,15 +11,6 @@
 // memory. All threads read by one Reader. With a budget that holds the whole store (0, the default)
 // everything is read once before the time begins; with a smaller budget the blocks come from the
 // page cache or the disk. The program prints a Markdown table of medians over the runs.
-//
-// With --cold, the store is four times larger than the memory of the process (cgroup version 1; the
-// program says so if it may not set a limit), and the budget is smaller still. Each run is a
-// process, which begins with a cold page cache, and fills its budget before the time begins. The
-// figure is the bytes of all blocks that the reader read, over the time. The floor is fio, which
-// reads random blocks of the same size in the same way and under the same limit: for uring past the
-// page cache, with as many blocks in flight for each thread as a patch lacks on average; for pread
-// through the page cache, each block once, with one job more than threads, for the I/O thread. The
-// table also has the bytes that came from the disk, as a part of those of the blocks.
 #include <fmt/format.h>
 #include <sys/mman.h>
 
@@ -28,7 +19,6 @@
 #include <string>
 #include <vector>
 
-#include "cold_patch_reads.h"
 #include "command_line.h"
 #include "plait/backends/registry.h"
 #include "plait/file.h"
@@ -43,30 +33,12 @@ using namespace plait::bench;
 namespace fs = std::filesystem;
 
 struct Settings {
-  bool cold = false;
-  int level = 5, refinements = 5, runs = 5, reads = 20000, io_threads = -1;
+  int level = 5, refinements = 5, runs = 5, reads = 20000;
   std::vector<int> threads = {1, 2, 8};
   std::vector<std::string> backends = {"pread", "mmap"};
   std::uint64_t budget_mebibytes = 0, block_kibibytes = StoreOptions().block_bytes >> 10;
   std::string directory = ".", json;
 };
-
-/// --cold has other defaults.
-ColdSettings cold_settings(const CommandLine& app, const Settings& settings) {
-  ColdSettings cold;
-  cold.level = settings.level;
-  cold.runs = settings.runs;
-  cold.threads = settings.threads;
-  cold.block_kibibytes = settings.block_kibibytes;
-  cold.budget_mebibytes = settings.budget_mebibytes;
-  cold.io_threads = settings.io_threads;
-  cold.directory = settings.directory;
-  cold.json = settings.json;
-  if (app.given("--refinements")) cold.refinements = settings.refinements;
-  if (app.given("--reads")) cold.reads = settings.reads;
-  if (app.given("--backend")) cold.backends = settings.backends;
-  return cold;
-}
 
 struct Row {
   std::string backend, distribution;
@@ -146,7 +118,6 @@ int run(const Settings& settings) {
     OpenOptions open;
     open.budget_bytes =
         settings.budget_mebibytes == 0 ? std::uint64_t{1} << 34 : settings.budget_mebibytes << 20;
-    if (settings.io_threads >= 0) open.io_threads = settings.io_threads;
     const Store store = Store::open(path, open, backends);
     const Reader reader(store);
     const Mapping mapping(store.level_file(0, settings.level).path);
@@ -197,19 +168,12 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  const CommandLine* parsed = nullptr;
   return run_program(
       "plait_bench_patch_reads", "Reads of random patches", count, words,
       [&](CommandLine& app) {
-        parsed = &app;
-        app.add_flag("--cold", settings.cold,
-                     "A store four times larger than memory. Other defaults: --backend "
-                     "pread,uring, --refinements 7, --reads 4000");
         app.add_option("--block", settings.block_kibibytes, "Size of a block, KiB")
             ->range(4, 1 << 20)
             ->capture_default_str();
-        add_number_option(app, "--io-threads", settings.io_threads, -1, 64,
-                          "Threads that read beside the caller; -1: the store's default");
         add_number_option(app, "--level", settings.level, 1, 10, "The level of the patches");
         add_number_option(app, "--refinements", settings.refinements, 0, 9,
                           "Refinements of the octahedron that give the base mesh");
@@ -219,14 +183,12 @@ int main(int count, char** words) {
             ->delimiter(',')
             ->range(1, 64);
         app.add_option("--budget", settings.budget_mebibytes,
-                       "Budget for blocks in memory, MiB; 0: enough for the whole store (--cold: "
-                       "five eighths of the memory)")
+                       "Budget for blocks in memory, MiB; 0: enough for the whole store")
             ->range(0, 1 << 20);
         add_number_option(app, "--reads", settings.reads, 64, 100000000, "Reads of all threads");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);
         add_json_option(app, settings.json);
       },
-      [&] { return settings.cold ? run_cold(cold_settings(*parsed, settings)) : run(settings); },
-      &settings.directory);
+      [&] { return run(settings); }, &settings.directory);
 }

@@ -210,13 +210,9 @@ int main(int count, char** words) {
       "plait_bench_rows", "Rows of the fused executor on every instruction set", count, words,
       [&](CommandLine& app) {
         app.add_option("--only", settings.only, "Only rows whose name contains this text");
-        app.add_option("--points", settings.points, "Points of a row")
-            ->range(1, 1024)
-            ->capture_default_str();
-        app.add_option("--runs", settings.runs, "Turns; the figures are medians of all turns")
-            ->range(1, 1000)
-            ->capture_default_str();
-        app.add_option("--json", settings.json, "Also write the figures to this file");
+        add_number_option(app, "--points", settings.points, 1, 1024, "Points of a row");
+        add_runs_option(app, settings.runs);
+        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -30,7 +30,7 @@ for program in "$programs"/plait_bench_*; do
   [ "$status" -eq 2 ] || fail "$name --no-such-option: expected status 2, found $status"
 done
 
-for name in loop_to_disk at_overhead sweep_rmw; do
+for name in at_overhead patch_reads; do
   mkdir "$work/$name"
   "$programs/plait_bench_$name" --runs 1000 --directory "$work/$name" >/dev/null 2>&1 &
   running=$!

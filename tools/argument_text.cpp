@@ -130,4 +130,18 @@ std::string format_count(std::uint64_t count) {
   return text;
 }
 
+std::string shell_word(std::string_view word) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:=@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string_view::npos)
+    return std::string(word);
+  std::string text = "'";
+  for (const char character : word)
+    if (character == '\'')
+      text += "'\\''";
+    else
+      text += character;
+  return text + "'";
+}
+
 }  // namespace plait

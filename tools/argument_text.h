@@ -1,5 +1,5 @@
-// tools/argument_text.h: reads values from the text of the command line, and writes quantities as
-// text.
+// tools/argument_text.h: reads values from the text of the command line, and writes quantities and
+// words of a command line as text.
 #pragma once
 
 #include <cstdint>
@@ -40,5 +40,10 @@ void require_extension(std::string_view verb, const std::filesystem::path& path,
 
 /// "26,016".
 std::string format_count(std::uint64_t count);
+
+/// A word of a command that a user can paste into a POSIX shell: `word` itself, or in quotes if it
+/// is empty or has a character that a shell could treat in a special way.
+/// Pinned by tests/tools/arguments_test.cpp.
+std::string shell_word(std::string_view word);
 
 }  // namespace plait

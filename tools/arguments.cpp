@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "plait/backends/compression.h"
+#include "compress_arguments.h"
 #include "plait/backends/pipeline.h"
 #include "plait/byte_text.h"
 #include "plait/edge_index.h"
@@ -74,7 +74,8 @@ Option* add_compress_option(CommandLine& command, std::vector<std::string>& text
   return command
       .add_option("--compress", texts,
                   "How blocks are compressed: a preset or a pipeline (see below), for all "
-                  "attributes or as ATTRIBUTE=...; may be repeated")
+                  "attributes and levels or as ATTRIBUTE=..., @LEVELS=... or "
+                  "ATTRIBUTE@LEVELS=...; may be repeated")
       ->allow_extra_args(false)
       ->type_name("PRESET|[FILTER+FILTER,]CODEC[:LEVEL]");
 }
@@ -90,9 +91,9 @@ Option* add_max_error_option(CommandLine& command, std::vector<std::string>& tex
 
 std::function<std::string(const AttributeSchema&)> pipelines_of(
     const std::vector<std::string>& texts) {
-  Compression compression;
-  for (const std::string& text : texts) compression.add(text);
-  return [compression](const AttributeSchema& schema) { return compression.pipeline_of(schema); };
+  return [compression = compression_of(texts)](const AttributeSchema& schema) {
+    return compression.pipeline_of(schema);
+  };
 }
 
 std::string compression_help() {
@@ -103,9 +104,17 @@ std::string compression_help() {
     text += fmt::format("  {:<12} {}: {}\n", preset.name, preset_pipeline(preset.name, position),
                         preset.summary);
   const PipelineRegistry& pipelines = default_pipelines();
+  text +=
+      "normal=derived, with any backend: normals are not stored; reading computes them from the\n"
+      "positions.\n";
   text += fmt::format("Filters: {}. Codecs: {}. Plug-ins add others.\n",
                       fmt::join(pipelines.filter_names(), ", "),
                       fmt::join(pipelines.codec_names(), ", "));
+  text +=
+      "--compress position@1-3=shuffle,zstd:19 is for levels 1 to 3, @6-=fast for level 6 and all\n"
+      "finer ones. A text that names the attribute goes before one that does not, then the "
+      "smaller\n"
+      "range of levels before the larger, then the later text before the earlier.\n";
   return text;
 }
 

@@ -17,7 +17,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct BenchCompareArguments {
   std::filesystem::path before, after;
   double threshold = 0.05;
 };
@@ -40,7 +40,7 @@ double parse_threshold(std::string text) {
   return value;
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_compare(const BenchCompareArguments& arguments, const CommandContext& context) {
   const bench::RunSet before = bench::read_runs({arguments.before});
   const bench::RunSet after = bench::read_runs({arguments.after});
   const bench::Comparison comparison = bench::compare(before, after, arguments.threshold);
@@ -56,7 +56,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_bench_compare_command(CommandLine& bench, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BenchCompareArguments>();
   CommandLine* command = bench.add_subcommand("compare", "Say whether B is slower than A");
   command->add_option("A", arguments->before, "Records of `plait bench run` from before")
       ->required();
@@ -83,7 +83,7 @@ void add_bench_compare_command(CommandLine& bench, CommandContext& context) {
       "  plait bench compare main.jsonl branch.jsonl\n"
       "  plait bench compare main.jsonl branch.jsonl --threshold 10% --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_compare(*arguments, context); };
   });
 }
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "argument_text.h"
 #include "arguments.h"
 #include "bench/bench_commands.h"
 #include "bench/findings.h"
-#include "bench/findings_page.h"
 #include "bench/read_runs.h"
 #include "console.h"
 #include "interrupt.h"
@@ -21,36 +21,19 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct BenchReportArguments {
   std::vector<std::filesystem::path> runs;
   std::filesystem::path html;
   bool force = false;
 };
 
-/// A word of a command for a shell.
-std::string quoted(const std::string& word) {
-  const bool plain =
-      !word.empty() &&
-      word.find_first_not_of(
-          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:=+,-@%") ==
-          std::string::npos;
-  if (plain) return word;
-  std::string text = "'";
-  for (const char character : word)
-    if (character == '\'')
-      text += "'\\''";
-    else
-      text += character;
-  return text + "'";
-}
-
-std::string command_of(const Arguments& arguments) {
+std::string command_of(const BenchReportArguments& arguments) {
   std::string command = "plait bench report";
-  for (const auto& file : arguments.runs) command += fmt::format(" {}", quoted(file.native()));
-  return command + " --html " + quoted(arguments.html.native());
+  for (const auto& file : arguments.runs) command += fmt::format(" {}", shell_word(file.native()));
+  return command + " --html " + shell_word(arguments.html.native());
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_report(const BenchReportArguments& arguments, const CommandContext& context) {
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
   if (!arguments.html.empty()) {
     PartialFile::check(arguments.html, existing);
@@ -76,18 +59,8 @@ int run(const Arguments& arguments, const CommandContext& context) {
 
 }  // namespace
 
-void write_report_page(const std::filesystem::path& path, Existing existing,
-                       const bench::RunSet& set, const bench::Findings& findings,
-                       const std::string& command) {
-  PartialFile page(path, existing);
-  const std::string text = bench::to_page(set, findings, command);
-  build_output(page, [&] { page.file().write_at(0, std::as_bytes(std::span(text))); });
-  throw_if_interrupted();
-  page.publish();
-}
-
 void add_bench_report_command(CommandLine& bench, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BenchReportArguments>();
   CommandLine* command = bench.add_subcommand("report", "Show what records of runs say");
   command->add_option("RUNS", arguments->runs, "Files of `plait bench run`, from any machine")
       ->required();
@@ -106,7 +79,7 @@ void add_bench_report_command(CommandLine& bench, CommandContext& context) {
       "  plait bench report runs.jsonl\n"
       "  plait bench report nvme.jsonl nfs.jsonl --html report.html");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_report(*arguments, context); };
   });
 }
 

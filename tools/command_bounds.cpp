@@ -19,13 +19,13 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct BoundsArguments {
   std::filesystem::path store;
   std::string attribute = "position";
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
 };
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_bounds(const BoundsArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
@@ -52,7 +52,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_bounds_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BoundsArguments>();
   CommandLine* command =
       program.add_subcommand("bounds", "Write where the patches of a store are, for its readers");
   command->add_option("STORE", arguments->store, "The store")->required();
@@ -74,7 +74,7 @@ void add_bounds_command(CommandLine& program, CommandContext& context) {
       "  plait bounds surface.plait\n"
       "  plait bounds surface.plait --attribute smoothed --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_bounds(*arguments, context); };
   });
 }
 

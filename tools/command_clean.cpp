@@ -18,7 +18,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct CleanArguments {
   std::filesystem::path directory;
   bool dry_run = false;
 };
@@ -28,7 +28,7 @@ struct Cleaned {
   bool removed = false;  ///< with --dry-run: whether it could be
 };
 
-std::string text_of(const Cleaned& cleaned, bool dry_run) {
+std::string cleaned_text(const Cleaned& cleaned, bool dry_run) {
   const LeftOver& left_over = cleaned.left_over;
   const std::string figures = fmt::format("{} ({})", left_over.name, format_bytes(left_over.bytes));
   if (left_over.in_use) return fmt::format("in use: {}\n", figures);
@@ -37,7 +37,7 @@ std::string text_of(const Cleaned& cleaned, bool dry_run) {
                      fmt::join(left_over.foreign, ", "));
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_clean(const CleanArguments& arguments, const CommandContext& context) {
   const Directory directory(arguments.directory);
   std::vector<Cleaned> all;
   std::uint64_t removed_bytes = 0, removed_count = 0;
@@ -69,7 +69,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
     return kExitDone;
   }
   std::string text;
-  for (const Cleaned& cleaned : all) text += text_of(cleaned, arguments.dry_run);
+  for (const Cleaned& cleaned : all) text += cleaned_text(cleaned, arguments.dry_run);
   print(text + fmt::format("{}: {} of killed runs {}, {}\n", arguments.directory.native(),
                            removed_count, arguments.dry_run ? "can be removed" : "removed",
                            format_bytes(removed_bytes)));
@@ -79,7 +79,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_clean_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CleanArguments>();
   CommandLine* command =
       program.add_subcommand("clean", "Remove files that killed runs left in a directory");
   command->add_option("DIR", arguments->directory, "The directory of the outputs")->required();
@@ -96,7 +96,7 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
       "  plait clean /scratch/surfaces\n"
       "  plait clean . --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_clean(*arguments, context); };
   });
 }
 

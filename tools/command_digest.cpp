@@ -18,14 +18,14 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct DigestArguments {
   std::filesystem::path store;
   int level = -1;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
   int threads = default_thread_count();
 };
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_digest(const DigestArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
@@ -53,7 +53,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_digest_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DigestArguments>();
   CommandLine* command =
       program.add_subcommand("digest", "Print a number computed from all records of a store");
   command->add_option("STORE", arguments->store, "The store")->required();
@@ -70,7 +70,7 @@ void add_digest_command(CommandLine& program, CommandContext& context) {
       "  plait digest surface.plait\n"
       "  plait digest surface.plait --level 3 --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_digest(*arguments, context); };
   });
 }
 

@@ -12,11 +12,14 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
 #include "command.h"
+#include "compress_arguments.h"
 #include "console.h"
+#include "copy_arguments.h"
+#include "derived_attributes.h"
 #include "interrupt.h"
 #include "measure.h"
+#include "plait/attribute_levels.h"
 #include "plait/byte_text.h"
 #include "plait/copy_levels.h"
 #include "plait/kernels/displace.h"
@@ -29,14 +32,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
-  std::filesystem::path from, to;
-  std::string backend;                ///< empty: the same as the source
-  std::vector<std::string> compress;  ///< empty: the same as the source
-  std::uint64_t block_bytes = 0;      ///< 0: the same as the source
-  std::uint64_t memory_bytes = StoreOptions().budget_bytes;
-  int threads = default_thread_count();
-  bool force = false;
+struct DisplaceArguments : CopyArguments {
   std::string kind = "noise";
   std::optional<double> amplitude;
   std::uint64_t seed = 1;
@@ -45,7 +41,7 @@ struct Arguments {
 // Noise as that of a fine scanner: 5 to 8 units in the last place of a float32.
 constexpr double kNoiseAmplitude = 3e-7, kFractalAmplitude = 0.005;
 
-DisplaceOptions displacement(const Arguments& arguments, Progress& progress) {
+DisplaceOptions displacement(const DisplaceArguments& arguments, Progress& progress) {
   DisplaceOptions options;
   options.kind = displacement_from_name(arguments.kind);
   options.amplitude = arguments.amplitude.value_or(
@@ -58,53 +54,38 @@ DisplaceOptions displacement(const Arguments& arguments, Progress& progress) {
   return options;
 }
 
-using PipelineOf = std::function<std::string(const AttributeSchema&)>;
+using PipelineOfAttribute = std::function<std::string(const AttributeSchema&)>;
 
 /// The options of the copy: those of the source, unless an argument changes them. Until the
 /// vertices have moved, its levels have the backend's own pipeline, which needs no other blocks.
-StoreOptions options_of_copy(const Arguments& arguments, const Store& source,
+StoreOptions options_of_copy(const DisplaceArguments& arguments, const Store& source,
                              const BackendRegistry& backends) {
   StoreOptions options = source.options();
-  if (!arguments.backend.empty())
-    options.backend = arguments.backend;
-  else if (!arguments.compress.empty())
-    options.backend = "compressed";
-  const BackendRegistry::Entry& backend = backends.find(options.backend);
-  if (!backend.traits.durable)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("displace: backend {} writes no files", backend.name));
-  if (!backend.traits.compressed && !arguments.compress.empty())
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("displace: --compress needs a backend that compresses, and {} does "
-                            "not: add --backend compressed",
-                            backend.name));
-  backend.validate(BackendRegistry::options_in(options.backend));
-  options.pipeline = backend.default_pipeline;
+  options.backend = choose_backend_of_copy(arguments, source, backends).name;
+  options.pipeline =
+      find_backend_of_copy(arguments, options.backend, "displace", backends).default_pipeline;
   options.pipeline_of = {};
-  if (arguments.block_bytes != 0) options.block_bytes = arguments.block_bytes;
-  options.budget_bytes = arguments.memory_bytes / 2;
-  options.durability = Durability::kCommit;
-  std::error_code ignored;
-  if (std::filesystem::equivalent(arguments.from, arguments.to, ignored))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("displace {}: source and copy are the same", arguments.from.native()));
+  set_common_options(arguments, options);
   return options;
 }
 
 /// The pipelines of the finished copy, by the names of attributes.
-std::map<std::string, std::string> pipelines_of_copy(const Arguments& arguments,
+std::map<std::string, std::string> pipelines_of_copy(const DisplaceArguments& arguments,
                                                      const Store& source,
                                                      const BackendRegistry::Entry& backend) {
   std::map<std::string, std::string> pipelines;
   if (!backend.traits.compressed) return pipelines;
-  PipelineOf chosen;
-  if (!arguments.compress.empty()) chosen = pipelines_of(arguments.compress);
+  PipelineOfAttribute chosen;
+  if (!arguments.compress.empty()) chosen = pipelines_of(arguments.compress, source);
   for (AttributeId id = 0; id < source.attributes().size(); ++id) {
     const auto& [schema, finest] = source.attributes()[id];
     if (finest == source.base_level()) continue;
+    // The copy derives what the source derives.
+    if (!source.derivation(id).empty() && !is_compressed_by(arguments.compress, schema.name))
+      continue;
     std::string& pipeline = pipelines[schema.name];
     pipeline = chosen                               ? chosen(schema)
-               : source.backend_traits().compressed ? source.level_file(id, finest).pipeline
+               : source.backend_traits().compressed ? pipelines_of_levels(source, id)
                                                     : backend.default_pipeline;
     backend.validate_pipeline(pipeline, schema);
   }
@@ -115,18 +96,19 @@ void encode_anew(Store& store, const std::map<std::string, std::string>& pipelin
                  Progress& progress) {
   // Normals are encoded from positions, which come earlier.
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-    const auto& [schema, finest] = store.attributes()[id];
-    const auto pipeline = pipelines.find(schema.name);
-    if (pipeline == pipelines.end() || store.level_file(id, finest).pipeline == pipeline->second)
-      continue;
-    recode_attribute(store, id, pipeline->second, [&](std::uint64_t done, std::uint64_t total) {
+    const auto pipeline = pipelines.find(store.attributes()[id].schema.name);
+    if (pipeline == pipelines.end() || pipelines_of_levels(store, id) == pipeline->second) continue;
+    RecodeOptions options;
+    options.proceed = [&](std::uint64_t done, std::uint64_t total) {
       return progress.update(done, total, "encode");
-    });
+    };
+    recode_attribute(store, id, pipeline->second, options);
   }
 }
 
-void print_report(const DisplaceOptions& options, const Displaced& displaced,
-                  const std::filesystem::path& store, std::uint64_t stored_bytes, double seconds) {
+void print_displace(const DisplaceOptions& options, const Displaced& displaced,
+                    const std::filesystem::path& store, std::uint64_t stored_bytes,
+                    double seconds) {
   const std::string waves =
       displaced.wavelengths.empty()
           ? ""
@@ -139,8 +121,8 @@ void print_report(const DisplaceOptions& options, const Displaced& displaced,
                   displaced.largest_move, displaced.diagonal, format_bytes(stored_bytes), seconds));
 }
 
-nlohmann::ordered_json json_report(const Arguments& arguments, const DisplaceOptions& options,
-                                   const Displaced& displaced) {
+nlohmann::ordered_json displace_json(const DisplaceArguments& arguments,
+                                     const DisplaceOptions& options, const Displaced& displaced) {
   nlohmann::ordered_json report = {
       {"from", arguments.from.string()}, {"kind", to_string(options.kind)},
       {"amplitude", options.amplitude},  {"seed", options.seed},
@@ -152,14 +134,11 @@ nlohmann::ordered_json json_report(const Arguments& arguments, const DisplaceOpt
   return report;
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_displace(const DisplaceArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   Progress progress("displace", ProgressUnit::kNone);
   const DisplaceOptions how = displacement(arguments, progress);
-  OpenOptions open;
-  // The two stores share the budget of --memory.
-  open.budget_bytes = arguments.memory_bytes / 2;
-  Store source = Store::open(arguments.from, open, context.open_backends);
+  Store source = open_source(arguments, context);
   const StoreOptions options = options_of_copy(arguments, source, context.backends);
   const auto pipelines =
       pipelines_of_copy(arguments, source, context.backends.find(options.backend));
@@ -185,10 +164,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
   output.publish(true, report_warning);
 
   if (!context.json) {
-    print_report(how, displaced, output.final_path(), stored_bytes, clock.seconds());
+    print_displace(how, displaced, output.final_path(), stored_bytes, clock.seconds());
     return kExitDone;
   }
-  nlohmann::ordered_json report = json_report(arguments, how, displaced);
+  nlohmann::ordered_json report = displace_json(arguments, how, displaced);
   report["store"] = output.final_path().string();
   report["backend"] = options.backend;
   report["stored_bytes"] = stored_bytes;
@@ -200,11 +179,10 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_displace_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<DisplaceArguments>();
   CommandLine* command = program.add_subcommand(
       "displace", "Copy a store and move its vertices, by noise or by a fractal");
-  command->add_option("STORE", arguments->from, "The store to copy")->required();
-  add_output_option(*command, "OUT", arguments->to, "The store to make")->required();
+  add_copy_options(*command, context, *arguments, "Worker threads");
   command->add_option("--kind", arguments->kind, "noise or fractal")->capture_default_str();
   command
       ->add_option("--amplitude", arguments->amplitude,
@@ -214,18 +192,6 @@ void add_displace_command(CommandLine& program, CommandContext& context) {
   add_whole_option(*command, "--seed", arguments->seed, 0,
                    std::numeric_limits<std::uint64_t>::max(), "Each seed gives another surface")
       ->default_str(std::to_string(arguments->seed));
-  command->add_option("--backend", arguments->backend, "The backend of the copy (see below)")
-      ->default_str("as in STORE");
-  add_compress_option(*command, arguments->compress);
-  add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O, a power of two")
-      ->default_str("as in STORE");
-  add_size_option(*command, "--memory", arguments->memory_bytes,
-                  "Budget for blocks in memory, half of it for each store");
-  add_threads_option(*command, arguments->threads, "Worker threads");
-  command->add_flag("--force", arguments->force,
-                    "Replace OUT if it is a store, when the new store is complete");
-  add_plugin_option(*command, context);
-  add_json_option(*command, context);
   command->footer(
       backend_help(context.backends) + compression_help() +
       "\n"
@@ -239,7 +205,7 @@ void add_displace_command(CommandLine& program, CommandContext& context) {
       "  plait displace surface.plait scanned.plait --amplitude 3e-7\n"
       "  plait displace surface.plait rocks.plait --kind fractal --amplitude 0.01 --seed 7");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_displace(*arguments, context); };
   });
 }
 

@@ -23,14 +23,14 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::filesystem::path store, output;
   int level = -1;
   std::vector<std::string> attributes;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
 };
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_export(const ExportArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   ExportOptions options;
   options.format = export_format(arguments.output);
@@ -76,7 +76,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_export_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   CommandLine* command =
       program.add_subcommand("export", "Write one level of a store as a mesh file");
   command->add_option("STORE", arguments->store, "The store")->required();
@@ -103,7 +103,7 @@ void add_export_command(CommandLine& program, CommandContext& context) {
       "  plait export surface.plait surface.ply --attribute normal\n"
       "  plait export surface.plait coarse.obj.gz --level 2");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_export(*arguments, context); };
   });
 }
 

@@ -23,14 +23,14 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct GenerateArguments {
   std::string kind;
   std::filesystem::path output;
   std::uint64_t vertices = 26016, seed = 1;
   bool force = false;
 };
 
-IndexedMesh generate_with_progress(GeneratorKind kind, const Arguments& arguments,
+IndexedMesh generate_with_progress(GeneratorKind kind, const GenerateArguments& arguments,
                                    const CommandContext& context) {
   const EndAtOnce nothing_is_made_yet(context.json);
   Progress progress("generate", ProgressUnit::kNone);
@@ -40,7 +40,7 @@ IndexedMesh generate_with_progress(GeneratorKind kind, const Arguments& argument
   });
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_generate(const GenerateArguments& arguments, const CommandContext& context) {
   const GeneratorKind kind = generator_from_name(arguments.kind);
   require_extension("generate", arguments.output, ".ply");
   const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
@@ -73,7 +73,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_generate_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<GenerateArguments>();
   CommandLine* command = program.add_subcommand("generate", "Make a base mesh from a seed");
   command->add_option("KIND", arguments->kind, "molecule, torus, icosphere or open-sheet")
       ->required();
@@ -94,7 +94,7 @@ void add_generate_command(CommandLine& program, CommandContext& context) {
       "  plait generate molecule molecule.ply --vertices 26016 --seed 1\n"
       "  plait generate open-sheet sheet.ply --vertices 5000 --force");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_generate(*arguments, context); };
   });
 }
 

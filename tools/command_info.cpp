@@ -6,12 +6,14 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "arguments.h"
 #include "build_report.h"
 #include "command.h"
 #include "console.h"
+#include "plait/backends/choose_backend.h"
 #include "plait/byte_text.h"
 #include "plait/store.h"
 #include "rounding_report.h"
@@ -41,7 +43,7 @@ Json level_report(const LevelFile& file, int level) {
   for (const BlockEntry& entry : file.table.entries()) {
     never_written += entry.encoding == BlockEncoding::kNeverWritten ? 1 : 0;
     raw += entry.encoding == BlockEncoding::kRaw ? 1 : 0;
-    predicted += entry.encoding == BlockEncoding::kPredicted ? 1 : 0;
+    predicted += entry.encoding == BlockEncoding::kPredicted && !file.is_derived ? 1 : 0;
   }
   return {{"level", level},
           {"pipeline", file.pipeline},
@@ -56,23 +58,38 @@ Json level_report(const LevelFile& file, int level) {
           {"slots_per_block", std::uint64_t{1} << file.geometry.slots_per_block_log2()}};
 }
 
+/// Ranges of levels with the same pipeline, coarser ones first.
+Json pipelines_report(Store& store, AttributeId id) {
+  Json pipelines = Json::array();
+  for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level) {
+    const std::string& pipeline = store.level_file(id, level).pipeline;
+    if (pipelines.empty() || pipelines.back()["pipeline"] != pipeline)
+      pipelines.push_back({{"first_level", level}, {"last_level", level}, {"pipeline", pipeline}});
+    pipelines.back()["last_level"] = level;
+  }
+  return pipelines;
+}
+
 Json attribute_report(Store& store, AttributeId id) {
   const AttributeInfo& info = store.attributes()[id];
   Json levels = Json::array();
   for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
     levels.push_back(level_report(store.level_file(id, level), level));
-  Json report = {{"name", info.schema.name},
-                 {"type", to_string(info.schema.type)},
-                 {"components", info.schema.components},
-                 {"record_bytes", info.schema.record_bytes()},
-                 {"finest_level", info.finest_level},
-                 {"base_bytes", std::as_const(store).base_bytes(id).size()},
-                 {"levels", std::move(levels)}};
+  Json report = {
+      {"name", info.schema.name},
+      {"type", to_string(info.schema.type)},
+      {"components", info.schema.components},
+      {"record_bytes", info.schema.record_bytes()},
+      {"finest_level", info.finest_level},
+      {"derivation", store.derivation(id)},
+      {"base_bytes", store.derivation(id).empty() ? std::as_const(store).base_bytes(id).size() : 0},
+      {"pipelines", pipelines_report(store, id)},
+      {"levels", std::move(levels)}};
   if (const auto& rounding = store.rounding(id)) report["max_error"] = to_json(*rounding);
   return report;
 }
 
-Json store_report(Store& store) {
+Json store_report(Store& store, const BackendRegistry& backends) {
   const BaseMesh& base = store.base();
   const StoreOptions& options = store.options();
   const bool compressed = store.backend_traits().compressed;
@@ -87,15 +104,19 @@ Json store_report(Store& store) {
     for (const Json& level : attributes.back()["levels"]) {
       raw_bytes += level["raw_bytes"].get<std::uint64_t>();
       stored_bytes += level["stored_bytes"].get<std::uint64_t>();
-      table_bytes += level["blocks"].get<std::uint64_t>() * sizeof(BlockEntry);
+      if (store.derivation(id).empty())
+        table_bytes += level["blocks"].get<std::uint64_t>() * sizeof(BlockEntry);
     }
   }
+  const BackendChoice automatic = choose_backend(backends, store.path(), raw_bytes);
   return {
       {"store", store.path().string()},
       {"uuid", uuid_text(store.uuid())},
       {"sequence", store.sequence()},
       {"backend", options.backend},
       {"compressed", compressed},
+      {"auto_backend", compressed ? Json(nullptr) : Json(automatic.name)},
+      {"auto_reason", compressed ? Json(nullptr) : Json(automatic.reason)},
       {"block_bytes", options.block_bytes},
       {"layout", options.layout},
       {"scheme", store.provenance().scheme},
@@ -128,13 +149,22 @@ std::string level_ratio(const Json& level) {
   return level["stored_bytes"] == 0 ? "-" : fmt::format("{:.2f}", level["ratio"].get<double>());
 }
 
-void print_report(const Json& report, const Store& store) {
+/// "level 4" or "levels 1-3".
+std::string levels_of(const Json& range) {
+  const int first = range["first_level"].get<int>(), last = range["last_level"].get<int>();
+  return first == last ? fmt::format("level {}", first) : fmt::format("levels {}-{}", first, last);
+}
+
+void print_info(const Json& report, const Store& store) {
   const Json& base = report["base"];
   const Json& finest = report["finest"];
   print(fmt::format("store      {}\nuuid       {}, version {}\n", text_of(report["store"]),
                     text_of(report["uuid"]), report["sequence"].get<std::uint64_t>()));
   print(fmt::format("backend    {}, blocks of {}\n", text_of(report["backend"]),
                     bytes_of(report["block_bytes"])));
+  if (report["auto_backend"].is_string())
+    print(fmt::format("auto       would choose {} for it now: {}\n",
+                      text_of(report["auto_backend"]), text_of(report["auto_reason"])));
   const std::string scheme = text_of(report["scheme"]);
   print(fmt::format("layout     {}\nscheme     {}\n", text_of(report["layout"]),
                     scheme.empty()
@@ -158,16 +188,19 @@ void print_report(const Json& report, const Store& store) {
                       bytes_of(attribute["base_bytes"])));
     const AttributeId id = store.attribute(text_of(attribute["name"]));
     if (const auto& rounding = store.rounding(id)) print(fmt::format("  {}\n", to_text(*rounding)));
+    if (const std::string_view derivation = store.derivation(id); !derivation.empty())
+      print(fmt::format("  derived: 0 bytes are stored; reading computes {}\n", derivation));
+    for (const Json& range : attribute["pipelines"])
+      print(fmt::format("  {:<12}{}\n", levels_of(range), text_of(range["pipeline"])));
     print(
         "  level         vertices          raw       stored  ratio    blocks          raw  "
-        "predicted  pipeline\n");
+        "predicted\n");
     for (const Json& level : attribute["levels"])
-      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6} {:>9} {:>12} {:>10}  {}\n",
+      print(fmt::format("  {:>5} {:>16} {:>12} {:>12} {:>6} {:>9} {:>12} {:>10}\n",
                         level["level"].get<int>(), count_of(level["vertices"]),
                         bytes_of(level["raw_bytes"]), bytes_of(level["stored_bytes"]),
                         level_ratio(level), count_of(level["blocks"]),
-                        count_of(level["blocks_raw"]), count_of(level["blocks_predicted"]),
-                        text_of(level["pipeline"])));
+                        count_of(level["blocks_raw"]), count_of(level["blocks_predicted"])));
   }
   if (report["compressed"].get<bool>())
     print(
@@ -212,11 +245,11 @@ void add_info_command(CommandLine& program, CommandContext& context) {
         return kExitDone;
       }
       Store store = Store::open(arguments->path, OpenOptions(), context.open_backends);
-      const Json report = store_report(store);
+      const Json report = store_report(store, context.backends);
       if (context.json)
         print(report.dump(2) + "\n");
       else
-        print_report(report, store);
+        print_info(report, store);
       return kExitDone;
     };
   });

@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint64_t kRecordBytes = 12;  // a float32 position
 constexpr int kWindowLevels = 5;
 
-struct Arguments {
+struct LayoutArguments {
   std::filesystem::path mesh, picture;
   std::string layout = "all";
 };
@@ -45,7 +45,7 @@ std::vector<LayoutKind> chosen_layouts(const std::string& name) {
 }
 
 /// With several layouts, the name of each picture contains the layout.
-std::filesystem::path picture_path(const Arguments& arguments, LayoutKind kind) {
+std::filesystem::path picture_path(const LayoutArguments& arguments, LayoutKind kind) {
   if (arguments.layout != "all") return arguments.picture;
   std::filesystem::path path = arguments.picture;
   path.replace_filename(
@@ -58,7 +58,7 @@ Json span_json(const StencilSpan& span) {
       {"span", span.span}, {"mean_width", span.mean_width}, {"median_width", span.median_width}};
 }
 
-Json json_report(const BaseMesh& mesh, const Arguments& arguments,
+Json layout_json(const BaseMesh& mesh, const LayoutArguments& arguments,
                  const std::vector<Measured>& layouts) {
   Json list = Json::array();
   for (const Measured& measured : layouts) {
@@ -80,7 +80,7 @@ Json json_report(const BaseMesh& mesh, const Arguments& arguments,
           {"layouts", std::move(list)}};
 }
 
-void print_report(const BaseMesh& mesh, const Arguments& arguments,
+void print_layout(const BaseMesh& mesh, const LayoutArguments& arguments,
                   const std::vector<Measured>& layouts) {
   print(fmt::format("{}: {} vertices, {} edges ({} border), {} faces\n\n", arguments.mesh.native(),
                     format_count(mesh.vertex_count()), format_count(mesh.edge_count()),
@@ -119,7 +119,7 @@ LaidOutMesh lay_out_or_end(const BaseMesh& mesh, LayoutKind kind, const CommandC
   return lay_out(mesh, kind);
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_layout(const LayoutArguments& arguments, const CommandContext& context) {
   const std::vector<LayoutKind> kinds = chosen_layouts(arguments.layout);
   if (!arguments.picture.empty()) require_extension("draw", arguments.picture, ".png");
   const BaseMesh mesh = read_with_warnings(arguments.mesh, context);
@@ -137,16 +137,16 @@ int run(const Arguments& arguments, const CommandContext& context) {
     output.publish();
   }
   if (context.json)
-    print(json_report(mesh, arguments, layouts).dump(2) + "\n");
+    print(layout_json(mesh, arguments, layouts).dump(2) + "\n");
   else
-    print_report(mesh, arguments, layouts);
+    print_layout(mesh, arguments, layouts);
   return kExitDone;
 }
 
 }  // namespace
 
 void add_layout_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LayoutArguments>();
   CommandLine* command =
       program.add_subcommand("layout", "Compare orders of the edges, and the windows they need");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
@@ -165,7 +165,7 @@ void add_layout_command(CommandLine& program, CommandContext& context) {
       "  plait layout molecule.ply\n"
       "  plait layout molecule.ply --layout rcm --png spans.png");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_layout(*arguments, context); };
   });
 }
 

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct PaperArguments {
   paper::ReportRequest request;
   std::vector<std::string> memory;
   fs::path markdown, html, pictures;
@@ -39,7 +39,7 @@ constexpr const char* kBackendsThatAreLeft = "all that work on this machine";
 void refuse(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
 /// The work is done in child processes of this one, so this one must not start threads.
-paper::ReportRequest request_of(const Arguments& arguments) {
+paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
   paper::ReportRequest request = arguments.request;
   for (const std::string& text : arguments.memory) request.budgets.push_back(parse_size(text));
   request.runs = !arguments.no_runs;
@@ -87,8 +87,8 @@ void print_plan(const Json& plan, bool json) {
   print(json ? plan.dump(2) + "\n" : plan_text(plan));
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
-  const paper::ReportRequest request = request_of(arguments);
+int run_paper(const PaperArguments& arguments, const CommandContext& context) {
+  const paper::ReportRequest request = paper_request_of(arguments);
   if (arguments.dry_run) {
     print_plan(paper::plan_report(request, context.backends), context.json);
     return kExitDone;
@@ -120,7 +120,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   return report["failed"].get<bool>() ? kExitFailed : kExitDone;
 }
 
-void add_what(CommandLine& command, Arguments& arguments) {
+void add_what(CommandLine& command, PaperArguments& arguments) {
   paper::ReportRequest& request = arguments.request;
   command.add_option("--model", request.models, "deo, david or buddha, or several with commas")
       ->delimiter(',')
@@ -151,7 +151,7 @@ void add_what(CommandLine& command, Arguments& arguments) {
   add_threads_option(command, request.threads, "Worker threads of fused and sweep");
 }
 
-void add_output(CommandLine& command, Arguments& arguments) {
+void add_output(CommandLine& command, PaperArguments& arguments) {
   command.add_flag("--no-runs", arguments.no_runs, "Only counts, spans and pictures");
   command
       .add_option("--directory", arguments.request.directory,
@@ -172,7 +172,7 @@ void add_output(CommandLine& command, Arguments& arguments) {
 }  // namespace
 
 void add_paper_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<PaperArguments>();
   arguments->request.threads = default_thread_count();
   CommandLine* command = program.add_subcommand(
       "paper", "The tables and figures of the paper that plait is made after, beside our own");
@@ -195,7 +195,7 @@ void add_paper_command(CommandLine& program, CommandContext& context) {
       "  plait paper --model deo --backend pread,uring --html paper.html\n"
       "  plait paper --vertices 500 --levels 3");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_paper(*arguments, context); };
   });
 }
 

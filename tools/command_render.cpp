@@ -24,7 +24,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct RenderArguments {
   std::filesystem::path store, output;
   int level = -1;
   std::string size = "1600x1200", view = "35,20", up = "y";
@@ -36,7 +36,7 @@ UpAxis axis_from_name(std::string_view name) {
   return name == "x" ? UpAxis::kX : name == "y" ? UpAxis::kY : UpAxis::kZ;
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_render(const RenderArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   const PictureSize size = parse_picture_size(arguments.size);
   const ViewAngles view = parse_view(arguments.view);
@@ -91,7 +91,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_render_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RenderArguments>();
   CommandLine* command = program.add_subcommand("render", "Draw one level of a store as a PNG");
   command->add_option("STORE", arguments->store, "The store")->required();
   add_output_option(*command, "OUT", arguments->output, "The file to make, or to replace: NAME.png")
@@ -120,7 +120,7 @@ void add_render_command(CommandLine& program, CommandContext& context) {
       "  plait render surface.plait surface.png\n"
       "  plait render surface.plait back.png --size 1920x1080 --view 200,15 --up z --level 3");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_render(*arguments, context); };
   });
 }
 

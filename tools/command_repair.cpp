@@ -21,7 +21,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct RepairArguments {
   std::filesystem::path store;
   bool dry_run = false;
   std::uint64_t memory_bytes = RepairOptions().budget_bytes;
@@ -35,7 +35,7 @@ nlohmann::ordered_json json_files(const std::vector<RepairedFile>& files) {
   return result;
 }
 
-nlohmann::ordered_json json_report(const Arguments& arguments, const RepairReport& report,
+nlohmann::ordered_json repair_json(const RepairArguments& arguments, const RepairReport& report,
                                    double seconds) {
   return {{"store", arguments.store.string()},
           {"ok", report.whole()},
@@ -65,7 +65,8 @@ std::string amount(std::size_t files, std::uint64_t blocks) {
   return text.empty() ? "nothing" : text;
 }
 
-std::string text_report(const Arguments& arguments, const RepairReport& report, double seconds) {
+std::string repair_text(const RepairArguments& arguments, const RepairReport& report,
+                        double seconds) {
   const std::string rebuilt = arguments.dry_run ? "can be rebuilt" : "rebuilt";
   std::string text;
   for (const RepairedFile& file : report.lost_files)
@@ -90,7 +91,7 @@ std::string text_report(const Arguments& arguments, const RepairReport& report, 
   return text + fmt::format("; lost: {}\n", amount(report.lost_files.size(), report.lost_count));
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_repair(const RepairArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   Progress progress("repair", ProgressUnit::kNone);
   RepairOptions options;
@@ -105,15 +106,15 @@ int run(const Arguments& arguments, const CommandContext& context) {
   const RepairReport report =
       repair(arguments.store, options, context.open_backends, recompute_subdivision());
   progress.clear();
-  print(context.json ? json_report(arguments, report, clock.seconds()).dump(2) + "\n"
-                     : text_report(arguments, report, clock.seconds()));
+  print(context.json ? repair_json(arguments, report, clock.seconds()).dump(2) + "\n"
+                     : repair_text(arguments, report, clock.seconds()));
   return report.whole() ? kExitDone : kExitFailed;
 }
 
 }  // namespace
 
 void add_repair_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RepairArguments>();
   CommandLine* command =
       program.add_subcommand("repair", "Rebuild damaged parts of a store, and list what is lost");
   command->add_option("STORE", arguments->store, "The store")->required();
@@ -138,7 +139,7 @@ void add_repair_command(CommandLine& program, CommandContext& context) {
       "  plait repair surface.plait --memory 2GiB\n"
       "  plait repair surface.plait --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_repair(*arguments, context); };
   });
 }
 

@@ -11,7 +11,9 @@
 
 #include "arguments.h"
 #include "command.h"
+#include "compress_arguments.h"
 #include "console.h"
+#include "derived_attributes.h"
 #include "interrupt.h"
 #include "measure.h"
 #include "plait/backends/choose_backend.h"
@@ -25,23 +27,35 @@ namespace plait {
 namespace {
 
 /// Options that the command line does not give stay empty.
-struct Arguments {
+struct SubdivideArguments {
   std::filesystem::path mesh;
   std::optional<std::string> backend, layout, scheme, precision;
   std::string executor = "auto";
-  std::vector<std::string> compress;
+  std::vector<std::string> compress, max_errors;
   bool force = false, resume = false;
   SubdivisionRequest request;  ///< request_of() adds the members above
 };
 
-SubdivisionRequest request_of(const Arguments& arguments, const BackendRegistry& backends) {
+SubdivisionRequest request_of(const SubdivideArguments& arguments,
+                              const BackendRegistry& backends) {
   SubdivisionRequest request = arguments.request;
   request.mesh = arguments.mesh;
   if (arguments.backend != "auto") request.backend = arguments.backend;
-  if (!arguments.compress.empty()) {
-    request.pipeline_of = pipelines_of(arguments.compress);
-    if (!request.backend) request.backend = "compressed";
+  std::vector<std::string> compress = arguments.compress;
+  for (const std::string& derived : take_derived(compress)) {
+    if (derived != "normal")
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("subdivide: expected --compress normal=derived, found {}=derived", derived));
+    request.normals = request.derive_normals = true;
   }
+  for (const std::string& text : arguments.max_errors) request.max_errors.add(text);
+  request.round_pipelines = pipeline_of_rounded;
+  const bool rounds = !request.max_errors.empty(), chooses = !compress.empty();
+  if (!request.backend && (chooses || (rounds && !arguments.backend)))
+    request.backend = "compressed";
+  const bool compresses = request.backend && backends.find(*request.backend).traits.compressed;
+  if (chooses || (rounds && compresses)) request.pipeline_of = pipelines_of(compress);
   if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
   if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
   if (arguments.precision)
@@ -71,12 +85,14 @@ std::string advice(const Error& error, const SubdivisionPlan& plan) {
       {"ignore_size", "; --ignore-size starts anyway"},
       {"layout", " (--layout)"},
       {"levels", " (--levels)"},
+      {"max_errors", " (--max-error)"},
       {"limit", " (--limit)"},
       {"max_slot_bytes", " (--max-slot)"},
       {"normals", " (--normals)"},
       {"pipeline_of", " (--compress)"},
       {"precision", " (--precision)"},
       {"scheme", " (--scheme)"},
+      {"verify", " (--max-error)"},
   };
   for (const auto& [field, words] : kAdvice)
     if (field == refused) return words;
@@ -118,12 +134,14 @@ class Watcher {
   std::optional<Progress> progress_;
 };
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_subdivide(const SubdivideArguments& arguments, const CommandContext& context) {
   SubdivisionReport report;
   report.mesh = arguments.mesh;
   {
     Watcher watcher(context.json);
     SubdivisionJob job(request_of(arguments, context.backends), context.backends);
+    compression_of(arguments.compress)
+        .check_levels(job.plan().store.base_level, arguments.request.levels);
     for (const std::string& warning : job.plan().warnings) report_warning(warning);
     try {
       report.result = job.run(watcher.watch());
@@ -138,7 +156,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
   return kExitDone;
 }
 
-void add_surface_options(CommandLine& command, Arguments& arguments) {
+void add_surface_options(CommandLine& command, SubdivideArguments& arguments) {
   add_whole_option(command, "--levels", arguments.request.levels, 1, kMaxLevel,
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
@@ -154,10 +172,11 @@ void add_surface_options(CommandLine& command, Arguments& arguments) {
       fmt::format("Project positions to the limit surface ({})", limit_scheme_names()));
 }
 
-void add_storage_options(CommandLine& command, Arguments& arguments) {
+void add_storage_options(CommandLine& command, SubdivideArguments& arguments) {
   command.add_option("--backend", arguments.backend,
                      "The backend that stores the levels (see below); default auto");
   add_compress_option(command, arguments.compress);
+  add_max_error_option(command, arguments.max_errors);
   command.add_option(
       "--layout", arguments.layout,
       "Order of edges on disk: auto (chosen by the executor; default), given, spatial, hilbert or "
@@ -179,7 +198,7 @@ void add_storage_options(CommandLine& command, Arguments& arguments) {
       ->default_str("commit");
 }
 
-void add_run_options(CommandLine& command, Arguments& arguments) {
+void add_run_options(CommandLine& command, SubdivideArguments& arguments) {
   add_size_option(command, "--memory", arguments.request.budget_bytes,
                   "Budget for blocks in memory");
   add_threads_option(command, arguments.request.threads, "Threads that compute");
@@ -187,6 +206,9 @@ void add_run_options(CommandLine& command, Arguments& arguments) {
       .add_option("--executor", arguments.executor,
                   "auto (fused; with --resume sweep), fused, sweep or transparent")
       ->capture_default_str();
+  command.add_flag("--verify", arguments.request.verify,
+                   "With --max-error: read the rounded levels back and compare every record with "
+                   "the exact one, before the exact levels go");
   command.add_flag("--digest", arguments.request.digest,
                    "Also read all levels at the end and print their digest, as plait digest does");
   command.add_flag("--ignore-size", arguments.request.ignore_size,
@@ -203,7 +225,7 @@ void add_run_options(CommandLine& command, Arguments& arguments) {
 }  // namespace
 
 void add_subdivide_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SubdivideArguments>();
   arguments->request.threads = default_thread_count();
   CommandLine* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
   command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
@@ -219,6 +241,11 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
       "  auto         uring for a store that is large compared with the available memory, if the\n"
       "               kernel and the file system support it; otherwise pread. The files are the\n"
       "               same.\n"
+      "\n" +
+      max_error_help() +
+      " Until the\n"
+      "levels are complete, exact and rounded ones take disk space. --max-error implies\n"
+      "--compress default.\n"
       "\n"
       "--resume takes scheme, precision, backend, pipelines, layout, block size and base mesh\n"
       "from the store, and refuses options that differ. Normals fit only the level that they were\n"
@@ -234,12 +261,15 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
       "Examples:\n"
       "  plait subdivide molecule.ply molecule.plait --levels 5 --normals\n"
       "  plait subdivide bunny.ply bunny.plait --levels 4 --compress fast --memory 64MiB\n"
+      "  plait subdivide bunny.ply lossy.plait --levels 6 --max-error 1e-6rel --verify\n"
+      "  plait subdivide bunny.ply mixed.plait --levels 6 --compress small --compress @6=fast\n"
+      "  plait subdivide bunny.ply bunny.plait --levels 4 --compress normal=derived\n"
       "  plait subdivide spot.ply --levels 3 --backend memory --digest --json\n"
       "  plait subdivide statue.ply statue.plait --levels 6 --resume    again after a "
       "crash\n"
       "  plait subdivide statue.ply statue.plait --levels 7 --resume    one level more");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_subdivide(*arguments, context); };
   });
 }
 

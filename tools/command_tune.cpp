@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "argument_text.h"
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "plait/backends/registry.h"
 #include "plait/byte_text.h"
 #include "plait/kernels/subdivision_job.h"
 #include "plait/partial_output.h"
@@ -22,13 +24,14 @@
 #include "plait/store.h"
 #include "progress.h"
 #include "tune/apply.h"
+#include "tune/exhaustive.h"
 #include "tune/page.h"
 #include "tune/tune.h"
 
 namespace plait {
 namespace {
 
-struct Arguments {
+struct TuneArguments {
   std::filesystem::path input;
   std::filesystem::path directory;  ///< empty: that of the input
   std::filesystem::path html, out;
@@ -36,18 +39,8 @@ struct Arguments {
   double seconds = 60;
   std::uint64_t seed = 1, memory_bytes = StoreOptions().budget_bytes;
   int threads = default_thread_count();
-  bool normals = false, apply = false, force = false;
+  bool normals = false, apply = false, exhaustive = false, force = false;
 };
-
-/// A word of a command for the shell.
-std::string shell_word(const std::string& word) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:=@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
 
 /// The surface of a mesh, in memory, at the finest level that takes at most a half of the memory.
 struct Refined {
@@ -56,7 +49,7 @@ struct Refined {
   int level = 0;
 };
 
-Refined refine(const Arguments& arguments, const CommandContext& context) {
+Refined refine(const TuneArguments& arguments, const CommandContext& context) {
   constexpr int kFinest = 6;
   std::optional<SubdivisionJob> job;
   int level = kFinest;
@@ -85,14 +78,14 @@ Refined refine(const Arguments& arguments, const CommandContext& context) {
           level};
 }
 
-std::filesystem::path directory_of(const Arguments& arguments) {
+std::filesystem::path directory_of(const TuneArguments& arguments) {
   if (!arguments.directory.empty()) return arguments.directory;
   const std::filesystem::path parent =
       std::filesystem::absolute(arguments.input).lexically_normal().parent_path();
   return parent.empty() ? "." : parent;
 }
 
-tune::Findings measure(const Arguments& arguments, const CommandContext& context,
+tune::Findings measure(const TuneArguments& arguments, const CommandContext& context,
                        const Store& store) {
   tune::TuneOptions options;
   options.directory = directory_of(arguments);
@@ -108,15 +101,28 @@ tune::Findings measure(const Arguments& arguments, const CommandContext& context
   return tune::measure_store(store, context.plugins.pipelines(), options);
 }
 
+tune::Exhaustive try_all(const TuneArguments& arguments, const CommandContext& context,
+                         const Store& store, const tune::Findings& findings,
+                         const tune::Advice& advice) {
+  Progress progress("try all", ProgressUnit::kNone);
+  tune::ExhaustiveOptions options;
+  options.directory = directory_of(arguments);
+  options.proceed = [&](double done) {
+    return progress.update(static_cast<std::uint64_t>(1000 * done), 1000);
+  };
+  return tune::try_all(store, findings, advice, default_backends(context.plugins.pipelines()),
+                       options);
+}
+
 /// `surface-tuned.plait` in the measured directory, beside `surface.plait`.
-std::filesystem::path output_of(const Arguments& arguments) {
+std::filesystem::path output_of(const TuneArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   const std::filesystem::path name =
       std::filesystem::absolute(arguments.input / "").lexically_normal().parent_path().filename();
   return directory_of(arguments) / (name.stem().string() + "-tuned" + name.extension().string());
 }
 
-void write_page(const Arguments& arguments, const tune::Findings& findings,
+void write_page(const TuneArguments& arguments, const tune::Findings& findings,
                 const tune::Advice& advice) {
   PartialFile output(arguments.html, arguments.force ? Existing::kReplace : Existing::kRefuse);
   const std::string page = tune::to_html(findings, advice);
@@ -124,16 +130,17 @@ void write_page(const Arguments& arguments, const tune::Findings& findings,
   output.publish();
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes / 2;
   std::optional<Refined> refined;
   std::optional<Store> opened;
   const bool is_store = std::filesystem::is_directory(arguments.input);
-  if (!is_store && arguments.apply)
+  if (!is_store && (arguments.apply || arguments.exhaustive))
     throw Error(ErrorCode::kInvalidArgument,
-                "tune: --apply converts a store, and this is a mesh: use the command that is "
-                "printed");
+                fmt::format("tune: {} converts a store, and this is a mesh: use the command that "
+                            "is printed",
+                            arguments.apply ? "--apply" : "--exhaustive"));
   // What would be refused at the end is refused at once.
   if (!arguments.html.empty())
     PartialFile::check(arguments.html, arguments.force ? Existing::kReplace : Existing::kRefuse);
@@ -168,6 +175,11 @@ int run(const Arguments& arguments, const CommandContext& context) {
     if (!context.json) print(tune::to_text(applied));
     report["applied"] = tune::to_json(applied);
   }
+  if (arguments.exhaustive && !findings.is_interrupted) {
+    const tune::Exhaustive tried = try_all(arguments, context, store, findings, advice);
+    if (!context.json) print(tune::to_text(findings, tried));
+    report["exhaustive"] = tune::to_json(findings, tried);
+  }
   if (context.json) print(report.dump(2) + "\n");
   // What there is was reported; a script still has to know that the run was cut short.
   return findings.is_interrupted ? kExitSignalBase + interrupt_signal() : kExitDone;
@@ -176,7 +188,7 @@ int run(const Arguments& arguments, const CommandContext& context) {
 }  // namespace
 
 void add_tune_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<TuneArguments>();
   CommandLine* command = program.add_subcommand(
       "tune", "Find the compression that suits a surface and a disk, by measuring both");
   command->add_option("STORE", arguments->input, "A store, or a mesh: PLY, OBJ or OFF")->required();
@@ -199,24 +211,28 @@ void add_tune_command(CommandLine& program, CommandContext& context) {
   command->add_option("--html", arguments->html, "Also write a page with plots, one file");
   command->add_flag("--apply", arguments->apply,
                     "Make a tuned copy of STORE, and compare it with the prediction");
+  command->add_flag("--exhaustive", arguments->exhaustive,
+                    "Then store and read STORE with every candidate, and compare the pick");
   command->add_option("--out", arguments->out, "The store that --apply makes")
       ->default_str("NAME-tuned.plait in the directory of --dir");
   command->add_flag("--force", arguments->force, "Replace the outputs if they exist");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
-      "The command writes and reads a temporary file to measure the disk, and then tries all\n"
-      "codecs, filters and sizes of blocks on a sample of the surface, in turn. STORE is only\n"
-      "read. Ctrl-C ends the measurement early and reports what there is; the exit status is\n"
-      "130 then. docs/tune.md has the formulas of the predictions.\n"
+      "The command writes and reads a temporary file to measure the disk, tries all codecs,\n"
+      "filters and sizes of blocks on a sample of the surface, in turn, and stores and reads the\n"
+      "likely choices beside that file. STORE is only read. Ctrl-C ends the measurement early\n"
+      "and reports what there is; the exit status is 130 then. docs/tune.md has the formulas of\n"
+      "the predictions.\n"
       "\n"
       "Examples:\n"
       "  plait tune surface.plait\n"
       "  plait tune surface.plait --dir /mnt/archive --goal size --seconds 300 --html tune.html\n"
       "  plait tune bunny.ply --normals --goal balanced --json\n"
-      "  plait tune surface.plait --apply --out small.plait");
+      "  plait tune surface.plait --apply --out small.plait\n"
+      "  plait tune surface.plait --exhaustive");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_tune(*arguments, context); };
   });
 }
 

@@ -24,7 +24,7 @@
 namespace plait {
 namespace {
 
-struct Arguments {
+struct VerifyArguments {
   std::filesystem::path store;
   bool fast = false;
 };
@@ -36,7 +36,7 @@ struct Findings {
   bool whole() const { return check.damaged.empty() && (!blocks || blocks->damaged_count == 0); }
 };
 
-nlohmann::ordered_json json_report(const Arguments& arguments, const Findings& found) {
+nlohmann::ordered_json verify_json(const VerifyArguments& arguments, const Findings& found) {
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
   for (const DamagedFile& file : found.check.damaged)
     files.push_back({{"file", file.name}, {"reason", file.reason}});
@@ -57,7 +57,7 @@ nlohmann::ordered_json json_report(const Arguments& arguments, const Findings& f
           {"seconds", found.seconds}};
 }
 
-std::string text_report(const Arguments& arguments, const Findings& found) {
+std::string verify_text(const VerifyArguments& arguments, const Findings& found) {
   std::string text;
   for (const DamagedFile& file : found.check.damaged)
     text += fmt::format("damaged: {}: {}\n", file.name, file.reason);
@@ -82,7 +82,7 @@ std::string text_report(const Arguments& arguments, const Findings& found) {
                                           : format_count(found.blocks->damaged_count) + " damaged");
 }
 
-int run(const Arguments& arguments, const CommandContext& context) {
+int run_verify(const VerifyArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   Findings found;
   found.check = check_store(arguments.store, context.open_backends);
@@ -97,15 +97,15 @@ int run(const Arguments& arguments, const CommandContext& context) {
       });
   }
   found.seconds = clock.seconds();
-  print(context.json ? json_report(arguments, found).dump(2) + "\n"
-                     : text_report(arguments, found));
+  print(context.json ? verify_json(arguments, found).dump(2) + "\n"
+                     : verify_text(arguments, found));
   return found.whole() ? kExitDone : kExitFailed;
 }
 
 }  // namespace
 
 void add_verify_command(CommandLine& program, CommandContext& context) {
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<VerifyArguments>();
   CommandLine* command =
       program.add_subcommand("verify", "Read everything in a store and check it");
   command->add_option("STORE", arguments->store, "The store")->required();
@@ -128,7 +128,7 @@ void add_verify_command(CommandLine& program, CommandContext& context) {
       "  plait verify surface.plait --fast\n"
       "  plait verify surface.plait --json");
   command->callback([arguments, &context] {
-    context.run = [arguments, &context] { return run(*arguments, context); };
+    context.run = [arguments, &context] { return run_verify(*arguments, context); };
   });
 }
 

@@ -14,7 +14,7 @@
 #   --floor-seconds N   how long a floor writes, and reads, at the wanted rate; default 2
 #
 # Arguments: an argument that is {} becomes all directories, one argument each. An argument that contains
-# {}, such as --dir={}, is repeated for each directory. The command also gets PLAIT_DISK_TYPES, one line
+# {}, such as --dir={}, is repeated for each directory; {kind} in it is the kind of the disk. The command also gets PLAIT_DISK_TYPES, one line
 # "KIND DIRECTORY" for each.
 #
 # Every disk is proved before use: 1 MiB blocks are written and read past the page cache. A throttled disk
@@ -30,7 +30,7 @@
 #
 # Examples:
 #   tools/disktypes.sh plan
-#   sudo tools/disktypes.sh run -- plait bench run --dir={} --out runs.jsonl
+#   sudo tools/disktypes.sh run -- plait bench run --dir={kind}={} --out runs.jsonl
 #   sudo tools/disktypes.sh run --kinds ext4@200,tmpfs --size 8G -- df -h {}
 #   sudo tools/disktypes.sh run --each --kinds xfs,btrfs -- sh -c 'plait subdivide m.ply "$0"/s.plait --levels 4' {}
 set -euo pipefail
@@ -296,10 +296,13 @@ make() {
 }
 
 run_command() {
-  local argument directory arguments=() status=0 at
+  local argument argument_here arguments=() status=0 at
   for argument in "${command[@]}"; do
     if [[ $argument == *'{}'* ]]; then
-      for directory in "${made_directories[@]}"; do arguments+=("${argument//'{}'/$directory}"); done
+      for at in "${!made_kinds[@]}"; do
+        argument_here=${argument//'{kind}'/${made_kinds[$at]}}
+        arguments+=("${argument_here//'{}'/${made_directories[$at]}}")
+      done
     else
       arguments+=("$argument")
     fi

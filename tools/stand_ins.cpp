@@ -44,6 +44,7 @@ BackendRegistry with_stand_ins(const BackendRegistry& backends,
   for (const std::string& name : backends.names())
     result.add(name == "uring" ? with_stand_in(backends.find(name), backends.find("pread"), warn)
                                : backends.find(name));
+  result.set_derivations(backends.derivations());
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "arguments.h"
 #include "plait/byte_text.h"
+#include "rounding_report.h"
 
 namespace plait {
 namespace {
@@ -94,6 +95,7 @@ Json to_json(const SubdivisionReport& report) {
                {"span", result.spans.loop.span},
                {"face_span", result.spans.face.span},
                {"paging", paging_json(result.paging)}};
+  for (const auto& [name, rounding] : result.roundings) json["max_error"][name] = to_json(rounding);
   if (!result.digest.empty()) {
     json["digest"] = result.digest;
     json["digest_seconds"] = result.digest_seconds;
@@ -136,6 +138,8 @@ std::string to_text(const SubdivisionReport& report) {
   text += fmt::format("memory     {} at most; budget {}, base mesh {}\n",
                       format_bytes(report.peak_rss_bytes), format_bytes(plan.store.budget_bytes),
                       format_bytes(result.base_mesh_bytes));
+  for (const auto& [name, rounding] : result.roundings)
+    text += fmt::format("rounded    {}: {}\n", name, to_text(rounding));
   if (!result.digest.empty()) text += fmt::format("digest     {}\n", result.digest);
   return text;
 }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "compressed/codec_timer.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -18,6 +19,10 @@ std::size_t scratch_bytes(const Filters& filters) noexcept {
 
 bool need_other_blocks(const Filters& filters) noexcept {
   return !filters.empty() && filters.front()->needs_other_blocks();
+}
+
+bool keep_note(const Filters& filters) noexcept {
+  return !filters.empty() && filters.front()->keeps_note();
 }
 
 BlockCoder::BlockCoder(std::unique_ptr<Codec> codec, std::uint64_t max_raw_bytes,
@@ -38,13 +43,15 @@ void BlockCoder::make_room() {
   scratch_.resize(scratch_bytes_);
 }
 
-FilterBlock BlockCoder::with_scratch(const FilterBlock& block) {
-  return {block.block, block.context, scratch_};
+FilterBlock BlockCoder::with_scratch(const FilterBlock& block, std::byte* note) {
+  return {block.block, block.context, scratch_, note};
 }
 
 EncodedBlock BlockCoder::encode(const CodedBlock& block, std::span<const std::byte> raw) {
+  const CodecTimer timer;
   make_room();
-  const FilterBlock with = with_scratch(block.block);
+  std::byte note{};
+  const FilterBlock with = with_scratch(block.block, &note);
   std::span<const std::byte> source = raw;
   for (std::size_t i = 0; i < block.filters.size(); ++i) {
     const std::span<std::byte> filtered(filtered_[i % 2].data(), raw.size());
@@ -53,11 +60,13 @@ EncodedBlock BlockCoder::encode(const CodedBlock& block, std::span<const std::by
   }
   const std::span<std::byte> target(stored_.data(), max_encoded_bytes(raw.size()));
   const std::size_t seal_bytes = block.context_seal ? sizeof(*block.context_seal) : 0;
-  if (target.size() <= seal_bytes) return {BlockEncoding::kRaw, raw};
-  const auto stored_bytes = codec_->compress(source, target.subspan(seal_bytes));
+  const std::size_t head_bytes = seal_bytes + (keep_note(block.filters) ? 1 : 0);
+  if (target.size() <= head_bytes) return {BlockEncoding::kRaw, raw};
+  const auto stored_bytes = codec_->compress(source, target.subspan(head_bytes));
   if (!stored_bytes || *stored_bytes == 0) return {BlockEncoding::kRaw, raw};
   if (block.context_seal) std::memcpy(target.data(), &*block.context_seal, seal_bytes);
-  return {BlockEncoding::kEncoded, target.first(seal_bytes + *stored_bytes)};
+  if (head_bytes > seal_bytes) target[seal_bytes] = note;
+  return {BlockEncoding::kEncoded, target.first(head_bytes + *stored_bytes)};
 }
 
 std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
@@ -67,6 +76,7 @@ std::span<std::byte> BlockCoder::stored_buffer(std::uint64_t stored_bytes) {
 
 void BlockCoder::decode(const CodedBlock& block, std::span<const std::byte> stored,
                         std::span<std::byte> raw) {
+  const CodecTimer timer;
   make_room();
   if (block.context_seal) {
     std::uint64_t found = 0;
@@ -78,7 +88,14 @@ void BlockCoder::decode(const CodedBlock& block, std::span<const std::byte> stor
                               found, *block.context_seal));
     stored = stored.subspan(sizeof found);
   }
-  const FilterBlock with = with_scratch(block.block);
+  std::byte note{};
+  if (keep_note(block.filters)) {
+    if (stored.empty())
+      throw Error(ErrorCode::kCorruption, "expected a note before the codec's bytes, found none");
+    note = stored.front();
+    stored = stored.subspan(1);
+  }
+  const FilterBlock with = with_scratch(block.block, &note);
   if (block.filters.empty()) return codec_->decompress(stored, raw);
   std::size_t stage = block.filters.size() - 1;
   std::span<std::byte> source(filtered_[stage % 2].data(), raw.size());

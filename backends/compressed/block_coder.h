@@ -1,7 +1,8 @@
 // backends/compressed/block_coder.h: encodes and decodes blocks, and owns the buffers for it.
 //
-// An encoded block whose filter needs other blocks begins with the seal of these blocks, 8 bytes
-// (docs/format.md, "Level files").
+// An encoded block whose filter needs other blocks begins with the seal of these blocks, 8 bytes;
+// then comes the note of the first filter, one byte, if it keeps one (docs/format.md, "Level
+// files").
 #pragma once
 
 #include <cstddef>
@@ -32,6 +33,7 @@ struct EncodedBlock {
 using Filters = std::vector<std::unique_ptr<Filter>>;
 std::size_t scratch_bytes(const Filters& filters) noexcept;
 bool need_other_blocks(const Filters& filters) noexcept;
+bool keep_note(const Filters& filters) noexcept;
 
 /// One block on its way through filters.
 struct CodedBlock {
@@ -63,7 +65,7 @@ class BlockCoder {
 
   /// Allocates the buffers, with the first block: most levels of an open store are never read.
   void make_room();
-  FilterBlock with_scratch(const FilterBlock& block);
+  FilterBlock with_scratch(const FilterBlock& block, std::byte* note);
 
   std::unique_ptr<Codec> codec_;
   std::uint64_t max_raw_bytes_;

@@ -2,17 +2,16 @@
 
 #include <fmt/format.h>
 #include <lz4.h>
-#include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <mutex>
-#include <optional>
 #include <utility>
 #include <vector>
 
+#include "compressed/codec_timer.h"
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
+#include "compressed/level_context.h"
 #include "level_file.h"
 #include "plait/error.h"
 
@@ -39,7 +38,7 @@ void check_entries(const LevelSpec& level) {
   }
 }
 
-File open_file(const LevelSpec& level) {
+File open_level_file(const LevelSpec& level) {
   check_level(level, LZ4_MAX_INPUT_SIZE);
   check_entries(level);
   return {level.directory, level.name, level.mode};
@@ -49,18 +48,6 @@ class CompressedBackend;
 /// The open levels of a volume. The volume tells them of versions.
 using OpenLevels = std::vector<CompressedBackend*>;
 
-/// The checksum of the words that stand for the blocks from which a block is encoded
-/// (docs/format.md, "Level files").
-class ContextSeal {
- public:
-  void add(std::uint64_t word) { words_[count_++] = word; }
-  std::uint64_t value() const { return XXH3_64bits(words_.data(), count_ * sizeof(words_[0])); }
-
- private:
-  std::array<std::uint64_t, 2 * kMostContextBlocks + 1> words_{};
-  std::size_t count_ = 0;
-};
-
 class CompressedBackend final : public Backend {
  public:
   CompressedBackend(const LevelSpec& level, Pipeline pipeline, CoderPool& coders,
@@ -68,18 +55,16 @@ class CompressedBackend final : public Backend {
       : geometry_(level.geometry),
         table_(level.table),
         mode_(level.mode),
-        file_(open_file(level)),
+        file_(open_level_file(level)),
         extents_(std::as_const(table_).entries(), file_.size(), file_.path(), level.held),
         filters_(std::move(pipeline.filters)),
+        context_(level, filters_, tables_of(open_levels)),
         maker_(std::move(pipeline.maker)),
         why_no_maker_(std::move(pipeline.why_no_maker)),
         coding_{level.pipeline, std::min<std::size_t>(filters_.size(), 2), scratch_bytes(filters_),
                 maker_ ? maker_->scratch_bytes() : 0},
         coders_(coders),
         open_levels_(open_levels) {
-    for (const AttributeLevels& attribute : level.surroundings.attributes)
-      if (attribute.number == base_attribute()) base_ = attribute.base;
-    find_context_tables();
     open_levels_.push_back(this);
   }
   ~CompressedBackend() override { std::erase(open_levels_, this); }
@@ -133,13 +118,13 @@ class CompressedBackend final : public Backend {
 
   std::size_t context(std::uint64_t block,
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
-    return filters_.empty() ? 0 : filters_.front()->context(block, blocks);
+    return context_.blocks_for(block, blocks);
   }
   bool reads_alone(std::uint64_t block) const noexcept override {
     return table_[block].encoding == BlockEncoding::kPredicted;
   }
   bool needs_base_records() const noexcept override {
-    return base_attribute() == table_.attribute();
+    return context_.base_attribute() == table_.attribute();
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
@@ -169,52 +154,11 @@ class CompressedBackend final : public Backend {
  private:
   using Context = std::span<const std::span<const std::byte>>;
 
-  std::uint32_t base_attribute() const noexcept {
-    return filters_.empty() ? kNoId : filters_.front()->base_attribute();
-  }
-
-  /// All blocks need blocks of the same levels. Other levels may be closed before this one.
-  void find_context_tables() {
-    if (geometry_.block_count() == 0) return;
-    std::array<ContextBlock, kMostContextBlocks> needed;
-    const std::size_t count = context(0, needed);
-    for (const CompressedBackend* const earlier : open_levels_)
-      for (const ContextBlock& block : std::span(needed).first(count))
-        if (earlier->table_.attribute() == block.attribute &&
-            earlier->table_.level() == block.level &&
-            std::ranges::find(context_tables_, &earlier->table_) == context_tables_.end())
-          context_tables_.push_back(&earlier->table_);
-  }
-
-  /// Nothing if the filters need no other blocks. Errors: kNotSupported if they need some, and the
-  /// caller gave none.
-  std::optional<std::uint64_t> seal_of_context(std::uint64_t block, Context given) {
-    if (!need_other_blocks(filters_)) return std::nullopt;
-    std::array<ContextBlock, kMostContextBlocks> needed;
-    const std::size_t count = context(block, needed);
-    if (given.size() != count)
-      throw Error(ErrorCode::kNotSupported,
-                  fmt::format("transfer {}: block {} needs {} other blocks, found {}",
-                              file_.path().native(), block, count, given.size()));
-    ContextSeal seal;
-    if (base_attribute() != kNoId) {
-      std::call_once(base_sealed_, [&] { base_seal_ = XXH3_64bits(base_.data(), base_.size()); });
-      seal.add(base_seal_);
-    }
-    for (const ContextBlock& other : std::span(needed).first(count)) {
-      const auto table = std::ranges::find_if(context_tables_, [&](const BlockTable* open) {
-        return open->attribute() == other.attribute && open->level() == other.level;
-      });
-      if (table == context_tables_.end())
-        throw Error(ErrorCode::kNotSupported,
-                    fmt::format("transfer {}: block {} needs level {} of attribute {}, which is "
-                                "not open",
-                                file_.path().native(), block, other.level, other.attribute));
-      seal.add((static_cast<std::uint64_t>(other.attribute) << 32) |
-               static_cast<std::uint64_t>(other.level));
-      seal.add((**table)[other.block].checksum);
-    }
-    return seal.value();
+  static std::vector<const BlockTable*> tables_of(const OpenLevels& levels) {
+    std::vector<const BlockTable*> tables;
+    tables.reserve(levels.size());
+    for (const CompressedBackend* const level : levels) tables.push_back(&level->table_);
+    return tables;
   }
 
   void read_block(BlockCoder& coder, std::uint64_t block, Context context,
@@ -242,22 +186,30 @@ class CompressedBackend final : public Backend {
                                   file_.path().native(), block,
                                   why_no_maker_.empty() ? "its level has no stage `predicted`"
                                                         : why_no_maker_));
-        maker_->make(block, raw);
+        make(block, raw);
         table_.check(block, raw, file_.path());
     }
   }
 
+  void make(std::uint64_t block, std::span<std::byte> raw) const {
+    const CodecTimer timer;
+    maker_->make(block, raw);
+  }
+  bool makes(std::uint64_t block, std::span<const std::byte> raw) const {
+    const CodecTimer timer;
+    return maker_->makes(block, raw);
+  }
+
   void write_block(BlockCoder& coder, std::uint64_t block, Context context,
                    std::span<const std::byte> raw) {
-    if (maker_ && maker_->makes(block, raw)) {
+    if (maker_ && makes(block, raw)) {
       const BlockEntry former = table_[block];
       const std::lock_guard lock(mutex_);
       table_.seal_predicted(block, raw);
       return extents_.replace(block, former);
     }
     write_encoded(
-        block,
-        coder.encode({filters_, {block, context, {}}, seal_of_context(block, context)}, raw));
+        block, coder.encode({filters_, {block, context, {}}, context_.seal(block, context)}, raw));
   }
 
   /// Allocates a new extent, writes the bytes, then changes the table. So after an error the block
@@ -283,7 +235,7 @@ class CompressedBackend final : public Backend {
   void decode(BlockCoder& coder, std::uint64_t block, Context context,
               std::span<const std::byte> stored, std::span<std::byte> raw) {
     try {
-      coder.decode({filters_, {block, context, {}}, seal_of_context(block, context)}, stored, raw);
+      coder.decode({filters_, {block, context, {}}, context_.seal(block, context)}, stored, raw);
     } catch (const Error& failure) {
       throw Error(failure.code(),
                   fmt::format("read {}: block {} at byte {}: {}", file_.path().native(), block,
@@ -298,13 +250,10 @@ class CompressedBackend final : public Backend {
   mutable std::mutex mutex_;  ///< guards extents_, and changes of entries against advise()
   ExtentAllocator extents_;
   Filters filters_;
+  LevelContext context_;  ///< refers to filters_
   std::shared_ptr<const BlockMaker> maker_;
   std::string why_no_maker_;
   Coding coding_;
-  std::span<const std::byte> base_;
-  std::once_flag base_sealed_;
-  std::uint64_t base_seal_ = 0;
-  std::vector<const BlockTable*> context_tables_;  ///< of the levels that are context
   CoderPool& coders_;
   OpenLevels& open_levels_;
 };

@@ -87,7 +87,9 @@ PipelineRegistry built_in() {
   registry.add(PipelineRegistry::CodecEntry{"none", "copies", make_none_codec});
   registry.add(PipelineRegistry::CodecEntry{"lz4", "fast to encode and to decode", make_lz4_codec});
   registry.add(PipelineRegistry::CodecEntry{
-      "zstd", "smaller, slower to encode; zstd:LEVEL chooses a level", make_zstd_codec});
+      "zstd",
+      "smaller, slower to encode; zstd:LEVEL chooses a level, zstd:huffman only codes bytes",
+      make_zstd_codec});
   registry.add(PipelineRegistry::FilterEntry{
       "shuffle", "groups the bytes of numbers by significance",
       [](std::string_view options, const FilterLevel& level) -> std::unique_ptr<Filter> {
@@ -97,7 +99,7 @@ PipelineRegistry built_in() {
       }});
   registry.add(PipelineRegistry::FilterEntry{
       "hierarchy",
-      "predicts vertices from the coarser levels; hierarchy:midpoint by a simpler rule",
+      "predicts vertices from the coarser levels; hierarchy:RULE by one rule for all blocks",
       make_hierarchy_filter});
   registry.add(PipelineRegistry::FilterEntry{
       "normals", "predicts unit normals from positions; normals:NAME names their attribute",
@@ -169,10 +171,10 @@ Pipeline PipelineRegistry::make(std::string_view pipeline, const FilterLevel& le
     }
     auto filter = find_in(filters_, "filter", stage, pipeline).make(stage.options, level);
     if (!filter) continue;
-    if (!made.filters.empty() && filter->needs_other_blocks())
+    if (!made.filters.empty() && (filter->needs_other_blocks() || filter->keeps_note()))
       throw Error(ErrorCode::kNotSupported,
                   fmt::format("choose pipeline \"{}\": expected filter {} in the first place, "
-                              "because it needs other blocks",
+                              "because it needs other blocks or keeps a note",
                               pipeline, stage.name));
     made.filters.push_back(std::move(filter));
   }

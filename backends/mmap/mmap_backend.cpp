@@ -74,7 +74,7 @@ class MappedLevel final : public Backend {
         break;
       case Advice::kSequential:
         // Like MADV_WILLNEED, MADV_SEQUENTIAL makes a sweep under a memory limit two to four times
-        // slower (plait_bench_sweep_rmw). So neither is used.
+        // slower (docs/benchmarks.md). So neither is used.
         break;
       case Advice::kRandom:
         value = MADV_RANDOM;

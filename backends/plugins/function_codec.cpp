@@ -10,7 +10,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-[[noreturn]] void refuse(const char* kind, const char* name, std::string_view expected) {
+[[noreturn]] void refuse_function(const char* kind, const char* name, std::string_view expected) {
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("register {} \"{}\": expected {}", kind, name, expected));
 }
@@ -18,13 +18,13 @@ namespace {
 /// A structure of a plug-in, with the checks that codecs and filters share.
 template <class Functions>
 Functions checked(const Functions* given, const char* kind) {
-  if (given == nullptr) refuse(kind, "", "a structure, found NULL");
+  if (given == nullptr) refuse_function(kind, "", "a structure, found NULL");
   if (given->struct_size != sizeof(Functions))
-    refuse(kind, "",
-           fmt::format("a structure of {} bytes, found one of {}", sizeof(Functions),
-                       given->struct_size));
-  if (given->name == nullptr) refuse(kind, "", "a name, found NULL");
-  if (given->summary == nullptr) refuse(kind, given->name, "a summary, found NULL");
+    refuse_function(kind, "",
+                    fmt::format("a structure of {} bytes, found one of {}", sizeof(Functions),
+                                given->struct_size));
+  if (given->name == nullptr) refuse_function(kind, "", "a name, found NULL");
+  if (given->summary == nullptr) refuse_function(kind, given->name, "a summary, found NULL");
   return *given;
 }
 
@@ -128,7 +128,8 @@ PipelineRegistry::CodecEntry entry_of(const plait_codec* codec) {
   const plait_codec functions = checked(codec, "codec");
   if (functions.bound == nullptr || functions.compress == nullptr ||
       functions.decompress == nullptr)
-    refuse("codec", functions.name, "the functions bound, compress and decompress, found NULL");
+    refuse_function("codec", functions.name,
+                    "the functions bound, compress and decompress, found NULL");
   return {functions.name, functions.summary,
           [functions, name = std::string(functions.name)](std::string_view options) {
             return std::make_unique<FunctionCodec>(functions, name, options);
@@ -138,7 +139,7 @@ PipelineRegistry::CodecEntry entry_of(const plait_codec* codec) {
 PipelineRegistry::FilterEntry entry_of(const plait_filter* filter) {
   const plait_filter functions = checked(filter, "filter");
   if (functions.encode == nullptr || functions.decode == nullptr)
-    refuse("filter", functions.name, "the functions encode and decode, found NULL");
+    refuse_function("filter", functions.name, "the functions encode and decode, found NULL");
   return {functions.name, functions.summary,
           [functions, name = std::string(functions.name)](std::string_view options,
                                                           const FilterLevel& level) {

@@ -42,7 +42,7 @@ class PreadBackend final : public Backend {
     file_.write_at(geometry_.block_offset(blocks.first), from);
     // A new block does not change again soon, so the disk can write it while the caller computes,
     // and not only when the caller syncs. For blocks that a sweep reads and overwrites, it is
-    // faster to let the system choose the time (plait_bench_loop_to_disk, plait_bench_sweep_rmw).
+    // faster to let the system choose the time (docs/benchmarks.md).
     const std::span<std::uint8_t> in_file = std::span(in_file_).subspan(blocks.first, blocks.count);
     if (std::ranges::find(in_file, std::uint8_t{1}) == in_file.end())
       start_writing(file_, fixed_bytes(geometry_, blocks));

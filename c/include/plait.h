@@ -284,7 +284,9 @@ PLAIT_API plait_status plait_store_add_attribute(plait_store* store, const char*
                                                  int32_t finest_level);
 /* Adds the next finer level to an attribute. Its records are zero. */
 PLAIT_API plait_status plait_store_add_level(plait_store* store, const char* name);
-/* Sets the pipeline of levels that later calls add to the attribute. */
+/* Sets the pipeline of levels that later calls add to the attribute. Ranges of levels may have
+ * others: "shuffle,zstd:1;@1-3=lz4;@6-=none". With "derived", on every backend, the
+ * attribute is not stored, but computed when it is read (docs/derived.md). */
 PLAIT_API plait_status plait_store_set_pipeline(plait_store* store, const char* name,
                                                 const char* pipeline);
 /* Removes attribute `name`. Attribute `replacement` gets its name. */
@@ -293,8 +295,9 @@ PLAIT_API plait_status plait_store_replace_attribute(plait_store* store, const c
 /* Removes an attribute with its levels. PLAIT_ERROR_BAD_STATE if levels of another attribute are
  * encoded from its levels. */
 PLAIT_API plait_status plait_store_remove_attribute(plait_store* store, const char* name);
-/* Encodes all levels of an attribute anew with another pipeline. The records do not change. Until
- * the next commit, the old and the new levels take disk space. */
+/* Encodes all levels of an attribute anew with another pipeline, or with several, as
+ * plait_store_set_pipeline() takes them. The records do not change. Until the next commit, the old
+ * and the new levels take disk space. */
 PLAIT_API plait_status plait_store_recode_attribute(plait_store* store, const char* name,
                                                     const char* pipeline);
 /* The records of the base vertices, for reading. Valid until the next call that changes the

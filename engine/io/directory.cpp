@@ -26,7 +26,7 @@ bool is_unsupported(int errno_value) {
   return errno_value == EINVAL || errno_value == ENOSYS || errno_value == ENOTSUP;
 }
 
-unsigned flags_of(Renaming renaming) {
+unsigned renaming_flags(Renaming renaming) {
   switch (renaming) {
     case Renaming::kReplace:
       return 0;
@@ -191,7 +191,7 @@ bool Directory::rename(const std::string& from, const Directory& other, const st
              return ::renameat2(descriptor_, from.c_str(), other.descriptor_, to.c_str(), flags);
            }) >= 0;
   };
-  if (rename_with(flags_of(renaming))) return true;
+  if (rename_with(renaming_flags(renaming))) return true;
   if (renaming == Renaming::kRefuse) {
     if (errno == EEXIST) return false;
     if (is_unsupported(errno)) {

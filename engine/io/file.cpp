@@ -19,7 +19,7 @@ namespace {
 
 using Kind = FileOperation::Kind;
 
-int flags_of(OpenMode mode) {
+int opening_flags(OpenMode mode) {
   switch (mode) {
     case OpenMode::kRead:
       return O_RDONLY;
@@ -61,7 +61,7 @@ File::File(const Directory& directory, const std::string& name, OpenMode mode, C
 
 void File::open(const Place& place, OpenMode mode, Caching caching) {
   // Without O_NONBLOCK, opening a FIFO blocks until another process opens its other end.
-  const int flags = flags_of(mode) | place.flags | O_CLOEXEC | O_NONBLOCK |
+  const int flags = opening_flags(mode) | place.flags | O_CLOEXEC | O_NONBLOCK |
                     (caching == Caching::kNone ? O_DIRECT : 0);
   const FileOperation operation{mode == OpenMode::kCreate ? Kind::kCreate : Kind::kOpen, path_};
   File opened;

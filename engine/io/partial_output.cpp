@@ -9,14 +9,14 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-Error taken(const std::filesystem::path& path) {
+Error name_taken(const std::filesystem::path& path) {
   return {ErrorCode::kInvalidArgument, fmt::format("create {}: it exists already", path.native())};
 }
 
 void refuse_what_is_there(const Directory& directory, const std::string& name,
                           const std::filesystem::path& path, Existing existing) {
   if (!directory.contains(name)) return;
-  if (existing == Existing::kRefuse) throw taken(path);
+  if (existing == Existing::kRefuse) throw name_taken(path);
   // A directory, or a device such as /dev/null, must not be replaced by a file.
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
@@ -112,7 +112,7 @@ PartialFile::~PartialFile() {
 void PartialFile::publish() {
   file_.sync();
   const Renaming renaming = existing_ == Existing::kRefuse ? Renaming::kRefuse : Renaming::kReplace;
-  if (!name_.give(file_.descriptor(), name_.final_name(), renaming)) throw taken(final_path());
+  if (!name_.give(file_.descriptor(), name_.final_name(), renaming)) throw name_taken(final_path());
   file_.close();
   name_.parent().sync();
 }

@@ -76,6 +76,7 @@ class StructureCheck {
         });
     for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
       const AttributeRecord& attribute = description_.attributes[at];
+      if (is_derived(attribute.pipeline)) continue;
       const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
       check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
                   attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),

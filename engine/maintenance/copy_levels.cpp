@@ -1,16 +1,100 @@
 #include "plait/copy_levels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "plait/attribute_levels.h"
+#include "plait/derivation.h"
 #include "plait/error.h"
 #include "plait/level_cursor.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+namespace {
+
+using Proceed = std::function<bool(std::uint64_t copied)>;
+
+/// Adds the levels of a derived attribute, and compares their records with those of `attribute`, if
+/// wanted.
+class DerivedCopy {
+ public:
+  DerivedCopy(Store& from, AttributeId attribute, Store& to, AttributeId copy,
+              const Proceed& proceed)
+      : from_(from), attribute_(attribute), to_(to), copy_(copy), proceed_(proceed) {}
+
+  void add_levels() {
+    while (to_.attributes()[copy_].finest_level < from_.attributes()[attribute_].finest_level)
+      to_.add_level(copy_);
+  }
+
+  void compare() {
+    if (!std::ranges::equal(std::as_const(from_).base_bytes(attribute_),
+                            std::as_const(to_).base_bytes(copy_)))
+      refuse("a base vertex");
+    const int finest = from_.attributes()[attribute_].finest_level;
+    for (int level = from_.base_level() + 1; level <= finest; ++level) compare(level);
+  }
+
+ private:
+  void compare(int level) {
+    const auto edges = static_cast<EdgeId>(from_.base().edge_count());
+    const LevelGeometry& geometry = from_.level_file(attribute_, level).geometry;
+    LevelCursor expected(from_.open_session(), from_.level_file(attribute_, level));
+    LevelCursor found(to_.open_session(), to_.level_file(copy_, level));
+    for (EdgeId edge = 0; edge < edges; ++edge) {
+      if (!std::ranges::equal(expected.slot(edge).bytes, found.slot(edge).bytes))
+        refuse(fmt::format("edge {} of level {}", edge, level));
+      const std::uint64_t block = geometry.block_of(edge);
+      if (edge + 1 != geometry.edge_after(block)) continue;
+      if (proceed_ && !proceed_(geometry.block_bytes(block)))
+        throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
+    }
+  }
+
+  [[noreturn]] void refuse(const std::string& where) {
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("derive '{}' as {}: expected the records that are stored, found others "
+                    "at {}; keep the attribute stored",
+                    from_.attributes()[attribute_].schema.name, to_.derivation(copy_), where));
+  }
+
+  Store& from_;
+  AttributeId attribute_;
+  Store& to_;
+  AttributeId copy_;
+  const Proceed& proceed_;
+};
+
+[[noreturn]] void refuse_rounding(const Store& store, AttributeId attribute) {
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("round '{}': it is computed from another attribute, expected one that is "
+                          "stored",
+                          store.attributes()[attribute].schema.name));
+}
+
+/// The attribute that a derived one is computed from.
+std::string_view source_of(std::string_view derivation) {
+  return derivation.substr(derivation.find('/') + 1);
+}
+
+}  // namespace
+
 void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
                     const std::function<bool(std::uint64_t)>& proceed, Rounder* rounder) {
+  if (!to.derivation(copy).empty()) {
+    if (rounder != nullptr) refuse_rounding(to, copy);
+    DerivedCopy derived(from, attribute, to, copy, proceed);
+    derived.add_levels();
+    // The same rule makes the same records of the same source.
+    if (from.derivation(attribute) != to.derivation(copy)) derived.compare();
+    return;
+  }
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
   std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
   const int finest = from.attributes()[attribute].finest_level;
@@ -43,21 +127,34 @@ void copy_levels(Store& from, Store& to,
   to.set_provenance(from.provenance());
   std::uint64_t total_bytes = 0, done_bytes = 0;
   for (AttributeId id = 0; id < from.attributes().size(); ++id)
-    for (int level = from.base_level() + 1; level <= from.attributes()[id].finest_level; ++level)
-      total_bytes += from.level_file(id, level).geometry.total_bytes();
+    total_bytes += bytes_of_levels(from, id);
+  const auto count = [&](std::uint64_t copied) {
+    done_bytes += copied;
+    return !proceed || proceed(done_bytes, total_bytes);
+  };
+  std::vector<AttributeId> copies;
   for (AttributeId id = 0; id < from.attributes().size(); ++id) {
-    const AttributeSchema& schema = from.attributes()[id].schema;
-    std::optional<Rounder> rounder;
-    if (const auto bound = bounds.of(schema.name))
-      rounder.emplace(schema, *bound, std::as_const(from).base_bytes(id));
-    copy_attribute(
-        from, id, to, to.add_attribute(schema),
-        [&](std::uint64_t copied) {
-          done_bytes += copied;
-          return !proceed || proceed(done_bytes, total_bytes);
-        },
-        rounder ? &*rounder : nullptr);
+    copies.push_back(to.add_attribute(from.attributes()[id].schema));
+    if (!from.derivation(id).empty() && !to.options().pipeline_of)
+      to.set_pipeline(copies.back(), derived_pipeline(from.derivation(id)));
   }
+  // Attributes that are computed come after what they are computed from.
+  for (const bool derived : {false, true})
+    for (AttributeId id = 0; id < from.attributes().size(); ++id) {
+      const AttributeSchema& schema = from.attributes()[id].schema;
+      const std::string_view derivation = to.derivation(copies[id]);
+      if (derivation.empty() == derived) continue;
+      if (derived && !bounds.of(schema.name) && bounds.of(source_of(derivation))) {
+        DerivedCopy(from, id, to, copies[id], count).add_levels();
+        continue;
+      }
+      std::optional<Rounder> rounder;
+      if (const auto bound = bounds.of(schema.name)) {
+        if (derived) refuse_rounding(from, id);
+        rounder.emplace(schema, *bound, std::as_const(from).base_bytes(id));
+      }
+      copy_attribute(from, id, to, copies[id], count, rounder ? &*rounder : nullptr);
+    }
   if (!bounds.of("position")) return;
   Provenance provenance = to.provenance();
   provenance.scheme.clear();  // it would make other positions

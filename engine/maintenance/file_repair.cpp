@@ -16,17 +16,19 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr char kImageName[] = "image";
-constexpr std::uint64_t kPageBytes = 4096;
+constexpr std::uint64_t kRepairPageBytes = 4096;
 
 /// More than any writer needs: blocks of three versions, none of them compressed, and as much
 /// between them. A table that was forged may put a block anywhere.
 std::uint64_t most_file_bytes(const LevelGeometry& geometry) {
-  return 4 * (geometry.total_bytes() + geometry.block_count() * kPageBytes);
+  return 4 * (geometry.total_bytes() + geometry.block_count() * kRepairPageBytes);
 }
 
 /// docs/format.md, "Level files".
-std::uint64_t file_bytes(const LevelFile& level, bool compressed) {
-  if (!compressed) return (level.geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+std::uint64_t repaired_bytes(const LevelFile& level, bool compressed) {
+  if (!compressed)
+    return (level.geometry.total_bytes() + kRepairPageBytes - 1) / kRepairPageBytes *
+           kRepairPageBytes;
   std::uint64_t end = 0;
   for (const BlockEntry& entry : level.table.entries())
     end = std::max(end, entry.offset + entry.stored_bytes);
@@ -116,7 +118,7 @@ void FileRepair::repair_level(const DamagedFile& file) {
   if (!file.expected_level)
     return lose(file, "base mesh or block tables, which say what it held, are damaged too");
   const LevelFile& level = *file.expected_level;
-  const std::uint64_t bytes = file_bytes(level, proof_.backend().traits.compressed);
+  const std::uint64_t bytes = repaired_bytes(level, proof_.backend().traits.compressed);
   if (bytes > most_file_bytes(level.geometry))
     return lose(file, fmt::format("the block table wants a file of {} bytes, expected at most {}",
                                   bytes, most_file_bytes(level.geometry)));
@@ -132,7 +134,7 @@ std::uint64_t FileRepair::make_image(const DamagedFile& file, Store* made) {
   const LevelFile& level = *file.expected_level;
   const AttributeSchema& schema = schema_of(file.attribute);
   File image = create_image();
-  image.resize(file_bytes(level, proof_.backend().traits.compressed));
+  image.resize(repaired_bytes(level, proof_.backend().traits.compressed));
   Remains remains(Directory(store_), file.name);
   std::uint64_t lost = 0;
   for (std::uint64_t block = 0; block < level.table.size(); ++block) {

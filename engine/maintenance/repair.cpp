@@ -21,7 +21,7 @@ Store open_store(const std::filesystem::path& path, const RepairOptions& options
   return Store::open(path, open, backends);
 }
 
-DamagedBlock describe(const Store& store, const BlockAddress& at) {
+DamagedBlock describe_block(const Store& store, const BlockAddress& at) {
   const LevelFile& file = store.level_file(at.attribute, at.level);
   return {store.attributes()[at.attribute].schema.name,
           at.level,
@@ -79,7 +79,8 @@ void repair_blocks(Store& store, const RepairOptions& options, RecomputedStore& 
     std::vector<DamagedBlock>& named = is_rebuilt ? report.rebuilt : report.lost;
     if (named.size() >= kMaxNamed) continue;
     // Verify names as many; what it only counts is described without its reason.
-    named.push_back(at < found.damaged.size() ? found.damaged[at] : describe(store, damaged[at]));
+    named.push_back(at < found.damaged.size() ? found.damaged[at]
+                                              : describe_block(store, damaged[at]));
     if (!is_rebuilt)
       named.back().reason +=
           fmt::format("; it cannot be rebuilt: {}", blocks.why_lost(damaged[at]));

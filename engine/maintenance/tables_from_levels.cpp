@@ -35,6 +35,7 @@ std::optional<std::vector<std::byte>> tables_from_levels(
   std::vector<StoredLevel> levels = version.levels(check.base);
   std::vector<const BlockTable*> tables;
   for (StoredLevel& level : levels) {
+    if (level.is_derived()) continue;
     if (proceed && !proceed(tables.size(), levels.size()))
       throw Error(ErrorCode::kCancelled, "make block tables: cancelled");
     level.table = BlockTable(version.manifest().uuid, level.number, level.level,

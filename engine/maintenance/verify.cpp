@@ -34,6 +34,8 @@ VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::u
         } catch (const Error& error) {
           // A bad place on the disk is an error of reading; the blocks beside it may be whole.
           if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;
+          // A derived block has no bytes that can be damaged, only those that it is computed from.
+          if (file.is_derived) continue;
           ++report.damaged_count;
           if (damaged) damaged({id, level, block});
           if (report.damaged.size() < kMaxReported)

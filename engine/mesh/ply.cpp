@@ -28,7 +28,7 @@ bool is_vertex_list(const PlyProperty& property) {
   return property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-bool is_finite(const Vector3<double>& p) {
+bool is_finite_point(const Vector3<double>& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
@@ -203,7 +203,7 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
       const Vector3<double> p = {load_ply_number(types[0], record + offset[0], big_endian),
                                  load_ply_number(types[1], record + offset[1], big_endian),
                                  load_ply_number(types[2], record + offset[2], big_endian)};
-      if (!is_finite(p)) {
+      if (!is_finite_point(p)) {
         values.begin_element({"vertex", done + i, vertices_->count});
         values.refuse_at(input_.offset() + i * stride, "a finite position",
                          fmt::format("({}, {}, {})", p.x, p.y, p.z));

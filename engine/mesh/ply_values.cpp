@@ -5,7 +5,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-std::string describe(const PlyPlace& place) {
+std::string describe_place(const PlyPlace& place) {
   return fmt::format("{} {}", in_quotes(place.element), place.index);
 }
 
@@ -18,7 +18,7 @@ std::string describe_rest(const PlyPlace& place) {
 void BinaryPlyValues::refuse_at(std::uint64_t offset, std::string_view expected,
                                 std::string_view found) const {
   input_.refuse_at_byte(
-      offset, fmt::format("{}: expected {}, found {}", describe(place_), expected, found));
+      offset, fmt::format("{}: expected {}, found {}", describe_place(place_), expected, found));
 }
 
 void BinaryPlyValues::refuse_end() const {
@@ -52,8 +52,8 @@ double TextPlyValues::value(PlyType) {
 }
 
 void TextPlyValues::refuse(std::string_view expected, std::string_view found) const {
-  text_.input().refuse_at_line(
-      text_.line(), fmt::format("{}: expected {}, found {}", describe(place_), expected, found));
+  text_.input().refuse_at_line(text_.line(), fmt::format("{}: expected {}, found {}",
+                                                         describe_place(place_), expected, found));
 }
 
 bool TextPlyValues::at_end() { return !text_.seek_word(); }

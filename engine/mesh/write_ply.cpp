@@ -36,7 +36,7 @@ class BufferedFile {
   std::uint64_t offset_ = 0;
 };
 
-void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) {
+void check_numbers_fit(const std::filesystem::path& path, const IndexedMesh& mesh) {
   const auto refuse = [&](const std::string& what) {
     throw Error(ErrorCode::kInvalidArgument, fmt::format("write {}: {}", path.native(), what));
   };
@@ -61,14 +61,14 @@ void check_writable(const std::filesystem::path& path, const IndexedMesh& mesh) 
 }  // namespace
 
 void write_ply(const std::filesystem::path& path, const IndexedMesh& mesh) {
-  check_writable(path, mesh);  // before the file is created
+  check_numbers_fit(path, mesh);  // before the file is created
   PartialFile output(path, Existing::kReplace);
   write_ply(output.file(), mesh);
   output.publish();
 }
 
 void write_ply(File& file, const IndexedMesh& mesh) {
-  check_writable(file.path(), mesh);
+  check_numbers_fit(file.path(), mesh);
   BufferedFile buffered(file);
   buffered.write(
       fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"

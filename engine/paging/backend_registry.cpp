@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "plait/backend.h"
 #include "plait/error.h"
+#include "plait/level_pipelines.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -20,6 +22,28 @@ class SeparateLevels final : public Volume {
  private:
   OpenLevel open_;
 };
+
+/// Lets the functions of a backend, which know one pipeline, take the pipelines of an attribute.
+void take_pipelines_of_levels(BackendRegistry::Entry& entry) {
+  entry.validate_pipeline = [one = std::move(entry.validate_pipeline)](
+                                std::string_view text, const AttributeSchema& schema) {
+    for (const std::string& pipeline : LevelPipelines::parse(text).all()) one(pipeline, schema);
+  };
+  entry.needs_other_blocks = [one = std::move(entry.needs_other_blocks)](
+                                 std::string_view text, const AttributeSchema& schema) {
+    return std::ranges::any_of(LevelPipelines::parse(text).all(),
+                               [&](const std::string& pipeline) { return one(pipeline, schema); });
+  };
+  entry.plan_pipeline = [one = std::move(entry.plan_pipeline)](
+                            std::string_view text, const Provenance& provenance,
+                            const AttributeSchema& schema, int finest_level) {
+    return LevelPipelines::parse(text)
+        .changed([&](std::string_view pipeline) {
+          return one(pipeline, provenance, schema, finest_level);
+        })
+        .to_text();
+  };
+}
 
 }  // namespace
 
@@ -56,6 +80,7 @@ void BackendRegistry::add(Entry entry) {
   if (!entry.plan_pipeline)
     entry.plan_pipeline = [](std::string_view pipeline, const Provenance&, const AttributeSchema&,
                              int) { return std::string(pipeline); };
+  take_pipelines_of_levels(entry);
   Entry& added = entries_[entry.name];
   added = std::move(entry);
 }

@@ -1,20 +1,31 @@
 // The second half of a PinCall: it reads the absent blocks into the frames that the call took.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
 #include "paging/pin_call.h"
+#include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
+
+/// The pager for which this thread computes a derived block.
+thread_local const void* making_for = nullptr;
 
 bool is_not_filled(Frame::State state) {
   return state == Frame::State::kClaimed || state == Frame::State::kReading;
 }
 
-bool is_missing(const PinBatch::Entry& entry) {
+bool is_to_be_filled(const PinBatch::Entry& entry) {
   return entry.brings_in && entry.frame->content.state == Frame::State::kClaimed &&
          entry.access != Access::kOverwrite;
+}
+
+/// Stored blocks only.
+bool is_missing(const PinBatch::Entry& entry) {
+  return is_to_be_filled(entry) && !entry.level->is_derived;
 }
 
 bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
@@ -26,7 +37,7 @@ bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
 }  // namespace
 
 bool Pager::Implementation::PinCall::bring_in() {
-  const bool reads = std::ranges::any_of(batch_, is_missing);
+  const bool reads = std::ranges::any_of(batch_, is_to_be_filled);
   if (reads) read();
   while (PinBatch::Entry* const entry =
              batch_.first([&](const PinBatch::Entry& other) { return !is_ready(batch_, other); }))
@@ -73,6 +84,7 @@ void Pager::Implementation::PinCall::read() noexcept {
   }
   fill_with_zeros();
   read_with_context();
+  make_derived();
 }
 
 void Pager::Implementation::PinCall::fill_with_zeros() noexcept {
@@ -115,6 +127,80 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
     const Wait waiting(pager_, &session_, Direction::kRead);
     pager_.transfers_.start(lock_, frame);
   }
+}
+
+void Pager::Implementation::PinCall::check_may_make(const LevelFile& level) {
+  for (const LevelFile* const source : level.made_from)
+    if (source->writers > 0 || source->passes_under_way > 0)
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("page in {}: it is computed from {}, expected that nobody writes "
+                              "there; end the pass and its pins first",
+                              level.path.native(), source->path.native()));
+}
+
+std::uint32_t Pager::Implementation::PinCall::calls_of_thread() const noexcept {
+  return making_for == &pager_ ? 2 : 1;
+}
+
+void Pager::Implementation::PinCall::wait_for_makers() noexcept {
+  const Sessions::Waiter waiter(pager_.sessions_, session_);
+  const std::uint64_t before = pager_.makes_ended_;
+  pager_.calls_under_way_ -= calls_of_thread();
+  while (pager_.calls_that_make_ > 0 && pager_.makes_ended_ == before)
+    pager_.wait_for_change(lock_, pager_.changes_);
+  pager_.calls_under_way_ += calls_of_thread();
+}
+
+void Pager::Implementation::PinCall::wait_until_made(const LevelFile& level,
+                                                     std::uint64_t block) noexcept {
+  const Sessions::Waiter waiter(pager_.sessions_, session_);
+  pager_.calls_under_way_ -= calls_of_thread();
+  const Frame* frame = nullptr;
+  while ((frame = pager_.table_.find(level, block)) && !is_filled(frame->content.state))
+    pager_.wait_for_change(lock_, pager_.changes_);
+  pager_.calls_under_way_ += calls_of_thread();
+}
+
+void Pager::Implementation::PinCall::make_derived() noexcept {
+  std::exception_ptr error;
+  while (PinBatch::Entry* const entry = batch_.first(is_to_be_filled)) {
+    Frame& frame = *entry->frame;
+    if (!error) error = make(*entry, frame);
+    if (!error) {
+      become(frame, State::kClean);
+      pager_.count_transfer(frame, Direction::kRead);
+    } else {  // the first error is the one of the call
+      frame.content.read_error = lacked_room_ ? nullptr : error;
+      pager_.table_.detach_block(frame);
+    }
+    pager_.tell_of_change();
+  }
+}
+
+std::exception_ptr Pager::Implementation::PinCall::make(const PinBatch::Entry& entry,
+                                                        Frame& frame) noexcept {
+  frame.content.made_in = entry.level->state();
+  std::exception_ptr error;
+  bool lacked_room = false;
+  ++pager_.calls_that_make_;
+  try {
+    check_may_make(*entry.level);
+    lock_.unlock();
+    making_for = &pager_;
+    entry.level->backend->read({entry.block, 1}, frame.transfer.memory);
+  } catch (const Error& failure) {
+    lacked_room = failure.code() == ErrorCode::kBudget;
+    error = std::current_exception();
+  } catch (...) {
+    error = std::current_exception();
+  }
+  making_for = nullptr;
+  if (!lock_) lock_.lock();
+  --pager_.calls_that_make_;
+  ++pager_.makes_ended_;
+  // Others that compute blocks may wait for the frames of this call, and may leave room for it.
+  lacked_room_ = lacked_room && pager_.calls_that_make_ > 0;
+  return error;
 }
 
 PLAIT_END_NAMESPACE

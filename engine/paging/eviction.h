@@ -11,7 +11,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 class Eviction {
  public:
   virtual ~Eviction() = default;
-  /// Adds a frame that has no pin any more. Its block ends before edge `content.order`.
+  /// Adds a frame that has no pin any more. Its place in layout order is `content.order`.
   virtual void insert(Frame& frame) noexcept = 0;
   /// The frame to evict next, or nullptr. The frame stays in the policy until it is unlinked.
   virtual Frame* victim() noexcept = 0;
@@ -19,7 +19,9 @@ class Eviction {
 
 /// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
 /// levels have the same edge order, so the windows of all levels cover the same edges, and no level
-/// needs a share of its own.
+/// needs a share of its own. A block that was only needed as context counts with the place of the
+/// block that needed it: neighbours of a block may lie far behind it in layout order, and the next
+/// block needs them again.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }

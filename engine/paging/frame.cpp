@@ -15,7 +15,7 @@ bool may_become(Frame::State from, Frame::State to) noexcept {
     case State::kReading:
       return to == State::kClean || to == State::kDetached || to == State::kClaimed;
     case State::kClean:
-      return to == State::kDirty || to == State::kVacant;
+      return to == State::kDirty || to == State::kDetached || to == State::kVacant;
     case State::kDirty:
       return to == State::kClean || is_being_written(to) || to == State::kStuck ||
              to == State::kDetached || to == State::kVacant;

@@ -33,7 +33,8 @@ struct Frame {
     kWriting,  ///< the backend writes the block; it may be pinned for reading
     kWritingHeld,  ///< the same, but it is pinned for writing, so it may change again
     kStuck,        ///< dirty after a failed write: the only copy, which is not evicted
-    kDetached,     ///< its read failed or it was abandoned; vacant when its last pin ends
+    kDetached,     ///< its read failed, or it was abandoned or is outdated; vacant when its last
+                   ///< pin ends
   };
   /// The members of a frame that are valid while it contains a block.
   struct Content {
@@ -42,12 +43,15 @@ struct Frame {
     std::byte* memory = nullptr;
     std::uint64_t block_bytes = 0, frame_bytes = 0;
     State state = State::kVacant;
-    bool addressed = false;           ///< its memory belongs to the backend
-    bool announced = false;           ///< prefetched by its session, and not pinned since
-    bool referenced = false;          ///< for ClockEviction
-    std::uint32_t pins = 0;           ///< including those of frames that have it as context
-    std::uint32_t writers = 0;        ///< pins for writing, among these
-    EdgeId order = 0;                 ///< the block ends before this edge
+    bool addressed = false;     ///< its memory belongs to the backend
+    bool announced = false;     ///< prefetched by its session, and not pinned since
+    bool referenced = false;    ///< for ClockEviction
+    std::uint32_t pins = 0;     ///< including those of frames that have it as context
+    std::uint32_t writers = 0;  ///< pins for writing, among these
+    std::uint64_t made_in = 0;  ///< LevelFile::state() when a derived block was computed
+    /// The block ends before this edge; or, if it was last used as context, the block that needed
+    /// it does.
+    EdgeId order = 0;
     SessionState* session = nullptr;  ///< the last one that used it, if that is still open
     std::array<Frame*, kMostContextBlocks>
         context{};  ///< pinned until this block is read or written

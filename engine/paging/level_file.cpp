@@ -7,6 +7,12 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void check_not_fixed(const LevelFile& level) {
+  if (level.is_derived)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("write {}: expected an attribute that is stored, found one that is "
+                            "computed when it is read; change what it is computed from, or store "
+                            "it first (plait convert --compress ATTRIBUTE=PIPELINE)",
+                            level.path.native()));
   if (level.is_fixed)
     throw Error(ErrorCode::kBadState,
                 fmt::format("write {}: expected a level that no other level is encoded from; "

@@ -134,12 +134,18 @@ std::uint32_t Pager::Implementation::pin(SessionState& session,
   Lock lock = this->lock();
   const std::uint32_t caller = session.caller();
   if (find_ready(requests, frames)) {
-    for (Frame* const ready : frames) hold(session, *ready);
+    for (std::size_t i = 0; i < requests.size(); ++i)
+      hold(session, *frames[i], requests[i].level().geometry.edge_after(requests[i].block()));
     if (requests[0].written()) add_writer(*frames[0]);
   } else {
     PinCall(*this, lock, session, requests).run(frames);
   }
-  for (std::size_t i = 0; i < requests.size(); ++i) session.add_pin(caller);
+  for (const BlockRequest& request : requests) {
+    session.add_pin(caller);
+    if (!request.written()) continue;
+    ++request.written()->writers;
+    ++request.written()->changes;
+  }
   return caller;
 } catch (const std::bad_alloc&) {
   throw Error(ErrorCode::kOutOfMemory, fmt::format("page in {}: no memory for its frame",
@@ -158,9 +164,10 @@ bool Pager::Implementation::find_ready(std::span<const BlockRequest> requests,
 
 Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
   Frame* const frame = table_.find(request.level(), request.block());
-  if (!frame || !is_filled(frame->content.state)) return nullptr;
+  if (!frame || !is_filled(frame->content.state) || is_outdated(*frame)) return nullptr;
   if (!request.written()) return frame;
-  if (is_being_written(frame->content.state) || transfers_.failed() || request.level().is_fixed)
+  if (is_being_written(frame->content.state) || transfers_.failed() || request.level().is_fixed ||
+      request.level().is_derived)
     return nullptr;
   std::array<ContextBlock, kMostContextBlocks> context;
   const bool has_context = frame->content.context_count > 0 || request.level().traits.in_memory ||
@@ -170,7 +177,11 @@ Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
 
 void Pager::Implementation::unpin(Lock& lock, SessionState& session, std::uint32_t caller,
                                   Frame& frame, LevelFile* written, bool abandoned) noexcept {
-  if (written) --frame.content.writers;
+  if (written) {
+    --frame.content.writers;
+    --written->writers;
+    ++written->changes;
+  }
   if (written && abandoned) abandon(lock, frame, *written);
   session.end_pin(caller);
   let_go(frame);

@@ -43,8 +43,9 @@ void Pager::Implementation::shrink() noexcept {
   table_.pool().return_surplus();
 }
 
-void Pager::Implementation::hold(SessionState& session, Frame& frame) noexcept {
+void Pager::Implementation::hold(SessionState& session, Frame& frame, EdgeId order) noexcept {
   sessions_.give(frame, &session);
+  frame.content.order = order;
   frame.to_write.unlink();
   ++frame.content.pins;
 }
@@ -52,6 +53,13 @@ void Pager::Implementation::hold(SessionState& session, Frame& frame) noexcept {
 void Pager::Implementation::add_writer(Frame& frame) noexcept {
   ++frame.content.writers;
   if (frame.content.state != State::kDirty) become(frame, State::kDirty);
+}
+
+void Pager::Implementation::forget_outdated(Frame& frame) noexcept {
+  if (frame.content.pins == 0)
+    drop(frame);
+  else
+    table_.detach_block(frame);
 }
 
 void Pager::Implementation::let_go(Frame& frame) noexcept {

@@ -78,8 +78,8 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   /// The frame that would be evicted next, if it is clean; otherwise nullptr.
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
-  /// Adds a pin to the frame, and gives the frame to this session.
-  void hold(SessionState& session, Frame& frame) noexcept;
+  /// Adds a pin to the frame, gives the frame to this session, and sets its place in layout order.
+  void hold(SessionState& session, Frame& frame, EdgeId order) noexcept;
   /// Counts a pin for writing, and makes the frame dirty.
   void add_writer(Frame& frame) noexcept;
   /// Removes a pin from the frame.
@@ -93,7 +93,7 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
 
   // pager_transfers.cpp
   bool begin_prefetch(Lock& lock, SessionState& session, const LevelFile& level,
-                      std::uint64_t block);
+                      std::uint64_t block, EdgeId order);
   void write_in_memory(Frame& frame) noexcept;
   void write_here(Lock& lock, SessionState* session, Frame& frame);
   void abandon(Lock& lock, Frame& frame, LevelFile& level) noexcept;
@@ -114,6 +114,15 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
     return frame_changed_[frame.index % frame_changed_.size()];
   }
   void count_transfer(const Frame& frame, Direction direction) noexcept;
+
+  /// Whether the frame has a derived block, and what it was computed from has changed since.
+  static bool is_outdated(const Frame& frame) noexcept {
+    const Frame::Content& content = frame.content;
+    return content.level->is_derived && is_filled(content.state) &&
+           content.made_in != content.level->state();
+  }
+  /// Removes an outdated block, so that it is absent. Pins of it keep its bytes.
+  void forget_outdated(Frame& frame) noexcept;
 
   bool writes_behind(const SessionState* session) const {
     return transfers_.has_threads() &&
@@ -136,7 +145,9 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   Sessions sessions_;
   /// PinCalls that are not waiting for a free frame. They may free frames that they have taken.
   std::uint32_t calls_under_way_ = 0;
-  Transfers transfers_;  ///< last: its threads end first
+  std::uint32_t calls_that_make_ = 0;  ///< they are computing a derived block
+  std::uint64_t makes_ended_ = 0;      ///< derived blocks that were computed, or that failed
+  Transfers transfers_;                ///< last: its threads end first
 };
 
 class Pager::Implementation::Wait {

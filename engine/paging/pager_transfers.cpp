@@ -75,26 +75,30 @@ bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& lev
                                      std::uint64_t block) noexcept {
   Lock lock(mutex_);
   try {
-    return begin_prefetch(lock, session, level, block);
+    return begin_prefetch(lock, session, level, block, level.geometry.edge_after(block));
   } catch (...) {
     return false;  // the pin of the block will get the error
   }
 }
 
 bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
-                                           const LevelFile& level, std::uint64_t block) {
+                                           const LevelFile& level, std::uint64_t block,
+                                           EdgeId order) {
   if (Frame* const frame = table_.find(level, block)) {
     const Frame::Content& content = frame->content;
     if (content.pins > 0 || content.announced || content.state == State::kStuck) return true;
     const bool placed = Sessions::is_placed(*frame);
     sessions_.give(*frame, &session);
+    frame->content.order = order;
     sessions_.announce(*frame);
     if (placed) sessions_.place(*frame);
     return true;
   }
   // There is no Advice::kWillNeed here: the system reads ahead by itself, and this advice costs a
-  // sweep as much time as the read (plait_bench_sweep_rmw).
-  if (!was_written(level, block) || level.traits.in_memory || !transfers_.has_threads())
+  // sweep as much time as the read (docs/benchmarks.md).
+  // The thread that pins a derived block computes it.
+  if (!was_written(level, block) || level.traits.in_memory || level.is_derived ||
+      !transfers_.has_threads())
     return true;
   const std::uint64_t bytes = FrameTable::frame_bytes(level);
   if (transfers_.reads() >= kInFlight ||
@@ -112,10 +116,11 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     const LevelFile* const other = table_.level(needed[i].attribute, needed[i].level);
     if (!other || !comes_before(*other, level)) return true;  // the pin will get the error
     context[i] = table_.find(*other, needed[i].block);
-    if (!context[i]) static_cast<void>(begin_prefetch(lock, session, *other, needed[i].block));
+    if (!context[i])
+      static_cast<void>(begin_prefetch(lock, session, *other, needed[i].block, order));
     if (!context[i] || !is_filled(context[i]->content.state)) return false;
   }
-  for (std::size_t i = 0; i < context_count; ++i) hold(session, *context[i]);
+  for (std::size_t i = 0; i < context_count; ++i) hold(session, *context[i], order);
   Frame* frame = nullptr;
   try {
     while (!table_.find(level, block) && !(frame = take_frame(session, level, block))) {
@@ -132,6 +137,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     transfers_.write_behind();
     return table_.find(level, block) != nullptr;
   }
+  frame->content.order = order;
   frame->content.context = context;
   frame->content.context_count = context_count;
   sessions_.announce(*frame);

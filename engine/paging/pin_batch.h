@@ -30,11 +30,15 @@ class PinBatch {
     bool brings_in = false;  ///< this call took the frame, and must fill it
     std::size_t context_count = 0;
     std::size_t context = 0;  ///< index of the first entry of its context; the others follow it
+    EdgeId order = 0;         ///< Frame::Content::order
   };
 
   explicit PinBatch(std::span<const BlockRequest> requests) : request_count_(requests.size()) {
     for (const BlockRequest& request : requests)
-      entries_.push_back({&request.level(), request.block(), request.access()});
+      entries_.push_back({.level = &request.level(),
+                          .block = request.block(),
+                          .access = request.access(),
+                          .order = request.level().geometry.edge_after(request.block())});
   }
 
   std::size_t request_count() const { return request_count_; }
@@ -42,11 +46,13 @@ class PinBatch {
   Entry& operator[](std::size_t at) { return entries_[at]; }
   auto begin() { return entries_.begin(); }
   auto end() { return entries_.end(); }
+  auto begin() const { return entries_.begin(); }
+  auto end() const { return entries_.end(); }
 
   /// Errors: std::bad_alloc.
   void add_context_of(std::size_t at, const LevelFile& level, std::uint64_t block) {
     if (entries_[at].context_count == 0) entries_[at].context = entries_.size();
-    entries_.push_back({&level, block});
+    entries_.push_back({.level = &level, .block = block, .order = entries_[at].order});
     ++entries_[at].context_count;
   }
   /// Removes all entries of context blocks.

@@ -34,6 +34,7 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
   try {
     while (!take_frames() || !bring_in()) {
       let_go();
+      if (std::exchange(lacked_room_, false)) wait_for_makers();
       check_may_write();
     }
     check_may_write();
@@ -90,14 +91,24 @@ bool Pager::Implementation::PinCall::take_frames() {
     const std::uint64_t block = batch_[at].block;
     while (!batch_[at].frame) {
       if (Frame* const frame = pager_.table_.find(level, block)) {
+        if (is_outdated(*frame)) {
+          pager_.forget_outdated(*frame);
+          continue;
+        }
+        if (level.is_derived && !is_filled(frame->content.state) && !claimed(*frame)) {
+          let_go();
+          wait_until_made(level, block);
+          return false;
+        }
         if (batch_[at].access != Access::kRead && is_being_written(frame->content.state)) {
           pager_.wait_while(lock_, session_, *frame, is_being_written);
           continue;
         }
-        pager_.hold(session_, *frame);
+        pager_.hold(session_, *frame, batch_[at].order);
         batch_[at].frame = frame;
       } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
         ++taken->content.pins;
+        taken->content.order = batch_[at].order;
         batch_[at].frame = taken;
         batch_[at].brings_in = true;
       } else if (!make_room(level)) {
@@ -107,6 +118,12 @@ bool Pager::Implementation::PinCall::take_frames() {
     add_context(at);
   }
   return true;
+}
+
+bool Pager::Implementation::PinCall::claimed(const Frame& frame) const noexcept {
+  return std::ranges::any_of(batch_, [&](const PinBatch::Entry& entry) {
+    return entry.frame == &frame && entry.brings_in;
+  });
 }
 
 void Pager::Implementation::PinCall::add_context(std::size_t at) {
@@ -157,16 +174,16 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
   const std::uint64_t needed_bytes = batch_.frame_bytes();
   let_go();
   const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
-  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == 1 &&
+  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == calls_of_thread() &&
                 !pager_.sessions_.may_come_free(session_))) {
     if (fits && pager_.transfers_.failed())
       pager_.transfers_.refuse(fmt::format("page in {}", batch_[0].level->path.native()));
     refuse_room(needed_bytes);
   }
   const Sessions::Waiter waiter(pager_.sessions_, session_);
-  --pager_.calls_under_way_;
+  pager_.calls_under_way_ -= calls_of_thread();
   pager_.wait_for_any(lock_, &session_, Direction::kRead);
-  ++pager_.calls_under_way_;
+  pager_.calls_under_way_ += calls_of_thread();
   return false;
 }
 

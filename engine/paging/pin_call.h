@@ -3,11 +3,14 @@
 // A call also waits for reads of other calls: at its end, when all its own reads have begun, and
 // before it begins the read of a block that has context. Context blocks come earlier in the order
 // of (level, attribute). A call that reads an earlier block waits only for blocks that come earlier
-// still. So these waits end as well.
+// still. So these waits end as well. The thread that computes a derived block (plait/derivation.h)
+// pins others meanwhile, in calls inside the call. No call with frames waits for a derived block of
+// another call.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <span>
 
 #include "paging/pager_implementation.h"
@@ -57,12 +60,29 @@ class Pager::Implementation::PinCall {
   void read() noexcept;
   void read_with_context() noexcept;
   void fill_with_zeros() noexcept;
+  /// Computes derived blocks, one after another. Each of them pins blocks in this thread, in a
+  /// session of its own. These pins wait for other calls, but not for this one.
+  void make_derived() noexcept;
+  /// Computes one of them, with the lock released. Returns its error, or nullptr.
+  std::exception_ptr make(const PinBatch::Entry& entry, Frame& frame) noexcept;
+  /// Errors: kBadState if somebody is writing to what the level is computed from.
+  static void check_may_make(const LevelFile& level);
+  /// How many of the calls under way are calls of this thread.
+  std::uint32_t calls_of_thread() const noexcept;
+  /// Waits until another call has computed a derived block. The two functions may be called only
+  /// while the batch has no frames: the other call needs more of them.
+  void wait_for_makers() noexcept;
+  /// The same for this block.
+  void wait_until_made(const LevelFile& level, std::uint64_t block) noexcept;
+  /// Whether this call claimed the frame.
+  bool claimed(const Frame& frame) const noexcept;
 
   Implementation& pager_;
   Lock& lock_;
   SessionState& session_;
   std::span<const BlockRequest> requests_;
   PinBatch batch_;
+  bool lacked_room_ = false;  ///< for a derived block, and another call may leave room
 };
 
 PLAIT_END_NAMESPACE

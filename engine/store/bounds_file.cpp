@@ -15,12 +15,12 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr char kMagic[] = "plaitbox";
+constexpr char kBoundsMagic[] = "plaitbox";
 constexpr std::uint32_t kFormat = 1;
-constexpr std::uint64_t kHeaderBytes = 32, kChecksumBytes = 8;
+constexpr std::uint64_t kBoundsHeaderBytes = 32, kChecksumBytes = 8;
 
-std::uint64_t file_bytes(std::uint64_t face_count) {
-  return kHeaderBytes + face_count * sizeof(FaceBounds) + kChecksumBytes;
+std::uint64_t bounds_file_bytes(std::uint64_t face_count) {
+  return kBoundsHeaderBytes + face_count * sizeof(FaceBounds) + kChecksumBytes;
 }
 
 struct Stored {
@@ -37,21 +37,21 @@ std::optional<Stored> read_file(const Directory& store, std::uint32_t attribute,
   const auto refuse = [&](const std::string& reason) {
     return Error(ErrorCode::kCorruption, fmt::format("read {}: {}", file.path().native(), reason));
   };
-  if (file.size() != file_bytes(face_count))
+  if (file.size() != bounds_file_bytes(face_count))
     throw refuse(fmt::format("{} bytes, expected {} for {} faces", file.size(),
-                             file_bytes(face_count), face_count));
-  std::vector<std::byte> bytes(file_bytes(face_count));
+                             bounds_file_bytes(face_count), face_count));
+  std::vector<std::byte> bytes(bounds_file_bytes(face_count));
   file.read_at(0, bytes);
   const std::size_t content = bytes.size() - kChecksumBytes;
   const std::uint64_t found = checksum_of(std::span(bytes).first(content));
   if (const auto expected = load<std::uint64_t>(bytes, content); found != expected)
     throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, expected));
-  if (std::memcmp(bytes.data(), kMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != kFormat ||
+  if (std::memcmp(bytes.data(), kBoundsMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != kFormat ||
       load<std::uint64_t>(bytes, 16) != face_count)
     throw refuse("the header is not that of bounds of these faces");
   Stored stored{load<std::uint64_t>(bytes, 24), std::vector<FaceBounds>(face_count)};
   if (face_count > 0)
-    std::memcpy(stored.faces.data(), &bytes[kHeaderBytes], face_count * sizeof(FaceBounds));
+    std::memcpy(stored.faces.data(), &bytes[kBoundsHeaderBytes], face_count * sizeof(FaceBounds));
   for (FaceId face = 0; face < face_count; ++face)
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (std::isnan(stored.faces[face].low[axis]) || std::isnan(stored.faces[face].high[axis]))
@@ -91,12 +91,12 @@ void check_bounds_file(const Directory& store, std::uint32_t attribute, std::uin
 
 void write_bounds_file(const Directory& store, std::uint32_t attribute,
                        std::span<const FaceBounds> faces, std::uint64_t key) {
-  std::vector<std::byte> bytes(file_bytes(faces.size()));
-  std::memcpy(bytes.data(), kMagic, 8);
+  std::vector<std::byte> bytes(bounds_file_bytes(faces.size()));
+  std::memcpy(bytes.data(), kBoundsMagic, 8);
   save(std::span(bytes), 8, kFormat);
   save(std::span(bytes), 16, static_cast<std::uint64_t>(faces.size()));
   save(std::span(bytes), 24, key);
-  if (!faces.empty()) std::memcpy(&bytes[kHeaderBytes], faces.data(), faces.size_bytes());
+  if (!faces.empty()) std::memcpy(&bytes[kBoundsHeaderBytes], faces.data(), faces.size_bytes());
   const std::size_t content = bytes.size() - kChecksumBytes;
   save(std::span(bytes), content, checksum_of(std::span(bytes).first(content)));
   const std::string name = bounds_file_name(attribute), made = new_bounds_file_name(attribute);

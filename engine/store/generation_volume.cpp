@@ -17,11 +17,11 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::uint64_t kPageBytes = 4096;
+constexpr std::uint64_t kVolumePageBytes = 4096;
 
 /// docs/format.md, "Level files".
-std::uint64_t file_bytes(const LevelGeometry& geometry) {
-  return (geometry.total_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+std::uint64_t level_file_bytes(const LevelGeometry& geometry) {
+  return (geometry.total_bytes() + kVolumePageBytes - 1) / kVolumePageBytes * kVolumePageBytes;
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ Backend& GenerationLevel::target_of(BlockRange blocks) {
 
   // By its descriptor: the path may mean another directory by now.
   const std::string store = fmt::format("/proc/self/fd/{}", volume_.store_.descriptor());
-  check_free_space(level_, file_bytes(level_.geometry), free_disk_bytes(store));
+  check_free_space(level_, level_file_bytes(level_.geometry), free_disk_bytes(store));
   LevelSpec made = level_;
   made.name =
       level_file_name(level_.table.attribute(), level_.table.level(), volume_.sequence_ + 1);

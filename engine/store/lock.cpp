@@ -14,7 +14,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr int kAttempts = 1000;
+constexpr int kLockAttempts = 1000;
 
 std::string holder_text(const File& file) {
   char text[32] = {};
@@ -49,7 +49,7 @@ StoreLock::StoreLock(const Directory& store, LockFor purpose)
 }
 
 void StoreLock::take(const Directory& store, bool alone) {
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  for (int attempt = 0; attempt < kLockAttempts; ++attempt) {
     if (file_.lock(alone)) return check_name(store);
     if (!alone || !file_.lock(false)) break;
     // The lock is shared only by processes that check whether there is a writer. They release it at

@@ -16,19 +16,20 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::array<unsigned char, 8> kMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
-constexpr std::uint32_t kVersion = 2;
+constexpr std::array<unsigned char, 8> kManifestMagic = {0x89, 'p', 'l', 'a', 'i', 't', '\r', '\n'};
+constexpr std::uint32_t kManifestVersion = 2;
 constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
 
 /// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
-  constexpr std::uint32_t kKnown = kPredictedBlocks;
+  constexpr std::uint32_t kKnown = kPredictedBlocks | kDerivedAttributes;
   required &= ~kKnown;
   if (required == 0) return;
-  throw Error(ErrorCode::kNotSupported,
-              fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                          "knows only that of flag 0, predicted blocks",
-                          path.native(), std::countr_zero(required), program_version()));
+  throw Error(
+      ErrorCode::kNotSupported,
+      fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
+                  "knows only those of flags 0 and 1, predicted blocks and derived attributes",
+                  path.native(), std::countr_zero(required), program_version()));
 }
 
 /// Returns the whole slots, at most two.
@@ -58,8 +59,8 @@ std::string program_version() { return PLAIT_VERSION; }
 ManifestSlot encode_manifest(const Manifest& manifest) {
   ManifestSlot slot{};
   const std::span<std::byte> bytes(slot);
-  std::memcpy(bytes.data(), kMagic.data(), kMagic.size());
-  save(bytes, 8, kVersion);
+  std::memcpy(bytes.data(), kManifestMagic.data(), kManifestMagic.size());
+  save(bytes, 8, kManifestVersion);
   save(bytes, 12, manifest.required_features);
   save(bytes, 16, manifest.optional_features);
   std::ranges::copy(manifest.uuid, bytes.begin() + 24);
@@ -71,15 +72,15 @@ ManifestSlot encode_manifest(const Manifest& manifest) {
 }
 
 bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
-  return std::memcmp(slot.data(), kMagic.data(), kMagic.size()) == 0 &&
+  return std::memcmp(slot.data(), kManifestMagic.data(), kManifestMagic.size()) == 0 &&
          load<std::uint64_t>(slot, kChecksumOffset) == checksum_of(slot.first(kChecksumOffset));
 }
 
 Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
                          const std::filesystem::path& path) {
-  if (const auto version = load<std::uint32_t>(slot, 8); version != kVersion)
+  if (const auto version = load<std::uint32_t>(slot, 8); version != kManifestVersion)
     throw Error(ErrorCode::kNotSupported, fmt::format("open {}: format version {}, expected {}",
-                                                      path.native(), version, kVersion));
+                                                      path.native(), version, kManifestVersion));
   refuse_unknown_features(load<std::uint32_t>(slot, 12), path);
   const auto require = [&](bool right, std::string_view field, auto found) {
     if (!right)

@@ -28,7 +28,8 @@ struct Manifest {
 
 /// Stored: never renumber.
 enum RequiredFeature : std::uint32_t {
-  kPredictedBlocks = 1,  ///< a block table has a predicted block
+  kPredictedBlocks = 1,    ///< a block table has a predicted block
+  kDerivedAttributes = 2,  ///< an attribute is derived: it has no files and no block tables
 };
 
 /// Optional feature: the description ends with how attributes were rounded.

@@ -99,6 +99,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
 LevelSurroundings Store::Implementation::surroundings() const {
   LevelSurroundings result{base.topology(), options.base_level, {}, base.positions()};
   for (std::size_t i = 0; i < attributes.size(); ++i) {
+    if (attributes[i].derived) continue;  // blocks are not encoded from computed ones
     AttributeLevels& levels = result.attributes.emplace_back();
     levels.number = attributes[i].record.number;
     levels.schema = infos[i].schema;
@@ -112,7 +113,7 @@ void Store::Implementation::fix_context_of(const LevelFile& level) const {
   const auto entries = level.table.entries();
   // Raw and predicted blocks need no other block.
   const auto written = std::ranges::find(entries, BlockEncoding::kEncoded, &BlockEntry::encoding);
-  if (written == entries.end() || level.traits.in_memory) return;
+  if (written == entries.end() || level.traits.in_memory || level.is_derived) return;
   std::array<ContextBlock, kMostContextBlocks> needed;
   const std::size_t count =
       level.backend->context(static_cast<std::uint64_t>(written - entries.begin()), needed);
@@ -158,6 +159,7 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
   auto state = std::make_unique<Implementation>();
   state->backend = backends.find(options.backend);
   state->backend.validate(BackendRegistry::options_in(options.backend));
+  state->derivations = backends.derivations();
   state->base = std::move(base);
   state->options = options;
   if (options.pipeline.empty()) state->options.pipeline = state->backend.default_pipeline;
@@ -215,6 +217,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.io_threads = options.io_threads;
   state->options.budget = options.budget;
   state->backend = version.find_backend(backends);
+  state->derivations = backends.derivations();
   state->writable = options.writable;
   if (state->overwrites_in_place())
     state->version_file = keep_readers_out(state->directory, state->sequence);

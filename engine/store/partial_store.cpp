@@ -10,7 +10,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-Error taken(const std::filesystem::path& path, Existing existing) {
+Error store_name_taken(const std::filesystem::path& path, Existing existing) {
   if (existing == Existing::kRefuse)
     return {ErrorCode::kInvalidArgument,
             fmt::format("create {}: it exists already", path.native())};
@@ -27,12 +27,12 @@ Directory open_replaceable(const OutputName& output) {
     if (error.code() != ErrorCode::kInvalidArgument && error.code() != ErrorCode::kCorruption)
       throw;
   }
-  throw taken(output.path, Existing::kReplace);
+  throw store_name_taken(output.path, Existing::kReplace);
 }
 
 void check_name(const OutputName& output, Existing existing) {
   if (!output.directory.contains(output.name)) return;
-  if (existing == Existing::kRefuse) throw taken(output.path, existing);
+  if (existing == Existing::kRefuse) throw store_name_taken(output.path, existing);
   hold_store(open_replaceable(output));
 }
 
@@ -55,7 +55,7 @@ const std::filesystem::path& PartialStore::make() {
 
 void PartialStore::publish(bool durable, const std::function<void(const std::string&)>& warn) {
   if (made_.publish(durable)) return;
-  if (existing_ == Existing::kRefuse) throw taken(final_path(), existing_);
+  if (existing_ == Existing::kRefuse) throw store_name_taken(final_path(), existing_);
   replace_store(warn);
   if (durable) output_.directory.sync();
 }

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A reader waits only for a process that restores blocks from the journal, or will do so.
-constexpr int kAttempts = 25;
+constexpr int kRecoveryAttempts = 25;
 constexpr std::chrono::milliseconds kPause{20};
 /// The number of attempts to lock the newest version. An attempt fails if a writer commits another
 /// version at that moment.
@@ -110,7 +110,7 @@ OpenVersion open_for_reading(const Directory& store) {
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kBusy) throw_busy_or(error, store);
       // Without a journal, no process can be restoring blocks.
-      if (++busy == kAttempts || !store.contains(kJournalName)) throw;
+      if (++busy == kRecoveryAttempts || !store.contains(kJournalName)) throw;
       std::this_thread::sleep_for(kPause);
     }
   }

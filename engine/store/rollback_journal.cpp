@@ -22,19 +22,19 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr char kMagic[] = "plaitjnl";
-constexpr std::size_t kHeaderBytes = 48, kHeaderChecksumOffset = 40;
+constexpr char kJournalMagic[] = "plaitjnl";
+constexpr std::size_t kJournalHeaderBytes = 48, kHeaderChecksumOffset = 40;
 constexpr std::size_t kRecordBytes = 40, kRecordChecksumOffset = 32;
 /// How much of a block is put back at a time.
 constexpr std::size_t kRollBackBytes = 1 << 20;
 
-using Header = std::array<std::byte, kHeaderBytes>;
+using Header = std::array<std::byte, kJournalHeaderBytes>;
 using RecordHeader = std::array<std::byte, kRecordBytes>;
 
 Header make_header(const StoreUuid& uuid, std::uint64_t sequence) {
   Header header{};
   const std::span<std::byte> bytes(header);
-  std::memcpy(bytes.data(), kMagic, 8);
+  std::memcpy(bytes.data(), kJournalMagic, 8);
   save(bytes, 8, std::uint32_t{1});
   std::ranges::copy(uuid, bytes.begin() + 16);
   save(bytes, 32, sequence);
@@ -183,7 +183,7 @@ std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uu
                                      std::uint64_t sequence) {
   File journal(store, kJournalName, OpenMode::kRead);
   Header header{};
-  if (journal.size() >= kHeaderBytes) journal.read_at(0, header);
+  if (journal.size() >= kJournalHeaderBytes) journal.read_at(0, header);
   if (header != make_header(uuid, sequence)) return {};
   return journal;
 }
@@ -193,7 +193,7 @@ template <class Visit>
 void for_each_record(const File& journal, std::uint64_t seed, Visit visit) {
   const std::uint64_t size = journal.size();
   std::vector<std::byte> buffer(kRollBackBytes);
-  for (std::uint64_t at = kHeaderBytes;;) {
+  for (std::uint64_t at = kJournalHeaderBytes;;) {
     const std::optional<Record> record = read_record(journal, at, size, seed, buffer);
     if (!record) return;
     visit(*record, at + kRecordBytes);
@@ -233,7 +233,7 @@ void RollbackJournal::create() {
   store_.sync();
   file_ = std::move(file);
   seed_ = seed_of(header);
-  end_ = kHeaderBytes;
+  end_ = kJournalHeaderBytes;
 }
 
 void RollbackJournal::keep(const std::string& name, const BlockTable& table,

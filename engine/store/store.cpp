@@ -1,67 +1,17 @@
-// The functions of a store: attributes, levels, commits.
+// The functions of a store: what it has, the records and levels of its attributes, commits.
 #include "plait/store.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <utility>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
-#include "store/file_names.h"
+#include "store/store_checks.h"
 #include "store/store_state.h"
+#include "store/version_description.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-namespace {
-
-void check_writable(const Store::Implementation& state) {
-  if (!state.writable)
-    throw Error(ErrorCode::kBadState, fmt::format("{}: opened for reading", state.path.native()));
-}
-
-/// Errors: kInvalidArgument for a number that is no attribute's.
-template <class State>
-auto& attribute_of(State& state, AttributeId attribute) {
-  if (attribute >= state.attributes.size())
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: expected an attribute below {}, found {}", state.path.native(),
-                            state.attributes.size(), attribute));
-  return state.attributes[attribute];
-}
-
-/// Errors: kInvalidArgument for an attribute or a level that is not there.
-template <class State>
-auto& level_of(State& state, AttributeId attribute, int level) {
-  auto& data = attribute_of(state, attribute);
-  const int first = state.options.base_level + 1, last = state.infos[attribute].finest_level;
-  if (level < first || level > last)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("level {} of '{}': expected {} to {}", level,
-                            state.infos[attribute].schema.name, first, last));
-  return *data.levels[static_cast<std::size_t>(level - first)];
-}
-
-/// Errors: kBadState if a written block of another attribute was encoded from `needed`.
-void check_not_needed_by_others(const Store::Implementation& state,
-                                const Store::Implementation::Attribute& needed) {
-  for (const auto& other : state.attributes) {
-    if (&other == &needed) continue;
-    for (const auto& level : other.levels) {
-      std::array<ContextBlock, kMostContextBlocks> blocks;
-      const std::size_t count = level->backend->context(0, blocks);
-      for (const ContextBlock& block : std::span(blocks).first(count))
-        if (block.attribute == needed.record.number)
-          throw Error(ErrorCode::kBadState,
-                      fmt::format("remove an attribute of {}: {} is encoded from its levels",
-                                  state.path.native(), level->path.native()));
-    }
-  }
-}
-
-}  // namespace
 
 Store::Store(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
@@ -125,144 +75,13 @@ AttributeId Store::attribute(std::string_view name) const {
                           known.empty() ? "none" : known));
 }
 
-AttributeId Store::add_attribute(AttributeSchema schema) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  if (!is_attribute_name(schema.name) || schema.record_bytes() == 0 || schema.components > 255)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': expected a name of 1 to {} characters of "
-                            "[A-Za-z0-9_-] and 1 to 255 components",
-                            schema.name, kMaxAttributeNameBytes));
-  if (has_attribute(schema.name))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': the name is taken", schema.name));
-  if (attributes().size() >= kMaxAttributes)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}': expected fewer than {} attributes, found {}",
-                            schema.name, kMaxAttributes, attributes().size()));
-  if (state.next_number == std::numeric_limits<std::uint32_t>::max())
-    throw Error(
-        ErrorCode::kNotSupported,
-        fmt::format("add attribute '{}': the store has used all attribute numbers", schema.name));
-  std::string pipeline =
-      state.options.pipeline_of ? state.options.pipeline_of(schema) : state.options.pipeline;
-  state.backend.validate_pipeline(pipeline, schema);
-  Implementation::Attribute attribute;
-  attribute.record.number = state.next_number++;
-  attribute.record.pipeline = std::move(pipeline);
-  attribute.base_bytes.resize(state.base.vertex_count() * schema.record_bytes());
-  state.attributes.push_back(std::move(attribute));
-  state.infos.push_back({std::move(schema), base_level()});
-  return static_cast<AttributeId>(state.infos.size() - 1);
-}
-
-AttributeId Store::add_attribute(AttributeSchema schema, int finest_level) {
-  Implementation& state = *implementation_;
-  if (finest_level < base_level() || finest_level > kMaxLevel)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add attribute '{}' with levels up to {}: expected {} to {}",
-                            schema.name, finest_level, base_level(), kMaxLevel));
-  const AttributeId id = add_attribute(std::move(schema));
-  try {
-    while (state.infos[id].finest_level < finest_level) add_level(id);
-  } catch (...) {
-    for (auto& level : state.attributes[id].levels) state.pager->detach(*level);
-    state.attributes.pop_back();
-    state.infos.pop_back();
-    throw;
-  }
-  return id;
-}
-
-void Store::add_level(AttributeId attribute) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  Implementation::Attribute& data = attribute_of(state, attribute);
-  AttributeInfo& info = state.infos[attribute];
-  const int level = info.finest_level + 1;
-  if (level > kMaxLevel)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("add level {} to '{}': the finest possible level is {}", level,
-                            info.schema.name, kMaxLevel));
-  StoredLevel made;
-  made.number = data.record.number;
-  made.level = level;
-  made.record.pipeline = data.record.pipeline;
-  made.record.generation = state.sequence + 1;
-  // The file may be a left-over of a run that ended before its commit.
-  if (state.on_disk()) state.directory.remove(made.file_name());
-  made.geometry = LevelGeometry(state.base.slot_shapes(), relative_to_base(level, base_level()),
-                                info.schema.record_bytes(), state.options.block_bytes);
-  made.table = BlockTable(state.uuid, made.number, level, made.geometry.block_count());
-  const LevelRecord record = made.record;
-  data.levels.push_back(state.open_level(std::move(made), info.schema, OpenMode::kCreate));
-  data.record.levels.push_back(record);
-  info.finest_level = level;
-}
-
-void Store::set_pipeline(AttributeId attribute, std::string pipeline) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  Implementation::Attribute& data = attribute_of(state, attribute);
-  state.backend.validate_pipeline(pipeline, state.infos[attribute].schema);
-  data.record.pipeline = std::move(pipeline);
-}
-
-void Store::plan_levels(AttributeId attribute, int finest_level, std::string_view made_as) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  Implementation::Attribute& data = attribute_of(state, attribute);
-  AttributeSchema schema = state.infos[attribute].schema;
-  if (!made_as.empty()) schema.name = made_as;
-  data.record.pipeline =
-      state.backend.plan_pipeline(data.record.pipeline, state.provenance, schema, finest_level);
+std::string_view Store::derivation(AttributeId attribute) const {
+  const auto& data = attribute_of(*implementation_, attribute);
+  return data.derived ? std::string_view(data.derived->derivation()) : std::string_view();
 }
 
 const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {
   return attribute_of(*implementation_, attribute).record.rounding;
-}
-
-void Store::set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  auto& record = attribute_of(state, attribute).record;
-  if (rounding)
-    for (const double length :
-         {rounding->bound, rounding->step, rounding->largest_error, rounding->rms_error})
-      if (!(length >= 0) || !std::isfinite(length))
-        throw Error(ErrorCode::kInvalidArgument,
-                    fmt::format("record the rounding of attribute '{}': expected lengths of 0 or "
-                                "more, found {:g}",
-                                state.infos[attribute].schema.name, length));
-  record.rounding = rounding;
-}
-
-void Store::remove_attribute(AttributeId attribute) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  Implementation::Attribute& removed = attribute_of(state, attribute);
-  check_not_needed_by_others(state, removed);
-  for (auto& level : removed.levels) state.pager->detach(*level);
-  state.attributes.erase(state.attributes.begin() + attribute);
-  state.infos.erase(state.infos.begin() + attribute);
-}
-
-void Store::replace_attribute(AttributeId attribute, AttributeId replacement) {
-  Implementation& state = *implementation_;
-  check_writable(state);
-  Implementation::Attribute& old = attribute_of(state, attribute);
-  attribute_of(state, replacement);
-  std::string name = state.infos[attribute].schema.name;
-  if (attribute == replacement)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("replace attribute '{}': expected another one in its place", name));
-  check_not_needed_by_others(state, old);
-  for (auto& level : old.levels) state.pager->detach(*level);
-  state.attributes[attribute] = std::move(state.attributes[replacement]);
-  state.infos[attribute] = state.infos[replacement];
-  state.infos[attribute].schema.name = std::move(name);
-  state.attributes.erase(state.attributes.begin() + replacement);
-  state.infos.erase(state.infos.begin() + replacement);
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
@@ -272,6 +91,15 @@ std::span<std::byte> Store::base_bytes(AttributeId attribute) {
                             "records to read",
                             path().native()));
   auto& data = attribute_of(*implementation_, attribute);
+  if (data.derived)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("change base records of '{}' in {}: expected an attribute that is "
+                            "stored, found one that is computed from '{}'; change that one, or "
+                            "store '{}' first (plait convert --compress {}=stored)",
+                            implementation_->infos[attribute].schema.name, path().native(),
+                            data.derived->source(), implementation_->infos[attribute].schema.name,
+                            implementation_->infos[attribute].schema.name));
+  implementation_->base_changed(attribute);
   for (const auto& level : data.levels)
     if (level->backend->needs_base_records() &&
         std::ranges::any_of(level->table.entries(), [](const BlockEntry& entry) {
@@ -287,7 +115,8 @@ std::span<std::byte> Store::base_bytes(AttributeId attribute) {
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
-  return attribute_of(*implementation_, attribute).base_bytes;
+  const auto& data = attribute_of(*implementation_, attribute);
+  return data.derived ? data.derived->base_records() : std::span<const std::byte>(data.base_bytes);
 }
 
 const LevelFile& Store::level_file(AttributeId attribute, int level) const {
@@ -316,6 +145,11 @@ void Store::commit() {
                     fmt::format("commit {}: level {} of '{}' is unfinished: a pass that writes to "
                                 "it was cancelled, failed or has not ended",
                                 path().native(), level, attributes()[id].schema.name));
+  for (const auto& attribute : implementation_->attributes)
+    if (attribute.derived && !attribute.derived->refusal().empty())
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("commit {}: a derived attribute cannot be computed: {}",
+                              path().native(), attribute.derived->refusal()));
   if (!implementation_->writable)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: opened for reading", path().native()));

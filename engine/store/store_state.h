@@ -9,6 +9,7 @@
 #include "plait/directory.h"
 #include "plait/store.h"
 #include "store/base_mesh_file.h"
+#include "store/derived_attribute.h"
 #include "store/generation_volume.h"
 #include "store/lock.h"
 #include "store/manifest.h"
@@ -22,6 +23,7 @@ struct Store::Implementation {
     AttributeRecord record;  ///< its schema is in `infos`
     std::vector<std::byte> base_bytes;
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
+    std::unique_ptr<DerivedAttribute> derived;       ///< of a derived attribute; it has no files
   };
 
   Implementation() = default;
@@ -33,6 +35,26 @@ struct Store::Implementation {
   /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;
+  // derived_levels.cpp
+  /// The pipeline as the store records it: a derived one names its rule and source. Errors: those
+  /// of the backend's validate_pipeline() and of Derivations.
+  std::string checked_pipeline(std::string pipeline, const AttributeSchema& schema) const;
+  /// Makes `derived` of an attribute, or removes it, as the record's pipeline says.
+  void follow_pipeline(Attribute& attribute, const AttributeSchema& schema) const;
+  /// Opens level `level` of a derived attribute, whose source has the level `finest` at last.
+  std::unique_ptr<LevelFile> open_derived_level(const Attribute& attribute,
+                                                const AttributeSchema& schema, int level,
+                                                int finest) const;
+  /// Errors: kBadState unless the source has this level.
+  void add_derived_level(AttributeId attribute);
+  /// Connects derived attributes with their sources. To be called after each change of attributes
+  /// or levels.
+  void connect_derived();
+  /// The position of the attribute's source; kNoId if there is none.
+  AttributeId source_of(const Attribute& derived) const;
+  /// Derived records that depend on this attribute are outdated.
+  void base_changed(AttributeId attribute);
+
   /// The base mesh and the levels that are open.
   LevelSurroundings surroundings() const;
   /// Fixes the levels that the written blocks of `level` were encoded from.
@@ -61,6 +83,7 @@ struct Store::Implementation {
   StoreOptions options;
   Provenance provenance;
   BackendRegistry::Entry backend;
+  std::shared_ptr<const Derivations> derivations;
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
   std::uint32_t next_number = 0;  ///< of the next attribute

@@ -39,10 +39,24 @@ const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry&
     backend.validate(BackendRegistry::options_in(description_.backend));
     backend.validate_pipeline(description_.pipeline, {});
     for (const AttributeRecord& attribute : description_.attributes) {
-      std::set<std::string_view> pipelines = {attribute.pipeline};
+      if (!is_derived(attribute.pipeline))
+        backend.validate_pipeline(attribute.pipeline, attribute.schema);
+      std::set<std::string_view> pipelines;
+      if (is_derived(attribute.pipeline)) pipelines.insert(attribute.pipeline);
       for (const LevelRecord& level : attribute.levels) pipelines.insert(level.pipeline);
-      for (const std::string_view pipeline : pipelines)
-        backend.validate_pipeline(pipeline, attribute.schema);
+      for (const std::string_view pipeline : pipelines) {
+        if (pipeline.find(';') != std::string_view::npos)
+          throw Error(ErrorCode::kNotSupported,
+                      fmt::format("expected one pipeline of a level, found \"{}\"", pipeline));
+        if (!is_derived(pipeline))
+          backend.validate_pipeline(pipeline, attribute.schema);
+        else if (backends.derivations())
+          backends.derivations()->source_of(derivation_in(pipeline), attribute.schema);
+        else
+          throw Error(ErrorCode::kNotSupported,
+                      fmt::format("attribute '{}' is derived, and this program knows no rules",
+                                  attribute.schema.name));
+      }
     }
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
@@ -83,9 +97,14 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
       stored.level = base_level + 1 + static_cast<int>(finer);
       stored.record = attribute.levels[finer];
       try {
+        const BaseRelativeLevel relative = relative_to_base(stored.level, base_level);
         stored.geometry =
-            LevelGeometry(base.slot_shapes(), relative_to_base(stored.level, base_level),
-                          attribute.schema.record_bytes(), description_.block_bytes);
+            stored.is_derived()
+                ? derived_geometry(base.slot_shapes(), relative.refinements,
+                                   static_cast<int>(attribute.levels.size()),
+                                   attribute.schema.record_bytes(), description_.block_bytes)
+                : LevelGeometry(base.slot_shapes(), relative, attribute.schema.record_bytes(),
+                                description_.block_bytes);
       } catch (const Error& error) {
         throw Error(ErrorCode::kCorruption,
                     fmt::format("open {}: attribute '{}': {}", file_.path().native(),
@@ -111,7 +130,7 @@ void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   check_version_file();
   std::uint64_t expected = 0;
   for (const StoredLevel& level : levels)
-    expected += level.geometry.block_count() * sizeof(BlockEntry);
+    if (!level.is_derived()) expected += level.geometry.block_count() * sizeof(BlockEntry);
   const std::uint64_t begin = block_tables_offset(description_bytes_.size());
   if (const std::uint64_t found = manifest_.version_bytes - begin; found != expected)
     throw Error(ErrorCode::kCorruption,
@@ -122,6 +141,10 @@ void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   BlockTablesReader reader(bytes, file_.path());
   std::vector<BlockTable> tables;
   for (const StoredLevel& level : levels) {
+    if (level.is_derived()) {
+      tables.emplace_back();
+      continue;
+    }
     const std::vector<BlockEntry> entries = reader.next_level(level.geometry);
     BlockTable& table =
         tables.emplace_back(manifest_.uuid, level.number, level.level, entries.size());
@@ -160,6 +183,7 @@ std::string StoredVersion::base_records_name(const AttributeRecord& attribute) c
 std::set<std::string> StoredVersion::file_names() const {
   std::set<std::string> names = {version_name()};
   for (const AttributeRecord& attribute : description_.attributes) {
+    if (is_derived(attribute.pipeline)) continue;
     names.insert(base_records_name(attribute));
     int level = description_.provenance.base_level;
     for (const LevelRecord& record : attribute.levels)

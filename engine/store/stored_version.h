@@ -14,6 +14,7 @@
 #include "plait/backend.h"
 #include "plait/base_mesh.h"
 #include "plait/block_table.h"
+#include "plait/derivation.h"
 #include "plait/directory.h"
 #include "plait/file.h"
 #include "plait/level_geometry.h"
@@ -34,6 +35,8 @@ struct StoredLevel {
   LevelGeometry geometry;
   BlockTable table;
 
+  /// It has no file and no table.
+  bool is_derived() const { return plait::is_derived(record.pipeline); }
   std::string file_name() const { return level_file_name(number, level, record.generation); }
 };
 
@@ -59,8 +62,8 @@ class StoredVersion {
   /// Throws unless version.S has the size and the checksum that the manifest records. Errors:
   /// kCorruption, kIo.
   void check_version_file() const;
-  /// Reads the block tables of all levels from version.S, and checks that each entry is in its
-  /// range. Errors: kCorruption, and then no level is changed; kIo.
+  /// Reads the block tables of all stored levels from version.S, and checks that each entry is in
+  /// its range. Errors: kCorruption, and then no level is changed; kIo.
   void read_tables_into(std::span<StoredLevel> levels) const;
   /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;

@@ -67,6 +67,10 @@ void Store::Implementation::write_version() {
   next.sequence = sequence + 1;
   VersionDescription content = description();
   for (std::size_t i = 0; i < attributes.size(); ++i) {
+    if (attributes[i].derived) {
+      next.required_features |= kDerivedAttributes;
+      continue;
+    }
     write_whole_file(directory, base_file_name(attributes[i].record.number, next.sequence),
                      attributes[i].base_bytes, durable);
     content.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
@@ -74,6 +78,7 @@ void Store::Implementation::write_version() {
   std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) {
+      if (level->is_derived) continue;
       all_tables.push_back(&level->table);
       if (has_predicted(level->table)) next.required_features |= kPredictedBlocks;
     }
@@ -143,15 +148,24 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
   for (const AttributeRecord& stored : version.description().attributes) {
     Attribute attribute;
     attribute.record = stored;
-    attribute.base_bytes = version.read_base_records(stored);
+    follow_pipeline(attribute, stored.schema);
+    if (!attribute.derived) attribute.base_bytes = version.read_base_records(stored);
     infos.push_back({stored.schema, version.description().finest_level(stored)});
     attributes.push_back(std::move(attribute));
   }
   for (StoredLevel& level : levels) {
-    const std::size_t attribute = level.attribute;
+    const auto attribute = static_cast<AttributeId>(level.attribute);
+    const AttributeInfo& info = infos[attribute];
     attributes[attribute].levels.push_back(
-        open_level(std::move(level), infos[attribute].schema, mode));
+        level.is_derived()
+            ? open_derived_level(attributes[attribute], info.schema, level.level, info.finest_level)
+            : open_level(std::move(level), info.schema, mode));
   }
+  connect_derived();
+  for (const Attribute& attribute : attributes)
+    if (attribute.derived && !attribute.derived->refusal().empty())
+      throw Error(ErrorCode::kCorruption, fmt::format("open {}: a derived attribute: {}",
+                                                      path.native(), attribute.derived->refusal()));
 }
 
 PLAIT_END_NAMESPACE

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "plait/derivation.h"
 #include "plait/edge_index.h"
 #include "plait/error.h"
 #include "store/field_stream.h"
@@ -102,6 +103,11 @@ class AttributeDecoder {
       level.pipeline = fields_.take_text(kMaxTextBytes, "a level's pipeline");
       attribute.levels.insert(attribute.levels.end(), size, level);
     }
+    // A derived attribute has no stored level.
+    for (const LevelRecord& level : attribute.levels)
+      fields_.require(level.pipeline == attribute.pipeline ||
+                          (!is_derived(level.pipeline) && !is_derived(attribute.pipeline)),
+                      "the pipeline of a derived level", level.pipeline.substr(0, 100));
     fields_.require(attribute.levels.size() == count, "the number of levels in all ranges",
                     attribute.levels.size());
     for (LevelRecord& level : attribute.levels) {

@@ -15,9 +15,9 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr char kMagic[] = "plaitver";
-constexpr std::size_t kHeaderBytes = 32;
-constexpr std::uint32_t kVersion = 1;
+constexpr char kVersionMagic[] = "plaitver";
+constexpr std::size_t kVersionHeaderBytes = 32;
+constexpr std::uint32_t kVersionFormat = 1;
 
 bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes) {
   if (entry.offset > (std::uint64_t{1} << 62)) return false;
@@ -38,9 +38,9 @@ bool is_in_range(const BlockEntry& entry, std::uint64_t block_bytes) {
 
 std::vector<std::byte> encode_version_file(std::span<const std::byte> description,
                                            std::span<const BlockTable* const> tables) {
-  std::vector<std::byte> bytes(kHeaderBytes);
-  std::memcpy(bytes.data(), kMagic, 8);
-  save(std::span(bytes), 8, kVersion);
+  std::vector<std::byte> bytes(kVersionHeaderBytes);
+  std::memcpy(bytes.data(), kVersionMagic, 8);
+  save(std::span(bytes), 8, kVersionFormat);
   save(std::span(bytes), 16, std::uint64_t{description.size()});
   save(std::span(bytes), 24, checksum_of(description));
   bytes.insert(bytes.end(), description.begin(), description.end());
@@ -56,20 +56,21 @@ std::vector<std::byte> read_description(const File& file) {
     return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", file.path().native(), reason));
   };
   const std::uint64_t size = file.size();
-  if (size < kHeaderBytes)
-    throw refuse(fmt::format("{} bytes, expected at least {}", size, kHeaderBytes));
-  std::array<std::byte, kHeaderBytes> header{};
+  if (size < kVersionHeaderBytes)
+    throw refuse(fmt::format("{} bytes, expected at least {}", size, kVersionHeaderBytes));
+  std::array<std::byte, kVersionHeaderBytes> header{};
   file.read_at(0, header);
-  if (std::memcmp(header.data(), kMagic, 8) != 0 || load<std::uint32_t>(header, 8) != kVersion)
+  if (std::memcmp(header.data(), kVersionMagic, 8) != 0 ||
+      load<std::uint32_t>(header, 8) != kVersionFormat)
     throw refuse("expected the header of a version");
   const auto bytes = load<std::uint64_t>(header, 16), checksum = load<std::uint64_t>(header, 24);
-  if (bytes > size - kHeaderBytes || bytes > kMaxDescriptionBytes)
+  if (bytes > size - kVersionHeaderBytes || bytes > kMaxDescriptionBytes)
     throw refuse(
         fmt::format("expected a description of at most {} bytes in the {} of the file, "
                     "found one of {}",
                     kMaxDescriptionBytes, size, bytes));
   std::vector<std::byte> description(bytes);
-  file.read_at(kHeaderBytes, description);
+  file.read_at(kVersionHeaderBytes, description);
   if (const std::uint64_t found = checksum_of(description); found != checksum)
     throw refuse(
         fmt::format("the description has checksum {:016x}, expected {:016x}", found, checksum));

@@ -25,7 +25,7 @@ constexpr double kFirstWavelength = 0.125;  // of the diagonal
 constexpr double kShortestWavelength = 4;   // of the mean edge
 constexpr double kNextAmplitude = 0.45;     // of the one before
 
-[[noreturn]] void refuse(const std::string& what) {
+[[noreturn]] void refuse_displacement(const std::string& what) {
   throw Error(ErrorCode::kInvalidArgument, "displace: " + what);
 }
 
@@ -101,7 +101,8 @@ class Displacement {
       : store_(store),
         options_(options),
         position_(store.attribute("position")),
-        has_normals_(store.has_attribute("normal")),
+        has_normals_(store.has_attribute("normal") &&
+                     store.derivation(store.attribute("normal")).empty()),
         measures_(static_cast<std::size_t>(options.threads)) {
     visit_options_.threads = options.threads;
     passes_ = 2 + (options.kind == DisplacementKind::kFractal ? 1u : 0u) + (has_normals_ ? 1u : 0u);
@@ -154,12 +155,13 @@ class Displacement {
       all.add(one.high);
       all.finite = all.finite && one.finite;
     }
-    if (!all.finite) refuse("a position of the store is not finite");
+    if (!all.finite) refuse_displacement("a position of the store is not finite");
     low_ = all.low;
     const Wide size = all.high - all.low;
     displaced_.diagonal = std::sqrt(dot(size, size));
     if (!(displaced_.diagonal > 0 && std::isfinite(displaced_.diagonal)))
-      refuse("the bounding box of the positions has no extent, or none that a number can hold");
+      refuse_displacement(
+          "the bounding box of the positions has no extent, or none that a number can hold");
   }
 
   /// The pass that makes the normals is the last one; the other passes check their own need.
@@ -201,7 +203,7 @@ class Displacement {
          wavelength >= shortest && displaced_.wavelengths.size() < kMostOctaves; wavelength /= 2)
       displaced_.wavelengths.push_back(wavelength);
     if (displaced_.wavelengths.empty())
-      refuse(
+      refuse_displacement(
           fmt::format("fractal: the mean edge is {:.3g} and the diagonal {:.3g}; the first wave "
                       "is an eighth of the diagonal, and needs edges of a thirty-second at most: "
                       "refine the mesh further",
@@ -278,24 +280,27 @@ class Displacement {
   Displaced displaced_;
 };
 
-void check(const Store& store, const DisplaceOptions& options) {
+void check_displacement(const Store& store, const DisplaceOptions& options) {
   if (!(options.amplitude >= 0 && options.amplitude <= 1))
-    refuse(fmt::format("amplitude {}, expected 0 to 1: it counts in diagonals of the bounding box",
-                       options.amplitude));
+    refuse_displacement(
+        fmt::format("amplitude {}, expected 0 to 1: it counts in diagonals of the bounding box",
+                    options.amplitude));
   if (options.threads < 1 || options.threads > 1024)
-    refuse(fmt::format("{} threads, expected 1 to 1024", options.threads));
+    refuse_displacement(fmt::format("{} threads, expected 1 to 1024", options.threads));
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
   if (position.schema.type == ComponentType::kFloat64)
     store.check_type(store.attribute("position"), ComponentType::kFloat64, 3);
   else
     store.check_type(store.attribute("position"), ComponentType::kFloat32, 3);
-  if (store.has_attribute("displaced")) refuse("the store has an attribute 'displaced' already");
+  if (store.has_attribute("displaced"))
+    refuse_displacement("the store has an attribute 'displaced' already");
   if (!store.has_attribute("normal")) return;
   store.check_type(store.attribute("normal"), ComponentType::kFloat32, 3);
   const int normal_levels = store.attributes()[store.attribute("normal")].finest_level;
   if (normal_levels != position.finest_level)
-    refuse(fmt::format("attribute 'normal' has level {} and attribute 'position' has level {}",
-                       normal_levels, position.finest_level));
+    refuse_displacement(
+        fmt::format("attribute 'normal' has level {} and attribute 'position' has level {}",
+                    normal_levels, position.finest_level));
 }
 
 }  // namespace
@@ -312,7 +317,7 @@ DisplacementKind displacement_from_name(std::string_view name) {
 }
 
 Displaced displace(Store& store, const DisplaceOptions& options) {
-  check(store, options);
+  check_displacement(store, options);
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
   if (position.schema.type == ComponentType::kFloat64)
     return Displacement<double>(store, options).run();

@@ -12,7 +12,7 @@ namespace {
 
 /// Writes one point to its lane.
 template <class Real>
-void put(Real* first, std::size_t point, const Vector3<Real>& v) {
+void put_point(Real* first, std::size_t point, const Vector3<Real>& v) {
   lattice_points::put(first + point * kPointNumbers, 0, v);
 }
 
@@ -206,13 +206,14 @@ void BaseRings<Rule>::fill_first_level() {
   for (const std::uint32_t number : placed_) {
     Real* const to = points_.data() + starts_[number];
     const RingShape& shape = rings_[number].shape;
-    put(to, 0, source_.vertex(vertices_[number]));
+    put_point(to, 0, source_.vertex(vertices_[number]));
     if constexpr (Rule::kReach > 1) {
       fill_two_rings(number, to);
       continue;
     }
     for (int spoke = 0; spoke < shape.valence; ++spoke)
-      put(to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
+      put_point(
+          to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
           source_.vertex(neighbours_[rings_[number].neighbours + static_cast<std::size_t>(spoke)]));
   }
   if constexpr (Rule::kReach == 1) return;
@@ -230,15 +231,15 @@ void BaseRings<Rule>::fill_two_rings(std::uint32_t number, Real* to) {
   const RingShape& shape = rings_[number].shape;
   FaceSide corner = source_.mesh.vertex_corners[vertices_[number]];
   for (int spoke = 0; spoke < shape.valence; ++spoke) {
-    put(to, shape.point(kFar, spoke),
-        source_.vertex(neighbours_[ring + static_cast<std::size_t>(spoke)]));
+    put_point(to, shape.point(kFar, spoke),
+              source_.vertex(neighbours_[ring + static_cast<std::size_t>(spoke)]));
     const bool last_of_border = shape.border && spoke == shape.valence - 1;
     const auto& edges = source_.mesh.face_edges[corner.face()];
     const auto side = static_cast<std::size_t>(corner.side());
-    put(to, shape.point(kNear, spoke),
-        source_.middles[edges[(side + (last_of_border ? 1 : 2)) % 3]]);
+    put_point(to, shape.point(kNear, spoke),
+              source_.middles[edges[(side + (last_of_border ? 1 : 2)) % 3]]);
     if (last_of_border) return;
-    put(to, shape.point(kBetween, spoke), source_.middles[edges[side]]);
+    put_point(to, shape.point(kBetween, spoke), source_.middles[edges[side]]);
     const FaceSide next = source_.mesh.next_corner(corner);
     if (next.exists()) corner = next;
   }

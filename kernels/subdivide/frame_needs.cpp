@@ -8,7 +8,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::size_t kNormalBytes = 12;
+constexpr std::size_t kFrameNormalBytes = 12;
 
 /// The largest need of the passes of sweep_steps.cpp. The passes at the finest level are the widest
 /// of their kind, so the function needs only their accesses.
@@ -26,7 +26,7 @@ std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& opti
   }
   if (options.normals || options.limit) {
     passes.push_back({{record_bytes, first, last, Reach::kFaces}});
-    if (options.normals) passes.back().push_back({kNormalBytes, first, last});
+    if (options.normals) passes.back().push_back({kFrameNormalBytes, first, last});
     if (options.limit) passes.back().push_back({record_bytes, first, last});
   }
   std::uint64_t most = 0;
@@ -47,7 +47,7 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
   if (!options.normals && !options.limit) return most;
   std::vector<std::uint64_t> windows = {
       patch_needs(store, {record_bytes, first, last, Reach::kFaces})};
-  if (options.normals) windows.push_back(patch_needs(store, {kNormalBytes, first, last}));
+  if (options.normals) windows.push_back(patch_needs(store, {kFrameNormalBytes, first, last}));
   if (options.limit) windows.push_back(patch_needs(store, {record_bytes, first, last}));
   // The smallest budget in which all windows fit, if each has at least a quarter of the budget.
   // There are at most three windows, so the loop ends.

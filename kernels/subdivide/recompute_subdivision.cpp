@@ -59,7 +59,7 @@ std::uint64_t level_bytes(const StoreCheck& check, const SubdivideOptions& optio
   return bytes;
 }
 
-Recomputation refuse(const std::string& reason) {
+Recomputation no_recomputation(const std::string& reason) {
   Recomputation refused;
   refused.refusal = [reason](std::string_view attribute) {
     return attribute == "position"
@@ -73,14 +73,14 @@ Recomputation plan(const StoreCheck& check,
                    const std::shared_ptr<const std::vector<OneRingScheme>>& own_schemes) {
   const AttributeInfo* const position = find(check, "position");
   if (position == nullptr || !is_real(position->schema.type))
-    return refuse("the store has no positions of a refinement");
+    return no_recomputation("the store has no positions of a refinement");
   SubdivideOptions options;
   if (const std::string reason = choose_scheme(check.provenance.scheme, *own_schemes, options);
       !reason.empty())
-    return refuse(reason);
+    return no_recomputation(reason);
   options.limit = check.provenance.limit;
   if (options.limit && !traits_of(options).has_limits)
-    return refuse(
+    return no_recomputation(
         fmt::format("the manifest's scheme '{}' has no limit positions", check.provenance.scheme));
   const int levels = relative_to_base(position->finest_level, check.options.base_level).refinements;
   const bool fused = levels >= 1 && levels <= kMostFusedLevels;

@@ -13,7 +13,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-void check(const Store& store, const SubdivideOptions& options) {
+void check_subdivision(const Store& store, const SubdivideOptions& options) {
   if (options.levels < store.base_level() || options.levels > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("subdivide to level {}: expected {} to {}", options.levels,
@@ -160,7 +160,7 @@ void add_base_positions(Store& store, bool double_precision) {
 }
 
 void subdivide(Store& store, const SubdivideOptions& options) {
-  check(store, options);
+  check_subdivision(store, options);
   const AttributeId position = store.attribute("position");
   const AttributeSchema& schema = store.attributes()[position].schema;
   const auto run = [&](const auto& rule) { run_subdivision(store, options, position, rule); };

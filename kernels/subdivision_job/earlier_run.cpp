@@ -9,6 +9,7 @@
 #include "plait/block_maker.h"
 #include "plait/byte_text.h"
 #include "plait/error.h"
+#include "plait/level_pipelines.h"
 #include "subdivision_job/planning.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -42,7 +43,11 @@ class Comparison {
     if (provenance.limit)
       refuse_store("existing",
                    "its positions are limit positions, and no subdivision can continue from these");
-    if (has_levels && provenance.scheme.empty())
+    if (store_.rounding(store_.attribute("position")))
+      refuse_store("existing",
+                   "its positions are rounded, and finer levels are made from exact "
+                   "ones");
+    else if (has_levels && provenance.scheme.empty())
       refuse_store("existing", "it does not say which scheme made its levels");
     else if (has_levels && request_.own_scheme)
       same("own_scheme", request_.own_scheme->name(), provenance.scheme);
@@ -58,6 +63,10 @@ class Comparison {
     if (position_.finest_level > request_.levels)
       refuse_store("levels", fmt::format("expected level {} at most, found level {}",
                                          request_.levels, position_.finest_level));
+    if (store_.has_attribute("normal") && !store_.derivation(store_.attribute("normal")).empty())
+      refuse_store("existing",
+                   "its normals are derived; convert it with --compress "
+                   "normal=default first");
     if (store_.has_attribute("normal") && position_.finest_level < request_.levels &&
         !request_.normals)
       refuse_store("normals", fmt::format("it has normals of level {}, which do not fit a finer "
@@ -82,9 +91,10 @@ class Comparison {
   void pipelines() {
     for (AttributeId id = 0; id < store_.attributes().size(); ++id) {
       const AttributeInfo& info = store_.attributes()[id];
-      const std::string asked = request_.pipeline_of(info.schema);
+      const LevelPipelines pipelines = LevelPipelines::parse(request_.pipeline_of(info.schema));
       for (int level = store_.base_level() + 1; level <= info.finest_level; ++level)
-        if (const std::string& found = store_.level_file(id, level).pipeline;
+        if (const std::string& asked = pipelines.of(level),
+            &found = store_.level_file(id, level).pipeline;
             with_recipe(found, {}) != with_recipe(asked, {}))
           return same("pipeline_of", asked, found);
     }

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <span>
 #include <system_error>
 #include <utility>
 
 #include "plait/block_maker.h"
 #include "plait/error.h"
+#include "plait/level_pipelines.h"
 #include "plait/partial_store.h"
 #include "schemes/table.h"
 
@@ -43,16 +45,18 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
 void choose_pipelines(const SubdivisionRequest& request, const BackendRegistry::Entry& backend,
                       SubdivisionPlan& plan) {
   plan.store.pipeline_of = [backend, wanted = request.pipeline_of](const AttributeSchema& schema) {
-    std::string pipeline = wanted(schema);
-    if (!backend.needs_other_blocks(pipeline, schema)) return pipeline;
-    return has_predicted_stage(pipeline)
-               ? fmt::format("{}+{}", kPredictedStage, backend.default_pipeline)
-               : backend.default_pipeline;
+    const auto alone = [&](std::string_view pipeline) {
+      if (!backend.needs_other_blocks(pipeline, schema)) return std::string(pipeline);
+      return has_predicted_stage(pipeline)
+                 ? fmt::format("{}+{}", kPredictedStage, backend.default_pipeline)
+                 : backend.default_pipeline;
+    };
+    return LevelPipelines::parse(wanted(schema)).changed(alone).to_text();
   };
   const AttributeSchema position{"position", request.precision.value_or(ComponentType::kFloat32),
                                  3};
   backend.validate_pipeline(request.pipeline_of(position), position);
-  if (request.normals) {
+  if (request.normals && !request.derive_normals) {
     const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
     backend.validate_pipeline(request.pipeline_of(normal), normal);
   }
@@ -64,12 +68,37 @@ void choose_pipelines(const SubdivisionRequest& request, const BackendRegistry::
                        request.pipeline_of(position)));
 }
 
+void check_derived(const SubdivisionRequest& request, SubdivisionPlan& plan) {
+  if (!request.derive_normals) return;
+  if (request.limit)
+    refuse(plan, "limit", ErrorCode::kInvalidArgument,
+           "subdivide: derived normals are those of the stored positions, and limit positions have "
+           "others than the surface: leave one of the two out");
+  if (plan.commits_levels)
+    refuse(plan, "derive_normals", ErrorCode::kInvalidArgument,
+           "subdivide: a run that can be resumed stores its normals: convert the store when it is "
+           "finished");
+}
+
 /// A resumable run never has limit positions: check_resumable() refuses them.
 void check_limit(const SubdivisionRequest& request, SubdivisionPlan& plan) {
   if (!request.limit || plan.commits_levels) return;
   if (const SchemeTraits scheme = traits_of(plan.subdivide); !scheme.has_limits)
     refuse(plan, "limit", ErrorCode::kNotSupported,
            fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
+}
+
+/// Refuses bounds of attributes that the run does not make, and bounds that no step suits.
+/// `corners` contain the records that follow from the mesh, as far as they are known.
+void check_bound(const SubdivisionRequest& request, const AttributeSchema& schema,
+                 std::span<const std::byte> corners, SubdivisionPlan& plan) {
+  const auto bound = request.max_errors.of(schema.name);
+  if (!bound) return;
+  try {
+    const Rounder takes_it(schema, *bound, corners);
+  } catch (const Error& error) {
+    refuse(plan, "max_errors", error.code(), fmt::format("subdivide: {}", error.what()));
+  }
 }
 
 }  // namespace
@@ -85,6 +114,10 @@ void throw_refusal(const SubdivisionPlan& plan) {
 
 SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendRegistry& backends) {
   SubdivisionPlan plan;
+  if (request.existing == ExistingStore::kResume && !request.max_errors.empty())
+    refuse(plan, "max_errors", ErrorCode::kInvalidArgument,
+           "subdivide: a run that can be resumed cannot round records, because finer levels are "
+           "made from exact ones: round a copy of the finished store");
   plan.store.backend = request.backend.value_or("");
   plan.keeps_store = true;
   if (request.backend) {
@@ -103,7 +136,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.subdivide.scheme = request.scheme.value_or(kDefaultScheme);
   if (request.own_scheme) plan.subdivide.own_scheme = &*request.own_scheme;
   plan.subdivide.levels = request.levels;
-  plan.subdivide.normals = request.normals;
+  plan.subdivide.normals = request.normals && !request.derive_normals;
   plan.subdivide.limit = request.limit;
   plan.subdivide.executor =
       request.executor.value_or(plan.commits_levels ? ExecutorKind::kSweep : ExecutorKind::kFused);
@@ -115,6 +148,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
     refuse(plan, "scheme", ErrorCode::kInvalidArgument,
            fmt::format("subdivide: expected one scheme, found {} and the program's own {}",
                        to_string(*request.scheme), request.own_scheme->name()));
+  check_derived(request, plan);
   check_resumable(request, plan);
   check_limit(request, plan);
   if (plan.precision != ComponentType::kFloat32 && plan.precision != ComponentType::kFloat64)
@@ -139,6 +173,23 @@ void check_compression(const SubdivisionRequest& request, const BackendRegistry&
          fmt::format("subdivide: pipelines need a backend that compresses, such as compressed, "
                      "found backend {}",
                      request.backend.value_or("auto")));
+}
+
+void check_bounds(const SubdivisionRequest& request, const BaseMesh& mesh, SubdivisionPlan& plan) {
+  for (const auto& [name, bound] : request.max_errors.all())
+    if (name != "position" && !(name == "normal" && request.normals))
+      refuse(plan, "max_errors", ErrorCode::kInvalidArgument,
+             fmt::format("subdivide: expected error bounds of {}, found one of '{}'{}",
+                         request.normals ? "position and normal" : "position", name,
+                         name == "normal" ? ", which is not asked for" : ""));
+  if (request.verify && request.max_errors.empty())
+    refuse(plan, "verify", ErrorCode::kInvalidArgument,
+           "subdivide: expected an error bound to verify, found none");
+  check_bound(request, {"position", ComponentType::kFloat64, 3}, std::as_bytes(mesh.positions()),
+              plan);
+  constexpr float kUnitBox[] = {-1, -1, -1, 1, 1, 1};
+  check_bound(request, {"normal", ComponentType::kFloat32, 3}, std::as_bytes(std::span(kUnitBox)),
+              plan);
 }
 
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan) {

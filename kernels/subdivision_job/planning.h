@@ -19,6 +19,8 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
 /// Refuses a codec or a filter for a new store if the request names no backend that compresses.
 void check_compression(const SubdivisionRequest& request, const BackendRegistry& backends,
                        SubdivisionPlan& plan);
+/// Refuses bounds of errors that the run cannot keep.
+void check_bounds(const SubdivisionRequest& request, const BaseMesh& mesh, SubdivisionPlan& plan);
 /// Refuses the name of a new store if PartialStore would refuse it.
 void check_name(const SubdivisionRequest& request, SubdivisionPlan& plan);
 

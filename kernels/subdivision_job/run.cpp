@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "plait/attribute_levels.h"
+#include "plait/derivation.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/left_overs.h"
@@ -24,6 +26,10 @@ bool is_predicted(const Store& store, AttributeId id) {
     for (const BlockEntry& entry : store.level_file(id, level).table.entries())
       if (entry.encoding != BlockEncoding::kPredicted) return false;
   return true;
+}
+
+double step_of(const Store& store, AttributeId id, const ErrorBound& bound) {
+  return Rounder(store.attributes()[id].schema, bound, store.base_bytes(id)).step();
 }
 
 MeshFigures figures_of(const BaseMesh& mesh) {
@@ -94,18 +100,39 @@ void PlannedRun::open_store(BaseMesh base) {
 
 void PlannedRun::encode_anew() {
   const BackendRegistry::Entry& backend = backends_.find(plan_.store.backend);
-  if (!request_.pipeline_of || !backend.traits.compressed) return;
+  const bool chooses = request_.pipeline_of && backend.traits.compressed;
+  if (!chooses && request_.max_errors.empty()) return;
   store_->pager().flush();
+  const Provenance provenance = store_->provenance();
   for (AttributeId id = 0; id < store_->attributes().size(); ++id) {
     const AttributeSchema schema = store_->attributes()[id].schema;
-    const std::string pipeline = request_.pipeline_of(schema);
-    if (!backend.needs_other_blocks(pipeline, schema) || is_predicted(*store_, id)) continue;
-    enter(SubdivisionStep::kEncode);
-    recode_attribute(*store_, id, pipeline, [&](std::uint64_t done, std::uint64_t total) {
-      tell(SubdivisionStep::kEncode, schema.name, done, total);
-      return true;
-    });
+    const std::string pipelines = chooses ? request_.pipeline_of(schema) : backend.default_pipeline;
+    if (const auto bound = request_.max_errors.of(schema.name))
+      encode_anew(id, request_.round_pipelines
+                          ? request_.round_pipelines(pipelines, step_of(*store_, id, *bound))
+                          : pipelines);
+    else if (backend.needs_other_blocks(pipelines, schema) && !is_predicted(*store_, id))
+      encode_anew(id, pipelines);
+    // Rounded positions have no scheme. But normals, which come later, are as the scheme made them.
+    store_->set_provenance(provenance);
   }
+  if (!request_.max_errors.of("position")) return;
+  Provenance rounded = provenance;
+  rounded.scheme.clear();
+  store_->set_provenance(rounded);
+}
+
+void PlannedRun::encode_anew(AttributeId id, const std::string& pipelines) {
+  enter(SubdivisionStep::kEncode);
+  const std::string name = store_->attributes()[id].schema.name;
+  RecodeOptions options;
+  options.bound = request_.max_errors.of(name);
+  options.verify = request_.verify;
+  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
+    tell(SubdivisionStep::kEncode, name, done, total);
+    return true;
+  };
+  recode_attribute(*store_, id, pipelines, options);
 }
 
 void PlannedRun::make_levels() {
@@ -124,14 +151,26 @@ void PlannedRun::make_levels() {
       tell(SubdivisionStep::kLevels, now.phase, now.vertices_done, now.vertices_total);
       return true;
     };
+    // The levels that the store has were compared with the request; finer ones may have others.
+    if (plan_.earlier && request_.pipeline_of)
+      for (AttributeId id = 0; id < store.attributes().size(); ++id)
+        store.set_pipeline(id, request_.pipeline_of(store.attributes()[id].schema));
     subdivide(store, options);
     encode_anew();
+    if (request_.derive_normals) {
+      const AttributeId normal = store.add_attribute(schema_of<Vector3<float>>("normal"));
+      store.set_pipeline(normal, std::string(kDerived));
+      while (store.attributes()[normal].finest_level < request_.levels) store.add_level(normal);
+    }
     commit();
   }
   result_.refine_seconds += clock.seconds() - result_.commit_seconds;
-  for (AttributeId id = 0; id < store.attributes().size(); ++id)
-    if (const int finest = store.attributes()[id].finest_level; finest > store.base_level())
-      result_.pipelines[store.attributes()[id].schema.name] = store.level_file(id, finest).pipeline;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const auto& [schema, finest] = store.attributes()[id];
+    if (finest > store.base_level())
+      result_.pipelines[schema.name] = pipelines_of_levels(store, id);
+    if (const auto& rounding = store.rounding(id)) result_.roundings[schema.name] = *rounding;
+  }
   result_.paging = store.statistics();
   result_.stored_bytes = store.stored_bytes();
   for (const AttributeInfo& attribute : store.attributes())

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "plait/kernels/subdivision_job.h"
@@ -37,8 +38,9 @@ class PlannedRun {
 
   void create_store(BaseMesh base);
   void commit();
-  /// Encodes attributes anew whose blocks are encoded from other blocks.
+  /// Encodes attributes anew that are rounded, or whose blocks are encoded from other blocks.
   void encode_anew();
+  void encode_anew(AttributeId id, const std::string& pipelines);
 
   const SubdivisionRequest& request_;
   const BackendRegistry& backends_;

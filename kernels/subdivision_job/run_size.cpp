@@ -21,7 +21,7 @@ namespace {
 /// measured 160 to 180 bytes (peak_rss_bytes of `plait subdivide --backend memory --max-slot 12`),
 /// of which 93 stay.
 constexpr std::uint64_t kBaseMeshBytesPerFace = 180;
-constexpr std::uint64_t kNormalBytes = 12;
+constexpr std::uint64_t kRunNormalBytes = 12;
 constexpr std::uint64_t kExpectedCompression = 4;
 
 /// 2^64 - 1 if the result does not fit, as in sum().
@@ -50,7 +50,8 @@ std::uint64_t left_over_bytes(const std::filesystem::path& path) {
 
 }  // namespace
 
-SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan) {
+SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionRequest& request,
+                            const SubdivisionPlan& plan) {
   const int levels = plan.subdivide.levels, base_level = plan.store.base_level;
   const std::uint64_t position_bytes = 3 * component_bytes(plan.precision);
   const auto vertices = [&](int level) { return counts_at_level(input, level).vertices; };
@@ -60,10 +61,15 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan) 
   const int first = base_level + 1;
   const int done = plan.earlier ? plan.earlier->level : base_level;
   const bool has_normals = plan.earlier && plan.earlier->normals;
-  const std::uint64_t normals = plan.subdivide.normals ? kNormalBytes : 0;
+  const std::uint64_t normals = plan.subdivide.normals ? kRunNormalBytes : 0;
 
   SubdivisionSize size;
   size.level_bytes = product(born(first, levels), position_bytes + normals);
+  // Rounded levels are copies; the exact ones stay until the commit.
+  if (request.max_errors.of("position"))
+    size.rounded_bytes = product(born(first, levels), position_bytes);
+  if (request.max_errors.of("normal"))
+    size.rounded_bytes = sum(size.rounded_bytes, product(born(first, levels), normals));
   size.longest_file_bytes = product(born(levels, levels), position_bytes);
   size.base_mesh_bytes = product(counts_at_level(input, base_level).faces, kBaseMeshBytesPerFace);
   if (!plan.keeps_store) return size;
@@ -77,14 +83,15 @@ SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan) 
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels - 1), position_bytes));
   if (plan.subdivide.limit && plan.subdivide.executor != ExecutorKind::kFused)
     size.disk_bytes = sum(size.disk_bytes, product(born(first, levels), position_bytes));
+  size.disk_bytes = sum(size.disk_bytes, size.rounded_bytes);
   return size;
 }
 
 void check_memory(SubdivisionPlan& plan, const BackendTraits& backend) {
   SubdivisionSize& size = plan.size;
-  size.memory_bytes =
-      sum(size.base_mesh_bytes,
-          backend.durable ? std::min(size.level_bytes, plan.store.budget_bytes) : size.level_bytes);
+  size.memory_bytes = sum(size.base_mesh_bytes,
+                          backend.durable ? std::min(size.level_bytes, plan.store.budget_bytes)
+                                          : sum(size.level_bytes, size.rounded_bytes));
   if (const std::uint64_t found = available_memory_bytes(); size.memory_bytes > found)
     refuse_size(plan, ErrorCode::kOutOfMemory,
                 fmt::format("memory for level {} ({} for the base mesh)", plan.subdivide.levels,

@@ -11,7 +11,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Estimates the run for the mesh `input`, which the job refines plan.store.base_level times in
 /// memory. The disk_bytes of a resumed run are those of the remaining work.
-SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionPlan& plan);
+SubdivisionSize size_of_run(const BaseMesh& input, const SubdivisionRequest& request,
+                            const SubdivisionPlan& plan);
 
 /// Sets size.memory_bytes: the base mesh, levels that the backend has in memory, and the part of
 /// the budget that the run can use. Refuses with kOutOfMemory.

@@ -76,7 +76,7 @@ void SubdivisionJob::Implementation::plan_mesh() {
   if (!store)
     plan.store.base_level = rebase_levels(request.levels, 3 * component_bytes(plan.precision),
                                           request.max_slot_bytes.value_or(kMaxSlotBytes));
-  plan.size = size_of_run(mesh, plan);
+  plan.size = size_of_run(mesh, request, plan);
   if (plan.store.backend.empty()) {
     BackendChoice choice{"pread", "the default"};
     if (request.choose_backend)
@@ -99,6 +99,8 @@ SubdivisionJob::SubdivisionJob(SubdivisionRequest request, const BackendRegistry
   if (!job.store) check_compression(job.request, backends, job.plan);
   if (!job.plan.refusals.empty()) return;
   job.read_mesh();
+  check_bounds(job.request, job.mesh, job.plan);
+  if (!job.plan.refusals.empty()) return;
   job.plan_mesh();
 }
 

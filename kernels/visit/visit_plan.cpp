@@ -10,7 +10,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-[[noreturn]] void refuse(const VisitOptions& options, ErrorCode code, const std::string& what) {
+[[noreturn]] void refuse_visit(const VisitOptions& options, ErrorCode code,
+                               const std::string& what) {
   throw Error(code, fmt::format("visit '{}': {}", options.name, what));
 }
 
@@ -24,11 +25,11 @@ int finest_level_of(const Store& store, const VisitOptions& options,
   };
   for (const VisitedAttribute& attribute : attributes)
     if (level_of(attribute) != level_of(attributes.front()))
-      refuse(options, ErrorCode::kInvalidArgument,
-             fmt::format("attribute '{}' has level {} and attribute '{}' has level {}: set "
-                         "VisitOptions::level, or add the levels that are missing",
-                         attributes.front().name, level_of(attributes.front()), attribute.name,
-                         level_of(attribute)));
+      refuse_visit(options, ErrorCode::kInvalidArgument,
+                   fmt::format("attribute '{}' has level {} and attribute '{}' has level {}: set "
+                               "VisitOptions::level, or add the levels that are missing",
+                               attributes.front().name, level_of(attributes.front()),
+                               attribute.name, level_of(attribute)));
   return level_of(attributes.front());
 }
 
@@ -38,8 +39,8 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                      std::vector<VisitedAttribute> attributes)
     : store_(&store), options_(&options), attributes_(std::move(attributes)) {
   if (options.threads < 1 || options.threads > 1024)
-    refuse(options, ErrorCode::kInvalidArgument,
-           fmt::format("{} threads, expected 1 to 1024", options.threads));
+    refuse_visit(options, ErrorCode::kInvalidArgument,
+                 fmt::format("{} threads, expected 1 to 1024", options.threads));
   for (std::size_t number = 0; number < attributes_.size(); ++number) {
     VisitedAttribute& attribute = attributes_[number];
     attribute.id = store.attribute(attribute.name);
@@ -47,24 +48,26 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
     reads_rings_ = reads_rings_ || attribute.rings;
     for (std::size_t other = 0; other < number; ++other)
       if (attributes_[other].id == attribute.id)
-        refuse(options, ErrorCode::kInvalidArgument,
-               fmt::format("attribute '{}' is named twice: a pass that reads rings of an attribute "
-                           "writes to another one",
-                           attribute.name));
+        refuse_visit(
+            options, ErrorCode::kInvalidArgument,
+            fmt::format("attribute '{}' is named twice: a pass that reads rings of an attribute "
+                        "writes to another one",
+                        attribute.name));
   }
   level_ = finest_level_of(store, options, attributes_);
   const int first = store.base_level();
   if (level_ < first)
-    refuse(options, ErrorCode::kInvalidArgument,
-           fmt::format("level {}, expected {} or more: the base mesh of the store is level {}",
-                       level_, first, first));
+    refuse_visit(
+        options, ErrorCode::kInvalidArgument,
+        fmt::format("level {}, expected {} or more: the base mesh of the store is level {}", level_,
+                    first, first));
   for (const VisitedAttribute& attribute : attributes_) {
     const int finest = store.attributes()[attribute.id].finest_level;
     if (level_ > finest)
-      refuse(options, ErrorCode::kInvalidArgument,
-             fmt::format("level {}, but attribute '{}' ends at level {}: make it with "
-                         "Store::add_attribute(schema, {})",
-                         level_, attribute.name, finest, level_));
+      refuse_visit(options, ErrorCode::kInvalidArgument,
+                   fmt::format("level {}, but attribute '{}' ends at level {}: make it with "
+                               "Store::add_attribute(schema, {})",
+                               level_, attribute.name, finest, level_));
   }
   refinements_ = relative_to_base(level_, first).refinements;
   for (int refinement = 1; refinement <= refinements_; ++refinement)

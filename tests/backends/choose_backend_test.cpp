@@ -27,6 +27,47 @@ BackendRegistry registry_with_uring(bool allowed) {
 
 }  // namespace
 
+TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
+  const BackendFacts large{kLarge, kAvailable, StoreMedium::kDisk, "", ""};
+  struct Row {
+    const char* what;
+    BackendFacts facts;
+    const char* backend;
+    const char* because;
+  };
+  const auto with = [&](auto change) {
+    BackendFacts facts = large;
+    change(facts);
+    return facts;
+  };
+  const Row rows[] = {
+      {"large on a disk", large, "uring", "goes past the page cache"},
+      {"small on a disk", with([](BackendFacts& facts) { facts.raw_bytes = kLarge - 1; }), "pread",
+       "the page cache keeps it"},
+      {"an empty store", with([](BackendFacts& facts) { facts.raw_bytes = 0; }), "pread", "small"},
+      {"in memory", with([](BackendFacts& facts) { facts.medium = StoreMedium::kMemory; }), "pread",
+       "keeps files in memory"},
+      {"a network", with([](BackendFacts& facts) { facts.medium = StoreMedium::kNetwork; }),
+       "pread", "on another machine"},
+      {"no medium", with([](BackendFacts& facts) { facts.medium = StoreMedium::kUnknown; }),
+       "pread", "nothing is known"},
+      {"no io_uring", with([](BackendFacts& facts) { facts.no_uring = "the kernel says no"; }),
+       "pread", "the kernel says no"},
+      {"no O_DIRECT", with([](BackendFacts& facts) { facts.no_direct = "no O_DIRECT here"; }),
+       "pread", "no O_DIRECT here"},
+      {"no memory is known", with([](BackendFacts& facts) { facts.available_bytes = ~0ull; }),
+       "pread", "an unknown amount of memory"},
+  };
+  for (const Row& row : rows) {
+    CAPTURE(row.what);
+    const BackendChoice choice = choose_backend(row.facts);
+    CHECK(choice.name == row.backend);
+    CHECK_THAT(choice.reason, Catch::Contains(row.because) && Catch::Contains("of levels"));
+  }
+  // Nothing is known: pread.
+  CHECK(choose_backend(BackendFacts{}).name == "pread");
+}
+
 TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
   const TemporaryDirectory here;
   const BackendChoice choice =

@@ -25,7 +25,7 @@
 namespace plait::test {
 namespace {
 
-constexpr std::uint64_t kBlockBytes = 4096, kBlocks = 48, kThreads = 8;
+constexpr std::uint64_t kStressBlockBytes = 4096, kBlocks = 48, kStressThreads = 8;
 constexpr int kSteps = unless_sanitized(200, 60);
 constexpr unsigned char kHalfWritten = 0xee;
 
@@ -69,22 +69,22 @@ class Stress {
   /// `frames`: all threads together hold at most 24 at once.
   Stress(const BackendRegistry::Entry& entry, Policies policies, int io_threads,
          std::uint64_t frames)
-      : entry_(entry), pager_(frames * kBlockBytes, io_threads), tight_(frames < 24) {
+      : entry_(entry), pager_(frames * kStressBlockBytes, io_threads), tight_(frames < 24) {
     for (std::size_t i = 0; i < sessions_.size(); ++i) {
       const bool window =
           policies == Policies::kLayoutOrder || (policies == Policies::kBoth && i % 2 == 0);
       sessions_[i] = pager_.open_session(
           {.policy = window ? EvictionPolicy::kLayoutOrder : EvictionPolicy::kClock,
-           .share_bytes = i < 2 ? 4 * kBlockBytes : 0,
-           .window_bytes = window ? 2 * kBlockBytes : 0});
+           .share_bytes = i < 2 ? 4 * kStressBlockBytes : 0,
+           .window_bytes = window ? 2 * kStressBlockBytes : 0});
     }
-    file_.geometry =
-        LevelGeometry(SlotShapes(kBlocks * kBlockBytes), BaseRelativeLevel(1), 1, kBlockBytes);
+    file_.geometry = LevelGeometry(SlotShapes(kBlocks * kStressBlockBytes), BaseRelativeLevel(1), 1,
+                                   kStressBlockBytes);
     file_.table = BlockTable({}, 2, 1, kBlocks);
     if (entry.traits.durable) directory_ = Directory(place_.path());
     open(OpenMode::kCreate);
     for (std::uint64_t block = 0; block < kBlocks; ++block)
-      fill(sessions_[0].pin(file_, block, Access::kOverwrite), 0, kBlockBytes);
+      fill(sessions_[0].pin(file_, block, Access::kOverwrite), 0, kStressBlockBytes);
     pager_.flush();
     volume_->begin_version(2, {});
   }
@@ -100,7 +100,7 @@ class Stress {
     file_.backend.reset();
     volume_ = wrapped_volume(entry_.open, [this](Volume& inner, const LevelSpec& level) {
       return std::make_unique<UnreliableBackend>(inner.open_level(level), faults_);
-    })({"", 8 * kBlockBytes, 2});
+    })({"", 8 * kStressBlockBytes, 2});
     file_.traits = entry_.traits;
     file_.writable = mode != OpenMode::kRead;
     const AttributeSchema schema{"bytes", ComponentType::kUint8, 1};
@@ -112,7 +112,7 @@ class Stress {
 
   void run(bool writing) {
     std::vector<std::thread> threads;
-    for (std::uint32_t number = 0; number < kThreads; ++number)
+    for (std::uint32_t number = 0; number < kStressThreads; ++number)
       threads.emplace_back([this, number, writing] {
         // The last four share a session.
         Worker(*this, sessions_[std::min<std::size_t>(number, sessions_.size() - 1)], number + 1)
@@ -226,7 +226,7 @@ class Stress {
       const PinnedBlock pinned = try_pin(block, access);
       if (!pinned) return;
       if (access == Access::kUpdate) check(pinned, block);
-      fill(pinned, value, kBlockBytes);
+      fill(pinned, value, kStressBlockBytes);
       stress_.expected_[block] = value;
     }
     /// What is there then is older, and whole. A level in memory has what was stored.
@@ -235,7 +235,7 @@ class Stress {
       const std::unique_lock lock(stress_.mutexes_[block]);
       PinnedBlock pinned = try_pin(block, access);
       if (!pinned) return;
-      fill(pinned, kHalfWritten, kBlockBytes / 2);
+      fill(pinned, kHalfWritten, kStressBlockBytes / 2);
       pinned.abandon();
       while (!(pinned = try_pin(block, Access::kRead)))
         if (stress_.wrong > 0) return;

@@ -7,6 +7,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/verify.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {

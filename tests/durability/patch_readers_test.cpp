@@ -25,15 +25,15 @@ namespace {
 namespace fs = std::filesystem;
 using Point = Vector3<float>;
 
-constexpr std::uint64_t kVersions = 30;
-constexpr int kLevels = 3, kThreads = 3;
+constexpr std::uint64_t kPatchVersions = 30;
+constexpr int kPatchLevels = 3, kThreads = 3;
 
 /// In version n, every coordinate of every vertex is n.
-void fill(Store& store) {
+void fill_patches(Store& store) {
   const auto value = static_cast<float>(store.sequence() + 1);
   const Point point{value, value, value};
   std::ranges::fill(store.base_records<Point>(0), point);
-  for (int level = 1; level <= kLevels; ++level) {
+  for (int level = 1; level <= kPatchLevels; ++level) {
     LevelFile& file = store.level_file(0, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
       const PinnedBlock pinned = store.open_session().pin(file, block, Access::kOverwrite);
@@ -43,7 +43,7 @@ void fill(Store& store) {
   }
 }
 
-Store open(const fs::path& path, bool writable, std::shared_ptr<Budget> budget = {}) {
+Store open_patches(const fs::path& path, bool writable, std::shared_ptr<Budget> budget = {}) {
   OpenOptions options;
   options.writable = writable;
   options.budget_bytes = 128 << 10;
@@ -52,12 +52,12 @@ Store open(const fs::path& path, bool writable, std::shared_ptr<Budget> budget =
   return Store::open(path, options, default_backends());
 }
 
-void make_store(const fs::path& path, const std::string& backend) {
+void make_patch_store(const fs::path& path, const std::string& backend) {
   Store store = Store::create(path, BaseMesh::build(torus_grid(6, 6)), sample_options(backend),
                               default_backends());
   store.add_attribute(schema_of<Point>("position"));
-  for (int level = 0; level < kLevels; ++level) store.add_level(0);
-  fill(store);
+  for (int level = 0; level < kPatchLevels; ++level) store.add_level(0);
+  fill_patches(store);
   store.commit();
 }
 
@@ -66,9 +66,9 @@ pid_t start_writer(const fs::path& path) {
   REQUIRE(child >= 0);
   if (child > 0) return child;
   try {
-    Store store = open(path, true);
-    while (store.sequence() < kVersions) {
-      fill(store);
+    Store store = open_patches(path, true);
+    while (store.sequence() < kPatchVersions) {
+      fill_patches(store);
       store.commit();
     }
     store.close();
@@ -79,8 +79,8 @@ pid_t start_writer(const fs::path& path) {
 }
 
 std::uint64_t wrong_points(const Reader& reader, FaceId face, float expected) {
-  std::vector<Point> points(patch_vertex_count(1 << kLevels));
-  reader.read_patch(face, kLevels).attribute<Point>("position").copy_to(points);
+  std::vector<Point> points(patch_vertex_count(1 << kPatchLevels));
+  reader.read_patch(face, kPatchLevels).attribute<Point>("position").copy_to(points);
   return static_cast<std::uint64_t>(std::ranges::count_if(points, [&](const Point& point) {
     return point != Point{expected, expected, expected};
   }));
@@ -92,7 +92,7 @@ TEST_CASE("Reader_ThreadsBesideAWriterProcess_ReadTheVersionOfTheirStore") {
   const auto backend = GENERATE(as<std::string>(), "pread", "mmap", "uring", "compressed");
   const TemporaryDirectory here(Medium::kMemory);
   const fs::path path = here.path() / "s.plait";
-  make_store(path, backend);
+  make_patch_store(path, backend);
   const pid_t writer = start_writer(path);
   const auto budget = std::make_shared<Budget>(1 << 20);
   std::atomic<std::uint64_t> wrong = 0, versions = 0;
@@ -101,8 +101,8 @@ TEST_CASE("Reader_ThreadsBesideAWriterProcess_ReadTheVersionOfTheirStore") {
     int status = 0;
     last = ::waitpid(writer, &status, WNOHANG) == writer;
     if (last) CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
-    const Store store = open(path, false, budget);
-    if (last) CHECK(store.sequence() == kVersions);
+    const Store store = open_patches(path, false, budget);
+    if (last) CHECK(store.sequence() == kPatchVersions);
     const Reader reader(store);
     const auto expected = static_cast<float>(store.sequence());
     std::vector<std::thread> threads;

@@ -30,7 +30,7 @@ void publish_file(const fs::path& path, const std::string& content) {
 /// An operation that changes something: the power fails before it, too.
 void go_on(const fs::path& directory) { File(directory / "later", OpenMode::kCreate).close(); }
 
-std::string content_of(const PowerCut::Outcome& outcome, const fs::path& file) {
+std::string published_content_of(const PowerCut::Outcome& outcome, const fs::path& file) {
   const auto found = outcome.files.find(file);
   if (found == outcome.files.end()) return "nothing";
   std::string content;
@@ -75,7 +75,7 @@ TEST_CASE("PowerCut_WhileAFileIsPublished_LeavesTheOldOneWholeOrTheNewOne") {
     const auto found = outcomes_of(here.path(), [&] { publish_file(here.path() / "f", kNew); });
     for (const PowerCut::Outcome& outcome : found) {
       CAPTURE(replaces, outcome.operation, outcome.note);
-      const std::string content = content_of(outcome, "f");
+      const std::string content = published_content_of(outcome, "f");
       const bool is_old = content == (replaces ? kOld : "nothing");
       CHECK((content == kNew || (outcome.note == 0 && is_old)));
     }
@@ -98,7 +98,7 @@ TEST_CASE("PowerCut_WhileADirectoryIsPublished_LeavesItWholeOrNotThere") {
       const fs::path name = path.filename();
       if (outcome.note == 1) CHECK(outcome.directories.contains(name));
       if (outcome.directories.contains(name) && !keeps)
-        CHECK(content_of(outcome, name / "a") == kNew);
+        CHECK(published_content_of(outcome, name / "a") == kNew);
     }
   }
 }

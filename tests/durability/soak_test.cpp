@@ -24,13 +24,13 @@ namespace plait::test {
 namespace {
 
 constexpr int kLevels = 3;
-constexpr std::uint64_t kBudgetBytes = 64 << 10;
+constexpr std::uint64_t kSoakBudgetBytes = 64 << 10;
 
 std::chrono::seconds duration() { return std::chrono::seconds(std::getenv("PLAIT_LONG") ? 75 : 1); }
 
 std::optional<Store> try_open(const std::filesystem::path& path, bool writable,
                               Overwriting overwriting) {
-  OpenOptions options{writable, kBudgetBytes};
+  OpenOptions options{writable, kSoakBudgetBytes};
   options.overwriting = overwriting;
   try {
     return Store::open(path, options, default_backends());
@@ -40,7 +40,7 @@ std::optional<Store> try_open(const std::filesystem::path& path, bool writable,
   }
 }
 
-void fill(Store& store, std::byte value) {
+void fill_soak(Store& store, std::byte value) {
   for (std::byte& byte : store.base_bytes(0)) byte = value;
   for (int level = 1; level <= kLevels; ++level) {
     LevelFile& file = store.level_file(0, level);
@@ -74,7 +74,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
       Store store = create_store(path, setup);
       store.add_attribute({"value", ComponentType::kUint8, 12});
       for (int level = 0; level < kLevels; ++level) store.add_level(0);
-      fill(store, std::byte{1});
+      fill_soak(store, std::byte{1});
       store.commit();
     }
     std::atomic<bool> end = false;
@@ -110,7 +110,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
       std::optional<Store> store = try_open(path, true, setup.overwriting);
       if (!store) return;
       if (!is_one_version(*store)) ++mixtures;
-      fill(*store, static_cast<std::byte>(store->sequence() + 1));
+      fill_soak(*store, static_cast<std::byte>(store->sequence() + 1));
       // What is not committed must be undone by whoever opens the store next.
       if (writes % 3 == 2) {
         store->pager().flush();

@@ -38,6 +38,8 @@ bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
     case 2:
       return entry.stored_bytes > 0 && entry.stored_bytes < raw_bytes &&
              entry.offset + entry.stored_bytes > entry.offset;
+    case 3:
+      return entry.offset == 0 && entry.stored_bytes == 0;
     default:
       return false;
   }

@@ -268,9 +268,10 @@ void seed_block_tables() {
         const auto raw_bytes = static_cast<std::uint32_t>(geometry.block_bytes(block));
         const BlockEntry kinds[] = {
             {},
+            {0, 0, BlockEncoding::kPredicted, 97},
             {geometry.block_offset(block), raw_bytes, BlockEncoding::kRaw, 99},
             {512 * block, raw_bytes / 2, BlockEncoding::kEncoded, 98}};
-        entries += number(kinds[block % 3]);
+        entries += number(kinds[block % 4]);
       }
     }
     return levels + entries;
@@ -372,6 +373,70 @@ void seed_slot_filters() {
   }
 }
 
+void seed_context_filters() {
+  std::string smooth, extreme;
+  for (int i = 0; i < 60; ++i)
+    smooth += number(1.0f + 0.001f * static_cast<float>(i % 17 + i / 17));
+  for (const float each : {std::numeric_limits<float>::quiet_NaN(), -0.0f, 1e38f,
+                           std::numeric_limits<float>::infinity(), 1e-42f, -1.5f})
+    extreme += number(each);
+  const char* const names[] = {"hierarchy", "hierarchy_midpoint", "hierarchy_step", "midpoint_step",
+                               "normals",   "normals_of_position"};
+  for (std::uint8_t filter = 0; filter < 6; ++filter) {
+    const auto seed_of = [&](const std::string& name, std::uint8_t mesh, std::uint8_t type,
+                             std::uint8_t level, const std::string& bytes) {
+      seed("context_filters", (names[filter] + name).c_str(),
+           number(filter) + number(mesh) + number(type) + number(level) + number(std::uint8_t{1}) +
+               bytes);
+    };
+    seed_of("", 0, 0, 3, smooth);
+    seed_of("_float64_border", 2, 1, 2, smooth);
+    seed_of("_extreme", 1, 0, 2, extreme);
+    if (filter < 4) seed_of("_other_records", 2, filter % 3 + 2, 0, smooth);
+  }
+}
+
+void seed_presets() {
+  const char* const names[] = {"fast", "default", "small"};
+  for (std::uint8_t preset = 0; preset < 3; ++preset)
+    for (std::uint8_t attribute = 0; attribute < 2; ++attribute) {
+      const std::string name = std::string(names[preset]) + (attribute == 0 ? "" : "_normal");
+      const auto damaged = [&](std::uint8_t mesh, std::uint8_t level, std::uint8_t way) {
+        return number(preset) + number(attribute) + number(mesh) + number(level) +
+               number(std::uint8_t{0}) + number(way);
+      };
+      seed("presets", name.c_str(), damaged(0, 3, 0));
+      seed("presets", (name + "_changed").c_str(),
+           damaged(2, 2, 0) + number(std::uint16_t{20}) + '\x40' + number(std::uint16_t{60}) +
+               '\x01');
+      seed("presets", (name + "_cut").c_str(), damaged(4, 3, 1) + number(std::uint16_t{40}));
+      seed("presets", (name + "_other").c_str(), damaged(5, 1, 2) + std::string(50, '\x11'));
+    }
+}
+
+void seed_predicted_recipes() {
+  const std::string made(24, '\xff'), absent(24, '\0');
+  const std::string encoded = number(BlockEntry{512, 100, BlockEncoding::kEncoded, 5}),
+                    wrong = number(BlockEntry{0, 0, BlockEncoding::kPredicted, 5});
+  const auto file = [](std::uint8_t mesh, std::uint8_t attribute, std::uint8_t level,
+                       const std::string& entries, const char* recipe) {
+    return number(mesh) + number(attribute) + number(level) + '\0' + entries + recipe;
+  };
+  seed("predicted_recipe", "position", file(0, 0, 3, made + absent, "loop/position/float32/4"));
+  seed("predicted_recipe", "normal_float64_border",
+       file(5, 1, 2, made + encoded, "midpoint/normal/float64/20"));
+  seed("predicted_recipe", "limit", file(2, 0, 1, wrong + made, "loop/limit/float32/3"));
+  seed("predicted_recipe", "finer_than_the_recipe",
+       file(1, 0, 3, made + made, "loop/position/float32/2"));
+  seed("predicted_recipe", "other_precision",
+       file(1, 0, 3, made + made, "loop/position/float64/4"));
+  seed("predicted_recipe", "unknown_scheme",
+       file(1, 0, 0, made + made, "butterfly/position/float32/4"));
+  seed("predicted_recipe", "no_recipe", file(1, 0, 0, made + wrong, "loop/position/float32"));
+  seed("predicted_recipe", "many_levels",
+       file(1, 1, 0, wrong + wrong, "loop/normal/float32/999999999999"));
+}
+
 void seed_journals() {
   const std::string block(512, 'b');
   const std::string whole = journal_record(1, 512, block);
@@ -426,6 +491,9 @@ int main(int argument_count, char** arguments) try {
   seed_codecs();
   seed_numbers();
   seed_slot_filters();
+  seed_context_filters();
+  seed_presets();
+  seed_predicted_recipes();
   seed_journals();
   seed_bounds();
   return 0;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "chosen.h"
 #include "compressed/block_coder.h"
 #include "input_bytes.h"
 #include "oracle.h"
@@ -40,12 +41,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                     "shuffle+bytedelta,none",
                                     "lorenzo+shuffle+bytedelta,none",
                                     "lattice:2e-6,none",
-                                    "lattice:1e-120,none",
+                                    "lattice:1e-36,none",
                                     "lattice:0.1+lorenzo,none"};
   constexpr std::array types = {ComponentType::kFloat32, ComponentType::kFloat64,
                                 ComponentType::kInt8,    ComponentType::kInt16,
                                 ComponentType::kUint32,  ComponentType::kInt64};
-  const char* const pipeline = pipelines[input.take_below(pipelines.size())];
+  const char* const pipeline = pipelines[take_choice(input, pipelines)];
   FilterLevel level;
   level.schema.type = types[input.take_below(types.size())];
   level.schema.components = static_cast<std::uint32_t>(1 + input.take_below(17));

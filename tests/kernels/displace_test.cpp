@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -20,6 +19,7 @@
 #include "plait/kernels/subdivide.h"
 #include "plait/kernels/visit_vertices.h"
 #include "plait/layout.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -28,7 +28,7 @@ using namespace plait::test;
 
 namespace {
 
-struct Shape {
+struct DisplacedShape {
   std::string backend = "memory";
   std::uint64_t block_bytes = 4096;
   LayoutKind layout = LayoutKind::kGiven;
@@ -36,7 +36,7 @@ struct Shape {
 };
 
 Store refined_store(const std::filesystem::path& path, const IndexedMesh& mesh, int levels,
-                    const Shape& shape = {}) {
+                    const DisplacedShape& shape = {}) {
   StoreOptions options;
   options.backend = shape.backend;
   options.block_bytes = shape.block_bytes;
@@ -81,16 +81,6 @@ Extent<Real> extent(const std::vector<Vector3<Real>>& points) {
     }
   const double x = double(high.x) - low.x, y = double(high.y) - low.y, z = double(high.z) - low.z;
   return {low, high, std::hypot(x, y, z)};
-}
-
-Error refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("expected an error");
-  return {ErrorCode::kBadState, ""};
 }
 
 using Wide = Vector3<double>;
@@ -185,7 +175,7 @@ TEST_CASE("Displace_BackendsBlocksThreadsAndLayouts_GiveTheSameBits") {
   const IndexedMesh mesh = random_sheet(7, 200);
   for (const DisplacementKind kind : {DisplacementKind::kNoise, DisplacementKind::kFractal}) {
     std::string expected;
-    const auto check = [&](const Shape& shape, int threads) {
+    const auto check = [&](const DisplacedShape& shape, int threads) {
       CAPTURE(to_string(kind), shape.backend, threads);
       const TemporaryDirectory directory(Medium::kMemory);
       Store store = refined_store(shape.backend == "memory" ? "" : directory.path() / "s.plait",
@@ -331,7 +321,7 @@ TEST_CASE("Displace_WhatCannotBe_IsRefusedBeforeAnyChange") {
   const auto refuses = [](Store& store, const DisplaceOptions& options, const std::string& says,
                           ErrorCode code = ErrorCode::kInvalidArgument) {
     const std::size_t attributes = store.attributes().size();
-    const Error error = refusal([&] { displace(store, options); });
+    const Error error = error_of([&] { displace(store, options); });
     CHECK(error.code() == code);
     CHECK_THAT(error.what(), Catch::Contains(says));
     CHECK(store.attributes().size() == attributes);
@@ -388,7 +378,7 @@ TEST_CASE("Displace_Watched_CountsToTheEndAndStopsWhenTold") {
     options.proceed = [calls](std::string_view, std::uint64_t, std::uint64_t) mutable {
       return --calls > 1;
     };
-    CHECK(refusal([&] { displace(store, options); }).code() == ErrorCode::kCancelled);
-    CHECK(refusal([&] { store.commit(); }).code() == ErrorCode::kBadState);
+    CHECK(error_of([&] { displace(store, options); }).code() == ErrorCode::kCancelled);
+    CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
   }
 }

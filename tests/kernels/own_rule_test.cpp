@@ -21,7 +21,7 @@ using namespace plait::test;
 namespace {
 
 /// As Loop's rule is written in kernels/schemes/loop.h.
-struct CopyOfLoop : TensionRule {
+struct CopyOfLoop : OwnTensionRule {
   template <class V>
   V odd(V a, V b, V c, V d) const {
     return 0.375 * (a + b) + 0.125 * (c + d);
@@ -74,16 +74,16 @@ struct LopsidedRule {
 };
 
 /// Says that it reads the ends only, and reads more.
-struct DeceitfulRule : TensionRule {
+struct DeceitfulRule : OwnTensionRule {
   static constexpr bool kReadsEndsOnly = true;
 };
 
-constexpr std::array kExecutors = {ExecutorKind::kFused, ExecutorKind::kSweep,
-                                   ExecutorKind::kTransparent};
+constexpr std::array kRuleExecutors = {ExecutorKind::kFused, ExecutorKind::kSweep,
+                                       ExecutorKind::kTransparent};
 
-/// One step of TensionRule without a line of the library: new vertices from the coarse rings, even
-/// ones from the new rings.
-naive::Mesh naive_step(const naive::Mesh& coarse, const TensionRule& rule) {
+/// One step of OwnTensionRule without a line of the library: new vertices from the coarse rings,
+/// even ones from the new rings.
+naive::Mesh naive_step(const naive::Mesh& coarse, const OwnTensionRule& rule) {
   naive::Mesh fine = naive::subdivide_midpoint(coarse);
   const naive::Rings coarse_rings(coarse), fine_rings(fine);
   const auto old_count = static_cast<naive::Index>(coarse.points.size());
@@ -133,7 +133,7 @@ ErrorCode refusal(const std::function<void()>& call, const std::string& says) {
 }  // namespace
 
 TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
-  const OneRingScheme scheme = own_scheme("tension", TensionRule{});
+  const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions what;
   what.own_scheme = &scheme;
   what.levels = 4;
@@ -143,7 +143,7 @@ TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
       const BaseMesh base = BaseMesh::build(mesh);
       std::string expected;
       for (const std::string backend : {"memory", "pread"})
-        for (const ExecutorKind executor : kExecutors)
+        for (const ExecutorKind executor : kRuleExecutors)
           for (const int threads : {1, 2}) {
             Variant variant;
             variant.backend = backend;
@@ -159,14 +159,14 @@ TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
 }
 
 TEST_CASE("OwnRule_AllTestMeshes_AgreeWithANaiveProgram") {
-  const TensionRule rule;
+  const OwnTensionRule rule;
   const OneRingScheme scheme = own_scheme("tension", rule);
   for (const NamedMesh& named : all_meshes()) {
     if (named.mesh.faces.size() == 2 && named.mesh.positions.size() == 3)
       continue;  // two edges between the same vertices: naive_step() cannot tell them apart
     naive::Mesh oracle = to_naive(named.mesh);
     for (int level = 1; level <= 3; ++level) oracle = naive_step(oracle, rule);
-    for (const ExecutorKind executor : kExecutors) {
+    for (const ExecutorKind executor : kRuleExecutors) {
       INFO(named.name << ", executor " << to_string(executor));
       SubdivideOptions options;
       options.own_scheme = &scheme;
@@ -186,7 +186,7 @@ TEST_CASE("OwnRule_WithTheFormulasOfALibraryScheme_HasItsDigest") {
                       midpoint = own_scheme("copied-midpoint", CopyOfMidpoint{});
   for (const IndexedMesh& mesh : {random_sphere(73, 200), random_sheet(74, 200)})
     for (const bool double_precision : {false, true})
-      for (const ExecutorKind executor : kExecutors)
+      for (const ExecutorKind executor : kRuleExecutors)
         for (const auto& [own, scheme] :
              {std::pair(&loop, Scheme::kLoop), std::pair(&midpoint, Scheme::kMidpoint)}) {
           INFO(own->name() << ", " << to_string(executor));
@@ -217,11 +217,12 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
                                    std::pair(std::string("\x1b[2J"), "found byte 0x1b at 0"),
                                    std::pair(std::string("a\0b", 3), "found byte 0x00 at 1"),
                                    std::pair(too_long, "found 256 bytes")})
-    CHECK(refusal([&] { own_scheme(name, TensionRule{}); }, says) == ErrorCode::kInvalidArgument);
+    CHECK(refusal([&] { own_scheme(name, OwnTensionRule{}); }, says) ==
+          ErrorCode::kInvalidArgument);
   for (const SchemeTraits& scheme : schemes())
-    CHECK(refusal([&] { own_scheme(std::string(scheme.name), TensionRule{}); },
+    CHECK(refusal([&] { own_scheme(std::string(scheme.name), OwnTensionRule{}); },
                   "the library has a scheme of this name") == ErrorCode::kInvalidArgument);
-  const OneRingScheme scheme = own_scheme("tension", TensionRule{});
+  const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions options;
   options.own_scheme = &scheme;
   options.limit = true;
@@ -230,7 +231,7 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
 }
 
 TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
-  const OneRingScheme scheme = own_scheme("tension", TensionRule{});
+  const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions options;
   options.own_scheme = &scheme;
   Store store = refine_in_memory(tetrahedron(), options);
@@ -244,7 +245,7 @@ TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
 
 TEST_CASE("OwnRule_OfTheLongestName_IsStoredReopenedAndResumed") {
   const std::string name(kMostSchemeNameBytes, 'n');
-  const OneRingScheme scheme = own_scheme(name, TensionRule{});
+  const OneRingScheme scheme = own_scheme(name, OwnTensionRule{});
   SubdivideOptions options;
   options.own_scheme = &scheme;
   options.levels = 3;

@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cfenv>
 #include <cstring>
-#include <functional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -22,6 +21,7 @@
 #include "plait/recode_attribute.h"
 #include "plait/repair.h"
 #include "plait/verify.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -97,16 +97,6 @@ SubdivideOptions fused_to(int levels, bool normals = true) {
   return how;
 }
 
-Error error_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("expected an error");
-  throw 0;
-}
-
 void change_block(Store& store, AttributeId attribute, int level, std::uint64_t block) {
   const PinnedBlock pinned =
       store.open_session().pin(store.level_file(attribute, level), block, Access::kUpdate);
@@ -138,7 +128,7 @@ class OtherMakers final : public BlockMakers {
 }  // namespace
 
 TEST_CASE("Predicted_EveryBlockOfAScheme_TakesNoByteAndHasTheBitsOfTheSweep") {
-  const OneRingScheme tension = own_scheme("tension", TensionRule{});
+  const OneRingScheme tension = own_scheme("tension", OwnTensionRule{});
   const BackendRegistry with_own = registry_with(subdivision_block_makers({tension}));
   const bool double_precision = GENERATE(false, true);
   const std::uint64_t block_bytes = GENERATE(4096u, 1u << 20);
@@ -273,7 +263,7 @@ TEST_CASE("Predicted_CopyOfRawLevels_IsPredictedAndBack") {
 }
 
 TEST_CASE("Predicted_SchemeThatNobodyKnows_IsANamedErrorOfItsBlocksAlone") {
-  const OneRingScheme tension = own_scheme("tension", TensionRule{});
+  const OneRingScheme tension = own_scheme("tension", OwnTensionRule{});
   const TemporaryDirectory directory(Medium::kMemory);
   const fs::path path = directory.path() / "s.plait";
   SubdivideOptions how = fused_to(2);

@@ -1,4 +1,4 @@
-// Levels of a store whose base mesh was refined beforehand are those of the given mesh.
+// Levels of a store whose base mesh was refined_again beforehand are those of the given mesh.
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 using Position = Vector3<float>;
 constexpr int kLevels = 5, kTimes = 2;
 
-Store refined(const BaseMesh& base, int base_level, SubdivideOptions what) {
+Store refined_again(const BaseMesh& base, int base_level, SubdivideOptions what) {
   Store store =
       Store::create({}, base, {.backend = "memory", .base_level = base_level}, default_backends());
   add_base_positions(store);
@@ -37,7 +37,7 @@ std::vector<std::array<FacePoint, 3>> faces_of_a_face() {
 }
 
 /// The largest distance at `level` between the vertices of a store of `mesh` and those of a store
-/// of `mesh` refined kTimes, both asked for the same level.
+/// of `mesh` refined_again kTimes, both asked for the same level.
 double largest_distance(Store& plain, Store& rebased, int level) {
   StorePatches<Position> expected(plain, plain.attribute("position"), 16 << 20);
   StorePatches<Position> found(rebased, rebased.attribute("position"), 16 << 20);
@@ -69,8 +69,8 @@ TEST_CASE("PatchAt_StoreOfARebasedMesh_IsTheSameVertexAsWithout") {
   for (const IndexedMesh& mesh : {random_sphere(61, 40), random_sheet(62, 40)}) {
     const BaseMesh base = BaseMesh::build(mesh);
     for (const Scheme scheme : {Scheme::kMidpoint, Scheme::kLoop}) {
-      Store plain = refined(base, 0, {.scheme = scheme});
-      Store rebased = refined(rebase(base, kTimes, scheme), kTimes, {.scheme = scheme});
+      Store plain = refined_again(base, 0, {.scheme = scheme});
+      Store rebased = refined_again(rebase(base, kTimes, scheme), kTimes, {.scheme = scheme});
       REQUIRE(rebased.base_level() == kTimes);
       REQUIRE(rebased.finest_level() == kLevels);
       for (int level = kTimes; level <= kLevels; ++level) {
@@ -98,7 +98,7 @@ TEST_CASE("Digest_ExecutorsOverARebasedMesh_AreTheSame") {
         phases.emplace_back(progress.phase);
         return true;
       };
-      Store store = refined(base, kTimes, what);
+      Store store = refined_again(base, kTimes, what);
       digests.push_back(digest(store).to_string());
       for (const std::string& phase : phases)  // "level 1" and "level 2" are in memory
         CHECK((phase.find("level 1") != 0 && phase.find("level 2") != 0));

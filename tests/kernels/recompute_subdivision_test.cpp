@@ -31,7 +31,7 @@ void flip(const fs::path& path, std::uint64_t offset) {
 class Victim {
  public:
   explicit Victim(ExecutorKind executor = ExecutorKind::kFused, bool double_precision = false) {
-    const OneRingScheme scheme = own_scheme("tension", TensionRule{});
+    const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
     Store store =
         Store::create(path(), BaseMesh::build(random_sheet(11, 300)),
                       {.durability = Durability::kNone, .block_bytes = 4096}, default_backends());
@@ -69,7 +69,7 @@ class Victim {
 TEST_CASE("RepairOwnRule_WithTheRule_RebuildsBlocksAndFiles") {
   // The schemes that were handed in may be gone when repair() runs.
   const PlanRecomputation recompute = recompute_subdivision(
-      {own_scheme("other", TensionRule{0.1}), own_scheme("tension", TensionRule{})});
+      {own_scheme("other", OwnTensionRule{0.1}), own_scheme("tension", OwnTensionRule{})});
   for (const ExecutorKind executor : {ExecutorKind::kFused, ExecutorKind::kSweep})
     for (const bool double_precision : {false, true}) {
       const Victim victim(executor, double_precision);
@@ -91,7 +91,7 @@ TEST_CASE("RepairOwnRule_WithoutTheRule_IsLostInWords") {
   REQUIRE(report.lost_count == 2);
   CHECK_THAT(report.lost[0].reason,
              Catch::Contains("the manifest's scheme 'tension' is none that can be repeated"));
-  CHECK(victim.repair(recompute_subdivision({own_scheme("tension", TensionRule{})})).whole());
+  CHECK(victim.repair(recompute_subdivision({own_scheme("tension", OwnTensionRule{})})).whole());
 }
 
 TEST_CASE("RepairOwnRule_WithOtherFormulasOfThisName_IsLost") {
@@ -99,9 +99,9 @@ TEST_CASE("RepairOwnRule_WithOtherFormulasOfThisName_IsLost") {
   victim.damage_blocks();
   victim.damage_files();
   const PlanRecomputation other =
-      recompute_subdivision({own_scheme("tension", TensionRule{0.081})});
+      recompute_subdivision({own_scheme("tension", OwnTensionRule{0.081})});
   CHECK(victim.repair(other).lost_files.size() == 2);
-  CHECK(victim.repair(recompute_subdivision({own_scheme("tension", TensionRule{})})).whole());
+  CHECK(victim.repair(recompute_subdivision({own_scheme("tension", OwnTensionRule{})})).whole());
   CHECK(victim.is_as_before());
 }
 

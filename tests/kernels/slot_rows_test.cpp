@@ -31,7 +31,7 @@ EdgeGrid<Vector3<Real>> random_grid(unsigned seed, Real unit) {
 }
 
 template <class Real>
-bool same_bits(const Vector3<Real>& a, const Vector3<Real>& b) {
+bool same_row_bits(const Vector3<Real>& a, const Vector3<Real>& b) {
   return std::memcmp(&a, &b, sizeof(a)) == 0;
 }
 
@@ -54,11 +54,11 @@ void check_rows(Real unit, Rows rows, Rule rule) {
         const std::int64_t n = slot_side(level), scale = std::int64_t{1} << (kGridLevel - level);
         for (std::int64_t row = 0; row < n; ++row)
           for (std::int64_t column = 0; column < (border ? n - row : n); ++column, ++next)
-            same &= same_bits<Value>(
+            same &= same_row_bits<Value>(
                 slot[next],
                 rule(before[next], grid.at((2 * row + 1) * scale, (2 * column + 1) * scale),
                      grid.stride(), border && row + column == n - 1));
-        same &= same_bits<Value>(slot[next], before[next]);
+        same &= same_row_bits<Value>(slot[next], before[next]);
         CHECK(same);
       }
   }
@@ -121,7 +121,8 @@ TEMPLATE_TEST_CASE("OddSlot_RowByRow_HasTheBitsOfTheRule", "", float, double) {
       for (std::int64_t row = 0; row < n; ++row)
         for (std::int64_t column = 0; column < (border ? n - row : n); ++column, ++next) {
           const Point &a = *grid.at(row, column + 1), &b = *grid.at(row + 1, column);
-          same &= same_bits(slot[next], border && row + column == n - 1
+          same &=
+              same_row_bits(slot[next], border && row + column == n - 1
                                             ? loop<TestType>().odd_border(a, b)
                                             : loop<TestType>().odd(a, b, *grid.at(row, column),
                                                                    *grid.at(row + 1, column + 1)));

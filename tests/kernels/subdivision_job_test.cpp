@@ -22,13 +22,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLevels = 4;
+constexpr int kJobLevels = 4;
 
 SubdivisionRequest request_for(const fs::path& store, ExistingStore existing) {
   SubdivisionRequest request;
   request.mesh = BaseMesh::build(random_sheet(5, 60));
   request.store = store;
-  request.levels = kLevels;
+  request.levels = kJobLevels;
   request.normals = true;
   request.durability = Durability::kNone;
   request.existing = existing;
@@ -122,7 +122,7 @@ TEST_CASE("SubdivisionJob_Watched_TellsEveryStepInOrderAndHowFarItIs") {
   CHECK(steps == std::vector<SubdivisionStep>{SubdivisionStep::kBaseMesh, SubdivisionStep::kLayout,
                                               SubdivisionStep::kLevels, SubdivisionStep::kCommit,
                                               SubdivisionStep::kDigest, SubdivisionStep::kPublish});
-  CHECK(done[SubdivisionStep::kLevels] > result.plan.level_counts[kLevels].vertices / 2);
+  CHECK(done[SubdivisionStep::kLevels] > result.plan.level_counts[kJobLevels].vertices / 2);
   CHECK(result.digest == digest_of(here.path() / "s.plait"));
   CHECK(result.store == here.path() / "s.plait");
   CHECK(result.plan.store.base_level == 2);
@@ -173,7 +173,7 @@ TEST_CASE("SubdivisionJob_CancelledAnywhereAndResumed_ArrivesAtTheSameContent") 
     SubdivisionJob again(request, default_backends());
     REQUIRE(again.plan().earlier.has_value());
     CHECK(again.plan().earlier->finished);
-    CHECK(again.run().resumed_level == kLevels);
+    CHECK(again.run().resumed_level == kJobLevels);
     CHECK(digest_of(here.path() / "s.plait") == expected);
   }
 }
@@ -183,14 +183,14 @@ TEST_CASE("SubdivisionJob_OneLevelMoreThanTheEarlierRun_MakesIt") {
   SubdivisionRequest request = request_for(here.path() / "s.plait", ExistingStore::kResume);
   request.max_slot_bytes.reset();
   request.normals = false;
-  request.levels = kLevels - 1;
+  request.levels = kJobLevels - 1;
   SubdivisionJob(request, default_backends()).run();
-  request.levels = kLevels;
+  request.levels = kJobLevels;
   SubdivisionJob job(request, default_backends());
   REQUIRE(job.plan().earlier.has_value());
   CHECK_FALSE(job.plan().earlier->finished);
   job.run();
-  CHECK(Store::open(request.store, {}, default_backends()).finest_level() == kLevels);
+  CHECK(Store::open(request.store, {}, default_backends()).finest_level() == kJobLevels);
 }
 
 TEST_CASE("SubdivisionJob_OfAStoreThatSubdivideMade_GoesOn") {
@@ -229,13 +229,13 @@ TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
   // Without a job: the same base mesh, refined by the same rule.
   StoreOptions options;
   options.backend = "memory";
-  options.base_level = rebase_levels(kLevels, 12, *request.max_slot_bytes);
+  options.base_level = rebase_levels(kJobLevels, 12, *request.max_slot_bytes);
   Store expected = Store::create({}, rebase(mesh, options.base_level, *request.own_scheme), options,
                                  default_backends());
   add_base_positions(expected);
-  subdivide(expected, {.own_scheme = &*request.own_scheme, .levels = kLevels, .normals = true});
+  subdivide(expected, {.own_scheme = &*request.own_scheme, .levels = kJobLevels, .normals = true});
 
-  request.levels = kLevels - 1;
+  request.levels = kJobLevels - 1;
   request.normals = false;
   {
     // One level less has a base mesh that is one level coarser, unless slots may be smaller.
@@ -245,7 +245,7 @@ TEST_CASE("SubdivisionJob_OfAProgramsOwnRule_IsMadeAndResumedByIt") {
     CHECK(result.plan.store.base_level == options.base_level);
     CHECK(result.plan.subdivide.own_scheme == nullptr);
   }
-  request.levels = kLevels;
+  request.levels = kJobLevels;
   request.normals = true;
   SubdivisionRequest without = request;
   without.own_scheme.reset();
@@ -286,10 +286,18 @@ TEST_CASE("SubdivisionPlan_OfWhatCannotBe_NamesTheMembersThatWouldHaveToChange")
   request.block_bytes = 8 << 10;
   request.scheme = Scheme::kMidpoint;
   request.precision = ComponentType::kFloat64;
-  request.levels = kLevels - 1;
+  request.levels = kJobLevels - 1;
   request.max_slot_bytes.reset();
   CHECK(refused_fields(request) ==
         Fields{"pipeline_of", "block_bytes", "scheme", "precision", "levels"});
+
+  request = request_for(path, ExistingStore::kResume);
+  request.max_errors.add("1e-3");
+  CHECK(refused_fields(request) == Fields{"max_errors"});
+  request.existing = ExistingStore::kReplace;
+  CHECK(refused_fields(request).empty());
+  request.max_errors.add("limit=1e-3");
+  CHECK(refused_fields(request) == Fields{"max_errors"});
 
   request = request_for(path, ExistingStore::kResume);
   request.levels = 15;
@@ -366,7 +374,7 @@ TEST_CASE("SubdivisionPlan_WithoutABackend_AsksTheChooserForTheSizeOfTheLevels")
   CHECK(job.plan().store.backend == "compressed");
   CHECK(job.plan().backend_reason == "the test says so");
   const std::vector<LevelCounts>& counts = job.plan().level_counts;
-  CHECK(asked_bytes == 24 * (counts[kLevels].vertices - counts[2].vertices));
+  CHECK(asked_bytes == 24 * (counts[kJobLevels].vertices - counts[2].vertices));
   CHECK(job.plan().size.level_bytes == asked_bytes);
 }
 

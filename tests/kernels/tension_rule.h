@@ -5,7 +5,7 @@ namespace plait::test {
 
 /// Loop's rule with a tension `w` and a smoothing `s`, of which Loop's have 1/8 and 0.6 at a vertex
 /// of valence 6.
-struct TensionRule {
+struct OwnTensionRule {
   double w = 0.08, s = 0.55;
 
   template <class V>

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "plait/patch.h"
 #include "plait/reader.h"
 #include "plait/vertex_numbering.h"
+#include "support/error_of.h"
 #include "support/naive_subdivision.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -28,10 +28,10 @@ using namespace plait::test;
 
 namespace {
 
-using Point = Vector3<float>;
+using VisitedPoint = Vector3<float>;
 using Id = std::uint32_t;
 
-Store in_memory(const BaseMesh& base, int base_level = 0) {
+Store visited_in_memory(const BaseMesh& base, int base_level = 0) {
   StoreOptions options;
   options.backend = "memory";
   options.block_bytes = 4096;
@@ -39,7 +39,7 @@ Store in_memory(const BaseMesh& base, int base_level = 0) {
   return Store::create({}, base, options, default_backends());
 }
 
-naive::Mesh refined(const IndexedMesh& mesh, int levels) {
+naive::Mesh refined_to_visit(const IndexedMesh& mesh, int levels) {
   return naive::subdivide(to_naive(mesh), naive::Scheme::kMidpoint, levels);
 }
 
@@ -69,10 +69,10 @@ bool is_ring(std::vector<naive::Index> found, bool border, const naive::Ring& ri
 /// Visits a store of `mesh` whose attribute "id" has the numbers of the oracle.
 void check_visit(const IndexedMesh& mesh, int levels, int stored_levels, int base_level,
                  int threads) {
-  const naive::Mesh oracle = refined(mesh, levels);
+  const naive::Mesh oracle = refined_to_visit(mesh, levels);
   const naive::Rings rings(oracle);
   const BaseMesh base = BaseMesh::build(mesh);
-  Store store = in_memory(base, base_level);
+  Store store = visited_in_memory(base, base_level);
   store.add_attribute(schema_of<Id>("id"), base_level + stored_levels);
   store.add_attribute(schema_of<Id>("seen"), base_level + stored_levels);
   const int level = base_level + levels;
@@ -111,17 +111,17 @@ void check_visit(const IndexedMesh& mesh, int levels, int stored_levels, int bas
 
 /// A step of smoothing with weights that no symmetry hides.
 struct Smooth {
-  void operator()(const VertexRun& run, const VertexRings<Point>& at, std::span<const float> weight,
-                  std::span<Point> to) const {
+  void operator()(const VertexRun& run, const VertexRings<VisitedPoint>& at,
+                  std::span<const float> weight, std::span<VisitedPoint> to) const {
     for (std::size_t i = 0; i < run.count; ++i) {
-      Point sum{};
+      VisitedPoint sum{};
       for (int k = 0; k < at.valence(); ++k) sum = sum + float(k + 1) * at.neighbour(i, k);
       to[i] = at.vertex(i) + weight[i] * sum;
     }
   }
 };
-const std::tuple kSmoothed{rings_of<Point>("position"), reads<float>("weight"),
-                           overwrites<Point>("smooth")};
+const std::tuple kSmoothed{rings_of<VisitedPoint>("position"), reads<float>("weight"),
+                           overwrites<VisitedPoint>("smooth")};
 
 struct Shape {
   std::string backend = "memory";
@@ -130,7 +130,7 @@ struct Shape {
   LayoutKind layout = LayoutKind::kGiven;
 };
 
-Store refined_store(const std::filesystem::path& path, const Shape& shape, int levels) {
+Store store_to_visit(const std::filesystem::path& path, const Shape& shape, int levels) {
   StoreOptions options;
   options.backend = shape.backend;
   options.block_bytes = shape.block_bytes;
@@ -142,22 +142,13 @@ Store refined_store(const std::filesystem::path& path, const Shape& shape, int l
   add_base_positions(store);
   subdivide(store, {.executor = ExecutorKind::kTransparent, .levels = levels});
   store.add_attribute(schema_of<float>("weight"), levels);
-  store.add_attribute(schema_of<Point>("smooth"), levels);
-  visit_vertices(store, {}, std::tuple{reads<Point>("position"), overwrites<float>("weight")},
-                 [](const VertexRun& run, std::span<const Point> at, std::span<float> weight) {
-                   for (std::size_t i = 0; i < run.count; ++i) weight[i] = 0.01f + at[i].x / 1024;
-                 });
+  store.add_attribute(schema_of<VisitedPoint>("smooth"), levels);
+  visit_vertices(
+      store, {}, std::tuple{reads<VisitedPoint>("position"), overwrites<float>("weight")},
+      [](const VertexRun& run, std::span<const VisitedPoint> at, std::span<float> weight) {
+        for (std::size_t i = 0; i < run.count; ++i) weight[i] = 0.01f + at[i].x / 1024;
+      });
   return store;
-}
-
-Error refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("expected an error");
-  return {ErrorCode::kBadState, ""};
 }
 
 }  // namespace
@@ -195,13 +186,13 @@ TEST_CASE("VisitVertices_BackendsBlocksBudgetsThreadsAndLayouts_GiveTheSameBits"
   for (const Shape& shape : shapes) {
     CAPTURE(shape.backend, shape.block_bytes, shape.threads);
     const TemporaryDirectory directory(Medium::kMemory);
-    Store store = refined_store(shape.backend == "memory" ? "" : directory.path() / "s.plait",
-                                shape, kLevels);
+    Store store = store_to_visit(shape.backend == "memory" ? "" : directory.path() / "s.plait",
+                                 shape, kLevels);
     visit_vertices(store, {.threads = shape.threads}, kSmoothed, Smooth());
     store.replace_attribute(store.attribute("position"), store.attribute("smooth"));
-    visit_vertices(store, {.threads = shape.threads}, std::tuple{updates<Point>("position")},
-                   [](const VertexRun&, std::span<Point> at) {
-                     for (Point& point : at) point = 2.0f * point;
+    visit_vertices(store, {.threads = shape.threads}, std::tuple{updates<VisitedPoint>("position")},
+                   [](const VertexRun&, std::span<VisitedPoint> at) {
+                     for (VisitedPoint& point : at) point = 2.0f * point;
                    });
     store.commit();
     const std::string found = digest(store).to_string();
@@ -216,7 +207,7 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
   const std::filesystem::path path = directory.path() / "s.plait";
   std::uint64_t needed = 0;
   {
-    Store store = refined_store(path, shape, 5);
+    Store store = store_to_visit(path, shape, 5);
     needed = visit_needs(store, {.level = 5}, kSmoothed).frame_bytes;
     store.commit();
   }
@@ -231,7 +222,7 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
   };
   {
     Store store = open(needed - 4096);
-    const Error error = refusal([&] { visit_vertices(store, {}, kSmoothed, Smooth()); });
+    const Error error = error_of([&] { visit_vertices(store, {}, kSmoothed, Smooth()); });
     INFO(error.what());
     CHECK(error.code() == ErrorCode::kBudget);
     CHECK_NOTHROW(store.commit());  // nothing is unfinished
@@ -242,7 +233,7 @@ TEST_CASE("VisitNeeds_AsBudget_AreEnoughAndLessIsRefusedBeforeAnyChange") {
 }
 
 TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
-  Store store = refined_store("", {}, 3);
+  Store store = store_to_visit("", {}, 3);
   std::uint64_t last = 0, total = 0;
   bool ascends = true;
   VisitOptions options;
@@ -252,20 +243,20 @@ TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
     total = all;
     return true;
   };
-  visit_vertices(store, options, std::tuple{reads<Point>("position")},
-                 [](const VertexRun&, std::span<const Point>) {});
+  visit_vertices(store, options, std::tuple{reads<VisitedPoint>("position")},
+                 [](const VertexRun&, std::span<const VisitedPoint>) {});
   CHECK(ascends);
   CHECK(last == total);
   CHECK(total == counts_at_level(store.base(), 3).vertices);
 }
 
 TEST_CASE("VisitVertices_Cancelled_LeavesLevelsThatCannotBeCommitted") {
-  Store store = refined_store("", {}, 3);
+  Store store = store_to_visit("", {}, 3);
   VisitOptions options;
   options.proceed = [](std::uint64_t, std::uint64_t) { return false; };
-  const Error error = refusal([&] { visit_vertices(store, options, kSmoothed, Smooth()); });
+  const Error error = error_of([&] { visit_vertices(store, options, kSmoothed, Smooth()); });
   CHECK(error.code() == ErrorCode::kCancelled);
-  CHECK(refusal([&] { store.commit(); }).code() == ErrorCode::kBadState);
+  CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
   visit_vertices(store, {}, kSmoothed, Smooth());
   CHECK_NOTHROW(store.commit());
 }
@@ -273,34 +264,37 @@ TEST_CASE("VisitVertices_Cancelled_LeavesLevelsThatCannotBeCommitted") {
 TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {
   const TemporaryDirectory directory(Medium::kMemory);
   const std::filesystem::path path = directory.path() / "s.plait";
-  Store store = refined_store(path, {.backend = "pread"}, 3);
+  Store store = store_to_visit(path, {.backend = "pread"}, 3);
   store.add_attribute(schema_of<float>("short"), 2);
   const auto nothing = [](const VertexRun&, auto&&...) {};
   const auto refused = [&](const VisitOptions& options, const auto& attributes, ErrorCode code,
                            const std::string& says, Store& of) {
-    const Error error = refusal([&] { visit_vertices(of, options, attributes, nothing); });
+    const Error error = error_of([&] { visit_vertices(of, options, attributes, nothing); });
     CHECK(error.code() == code);
     CHECK_THAT(error.what(), Catch::Contains(says));
   };
   const auto invalid = ErrorCode::kInvalidArgument;
-  refused({}, std::tuple{rings_of<Point>("position"), updates<Point>("position")}, invalid,
+  refused({}, std::tuple{rings_of<VisitedPoint>("position"), updates<VisitedPoint>("position")},
+          invalid,
           "'position' is named twice: a pass that reads rings of an attribute writes to another",
           store);
-  refused({}, std::tuple{reads<Point>("positions")}, ErrorCode::kNotFound, "position", store);
+  refused({}, std::tuple{reads<VisitedPoint>("positions")}, ErrorCode::kNotFound, "position",
+          store);
   refused({}, std::tuple{reads<float>("position")}, invalid, "float32 x 3", store);
-  refused({}, std::tuple{reads<Point>("position"), overwrites<float>("short")}, invalid,
+  refused({}, std::tuple{reads<VisitedPoint>("position"), overwrites<float>("short")}, invalid,
           "attribute 'position' has level 3 and attribute 'short' has level 2", store);
   refused({.level = 3}, std::tuple{overwrites<float>("short")}, invalid,
           "'short' ends at level 2: make it with Store::add_attribute(schema, 3)", store);
-  refused({.threads = 0}, std::tuple{reads<Point>("position")}, invalid, "0 threads", store);
-  Store based = in_memory(BaseMesh::build(octahedron()), 2);
+  refused({.threads = 0}, std::tuple{reads<VisitedPoint>("position")}, invalid, "0 threads", store);
+  Store based = visited_in_memory(BaseMesh::build(octahedron()), 2);
   add_base_positions(based);
-  refused({.level = 1}, std::tuple{reads<Point>("position")}, invalid,
+  refused({.level = 1}, std::tuple{reads<VisitedPoint>("position")}, invalid,
           "level 1, expected 2 or more", based);
   store.commit();
   store.close();
   Store reading = Store::open(path, {}, default_backends());
-  refused({}, std::tuple{updates<Point>("position")}, ErrorCode::kBadState, "opened for reading",
-          reading);
-  CHECK_NOTHROW(visit_vertices(reading, {}, std::tuple{rings_of<Point>("position")}, nothing));
+  refused({}, std::tuple{updates<VisitedPoint>("position")}, ErrorCode::kBadState,
+          "opened for reading", reading);
+  CHECK_NOTHROW(
+      visit_vertices(reading, {}, std::tuple{rings_of<VisitedPoint>("position")}, nothing));
 }

@@ -72,7 +72,7 @@ case $how in
     expected=
     ;;
   subproject)
-    by_cmake plait::plait -DPLAIT_SOURCE="$prefix"
+    by_cmake plait::plait -DPLAIT_SOURCE="$prefix" -DCMAKE_UNITY_BUILD=ON
     ;;
   *)
     echo "use_plait: unknown way '$how'" >&2

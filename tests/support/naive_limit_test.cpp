@@ -17,7 +17,7 @@ using naive::Point;
 
 namespace {
 
-double distance(Point a, Point b) { return naive::length(a - b); }
+double limit_distance(Point a, Point b) { return naive::length(a - b); }
 
 /// The triangles at vertex 0 of a fan that was refined once, again as a fan (vertex 0, then its
 /// ring). It is moved and scaled so that rounding errors stay small; subdivision commutes with
@@ -27,7 +27,7 @@ Mesh zoomed(const Mesh& fine) {
   Mesh fan;
   double size = 0;
   for (const Index p : ring.neighbours)
-    size = std::max(size, distance(fine.points[p], fine.points[0]));
+    size = std::max(size, limit_distance(fine.points[p], fine.points[0]));
   fan.points.push_back({});
   for (const Index p : ring.neighbours)
     fan.points.push_back(1 / size * (fine.points[p] - fine.points[0]));
@@ -60,7 +60,7 @@ TEST_CASE("LoopLimitPoints_FanRefinedForty_ReachTheirMask") {
         fan.points[1 + k] = fine.points[ring.neighbours[k]];
       fan.points[0] = fine.points[0];
     }
-    CHECK(distance(fan.points[0], expected) < 1e-9);
+    CHECK(limit_distance(fan.points[0], expected) < 1e-9);
   };
   for (Index n = 3; n <= 26; ++n) check(test::to_naive(test::closed_fan(n)));
   for (Index n = 1; n <= 12; ++n) check(test::to_naive(test::open_fan(n)));

@@ -7,7 +7,7 @@
 namespace plait::naive {
 namespace {
 
-[[noreturn]] void refuse(const std::string& what, Index vertex) {
+[[noreturn]] void refuse_rings(const std::string& what, Index vertex) {
   throw std::invalid_argument("naive mesh: " + what + ": " + std::to_string(vertex));
 }
 
@@ -35,7 +35,7 @@ void Rings::find(Index vertex, Ring& ring) const {
     const std::size_t corner = triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
     links.push_back({triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]});
   }
-  if (links.empty()) refuse("vertex without triangles", vertex);
+  if (links.empty()) refuse_rings("vertex without triangles", vertex);
   std::sort(links.begin(), links.end(), [](Link a, Link b) { return a.from < b.from; });
   const auto link_from = [](Index from) {
     const auto at = std::lower_bound(links.begin(), links.end(), from,
@@ -62,7 +62,7 @@ void Rings::find(Index vertex, Ring& ring) const {
     ring.neighbours.push_back(link->to);
   }
   if (ring.neighbours.size() != links.size() + (ring.closed ? 0 : 1))
-    refuse("vertex with several fans", vertex);
+    refuse_rings("vertex with several fans", vertex);
 }
 
 Ring Rings::find(Index vertex) const {

@@ -117,6 +117,15 @@ TEST_CASE("FormatCount_AnyCount_HasGroupsOfThree") {
   CHECK(format_count(26640386) == "26,640,386");
 }
 
+TEST_CASE("ShellWord_CharactersOfTheShell_AreInQuotes") {
+  CHECK(shell_word("out/bunny-1.plait") == "out/bunny-1.plait");
+  CHECK(shell_word("--compress=position=zstd:3") == "--compress=position=zstd:3");
+  CHECK(shell_word("") == "''");
+  CHECK(shell_word("two words") == "'two words'");
+  CHECK(shell_word("$HOME;") == "'$HOME;'");
+  CHECK(shell_word("it's") == "'it'\\''s'");
+}
+
 TEST_CASE("FormatBytes_AnySize_HasThreeDigitsAndAUnit") {
   CHECK(format_bytes(1023) == "1023 bytes");
   CHECK(format_bytes(1536) == "1.50 KiB");

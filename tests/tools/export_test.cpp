@@ -19,10 +19,10 @@ namespace {
 
 constexpr int kLevel = 2;
 
-struct Workplace {
+struct ExportWorkplace {
   TemporaryDirectory directory;
   BaseMesh base;
-  explicit Workplace(const IndexedMesh& mesh) : base(BaseMesh::build(mesh)) {
+  explicit ExportWorkplace(const IndexedMesh& mesh) : base(BaseMesh::build(mesh)) {
     write_ply(directory.path() / "mesh.ply", mesh);
     const Outcome made =
         plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--block", "4K"});
@@ -44,7 +44,7 @@ struct Workplace {
   }
 };
 
-std::string content_of(const std::filesystem::path& path) {
+std::string decompressed_content_of(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   boost::iostreams::filtering_istream stream;
   if (path.extension() == ".gz") stream.push(boost::iostreams::gzip_decompressor());
@@ -87,7 +87,7 @@ void check_counts(const BaseMesh& read, const BaseMesh& base) {
 TEST_CASE("ExportFormat_NamesOfAnyKind_AreFormatsOrRefused") {
   CHECK(export_format("a.ply").mesh == MeshFormat::kPly);
   CHECK(export_format("a.obj.gz").mesh == MeshFormat::kObj);
-  CHECK(export_format("a.obj.gz").compression == Compression::kGzip);
+  CHECK(export_format("a.obj.gz").compression == StreamCompression::kGzip);
   CHECK(export_format("d/a.b.stl.zst").mesh == MeshFormat::kStl);
   for (const char* name : {"a", "a.off", "a.gz", "ply", "a.ply.bz2", "a.ply/", ".ply"}) {
     CAPTURE(name);
@@ -98,7 +98,7 @@ TEST_CASE("ExportFormat_NamesOfAnyKind_AreFormatsOrRefused") {
 TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
   for (const IndexedMesh& mesh : {icosahedron(), seven_vertex_torus(), sheet(4, 3),
                                   single_triangle(), two_components(), random_sphere(3, 100)}) {
-    const Workplace here(mesh);
+    const ExportWorkplace here(mesh);
     CAPTURE(here.base.vertex_count());
     std::vector<std::string> warnings;
     const BaseMesh ply = read_base_mesh(here.write("out.ply"), &warnings);
@@ -115,7 +115,7 @@ TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
 }
 
 TEST_CASE("Export_VerticesOfAFile_ComeByLevelSoThatTheBaseIsAPrefix") {
-  const Workplace here(icosahedron());
+  const ExportWorkplace here(icosahedron());
   const IndexedMesh fine = read_indexed_mesh(here.write("fine.ply"));
   const Outcome coarse = here.plait({"export", "s.plait", "coarse.ply", "--level", "0"});
   REQUIRE(coarse.status == 0);
@@ -126,8 +126,8 @@ TEST_CASE("Export_VerticesOfAFile_ComeByLevelSoThatTheBaseIsAPrefix") {
 }
 
 TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
-  const Workplace here(icosahedron());
-  const std::string ply = content_of(here.write("n.ply", {"--attribute", "normal"}));
+  const ExportWorkplace here(icosahedron());
+  const std::string ply = decompressed_content_of(here.write("n.ply", {"--attribute", "normal"}));
   CHECK(ply.find("property float nx\nproperty float ny\nproperty float nz\n") != std::string::npos);
   const std::size_t start = ply.find("end_header\n") + 11;
   for (std::size_t vertex = 0; vertex < counts_at_level(here.base, kLevel).vertices; ++vertex) {
@@ -136,7 +136,7 @@ TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
     CHECK(dot(record[1], record[1]) == Approx(1).epsilon(1e-5));
     CHECK(dot(record[0], record[1]) > 0);
   }
-  const std::string obj = content_of(here.write("n.obj", {"--attribute", "normal"}));
+  const std::string obj = decompressed_content_of(here.write("n.obj", {"--attribute", "normal"}));
   CHECK(obj.find("\nvn ") != std::string::npos);
   CHECK(obj.find("//") != std::string::npos);
   CHECK(here.plait({"export", "s.plait", "n.stl", "--attribute", "normal"}).status == 2);
@@ -144,10 +144,10 @@ TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
 }
 
 TEST_CASE("Export_StlOfAClosedMesh_HasEveryEdgeTwiceAndOuterNormals") {
-  const Workplace here(icosahedron());
+  const ExportWorkplace here(icosahedron());
   for (const char* name : {"out.stl", "out.stl.gz", "out.stl.zst"}) {
     CAPTURE(name);
-    const std::vector<Facet> facets = facets_of(content_of(here.write(name)));
+    const std::vector<Facet> facets = facets_of(decompressed_content_of(here.write(name)));
     CHECK(facets.size() == counts_at_level(here.base, kLevel).faces);
     using Point = std::array<float, 3>;
     const auto key = [](const Vector3<float>& p) { return Point{p.x, p.y, p.z}; };
@@ -165,7 +165,7 @@ TEST_CASE("Export_StlOfAClosedMesh_HasEveryEdgeTwiceAndOuterNormals") {
 }
 
 TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
-  const Workplace here(icosahedron());
+  const ExportWorkplace here(icosahedron());
   const auto before = names_in(here.directory.path());
   CHECK(here.plait({"export", "s.plait", "out.ply", "--level", "4"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "out.off"}).status == 2);
@@ -175,7 +175,7 @@ TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
 }
 
 TEST_CASE("Export_RefinedBaseMesh_StartsAtTheBaseLevel") {
-  const Workplace here(icosahedron());
+  const ExportWorkplace here(icosahedron());
   REQUIRE(here.plait({"subdivide", "mesh.ply", "r.plait", "--levels", "3", "--max-slot", "12"})
               .status == 0);
   REQUIRE(here.plait({"export", "r.plait", "r.ply"}).status == 0);

@@ -16,11 +16,17 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// Waits until the directory has an entry whose name contains `part`.
+/// Whether the directory has an entry whose name contains `part`.
+bool appears_now(const std::filesystem::path& directory, const std::string& part) {
+  for (const std::string& name : names_in(directory))
+    if (name.find(part) != std::string::npos) return true;
+  return false;
+}
+
+/// Waits until it has.
 bool appears(const std::filesystem::path& directory, const std::string& part) {
   for (int attempt = 0; attempt < 3000; ++attempt) {
-    for (const std::string& name : names_in(directory))
-      if (name.find(part) != std::string::npos) return true;
+    if (appears_now(directory, part)) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
@@ -52,6 +58,33 @@ TEST_CASE("Subdivide_Interrupted_LeavesNothingAndSaysWhy") {
       CHECK(outcome.json()["error"]["code"] == "cancelled");
       CHECK(names_in(here.path()) == Names{"torus.ply"});
     }
+}
+
+TEST_CASE("Subdivide_InterruptedWhileItRounds_LeavesTheStoreThatWasThere") {
+  const TemporaryDirectory here;
+  REQUIRE(run(here.path(), {"generate", "torus", "torus.ply", "--vertices", "2000"}).status == 0);
+  REQUIRE(run(here.path(), {"subdivide", "torus.ply", "s.plait", "--levels", "1"}).status == 0);
+  const std::string before = run(here.path(), {"digest", "s.plait"}).last_line();
+  // The copy that is rounded is the store's second attribute: its first file shows that it begins.
+  Program program(here.path(),
+                  {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--force", "--max-error",
+                   "1e-6rel", "--compress", "hierarchy+shuffle,zstd:19", "--json"});
+  std::filesystem::path partial;
+  for (int attempt = 0; attempt < 3000 && partial.empty(); ++attempt) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (const std::string& name : names_in(here.path()))
+      if (name.find(".partial-") != std::string::npos &&
+          appears_now(here.path() / name, "attribute1.level"))
+        partial = here.path() / name;
+  }
+  CHECK_FALSE(partial.empty());
+  ::kill(program.process(), SIGINT);
+  const Outcome outcome = program.wait();
+  CHECK(outcome.status == 128 + SIGINT);
+  CHECK(outcome.json()["error"]["code"] == "cancelled");
+  CHECK(names_in(here.path()) == Names{"s.plait", "torus.ply"});
+  CHECK(run(here.path(), {"digest", "s.plait"}).last_line() == before);
+  CHECK(run(here.path(), {"verify", "s.plait"}).status == 0);
 }
 
 TEST_CASE("OtherCommands_Interrupted_LeaveNothing") {

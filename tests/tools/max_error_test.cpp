@@ -1,5 +1,7 @@
-// plait convert --max-error: the copy keeps its bound, and twice is as once.
+// --max-error of plait convert and plait subdivide: each number keeps its bound, and twice is as
+// once.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,13 @@ struct RoundingWorkplace {
     return plait({"info", store, "--json"}).json()["attributes"][index];
   }
 };
+
+/// Another layout adds the squares of errors in another order, so the last bits may differ.
+bool is_same(nlohmann::json found, nlohmann::json expected) {
+  const double rms = found["rms_error"], other = expected["rms_error"];
+  found.erase("rms_error"), expected.erase("rms_error");
+  return found == expected && std::abs(rms - other) <= 1e-12 * other;
+}
 
 }  // namespace
 
@@ -116,6 +125,101 @@ TEST_CASE("MaxError_TextsAndAttributesThatItDoesNotTake_AreRefused") {
   CHECK(here.convert("s.plait", "out.plait", {"--max-error", "colour=1e-5"}).status != 0);
   CHECK(here.convert("s.plait", "out.plait", {"--max-error", "1e-60"}).status != 0);
   CHECK_FALSE(std::filesystem::exists(here.directory.path() / "out.plait"));
+}
+
+TEST_CASE("SubdivideMaxError_AnyBackendExecutorAndBudget_IsAsSubdivideAndThenConvert") {
+  const RoundingWorkplace here;
+  const Names bounds = {"--max-error", "1e-4rel", "--max-error", "normal=1e-3,euclidean"};
+  REQUIRE(here.convert("s.plait", "converted.plait", bounds).status == 0);
+  const std::string expected = here.digest("converted.plait");
+  const std::vector<Names> ways = {{},
+                                   {"--executor", "sweep", "--compress", "small"},
+                                   {"--backend", "pread", "--block", "4KiB"},
+                                   {"--backend", "mmap", "--memory", "2MiB", "--threads", "1"},
+                                   {"--compress", "fast", "--compress", "@1-2=shuffle,lz4"},
+                                   {"--backend", "memory"}};
+  for (std::size_t way = 0; way < ways.size(); ++way) {
+    CAPTURE(way);
+    const std::string store = "way" + std::to_string(way) + ".plait";
+    const bool in_memory = way + 1 == ways.size();
+    Names arguments = {"subdivide", "mesh.ply", "--levels",     "3",   "--normals", "--json",
+                       "--digest",  "--verify", "--durability", "none"};
+    if (!in_memory) arguments.insert(arguments.begin() + 2, store);
+    arguments.insert(arguments.end(), bounds.begin(), bounds.end());
+    arguments.insert(arguments.end(), ways[way].begin(), ways[way].end());
+    const Outcome made = here.plait(arguments);
+    CAPTURE(made.errors);
+    REQUIRE(made.status == 0);
+    CHECK(made.json()["digest"] == expected);
+    CHECK(made.json()["backend"] == (way == 2   ? "pread"
+                                     : way == 3 ? "mmap"
+                                     : way == 5 ? "memory"
+                                                : "compressed"));
+    const nlohmann::json found = made.json()["max_error"],
+                         position = here.attribute("converted.plait", 0)["max_error"],
+                         normal = here.attribute("converted.plait", 1)["max_error"];
+    CHECK(is_same(found["position"], position));
+    CHECK(is_same(found["normal"], normal));
+    if (in_memory) continue;
+    CHECK(here.plait({"verify", store}).status == 0);
+    CHECK(here.attribute(store, 0)["max_error"] == found["position"]);
+    CHECK(here.attribute(store, 1)["max_error"] == found["normal"]);
+    CHECK(here.plait({"info", store, "--json"}).json()["scheme"].get<std::string>().empty());
+  }
+  // Levels that count in steps, as those of convert.
+  for (const std::size_t id : {0u, 1u})
+    CHECK(here.attribute("way0.plait", id)["levels"] ==
+          here.attribute("converted.plait", id)["levels"]);
+}
+
+TEST_CASE("SubdivideMaxError_PositionsAlone_LeavesNormalsAsTheSchemeMadeThem") {
+  const RoundingWorkplace here;
+  const Outcome made = here.plait({"subdivide", "mesh.ply", "lossy.plait", "--levels", "3",
+                                   "--normals", "--max-error", "1e-3rel", "--executor", "sweep"});
+  CAPTURE(made.errors);
+  REQUIRE(made.status == 0);
+  CHECK(made.output.find("rounded    position: rounded to steps of") != std::string::npos);
+  const nlohmann::json normal = here.attribute("lossy.plait", 1);
+  CHECK_FALSE(normal.contains("max_error"));
+  for (const nlohmann::json& level : normal["levels"])
+    CHECK(level["blocks_predicted"] == level["blocks"]);
+  // Rounding what was rounded changes nothing.
+  REQUIRE(here.convert("lossy.plait", "again.plait", {"--max-error", "1e-3rel"}).status == 0);
+  CHECK(here.digest("again.plait") == here.digest("lossy.plait"));
+}
+
+TEST_CASE("SubdivideMaxError_WhatItCannotKeep_IsRefusedBeforeAnyWork") {
+  const RoundingWorkplace here;
+  const struct {
+    Names options;
+    const char* words;
+  } cases[] = {{{"--max-error", "colour=1e-5"}, "error bounds of position, found one of 'colour'"},
+               {{"--max-error", "normal=1e-5"}, "found one of 'normal', which is not asked for"},
+               {{"--max-error", "1e-60"}, "(--max-error)"},
+               {{"--max-error", "1e-60rel"}, "(--max-error)"},
+               {{"--normals", "--max-error", "normal=1e-60rel"}, "round attribute 'normal'"},
+               {{"--max-error", "0"}, "choose an error bound"},
+               {{"--verify"}, "expected an error bound to verify"},
+               {{"--max-error", "1e-5", "--resume"}, "round a copy of the finished store"},
+               {{"--max-error", "1e-5", "--compress", "@4=fast"}, "expected levels from 1 to 3"}};
+  for (const auto& [options, words] : cases) {
+    Names arguments = {"subdivide", "mesh.ply", "out.plait", "--levels", "3"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome refused = here.plait(arguments);
+    CAPTURE(options, refused.errors);
+    CHECK(refused.status != 0);
+    CHECK(refused.error_lines() == 1);
+    CHECK(refused.errors.find(words) != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(here.directory.path() / "out.plait"));
+  }
+  // No finer level is made from rounded ones.
+  REQUIRE(here.plait({"subdivide", "mesh.ply", "out.plait", "--levels", "2", "--max-error", "1e-4",
+                      "--backend", "pread"})
+              .status == 0);
+  const Outcome resumed =
+      here.plait({"subdivide", "mesh.ply", "out.plait", "--levels", "3", "--resume"});
+  CHECK(resumed.status == 2);
+  CHECK(resumed.errors.find("its positions are rounded") != std::string::npos);
 }
 
 }  // namespace plait::test

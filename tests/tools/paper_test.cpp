@@ -69,11 +69,6 @@ std::size_t occurrences(const std::string& text, const std::string& part) {
   return count;
 }
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 Store memory_store(const BaseMesh& mesh) {
   Store store = Store::create({}, mesh, {.backend = "memory"}, default_backends());
   add_base_positions(store);

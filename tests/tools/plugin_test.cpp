@@ -23,9 +23,9 @@ class PluginList {
   PluginList& operator=(const PluginList&) = delete;
 };
 
-struct Workplace {
+struct PluginWorkplace {
   TemporaryDirectory directory;
-  Workplace() { write_ply(directory.path() / "mesh.ply", octahedron()); }
+  PluginWorkplace() { write_ply(directory.path() / "mesh.ply", octahedron()); }
   Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
   Outcome subdivide(Names more) const {
     Names arguments = {"subdivide", "mesh.ply", "--levels", "6",
@@ -38,7 +38,7 @@ struct Workplace {
 }  // namespace
 
 TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
-  const Workplace here;
+  const PluginWorkplace here;
   const Outcome memory = here.subdivide({"--backend", "memory"});
   REQUIRE(memory.status == 0);
   const auto expected = memory.json()["digest"];
@@ -76,7 +76,7 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
 }
 
 TEST_CASE("Plugin_ListOfTheEnvironment_IsLoaded") {
-  const Workplace here;
+  const PluginWorkplace here;
   const PluginList list(std::string(PLAIT_OWN_BACKEND) + ":" + PLAIT_OWN_CODEC);
   const Outcome mapped = here.subdivide({"--backend", "x-map", "--plugin", PLAIT_OWN_CODEC});
   CAPTURE(mapped.errors);
@@ -96,7 +96,7 @@ TEST_CASE("Plugin_ListOfTheEnvironment_IsLoaded") {
 }
 
 TEST_CASE("Plugin_ThatCannotBeLoaded_EndsTheCommandInOneLine") {
-  const Workplace here;
+  const PluginWorkplace here;
   const Outcome missing = here.plait({"info", "--build", "--plugin", "missing.so"});
   CHECK(missing.status == 2);
   CHECK(missing.error_lines() == 1);

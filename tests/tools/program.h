@@ -39,6 +39,12 @@ struct Outcome {
   }
 };
 
+/// The bytes of a file.
+inline std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
 /// A process of PLAIT_PROGRAM with `directory` as its working directory. Standard output goes to a
 /// temporary file, unless the caller names another file.
 class Program {

@@ -28,11 +28,6 @@ Camera square_camera(int side) {
   return camera;
 }
 
-std::string content_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 }  // namespace
 
 TEST_CASE("SampleBuffer_FanOfThinTriangles_LeavesNoGap") {

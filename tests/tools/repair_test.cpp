@@ -19,9 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-struct Workplace {
+struct RepairWorkplace {
   TemporaryDirectory directory{Medium::kMemory};
-  explicit Workplace(const IndexedMesh& mesh = random_sphere(7, 300)) {
+  explicit RepairWorkplace(const IndexedMesh& mesh = random_sphere(7, 300)) {
     write_ply(path("mesh.ply"), mesh);
   }
   fs::path path(const std::string& name) const { return directory.path() / name; }
@@ -77,7 +77,7 @@ struct Workplace {
 
 /// Damages every third block of the finest level and one block of the coarsest level, of positions
 /// and of normals.
-std::size_t damage_blocks(const Workplace& here) {
+std::size_t damage_blocks(const RepairWorkplace& here) {
   std::vector<std::pair<std::string, std::streamoff>> places;
   {
     Store store = here.open();
@@ -112,7 +112,7 @@ TEST_CASE("Repair_DamagedBlocks_AreRebuiltInEveryBackend") {
   for (const std::string& backend : usable_backends()) {
     if (!default_backends().find(backend).traits.durable) continue;
     CAPTURE(backend);
-    const Workplace here;
+    const RepairWorkplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     const std::size_t damaged = damage_blocks(here);
     REQUIRE(damaged > 6);
@@ -137,7 +137,7 @@ TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
       {"--max-slot", "64", "--normals"},
   };
   for (const bool border : {false, true}) {
-    const Workplace here(border ? random_sheet(3, 250) : random_sphere(5, 250));
+    const RepairWorkplace here(border ? random_sheet(3, 250) : random_sphere(5, 250));
     for (const Names& kind : kinds) {
       CAPTURE(border, kind);
       const std::string expected = here.subdivide(kind);
@@ -149,7 +149,7 @@ TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
 
 TEST_CASE("Repair_WithLittleMemory_WorksBesideTheStore") {
   for (const std::string backend : {"pread", "compressed"}) {
-    const Workplace here;
+    const RepairWorkplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     damage_blocks(here);
     here.repaired(expected, {"--memory", "704KiB", "--threads", "1"});
@@ -157,7 +157,7 @@ TEST_CASE("Repair_WithLittleMemory_WorksBesideTheStore") {
 }
 
 TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
-  const Workplace here;
+  const RepairWorkplace here;
   here.subdivide({});
   {
     Store store = here.open();
@@ -188,7 +188,7 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
 TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
   for (const std::string backend : {"pread", "compressed"}) {
     CAPTURE(backend);
-    const Workplace here;
+    const RepairWorkplace here;
     here.subdivide({"--backend", backend});
     {
       Store store = here.open();
@@ -212,7 +212,7 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
 }
 
 TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
-  const Workplace here;
+  const RepairWorkplace here;
   const std::string pure = here.subdivide({});
   {
     Store store = here.open();
@@ -226,7 +226,7 @@ TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
 }
 
 TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
-  const Workplace here;
+  const RepairWorkplace here;
   const std::string expected = here.subdivide({"--normals"});
   const std::size_t damaged = damage_blocks(here);
   const auto before = here.content();
@@ -257,7 +257,7 @@ TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
 TEST_CASE("Repair_FilesMissingOrShort_AreRebuilt") {
   for (const std::string backend : {"pread", "mmap", "compressed"}) {
     CAPTURE(backend);
-    const Workplace here;
+    const RepairWorkplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals", "--limit"});
     const auto before = here.content();
     fs::remove(here.path("s.plait/attribute1.level03.1"));
@@ -278,7 +278,7 @@ TEST_CASE("Repair_FilesMissingOrShort_AreRebuilt") {
 TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
   for (const std::string file : {"base.mesh", "version.1"}) {
     CAPTURE(file);
-    const Workplace here;
+    const RepairWorkplace here;
     here.subdivide({});
     here.flip(file, 40);
     fs::remove(here.path("s.plait/attribute0.level02.1"));
@@ -296,7 +296,7 @@ TEST_CASE("Repair_WhatEverythingFollowsFrom_IsLostAndNothingChanges") {
 TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
   for (const std::string backend : {"pread", "mmap"}) {
     CAPTURE(backend);
-    const Workplace here;
+    const RepairWorkplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     const auto before = here.content();
     const auto end = static_cast<std::streamoff>(fs::file_size(here.path("s.plait/version.1")));
@@ -314,14 +314,14 @@ TEST_CASE("Repair_BlockTables_AreMadeAgainFromTheLevels") {
     CHECK(both.output.find("lost: version.1") == 0);
     CHECK_FALSE(fs::exists(here.path("s.plait/version.1")));
   }
-  const Workplace here;
+  const RepairWorkplace here;
   here.subdivide({"--backend", "compressed"});
   here.flip("version.1", 100);
   CHECK(here.plait({"repair", "s.plait"}).status == 1);
 }
 
 TEST_CASE("Repair_ManifestSlotDamaged_IsReportedAndHarmless") {
-  const Workplace here;
+  const RepairWorkplace here;
   const std::string expected = here.subdivide({});
   {
     Store store = here.open();

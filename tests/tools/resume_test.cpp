@@ -32,7 +32,7 @@ void make_mesh(const TemporaryDirectory& here, const char* name, const char* ver
 }
 
 /// Waits until the directory has a file whose name begins like this. False after a minute.
-bool appears(const std::filesystem::path& directory, const std::string& beginning) {
+bool appears_in(const std::filesystem::path& directory, const std::string& beginning) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
   while (std::chrono::steady_clock::now() < deadline) {
     std::error_code error;
@@ -220,7 +220,7 @@ TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
   REQUIRE(expected.status == 0);
   {
     Program program(here.path(), subdivide(6, {"--resume"}));
-    REQUIRE(appears(here.path() / "s.plait", "attribute0.level04."));
+    REQUIRE(appears_in(here.path() / "s.plait", "attribute0.level04."));
     ::kill(program.process(), SIGINT);
     const Outcome outcome = program.wait();
     CHECK(outcome.status == 128 + SIGINT);

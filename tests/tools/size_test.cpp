@@ -15,14 +15,16 @@ using Names = std::vector<std::string>;
 
 constexpr std::uint64_t kMebibyte = 1 << 20;
 
-struct Workplace {
+struct SizeWorkplace {
   TemporaryDirectory directory;
-  Workplace() { REQUIRE(plait({"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0); }
+  SizeWorkplace() {
+    REQUIRE(plait({"generate", "torus", "m.ply", "--vertices", "2000"}).status == 0);
+  }
   Outcome plait(Names arguments) const { return run(directory.path(), std::move(arguments)); }
   Names names() const { return names_in(directory.path()); }
 };
 
-void check_refusal(const Workplace& here, const Outcome& outcome, const std::string& code,
+void check_refusal(const SizeWorkplace& here, const Outcome& outcome, const std::string& code,
                    const Names& names = {"m.ply"}) {
   CAPTURE(outcome.errors);
   CHECK(outcome.status == 1);
@@ -36,7 +38,7 @@ void check_refusal(const Workplace& here, const Outcome& outcome, const std::str
 }  // namespace
 
 TEST_CASE("Size_BeyondTheMemory_IsRefusedBeforeAnythingIsMade") {
-  const Workplace here;
+  const SizeWorkplace here;
   // 24 TiB of positions, and a base mesh of 10^9 faces.
   for (const Names& options : std::vector<Names>{{"--backend", "memory"},
                                                  {"--backend", "memory", "--max-slot", "1TiB"},
@@ -54,7 +56,7 @@ TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
     skip("sanitizers need the address space");
     return;
   }
-  const Workplace here;
+  const SizeWorkplace here;
   const Names arguments{"subdivide", "m.ply",    "--backend", "memory", "--levels",
                         "6",         "--memory", "16M",       "--json"};
   REQUIRE(here.plait(arguments).status == 0);
@@ -64,7 +66,7 @@ TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
 }
 
 TEST_CASE("Size_BeyondTheDisk_IsRefusedBeforeAnythingIsMade") {
-  const Workplace here;
+  const SizeWorkplace here;
   for (const std::string backend : {"pread", "compressed"})
     check_refusal(here,
                   here.plait({"subdivide", "m.ply", "s.plait", "--levels", "15", "--max-slot",
@@ -73,7 +75,7 @@ TEST_CASE("Size_BeyondTheDisk_IsRefusedBeforeAnythingIsMade") {
 }
 
 TEST_CASE("Size_BeyondTheLongestFile_GoesOnWhereAskedAndEndsInAnError") {
-  const Workplace here;
+  const SizeWorkplace here;
   const ResourceLimit limit(RLIMIT_FSIZE, kMebibyte);
   Names arguments{"subdivide", "m.ply", "s.plait", "--levels", "5", "--json"};
   check_refusal(here, here.plait(arguments), "no_space");
@@ -85,7 +87,7 @@ TEST_CASE("Size_BeyondTheLongestFile_GoesOnWhereAskedAndEndsInAnError") {
 }
 
 TEST_CASE("Resume_BudgetTooSmallForTheLastLevel_IsRefusedBeforeTheFirst") {
-  const Workplace here;
+  const SizeWorkplace here;
   Names arguments{"subdivide", "m.ply",  "s.plait",  "--levels", "6",
                   "--resume",  "--json", "--memory", "1M"};
   check_refusal(here, here.plait(arguments), "budget");
@@ -111,11 +113,17 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
     skip("sanitizers need the address space");
     return;
   }
-  const Workplace here;
+  const SizeWorkplace here;
   const Names small{"subdivide", "m.ply", "small.plait", "--levels", "2", "--json"};
   const nlohmann::json chosen = here.plait(small).json();
   CHECK(chosen["backend"] == "pread");
   CHECK(chosen["backend_reason"].get<std::string>().find("small compared with the memory") !=
+        std::string::npos);
+  const nlohmann::json info = here.plait({"info", "small.plait", "--json"}).json();
+  CHECK(info["auto_backend"] == "pread");
+  CHECK(info["auto_reason"].get<std::string>().find("small compared with the memory") !=
+        std::string::npos);
+  CHECK(here.plait({"info", "small.plait"}).output.find("auto       would choose pread") !=
         std::string::npos);
   const Names large{"subdivide", "m.ply", "large.plait", "--levels", "6",       "--json",
                     "--memory",  "16M",   "--threads",   "1",        "--digest"};

@@ -21,9 +21,9 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-struct Workplace {
+struct StoreWorkplace {
   TemporaryDirectory directory;
-  Workplace() { write_ply(path("mesh.ply"), random_sphere(7, 300)); }
+  StoreWorkplace() { write_ply(path("mesh.ply"), random_sphere(7, 300)); }
   std::filesystem::path path(const std::string& name) const { return directory.path() / name; }
   Outcome plait(std::vector<std::string> arguments) const {
     return run(directory.path(), std::move(arguments));
@@ -60,7 +60,7 @@ void flip_byte(const std::filesystem::path& path, std::streamoff offset) {
 }  // namespace
 
 TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("reference.plait", {"--normals"}).status == 0);
   const std::string expected = here.digest("reference.plait");
   CHECK(expected.size() == 32);
@@ -94,7 +94,7 @@ TEST_CASE("Digest_OfAnyBackendExecutorAndLayout_IsOneWord") {
 }
 
 TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   const Outcome one = here.plait({"digest", "s.plait", "--level", "2"});
   CHECK(one.status == 0);
@@ -103,7 +103,7 @@ TEST_CASE("Digest_OfOneLevel_DiffersFromAllAndNeedsTheLevel") {
 }
 
 TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
-  const Workplace here;
+  const StoreWorkplace here;
   const Outcome outcome = here.subdivide(
       "s.plait", {"--json", "--digest", "--executor", "transparent", "--threads", "2"});
   REQUIRE(outcome.status == 0);
@@ -143,7 +143,7 @@ TEST_CASE("Subdivide_Json_HasTheFiguresOfTheContract") {
 }
 
 TEST_CASE("Subdivide_SmallSlotLimit_KeepsLevelNumbersAndSurface") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--max-slot", "64", "--json"}).status == 0);
   const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
   CHECK(info["base_level"].get<int>() > 0);
@@ -153,7 +153,7 @@ TEST_CASE("Subdivide_SmallSlotLimit_KeepsLevelNumbersAndSurface") {
 }
 
 TEST_CASE("Info_OfAStore_AddsUp") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "compressed"}).status == 0);
   const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
   CHECK(info["backend"] == "compressed");
@@ -174,7 +174,7 @@ TEST_CASE("Info_OfAStore_AddsUp") {
 }
 
 TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
-  const Workplace here;
+  const StoreWorkplace here;
   const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
   CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "zstd"}));
   CHECK(build["filters"] == nlohmann::json({"bytedelta", "hierarchy", "lattice", "lorenzo",
@@ -191,7 +191,7 @@ TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
 }
 
 TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
-  const Workplace here;
+  const StoreWorkplace here;
   for (const std::string backend : {"pread", "mmap", "compressed"}) {
     CAPTURE(backend);
     const std::string store = backend + ".plait";
@@ -211,7 +211,7 @@ TEST_CASE("Verify_OneFlippedByte_EndsWithOneAndNamesTheBlock") {
 }
 
 TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
-  const Workplace here;
+  const StoreWorkplace here;
   for (const std::string backend : {"pread", "mmap", "compressed"}) {
     CAPTURE(backend);
     const std::string store = backend + ".plait";
@@ -245,7 +245,7 @@ TEST_CASE("Verify_Fast_ChecksAllButTheBlocks") {
 }
 
 TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
   const std::string expected = here.digest("s.plait");
   REQUIRE(here.plait({"convert", "s.plait", "c.plait", "--compress", "small", "--compress",
@@ -268,8 +268,140 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
   CHECK(here.plait({"verify", "m.plait"}).status == 0);
 }
 
+TEST_CASE("Compress_RangesOfLevels_AreStoredAndShown") {
+  const StoreWorkplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
+  const std::string expected = here.digest("s.plait");
+  const auto pipelines_of = [&](const std::string& store, std::size_t attribute) {
+    return here.plait({"info", store, "--json"}).json()["attributes"][attribute]["pipelines"];
+  };
+  const auto range = [](int first, int last, const char* pipeline) {
+    return nlohmann::json{{"first_level", first}, {"last_level", last}, {"pipeline", pipeline}};
+  };
+  const Names options = {"--compress", "zstd:2",  "--compress", "position@1-2=shuffle,zstd:3",
+                         "--compress", "@2-=lz4", "--compress", "normal=normals+shuffle,zstd:1"};
+  Names convert = {"convert", "s.plait", "c.plait", "--verify"};
+  convert.insert(convert.end(), options.begin(), options.end());
+  REQUIRE(here.plait(convert).status == 0);
+  REQUIRE(here.subdivide("made.plait",
+                         [&] {
+                           Names all = {"--normals"};
+                           all.insert(all.end(), options.begin(), options.end());
+                           return all;
+                         }())
+              .status == 0);
+  // A copy is like its source in everything that no option changes.
+  REQUIRE(here.plait({"convert", "c.plait", "again.plait", "--block", "16K"}).status == 0);
+  // A later run of a resumed store may choose for the levels that it adds, and for no others.
+  const auto resume = [&](const char* level, Names texts) {
+    Names arguments = {"subdivide", "mesh.ply", "resumed.plait", "--levels", level, "--resume"};
+    for (std::string& text : texts) arguments.insert(arguments.end(), {"--compress", text});
+    return here.plait(arguments);
+  };
+  const Outcome too_fine = resume("1", {"shuffle,zstd:3", "@3-=lz4"});
+  CHECK(too_fine.status == 2);
+  CHECK(too_fine.errors.find("levels 3-: expected levels from 1 to 1") != std::string::npos);
+  REQUIRE(resume("1", {"shuffle,zstd:3"}).status == 0);
+  CHECK(resume("3", {"shuffle,zstd:3", "@1=lz4"}).status == 2);
+  REQUIRE(resume("3", {"shuffle,zstd:3", "@3-=lz4"}).status == 0);
+  CHECK(pipelines_of("resumed.plait", 0) ==
+        nlohmann::json::array({range(1, 2, "shuffle,zstd:3"), range(3, 3, "lz4")}));
+  for (const char* store : {"c.plait", "made.plait", "again.plait"}) {
+    CAPTURE(store);
+    CHECK(here.digest(store) == expected);
+    CHECK(here.plait({"verify", store}).status == 0);
+    CHECK(pipelines_of(store, 0) ==
+          nlohmann::json::array({range(1, 2, "shuffle,zstd:3"), range(3, 3, "lz4")}));
+    CHECK(pipelines_of(store, 1) == nlohmann::json::array({range(1, 3, "normals+shuffle,zstd:1")}));
+    const std::string text = here.plait({"info", store}).output;
+    CHECK(text.find("\n  levels 1-2  shuffle,zstd:3\n  level 3     lz4\n") != std::string::npos);
+    CHECK(text.find("\n  levels 1-3  normals+shuffle,zstd:1\n") != std::string::npos);
+  }
+  CHECK(here.subdivide("json.plait", {"--json", "--compress", "none", "--compress", "@2=lz4"})
+            .json()["pipelines"]["position"] == "none;@2=lz4");
+  for (const Names& wrong : std::vector<Names>{{"@4-5=lz4"}, {"@1-2=lz4", "@2-3=zstd:1"}, {"@2"}}) {
+    Names refused = {"convert", "s.plait", "out.plait"};
+    for (const std::string& text : wrong) refused.insert(refused.end(), {"--compress", text});
+    const Outcome outcome = here.plait(refused);
+    CAPTURE(wrong, outcome.errors);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.error_lines() == 1);
+    CHECK_FALSE(std::filesystem::exists(here.path("out.plait")));
+  }
+}
+
+TEST_CASE("Convert_NormalsThatAreDerived_KeepTheDigestInNoBytes") {
+  const StoreWorkplace here;
+  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "pread"}).status == 0);
+  const std::string expected = here.digest("s.plait");
+  const auto normal_of = [&](const char* store) {
+    return here.plait({"info", store, "--json"}).json()["attributes"][1];
+  };
+  const auto backend_of = [&](const char* store) {
+    return here.plait({"info", store, "--json"}).json()["backend"];
+  };
+  REQUIRE(here.plait({"convert", "s.plait", "d.plait", "--compress", "normal=derived", "--verify"})
+              .status == 0);
+  CHECK(here.digest("d.plait") == expected);
+  CHECK(backend_of("d.plait") == "pread");
+  CHECK(normal_of("d.plait")["derivation"] == "normals/position");
+  CHECK(normal_of("d.plait")["base_bytes"] == 0);
+  const auto normal = normal_of("d.plait");
+  for (const auto& level : normal["levels"]) CHECK(level["stored_bytes"] == 0);
+  CHECK(here.plait({"info", "d.plait"}).output.find("0 bytes are stored") != std::string::npos);
+  CHECK(here.plait({"verify", "d.plait"}).status == 0);
+  REQUIRE(here.plait({"export", "s.plait", "s.ply"}).status == 0);
+  REQUIRE(here.plait({"export", "d.plait", "d.ply"}).status == 0);
+  // A copy is like its source, unless an option names the attribute.
+  REQUIRE(here.plait({"convert", "d.plait", "c.plait", "--compress", "position=small"}).status ==
+          0);
+  CHECK(here.digest("c.plait") == expected);
+  CHECK(normal_of("c.plait")["derivation"] == "normals/position");
+  REQUIRE(here.plait({"convert", "c.plait", "back.plait", "--compress", "fast"}).status == 0);
+  CHECK(normal_of("back.plait")["derivation"] == "");
+  CHECK(here.digest("back.plait") == expected);
+  REQUIRE(here.plait({"convert", "d.plait", "raw.plait", "--compress", "normal=stored"}).status ==
+          0);
+  CHECK(here.digest("raw.plait") == expected);
+  CHECK(backend_of("raw.plait") == "pread");
+  CHECK(normal_of("raw.plait")["derivation"] == "");
+  CHECK(here.plait({"convert", "d.plait", "x.plait", "--compress", "colour=stored"}).status == 2);
+  REQUIRE(
+      here.plait({"convert", "c.plait", "fine.plait", "--compress", "normal@1-2=fast"}).status ==
+      0);
+  CHECK(normal_of("fine.plait")["derivation"] == "");
+  CHECK(here.digest("fine.plait") == expected);
+  // Made so, and moved.
+  REQUIRE(here.subdivide("made.plait", {"--compress", "normal=derived"}).status == 0);
+  CHECK(here.digest("made.plait") == expected);
+  for (const char* const store : {"s", "d"})
+    REQUIRE(here.plait({"displace", fmt::format("{}.plait", store),
+                        fmt::format("{}-moved.plait", store), "--amplitude", "1e-3"})
+                .status == 0);
+  CHECK(normal_of("d-moved.plait")["derivation"] == "normals/position");
+  CHECK(here.digest("d-moved.plait") == here.digest("s-moved.plait"));
+  REQUIRE(here.plait({"convert", "s.plait", "lossy.plait", "--max-error", "1e-4", "--compress",
+                      "normal=derived", "--verify"})
+              .status == 0);
+}
+
+TEST_CASE("Convert_NormalsThatAreNotThoseOfTheirPositions_AreNotDropped") {
+  const StoreWorkplace here;
+  REQUIRE(here.subdivide("limit.plait", {"--normals", "--limit"}).status == 0);
+  const Outcome outcome =
+      here.plait({"convert", "limit.plait", "d.plait", "--compress", "normal=derived"});
+  CHECK(outcome.status == 2);
+  CHECK(outcome.errors.find("keep the attribute stored") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(here.path("d.plait")));
+  CHECK(
+      here.plait({"convert", "limit.plait", "d.plait", "--compress", "position=derived"}).status ==
+      2);
+  CHECK(here.subdivide("d.plait", {"--limit", "--compress", "normal=derived"}).status == 2);
+  CHECK(here.subdivide("d.plait", {"--compress", "position=derived"}).status == 2);
+}
+
 TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
   const std::string before = here.digest("s.plait");
   std::vector<std::string> digests;
@@ -309,7 +441,7 @@ TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
 }
 
 TEST_CASE("Displace_Json_TellsWhatItMeasured") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   const nlohmann::json noise = here.plait({"displace", "s.plait", "a.plait", "--json"}).json();
   CHECK(noise["kind"] == "noise");
@@ -327,7 +459,7 @@ TEST_CASE("Displace_Json_TellsWhatItMeasured") {
 }
 
 TEST_CASE("Info_OfAnExactSurface_CountsPredictedBlocksThatTakeNoByte") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--compress", "default", "--normals"}).status == 0);
   const nlohmann::json info = here.plait({"info", "s.plait", "--json"}).json();
   CHECK(info["levels_stored_bytes"] == 0);
@@ -345,7 +477,7 @@ TEST_CASE("Info_OfAnExactSurface_CountsPredictedBlocksThatTakeNoByte") {
 }
 
 TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(
       here.subdivide("s.plait", {"--compress", "shuffle,zstd:1", "--block", "4KiB", "--normals"})
           .status == 0);
@@ -371,7 +503,7 @@ TEST_CASE("Info_OfCompressedLevels_CountsRawBlocksAndTellsTheRatio") {
 }
 
 TEST_CASE("Bounds_OfAStore_AreThoseOfItsVertices") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
   const Outcome outcome = here.plait({"bounds", "s.plait", "--json"});
   CAPTURE(outcome.errors);
@@ -411,7 +543,7 @@ TEST_CASE("Bounds_OfAStore_AreThoseOfItsVertices") {
 }
 
 TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
-  const Workplace here;
+  const StoreWorkplace here;
   for (const char* command : {"info", "verify", "digest", "bounds", "repair"}) {
     const Outcome outcome = here.plait({command, "."});
     CAPTURE(command, outcome.errors);
@@ -423,7 +555,7 @@ TEST_CASE("Commands_OnADirectoryThatIsNoStore_SayThatItIsNone") {
 }
 
 TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   CHECK(here.subdivide("c.plait", {"--backend", "pread", "--compress", "lz4"})
             .errors.find("add --backend compressed") != std::string::npos);
@@ -432,7 +564,7 @@ TEST_CASE("Compress_WithABackendThatDoesNotCompress_NamesTheOptionToAdd") {
 }
 
 TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals"}).status == 0);
   const Outcome plain = here.plait({"convert", "s.plait", "a.plait", "--json"});
   CHECK(!plain.json().contains("digest"));
@@ -442,7 +574,7 @@ TEST_CASE("Convert_Verify_TellsTheDigestThatItReadBack") {
 }
 
 TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   REQUIRE(here.subdivide("other.plait", {"--scheme", "midpoint"}).status == 0);
   REQUIRE(here.plait({"convert", "s.plait", "copy.plait"}).status == 0);
@@ -457,7 +589,7 @@ TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
 }
 
 TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
-  const Workplace here;
+  const StoreWorkplace here;
   const auto registry = [](bool allowed) {
     BackendRegistry::Entry uring = default_backends().find("pread");
     uring.name = "uring";
@@ -492,7 +624,7 @@ TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
 }
 
 TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   const Names before = names_in(here.directory.path());
   for (const Names& options :
@@ -515,7 +647,7 @@ TEST_CASE("Convert_WhatMakesNoSense_IsRefusedAndLeavesNothing") {
 }
 
 TEST_CASE("Force_WhenTheNewStoreFails_KeepsTheOldOne") {
-  const Workplace here;
+  const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {}).status == 0);
   const std::string expected = here.digest("s.plait");
   CHECK(here.subdivide("s.plait", {}).status == 2);
@@ -530,7 +662,7 @@ TEST_CASE("Force_WhenTheNewStoreFails_KeepsTheOldOne") {
 }
 
 TEST_CASE("Force_OnWhatIsNoStore_IsRefused") {
-  const Workplace here;
+  const StoreWorkplace here;
   std::filesystem::create_directory(here.path("papers"));
   std::ofstream(here.path("papers/thesis.txt")) << "the only copy";
   CHECK(here.subdivide("papers", {"--force"}).status == 2);

@@ -18,15 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
 void write_text(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
-struct Workplace {
-  Workplace() {
+struct UntrustedWorkplace {
+  UntrustedWorkplace() {
     write_ply(path("mesh.ply"), icosahedron());
     REQUIRE(run(here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "2"}).status == 0);
   }
@@ -84,7 +79,7 @@ std::string forged_journal(const fs::path& store, const std::string& block) {
 TEST_CASE("Program_LinkedLevelAndForgedHotJournal_LeaveTheVictimAlone") {
   for (const auto& command : commands()) {
     CAPTURE(command);
-    const Workplace here;
+    const UntrustedWorkplace here;
     write_text(here.path("victim"), std::string(5000, 'v'));
     fs::create_symlink(here.path("victim"), here.path("s.plait/attribute7.level09.1"));
     write_text(here.path("s.plait/journal"),
@@ -100,7 +95,7 @@ TEST_CASE("Program_LinkedLevelAndForgedHotJournal_LeaveTheVictimAlone") {
 TEST_CASE("Program_LockThatIsALink_LeavesTheVictimAlone") {
   for (const auto& command : commands()) {
     CAPTURE(command);
-    const Workplace here;
+    const UntrustedWorkplace here;
     write_text(here.path("victim"), "mine");
     fs::remove(here.path("s.plait/lock"));
     fs::create_symlink(here.path("victim"), here.path("s.plait/lock"));
@@ -117,7 +112,7 @@ TEST_CASE("Program_LockThatIsALink_LeavesTheVictimAlone") {
 }
 
 TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
-  const Workplace here;
+  const UntrustedWorkplace here;
   for (const std::string& name : names_in(here.path("s.plait"))) {
     const fs::path file = here.path("s.plait") / name, aside = here.path(name);
     fs::rename(file, aside);
@@ -140,7 +135,7 @@ TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
 }
 
 TEST_CASE("Force_OnADirectoryThatIsNoStore_IsRefusedAndChangesNothing") {
-  const Workplace here;
+  const UntrustedWorkplace here;
   fs::create_directory(here.path("mine"));
   for (const char* name : {"manifest", "lock", "thesis.tex"})
     write_text(here.path("mine") / name, "mine");
@@ -165,7 +160,7 @@ TEST_CASE("Force_OnADirectoryThatIsNoStore_IsRefusedAndChangesNothing") {
 }
 
 TEST_CASE("Force_OnAStoreWithSomethingElseInIt_KeepsThatAndSaysSo") {
-  const Workplace here;
+  const UntrustedWorkplace here;
   write_text(here.path("s.plait/thesis.tex"), "mine");
   fs::create_directory(here.path("s.plait/figures"));
   write_text(here.path("s.plait/figures/1.png"), "mine too");
@@ -181,7 +176,7 @@ TEST_CASE("Force_OnAStoreWithSomethingElseInIt_KeepsThatAndSaysSo") {
 }
 
 TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
-  const Workplace here;
+  const UntrustedWorkplace here;
   const auto leave = [&](const std::string& name) {
     fs::create_directory(here.path(name));
     for (const char* file : {"manifest", "lock", "attribute0.level01.1", "image"})

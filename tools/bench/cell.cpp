@@ -10,8 +10,8 @@ nlohmann::ordered_json to_json(const Cell& cell) {
   nlohmann::ordered_json object = {{"backend", cell.backend},
                                    {"pipeline", cell.pipeline},
                                    {"disk", cell.disk},
-                                   {"directory", cell.directory.native()},
                                    {"workload", cell.workload},
+                                   {"mesh", nullptr},
                                    {"vertices", cell.vertices},
                                    {"levels", cell.levels},
                                    {"memory", cell.memory_bytes},
@@ -21,6 +21,7 @@ nlohmann::ordered_json to_json(const Cell& cell) {
                                    {"threads", cell.threads},
                                    {"durable", cell.durable},
                                    {"rate", nullptr}};
+  if (!cell.mesh.empty()) object["mesh"] = cell.mesh;
   if (cell.rate > 0) object["rate"] = cell.rate;
   return object;
 }
@@ -28,11 +29,16 @@ nlohmann::ordered_json to_json(const Cell& cell) {
 std::string key_of(const Cell& cell) { return to_json(cell).dump(); }
 
 std::string store_name(const Cell& cell) {
-  std::string name = fmt::format("{}-{}-{}-{}-{}.plait", cell.backend, cell.pipeline,
-                                 cell.base_vertices(), cell.levels, cell.block_bytes);
+  std::string name = fmt::format("{}-{}-{}-{}-{}-{}.plait", cell.backend, cell.pipeline, cell.mesh,
+                                 cell.base_vertices, cell.levels, cell.block_bytes);
   for (char& letter : name)
     if (letter == '/') letter = '_';
   return name;
+}
+
+std::string surface_name(const Cell& cell) {
+  return fmt::format("{}{} vertices at level {}", cell.mesh.empty() ? "" : cell.mesh + ", ",
+                     cell.base_vertices, cell.levels);
 }
 
 }  // namespace plait::bench

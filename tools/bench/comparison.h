@@ -43,6 +43,8 @@ struct Comparison {
 /// kInvalidArgument if no cell is in both.
 Comparison compare(const RunSet& before, const RunSet& after, double threshold);
 
+/// "1.100 (1.050 to 1.160)". "10 % slower (5 % slower to ..." is hard to read; factors are not.
+std::string factor_text(const instrument::Estimate& factor);
 nlohmann::ordered_json to_json(const Comparison& comparison);
 std::string to_text(const Comparison& comparison);
 

@@ -45,12 +45,14 @@ struct Findings {
   bool failed = false;  ///< digests differ: no figure counts
   bool doubtful = false;
   std::vector<std::string> doubts;
+  /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold.
+  std::size_t spoiling = 0;
 };
 
 /// REQUIRES: `set` has a run.
 Findings find(const RunSet& set);
 
-/// "4 × memory" or "12.6 M vertices".
+/// "4 × memory", "12.6 million vertices", or "spot.ply, 4 × memory".
 std::string size_of(const MeasuredCell& cell);
 /// "sweep-read" with its rate and durability.
 std::string work_of(const MeasuredCell& cell);
@@ -58,7 +60,8 @@ std::string work_of(const MeasuredCell& cell);
 /// Findings as JSON: {verdict, failed, doubts, cells, comparisons, runs, skipped}.
 nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings);
 
-/// The terminal's table, ratio to the floor first, then verdict and doubts.
+/// What a terminal shows: the doubts that spoil everything, a table with the ratio to the floor
+/// first, the verdict, and the other doubts.
 std::string to_text(const RunSet& set, const Findings& findings);
 
 /// Pairs of runs whose digests have to be equal and are not, as lines. `set` may hold the runs of

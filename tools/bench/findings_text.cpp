@@ -69,8 +69,8 @@ ordered_json to_json(const RunSet& set, const Findings& findings) {
                      {"backend", cell.backend},
                      {"pipeline", cell.pipeline},
                      {"disk", cell.disk},
-                     {"directory", cell.directory},
                      {"workload", cell.workload},
+                     {"mesh", cell.mesh.empty() ? ordered_json(nullptr) : ordered_json(cell.mesh)},
                      {"vertices", json_of(cell.vertices)},
                      {"levels", json_of(cell.levels)},
                      {"memory", json_of(cell.memory)},
@@ -105,17 +105,25 @@ ordered_json to_json(const RunSet& set, const Findings& findings) {
 }
 
 std::string to_text(const RunSet& set, const Findings& findings) {
-  std::vector<std::vector<std::string>> rows = {
-      {"ratio", "95 %", "seconds", "rounds", "backend", "workload", "size", "disk", "state"}};
+  std::vector<std::vector<std::string>> rows = {{"ratio", "95 %", "seconds", "MB/s", "p99",
+                                                 "rounds", "backend", "workload", "size", "disk",
+                                                 "state"}};
   for (const Contest& contest : findings.contests)
     for (std::size_t place = 0; place < contest.cells.size(); ++place) {
       const CellFigures& figures = findings.cells[contest.cells[place]];
-      std::vector<std::string> row = {"-", "-", "-", fmt::format("{}", figures.runs.size())};
+      std::vector<std::string> row = {"-", "-", "-",
+                                      "-", "-", fmt::format("{}", figures.runs.size())};
       if (figures.ratio) {
         row[0] = fmt::format("{:.2f}", figures.ratio->value);
         row[1] = fmt::format("{:.2f}-{:.2f}", figures.ratio->low, figures.ratio->high);
       }
-      if (figures.seconds) row[2] = seconds_text(figures.seconds->value);
+      if (figures.seconds) {
+        row[2] = seconds_text(figures.seconds->value);
+        const MeasuredRun& run = set.runs[figures.middle];
+        const double needed = run.needed_read.value_or(0) + run.needed_written.value_or(0);
+        if (needed > 0) row[3] = fmt::format("{:.0f}", 1e-6 * needed / run.seconds);
+        if (run.p99) row[4] = seconds_text(*run.p99);
+      }
       row.push_back(printable(figures.name));
       row.push_back(printable(work_of(figures.cell)));
       row.push_back(size_of(figures.cell));
@@ -128,17 +136,22 @@ std::string to_text(const RunSet& set, const Findings& findings) {
       row.push_back(state);
       rows.push_back(std::move(row));
     }
+  const auto line_of = [](const std::string& doubt) {
+    return fmt::format("  - {}\n", printable(doubt));
+  };
   std::string text;
-  if (findings.failed) text += findings.verdict + "\n\n";
+  if (findings.failed) text += findings.verdict + "\n";
+  for (std::size_t at = 0; at < findings.spoiling; ++at) text += line_of(findings.doubts[at]);
+  if (!text.empty()) text += "\n";
   text += aligned(rows);
   text += fmt::format(
       "\nratio: seconds over those of the floor, the same bytes moved by a plain "
       "program; {} runs\n",
       set.runs.size());
   if (!findings.failed) text += printable(findings.verdict) + "\n";
-  if (!findings.doubts.empty()) text += "doubts:\n";
-  for (const std::string& doubt : findings.doubts)
-    text += fmt::format("  - {}\n", printable(doubt));
+  if (findings.spoiling < findings.doubts.size()) text += "doubts:\n";
+  for (std::size_t at = findings.spoiling; at < findings.doubts.size(); ++at)
+    text += line_of(findings.doubts[at]);
   return text;
 }
 

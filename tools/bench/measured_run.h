@@ -12,7 +12,8 @@ namespace plait::bench {
 
 /// What was measured: equal for runs that repeat the same measurement.
 struct MeasuredCell {
-  std::string backend, pipeline, disk, directory, workload;
+  std::string backend, pipeline, disk, workload;
+  std::string mesh;  ///< empty: a torus
   std::optional<double> vertices, levels, memory, budget, ratio, block_bytes, threads, rate;
   bool durable = false;
 };
@@ -28,11 +29,11 @@ struct MeasuredRun {
   std::string started, failure;
   bool ok = false;
   double seconds = 0;  ///< if ok: positive
-  std::optional<double> floor_seconds, fio_seconds, ratio;
+  std::optional<double> floor_seconds, floor_bytes, fio_seconds, fio_bytes, ratio;
   std::string floor_method;
 
   std::optional<double> needed_read, needed_written, moved_read, moved_written, device_read,
-      device_written, stored;
+      device_written, process_moved, stored;
   std::optional<double> compute, wait, codec, sync;
   std::optional<double> p50, p90, p99, p999, longest, requests;
   std::vector<double> latency_edges, latency_counts;  ///< empty, or one edge more than counts
@@ -40,6 +41,7 @@ struct MeasuredRun {
   std::optional<double> minor_faults, major_faults, peak_rss, user_seconds, system_seconds;
 
   std::string label;  ///< "cold", "warm", "memory", or empty
+  std::string why_warm, limit_why_not;
   std::optional<bool> limit_held, checksums;
   std::optional<double> limit_bytes, second_cold, others_read, others_written;
   std::string digest_of, digest;

@@ -8,7 +8,9 @@
 
 #include "generate/generate.h"
 #include "instrument/disk.h"
+#include "plait/backends/codec_time.h"
 #include "plait/layout.h"
+#include "plait/mesh_io.h"
 
 namespace plait::bench {
 
@@ -31,7 +33,9 @@ StoreOptions options_of_new_store(const WorkloadRun& run) {
 }
 
 LaidOutMesh base_mesh(const Cell& cell) {
-  return lay_out(BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices(), 1)),
+  return lay_out(cell.mesh_file.empty()
+                     ? BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices, 1))
+                     : read_base_mesh(cell.mesh_file),
                  LayoutKind::kHilbert);
 }
 
@@ -108,28 +112,38 @@ bool Throughput::update(std::uint64_t done, std::uint64_t count) {
   return true;
 }
 
-nlohmann::ordered_json counted(const Store& store, const PagingStatistics& before, double seconds,
-                               double sync_seconds, int threads) {
-  const PagingStatistics after = store.statistics();
-  const double wait = 1e-9 * static_cast<double>(after.read_wait_ns - before.read_wait_ns +
-                                                 after.write_wait_ns - before.write_wait_ns);
-  const double compute = seconds - sync_seconds - wait / threads;
+nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
+                               double sync_seconds) {
+  const PagingStatistics paging = store.statistics();
+  const double wait = 1e-9 * static_cast<double>(paging.read_wait_ns + paging.write_wait_ns);
+  const double compute = seconds - sync_seconds - wait / run.cell.threads;
   nlohmann::ordered_json split = {
       {"compute", nullptr}, {"wait", wait}, {"codec", nullptr}, {"sync", sync_seconds}};
   if (compute >= 0) split["compute"] = compute;
+  if (store.backend_traits().compressed)
+    split["codec"] = 1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns);
   const instrument::ProcessTraffic traffic = instrument::process_traffic();
+  const instrument::DiskCounters device =
+      run.disk ? instrument::disk_counters(*run.disk) - run.disk_before
+               : instrument::DiskCounters{};
   nlohmann::ordered_json object = {{"seconds", seconds},
-                                   {"moved_read", after.bytes_read - before.bytes_read},
-                                   {"moved_written", after.bytes_written - before.bytes_written},
-                                   {"blocks_read", after.blocks_read - before.blocks_read},
+                                   {"moved_read", paging.bytes_read},
+                                   {"moved_written", paging.bytes_written},
+                                   {"blocks_read", paging.blocks_read},
                                    {"split", split},
                                    {"stored", store.stored_bytes()},
                                    {"mode", effective_mode(store.path())},
                                    {"process_read", nullptr},
-                                   {"process_written", nullptr}};
+                                   {"process_written", nullptr},
+                                   {"device_read", nullptr},
+                                   {"device_written", nullptr}};
   if (traffic.known) {
     object["process_read"] = traffic.bytes_read;
     object["process_written"] = traffic.bytes_written;
+  }
+  if (device.known) {
+    object["device_read"] = device.bytes_read;
+    object["device_written"] = device.bytes_written;
   }
   return object;
 }

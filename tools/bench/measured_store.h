@@ -53,8 +53,9 @@ class Throughput {
   std::vector<std::uint64_t> bytes_;
 };
 
-/// The members of a record that follow from the counters of a store since `before`.
-nlohmann::ordered_json counted(const Store& store, const PagingStatistics& before, double seconds,
-                               double sync_seconds, int threads);
+/// The members of a record that follow from the counters of a store since it was opened, and from
+/// those of the codecs since the run began. `run.codec_before_ns` is the latter's beginning.
+nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
+                               double sync_seconds = 0);
 
 }  // namespace plait::bench

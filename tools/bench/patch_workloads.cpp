@@ -101,7 +101,7 @@ Requests read_patches(const Reader& reader, const std::vector<FaceId>& faces, co
 }
 
 nlohmann::ordered_json result_of(const Store& store, const WorkloadRun& run, double seconds) {
-  nlohmann::ordered_json result = counted(store, {}, seconds, 0, run.cell.threads);
+  nlohmann::ordered_json result = counted(store, run, seconds);
   // What a request needs beyond its patch depends on the blocks, so the pager's bytes count.
   result["needed_read"] = result["moved_read"];
   result["needed_written"] = 0;
@@ -120,10 +120,10 @@ nlohmann::ordered_json read_drawn(const WorkloadRun& run, bool zipf) {
   nlohmann::ordered_json result = result_of(store, run, done.seconds);
   result["latencies"] = latencies_to_json(done.latencies);
   if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
-  result["digest"] = {{"of", fmt::format("{} {} patches of {} vertices at level {}, seed {}", count,
-                                         zipf ? "Zipf" : "uniform", run.cell.base_vertices(),
-                                         run.cell.levels, run.seed)},
-                      {"value", fmt::format("{:016x}", done.sum)}};
+  result["digest"] = {
+      {"of", fmt::format("{} {} patches of {}, seed {}", count, zipf ? "Zipf" : "uniform",
+                         surface_name(run.cell), run.seed)},
+      {"value", fmt::format("{:016x}", done.sum)}};
   return result;
 }
 
@@ -160,9 +160,9 @@ nlohmann::ordered_json box(const WorkloadRun& run) {
   }
   nlohmann::ordered_json result = result_of(store, run, clock.seconds());
   result["latencies"] = latencies_to_json(latencies);
-  result["digest"] = {{"of", fmt::format("{} boxes of {} vertices at level {}, seed {}", kBoxes,
-                                         run.cell.base_vertices(), run.cell.levels, run.seed)},
-                      {"value", fmt::format("{:016x}", sum)}};
+  result["digest"] = {
+      {"of", fmt::format("{} boxes of {}, seed {}", kBoxes, surface_name(run.cell), run.seed)},
+      {"value", fmt::format("{:016x}", sum)}};
   return result;
 }
 
@@ -174,8 +174,7 @@ nlohmann::ordered_json open_store(const WorkloadRun& run) {
   const FaceId face = draw(false, store.base().face_count(), 1, run.seed)[0];
   const std::uint64_t sum = read_and_hash(reader, face, run.cell.levels, seconds, since);
   nlohmann::ordered_json result = result_of(store, run, seconds);
-  result["digest"] = {{"of", fmt::format("face {} of {} vertices at level {}", face,
-                                         run.cell.base_vertices(), run.cell.levels)},
+  result["digest"] = {{"of", fmt::format("face {} of {}", face, surface_name(run.cell))},
                       {"value", fmt::format("{:016x}", sum)}};
   return result;
 }
@@ -197,8 +196,7 @@ nlohmann::ordered_json scan_export(const WorkloadRun& run) {
         });
   nlohmann::ordered_json result = result_of(store, run, clock.seconds());
   result["needed_read"] = needed;
-  result["digest"] = {{"of", fmt::format("export of {} vertices at level {}",
-                                         run.cell.base_vertices(), run.cell.levels)},
+  result["digest"] = {{"of", "export of " + surface_name(run.cell)},
                       {"value", fmt::format("{:016x}", sum)}};
   return result;
 }
@@ -246,14 +244,13 @@ nlohmann::ordered_json mixed(const WorkloadRun& run) {
     const double swept = clock.seconds();
     store.commit();
     const double seconds = clock.seconds();
-    result = counted(store, {}, seconds, seconds - swept, run.cell.threads);
+    result = counted(store, run, seconds, seconds - swept);
   }
   if (failure) std::rethrow_exception(failure);
   result["needed_read"] = run.cell.raw_bytes();
   result["needed_written"] = run.cell.raw_bytes();
   result["latencies"] = latencies_to_json(latencies);
-  result["digest"] = {{"of", fmt::format("surface of {} vertices at level {}",
-                                         run.cell.base_vertices(), run.cell.levels)},
+  result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
                       {"value", surface_digest(run.store, run)}};
   return result;
 }

@@ -3,16 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <set>
 
 #include "bench/workloads.h"
 #include "plait/attribute.h"
+#include "plait/backends/choose_backend.h"
 #include "plait/byte_text.h"
 #include "plait/error.h"
 
 namespace plait::bench {
 namespace {
+
+constexpr const char* kAuto = "auto";
 
 struct Subject {
   std::string backend, pipeline;
@@ -41,6 +45,10 @@ std::vector<Subject> subjects(const PlanRequest& request, const BackendRegistry&
   const AttributeSchema schema{"position", ComponentType::kFloat32, 3};
   std::vector<Subject> subjects;
   for (const std::string& name : names) {
+    if (name == kAuto) {
+      subjects.push_back({name, "none"});
+      continue;
+    }
     const BackendRegistry::Entry& entry = backends.find(name);
     if (!entry.traits.durable)
       throw Error(ErrorCode::kInvalidArgument,
@@ -76,7 +84,11 @@ std::vector<std::string> names_of_workloads(const PlanRequest& request) {
 }
 
 constexpr double kGuessedRate = 300e6;
+/// To start a process, to open its store, and to look at caches and counters.
+constexpr double kGuessedSecondsOfRun = 0.3;
 
+/// The minutes are a guess: every cell and its floor move the store's bytes once, and so does
+/// making a store twice.
 void add_costs(const PlanRequest& request, Plan& plan) {
   std::map<std::string, std::set<std::string>> stores;
   std::map<std::string, std::uint64_t> bytes, largest;
@@ -94,7 +106,80 @@ void add_costs(const PlanRequest& request, Plan& plan) {
     // Beside the stores: a new store or generation, a floor's file, and one that a floor writes.
     disk.needed_bytes = bytes[directory] + 3 * largest[directory];
   }
-  plan.minutes = moved / kGuessedRate / 60;
+  plan.minutes = (moved / kGuessedRate +
+                  static_cast<double>(plan.cells.size()) * request.rounds * kGuessedSecondsOfRun) /
+                 60;
+}
+
+/// Disks with the names that the user gave them, or that the system has for them. Two directories
+/// on one disk have the directory in their names, because the name is part of a cell's key.
+std::vector<PlannedDisk> disks_of(const PlanRequest& request) {
+  std::vector<PlannedDisk> disks;
+  for (const DiskPlace& place : request.disks) {
+    disks.push_back({instrument::disk_facts(place.directory), place.name, 0});
+    if (place.name.empty()) disks.back().name = disks.back().facts.name();
+  }
+  std::map<std::string, int> times;
+  for (const PlannedDisk& disk : disks) ++times[disk.name];
+  for (PlannedDisk& disk : disks)
+    if (times[disk.name] > 1)
+      disk.name = fmt::format("{} at {}", disk.name, disk.facts.directory.native());
+  return disks;
+}
+
+/// The base meshes that a memory limit asks for: their vertices and those of all levels.
+struct Size {
+  std::uint64_t base_vertices, vertices;
+};
+std::vector<Size> sizes_of(const PlanRequest& request, std::uint64_t memory) {
+  if (request.mesh) return {{request.mesh->base_vertices, request.mesh->vertices}};
+  const int shift = 2 * request.levels;
+  std::vector<std::uint64_t> bases;
+  if (request.vertices > 0)
+    bases = {request.vertices};
+  else
+    for (const double size : request.sizes)
+      bases.push_back(static_cast<std::uint64_t>(size * static_cast<double>(memory) / 12) >> shift);
+  std::vector<Size> sizes;
+  for (const std::uint64_t base : bases) {
+    const std::uint64_t least = std::max<std::uint64_t>(base, 64);
+    sizes.push_back({least, least << shift});
+  }
+  return sizes;
+}
+
+/// Adds cells, each once, and says what `auto` is.
+class Cells {
+ public:
+  Cells(const BackendRegistry& backends, Plan& plan) : backends_(backends), plan_(plan) {}
+
+  void add(Cell cell) {
+    if (cell.backend == kAuto) {
+      // The limit around the process is the memory that its page cache has.
+      const BackendChoice choice =
+          choose_backend(backends_, cell.directory / "store.plait", cell.raw_bytes(),
+                         std::min(cell.memory_bytes, available_memory_bytes()));
+      const std::string line =
+          fmt::format("auto on {}: {}: {}", cell.disk, choice.name, choice.reason);
+      if (std::ranges::find(plan_.chosen, line) == plan_.chosen.end()) plan_.chosen.push_back(line);
+      cell.backend = choice.name;
+    }
+    if (keys_.insert(key_of(cell)).second) plan_.cells.push_back(std::move(cell));
+  }
+
+ private:
+  const BackendRegistry& backends_;
+  Plan& plan_;
+  std::set<std::string> keys_;
+};
+
+std::uint64_t budget_of(std::uint64_t memory_bytes) { return memory_bytes / 4; }
+
+/// A fused build keeps several blocks of each level open, so the budget has room for 16.
+std::vector<std::uint64_t> blocks_of(const PlanRequest& request, std::uint64_t memory_bytes) {
+  if (!request.blocks.empty()) return request.blocks;
+  constexpr std::uint64_t kLeast = 4 << 10, kMost = 1 << 20;
+  return {std::clamp(std::bit_floor(budget_of(memory_bytes) / 16), kLeast, kMost)};
 }
 
 }  // namespace
@@ -103,37 +188,36 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
   Plan plan;
   const std::vector<Subject> all = subjects(request, backends, plan);
   const std::vector<std::string> names = names_of_workloads(request);
-  for (const std::filesystem::path& directory : request.directories) {
-    plan.disks.push_back({instrument::disk_facts(directory), 0});
-    const instrument::DiskFacts& facts = plan.disks.back().facts;
+  plan.disks = disks_of(request);
+  Cells cells(backends, plan);
+  for (const PlannedDisk& disk : plan.disks)
     for (const std::uint64_t memory : request.memory)
-      for (const double size : request.vertices > 0 ? std::vector<double>{1} : request.sizes)
-        for (const std::uint64_t block : request.blocks)
+      for (const Size& size : sizes_of(request, memory))
+        for (const std::uint64_t block : blocks_of(request, memory))
           for (const int threads : request.threads)
             for (const Subject& subject : all)
               for (const std::string& workload : names) {
                 Cell cell{.backend = subject.backend,
                           .pipeline = subject.pipeline,
-                          .disk = facts.name(),
-                          .directory = facts.directory,
+                          .disk = disk.name,
+                          .directory = disk.facts.directory,
                           .workload = workload,
+                          .base_vertices = size.base_vertices,
+                          .vertices = size.vertices,
                           .levels = request.levels,
                           .memory_bytes = memory,
-                          .budget_bytes = memory / 4,
+                          .budget_bytes = budget_of(memory),
                           .block_bytes = block,
                           .threads = threads};
-                const std::uint64_t base =
-                    request.vertices > 0
-                        ? request.vertices
-                        : static_cast<std::uint64_t>(size * static_cast<double>(memory) / 12) >>
-                              (2 * request.levels);
-                cell.vertices = std::max<std::uint64_t>(base, 64) << (2 * request.levels);
+                if (request.mesh) {
+                  cell.mesh = request.mesh->name;
+                  cell.mesh_file = request.mesh->file;
+                }
                 cell.durable = workload != "sweep-update";
                 if (workload == "patch-random" || workload == "patch-zipf")
                   cell.rate = request.rate;
-                plan.cells.push_back(cell);
+                cells.add(std::move(cell));
               }
-  }
   add_costs(request, plan);
   return plan;
 }
@@ -158,15 +242,17 @@ std::string to_text(const Plan& plan) {
   std::string text = fmt::format("{} cells:\n", plan.cells.size());
   for (const Cell& cell : plan.cells)
     text +=
-        fmt::format("  {}, {}, {}, {}, {} in blocks of {}, memory {}, {} threads\n", cell.disk,
-                    cell.backend, cell.pipeline, cell.workload, format_bytes(cell.raw_bytes()),
+        fmt::format("  {}, {}, {}, {}, {}{} in blocks of {}, memory {}, {} threads\n", cell.disk,
+                    cell.backend, cell.pipeline, cell.workload,
+                    cell.mesh.empty() ? "" : cell.mesh + ", ", format_bytes(cell.raw_bytes()),
                     format_bytes(cell.block_bytes), format_bytes(cell.memory_bytes), cell.threads);
   for (const PlannedDisk& disk : plan.disks)
-    text += fmt::format("{}: {}, needs {} of {} free\n", disk.facts.directory.native(),
-                        disk.facts.name(), format_bytes(disk.needed_bytes),
-                        format_bytes(disk.facts.free_bytes));
+    text += fmt::format("{}: {}, needs {} of {} free\n", disk.facts.directory.native(), disk.name,
+                        format_bytes(disk.needed_bytes), format_bytes(disk.facts.free_bytes));
+  for (const std::string& line : plan.chosen) text += line + "\n";
   for (const std::string& line : plan.left_out) text += fmt::format("left out: {}\n", line);
-  return text + fmt::format("about {:.0f} minutes, if every disk moves 300 MB/s\n", plan.minutes);
+  return text + fmt::format("about {:.0f} minutes, if every disk moves {:.0f} MB/s\n", plan.minutes,
+                            1e-6 * kGuessedRate);
 }
 
 }  // namespace plait::bench

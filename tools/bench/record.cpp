@@ -8,18 +8,12 @@
 #include <fstream>
 #include <thread>
 
-#include "plait/byte_text.h"
+#include "bench/built_from_commit.h"
+#include "instrument/processor.h"
 #include "plait/version.h"
 
 namespace plait::bench {
 namespace {
-
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return {};
-}
 
 std::uint64_t memory_of_machine() {
   std::ifstream file("/proc/meminfo");
@@ -29,10 +23,6 @@ std::uint64_t memory_of_machine() {
   return kibibytes * 1024;
 }
 
-nlohmann::ordered_json known(const instrument::DiskCounters& counters, std::uint64_t value) {
-  return counters.known ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 std::uint64_t beyond(std::uint64_t all, std::uint64_t own) { return all > own ? all - own : 0; }
 
 }  // namespace
@@ -40,12 +30,11 @@ std::uint64_t beyond(std::uint64_t all, std::uint64_t own) { return all > own ? 
 ColdLabel cold_label(const instrument::DiskFacts& disk, const Observed& observed,
                      const nlohmann::ordered_json& result) {
   if (disk.in_memory) return {"memory", ""};
-  if (!observed.asked_cold) return {"warm", "warm: the page cache was left as it was"};
+  if (!observed.asked_cold) return {"warm", "the page cache was left as it was"};
   if (!instrument::is_cold(observed.before))
-    return {"warm", fmt::format("warm: {:.0f} % of the files were in the page cache before",
-                                100 * observed.before.share())};
+    return {"warm", "the page cache had files of the store before the run"};
   if (result["process_read"].is_null())
-    return {"warm", "warm: the kernel does not count what the disk read, so cold is not proved"};
+    return {"warm", "the kernel does not count what the disk read, so cold is not proved"};
   const auto read = result["process_read"].get<std::uint64_t>();
   const auto stored = result["stored"].get<std::uint64_t>();
   // Where a part of the store is enough, what the pager moved says how much; stored bytes of
@@ -53,22 +42,22 @@ ColdLabel cold_label(const instrument::DiskFacts& disk, const Observed& observed
   const std::uint64_t least =
       observed.reads_all ? stored / 2
                          : std::min(stored, result["moved_read"].get<std::uint64_t>()) / 10;
-  if (read < least)
-    return {"warm", fmt::format("warm: the disk read {} of {}, so a cache gave the rest",
-                                format_bytes(read), format_bytes(stored))};
+  if (read < least) return {"warm", "the disk read too little, so a cache gave the rest"};
   return {"cold", ""};
 }
 
 nlohmann::ordered_json environment(const instrument::DiskFacts& disk) {
   utsname names{};
   ::uname(&names);
-  return {{"plait", PLAIT_VERSION},
-          {"commit", nullptr},
-          {"kernel", fmt::format("{} {}", names.sysname, names.release)},
-          {"processor", processor_name()},
-          {"processors", std::thread::hardware_concurrency()},
-          {"memory", memory_of_machine()},
-          {"disk", instrument::to_json(disk)}};
+  const std::string commit(built_from_commit());
+  return {
+      {"plait", PLAIT_VERSION},
+      {"commit", commit.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(commit)},
+      {"kernel", fmt::format("{} {}", names.sysname, names.release)},
+      {"processor", instrument::processor_name()},
+      {"processors", std::thread::hardware_concurrency()},
+      {"memory", memory_of_machine()},
+      {"disk", instrument::to_json(disk)}};
 }
 
 nlohmann::ordered_json empty_record(const Cell& cell, int round, int order, std::uint64_t seed) {
@@ -95,16 +84,12 @@ void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& re
   record["outcome"] = "ok";
   for (const char* name : {"seconds", "split", "latencies", "open_loop", "throughput", "digest"})
     if (result.contains(name)) record[name] = result[name];
-  record["bytes"] = {{"needed_read", result["needed_read"]},
-                     {"needed_written", result["needed_written"]},
-                     {"moved_read", result["moved_read"]},
-                     {"moved_written", result["moved_written"]},
-                     {"device_read", known(observed.device, observed.device.bytes_read)},
-                     {"device_written", known(observed.device, observed.device.bytes_written)},
-                     {"process_read", result["process_read"]},
-                     {"process_written", result["process_written"]},
-                     {"blocks_read", result["blocks_read"]},
-                     {"stored", result["stored"]}};
+  record["bytes"] = {
+      {"needed_read", result["needed_read"]},   {"needed_written", result["needed_written"]},
+      {"moved_read", result["moved_read"]},     {"moved_written", result["moved_written"]},
+      {"device_read", result["device_read"]},   {"device_written", result["device_written"]},
+      {"process_read", result["process_read"]}, {"process_written", result["process_written"]},
+      {"blocks_read", result["blocks_read"]},   {"stored", result["stored"]}};
   record["faults"] = {{"minor", observed.process.minor_faults},
                       {"major", observed.process.major_faults}};
   record["peak_rss"] = observed.process.peak_rss_bytes;
@@ -118,24 +103,19 @@ void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& re
     const ColdLabel label = cold_label(disk, observed, result);
     proofs["cold"] = {{"asked", observed.asked_cold},
                       {"label", label.label},
+                      {"why", nullptr},
                       {"resident_before", observed.before.share()},
                       {"device_read", result["process_read"]},
                       {"needed_read", result["needed_read"]}};
-    if (!label.doubt.empty()) record["doubts"].push_back(label.doubt);
+    if (!label.why.empty()) proofs["cold"]["why"] = label.why;
   }
   proofs["others"] = nullptr;
-  if (observed.device.known && !result["process_read"].is_null()) {
-    const std::uint64_t read =
-        beyond(observed.device.bytes_read, result["process_read"].get<std::uint64_t>());
-    const std::uint64_t written =
-        beyond(observed.device.bytes_written, result["process_written"].get<std::uint64_t>());
-    proofs["others"] = {{"device_read", read}, {"device_written", written}};
-    const std::uint64_t own = result["process_read"].get<std::uint64_t>() +
-                              result["process_written"].get<std::uint64_t>();
-    if (10 * (read + written) > own && read + written > (16u << 20))
-      record["doubts"].push_back(
-          fmt::format("others: the device moved {} for other programs or caches meanwhile",
-                      format_bytes(read + written)));
+  if (!result["device_read"].is_null() && !result["process_read"].is_null()) {
+    const auto others = [&](const char* device, const char* process) {
+      return beyond(result[device].get<std::uint64_t>(), result[process].get<std::uint64_t>());
+    };
+    proofs["others"] = {{"device_read", others("device_read", "process_read")},
+                        {"device_written", others("device_written", "process_written")}};
   }
 }
 
@@ -148,23 +128,11 @@ void add_floor(nlohmann::ordered_json& record, const instrument::FloorRequest& r
   object["block_bytes"] = request.block_bytes;
   object["threads"] = request.threads;
   record["floor"] = object;
-  if (by_fio) {
-    record["floor_by_fio"] = instrument::to_json(*by_fio);
-    const double own = 1 / floor.bytes_per_second(), other = 1 / by_fio->bytes_per_second();
-    if (!instrument::agree(own, other))
-      record["doubts"].push_back(
-          fmt::format("floor: fio moves {}/s where our own program moves {}/s",
-                      format_bytes(static_cast<std::uint64_t>(1 / other)),
-                      format_bytes(static_cast<std::uint64_t>(1 / own))));
-  }
+  if (by_fio) record["floor_by_fio"] = instrument::to_json(*by_fio);
   if (!record["seconds"].is_number()) return;
   const nlohmann::ordered_json& cold = record["proofs"]["cold"];
   const bool run_is_warm = cold.is_object() && cold["label"] == "warm";
-  if (cold.is_object() && cold["label"] != "memory" && run_is_warm == floor.cold) {
-    record["doubts"].push_back(run_is_warm ? "no ratio: the run was warm and its floor cold"
-                                           : "no ratio: the floor was warm and the run cold");
-    return;
-  }
+  if (cold.is_object() && cold["label"] != "memory" && run_is_warm == floor.cold) return;
   record["ratio"] = record["seconds"].get<double>() / floor.seconds;
 }
 

@@ -4,7 +4,6 @@
 
 #include <fstream>
 #include <iterator>
-#include <map>
 #include <utility>
 
 #include "plait/error.h"
@@ -49,24 +48,6 @@ void RecordFile::append(nlohmann::ordered_json record) {
     if (!file.good()) throw Error(ErrorCode::kIo, "write " + path_.native() + ": refused");
   }
   records_.push_back(std::move(record));
-}
-
-std::vector<std::string> different_digests(const std::vector<nlohmann::ordered_json>& records) {
-  std::map<std::string, std::pair<std::string, std::string>> first;  // value, backend
-  std::vector<std::string> lines;
-  for (const nlohmann::ordered_json& record : records) {
-    if (!record.contains("digest") || !record["digest"].is_object()) continue;
-    const std::string of = record["digest"].value("of", ""),
-                      value = record["digest"].value("value", "");
-    const std::string backend = record["cell"].value("backend", "");
-    const auto [at, is_new] = first.try_emplace(of, value, backend);
-    if (value == "torn")
-      lines.push_back(fmt::format("{}: {} gives a torn slot", of, backend));
-    else if (!is_new && at->second.first != value)
-      lines.push_back(fmt::format("{}: {} gives {}, and {} gives {}", of, at->second.second,
-                                  at->second.first, backend, value));
-  }
-  return lines;
 }
 
 }  // namespace plait::bench

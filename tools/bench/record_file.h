@@ -18,13 +18,11 @@ class RecordFile {
   explicit RecordFile(std::filesystem::path path);
   void append(nlohmann::ordered_json record);
   const std::vector<nlohmann::ordered_json>& records() const { return records_; }
+  const std::filesystem::path& path() const { return path_; }
 
  private:
   std::filesystem::path path_;
   std::vector<nlohmann::ordered_json> records_;
 };
-
-/// Lines that say which digests differ among records that must have equal ones. Empty: none do.
-std::vector<std::string> different_digests(const std::vector<nlohmann::ordered_json>& records);
 
 }  // namespace plait::bench

@@ -14,9 +14,11 @@
 #include <utility>
 
 #include "bench/record.h"
+#include "bench/round_floors.h"
 #include "bench/workloads.h"
 #include "instrument/disk_floors.h"
 #include "instrument/statistics.h"
+#include "plait/backends/codec_time.h"
 #include "plait/error.h"
 #include "plait/stopwatch.h"
 
@@ -26,11 +28,10 @@ namespace {
 namespace fs = std::filesystem;
 using instrument::FloorKind;
 using instrument::FloorRequest;
-using instrument::FloorResult;
 
 constexpr int kFewestRounds = 5;
 constexpr int kMostRounds = 200;
-constexpr double kNarrow = 0.05;
+constexpr double kNarrowEnough = 0.05;
 
 /// A new directory on a disk, removed at the end.
 class WorkDirectory {
@@ -52,24 +53,16 @@ class WorkDirectory {
   fs::path path_;
 };
 
-struct Floor {
-  FloorResult own;
-  std::optional<FloorResult> by_fio;
-  std::optional<double> second_cold;
+struct ControlledLimit {
+  std::unique_ptr<instrument::MemoryLimit> limit;
+  bool held = false;  ///< what the control said
 };
-
-nlohmann::json to_child_json(const FloorResult& floor) { return instrument::to_json(floor); }
-FloorResult from_child_json(const nlohmann::json& json) {
-  return {json["seconds"].get<double>(), json["bytes_read"].get<std::uint64_t>(),
-          json["bytes_written"].get<std::uint64_t>(), json["method"].get<std::string>(),
-          json["cold"].get<bool>()};
-}
 
 class Runner {
  public:
   Runner(const Plan& plan, const RunnerOptions& options, const BackendRegistry& backends,
          RecordFile& file)
-      : plan_(plan), options_(options), backends_(backends), file_(file) {
+      : plan_(plan), options_(options), backends_(backends), file_(file), floors_(options.fio) {
     for (const PlannedDisk& disk : plan.disks)
       if (!work_.contains(disk.facts.directory.native()))
         work_.emplace(disk.facts.directory.native(),
@@ -81,14 +74,13 @@ class Runner {
 
   RunnerResult run() {
     RunnerResult result;
-    result.limit_doubt = limit_doubt_;
     for (int round = 0; round < kMostRounds; ++round) {
       if (options_.rounds > 0 ? round >= options_.rounds
                               : round >= kFewestRounds && (is_late() || all_are_narrow())) {
         result.finished = options_.rounds > 0 || !is_late() || round >= kFewestRounds;
         break;
       }
-      floors_.clear();
+      floors_.begin_round(round);
       if (!run_round(round)) return result;
       result.rounds = round + 1;
     }
@@ -100,14 +92,8 @@ class Runner {
 
   void add_limit(std::uint64_t bytes) {
     if (limits_.contains(bytes)) return;
-    auto limit = std::make_unique<instrument::MemoryLimit>(bytes);
-    held_[bytes] = limit->holds();
-    if (!held_[bytes])
-      limit_doubt_ = limit->limited()
-                         ? "the memory limit did not hold: the page cache may have served the runs"
-                         : "no memory limit (" + limit->why_not() +
-                               "): the page cache may have served the runs";
-    limits_[bytes] = std::move(limit);
+    limits_[bytes].limit = std::make_unique<instrument::MemoryLimit>(bytes);
+    limits_[bytes].held = limits_[bytes].limit->holds();
   }
 
   bool run_round(int round) {
@@ -145,15 +131,16 @@ class Runner {
 
   void measure(const Cell& cell, int round, nlohmann::ordered_json& record) {
     const instrument::DiskFacts& disk = disk_of(cell);
-    const instrument::MemoryLimit& limit = *limits_.at(cell.memory_bytes);
     record["environment"] = environment(disk);
     record["proofs"] = nlohmann::ordered_json::object();
-    if (!held_.at(cell.memory_bytes)) record["doubts"].push_back("limit: " + limit_doubt_);
+    const fs::path& work = work_.at(cell.directory.native())->path();
+    WorkloadRun run{
+        cell,       work / store_name(cell), options_.seed + static_cast<std::uint64_t>(round),
+        &backends_, codec_nanoseconds(),     &disk,
+        {}};
     try {
-      const fs::path& work = work_.at(cell.directory.native())->path();
       const Workload& workload = workload_from_name(cell.workload);
-      WorkloadRun run{cell, work / store_name(cell),
-                      options_.seed + static_cast<std::uint64_t>(round), &backends_};
+      const instrument::MemoryLimit* const limit = limit_of(cell, disk);
       Observed observed;
       observed.reads_all = workload.reads_all;
       if (workload.makes_store) {
@@ -166,26 +153,48 @@ class Runner {
         observed.before =
             observed.asked_cold ? instrument::make_cold(files) : instrument::residency(files);
       }
-      limit.reset_figures();
-      const instrument::DiskCounters before = instrument::disk_counters(disk);
+      if (limit != nullptr) limit->reset_figures();
+      run.disk_before = instrument::disk_counters(disk);
       const instrument::ProcessResult got =
-          instrument::run_in_own_process([&] { return nlohmann::json(workload.run(run)); }, &limit);
-      observed.device = instrument::disk_counters(disk) - before;
+          instrument::run_in_own_process([&] { return nlohmann::json(workload.run(run)); }, limit);
       observed.process = got.figures;
       if (workload.makes_store) fs::remove_all(run.store);
       const nlohmann::ordered_json result = got.result;
       add_result(record, result, observed, disk);
-      const instrument::LimitFigures counted = limit.figures();
-      record["proofs"]["limit"] = {{"bytes", limit.bytes()},
-                                   {"version", limit.version()},
-                                   {"held", held_.at(cell.memory_bytes)},
-                                   {"peak", counted.peak_bytes},
-                                   {"times_full", counted.times_full}};
-      add_floor_of(cell, workload, work, result, round, record);
+      record["proofs"]["limit"] = limit_proof(cell, limit);
+      add_floor_of(cell, workload, limit, work, result, record);
     } catch (const Error& error) {
       record["outcome"] = "failed";
       record["failure"] = error.what();
+      // It may have ended in the middle of a change.
+      prepared_.erase(run.store);
+      bounded_.erase(run.store);
+      std::error_code ignored;
+      fs::remove_all(run.store, ignored);
     }
+  }
+
+  /// nullptr for files in memory: they count as memory of the process that writes them, and there
+  /// is no page cache to keep small.
+  const instrument::MemoryLimit* limit_of(const Cell& cell,
+                                          const instrument::DiskFacts& disk) const {
+    return disk.in_memory ? nullptr : limits_.at(cell.memory_bytes).limit.get();
+  }
+
+  nlohmann::ordered_json limit_proof(const Cell& cell, const instrument::MemoryLimit* limit) const {
+    nlohmann::ordered_json proof = {{"bytes", 0},         {"version", 0}, {"held", false},
+                                    {"why_not", nullptr}, {"peak", 0},    {"times_full", 0}};
+    if (limit == nullptr || !limit->limited()) {
+      proof["why_not"] = limit == nullptr ? "the files are in memory" : limit->why_not();
+      return proof;
+    }
+    const instrument::LimitFigures counted = limit->figures();
+    proof["bytes"] = limit->bytes();
+    proof["version"] = limit->version();
+    proof["held"] = limits_.at(cell.memory_bytes).held;
+    proof["peak"] = counted.peak_bytes;
+    proof["times_full"] = counted.times_full;
+    return proof;
   }
 
   void prepare(const WorkloadRun& run) {
@@ -203,9 +212,9 @@ class Runner {
     if (has_bounds) bounded_.insert(run.store);
   }
 
-  void add_floor_of(const Cell& cell, const Workload& workload, const fs::path& work,
-                    const nlohmann::ordered_json& result, int round,
-                    nlohmann::ordered_json& record) {
+  void add_floor_of(const Cell& cell, const Workload& workload,
+                    const instrument::MemoryLimit* limit, const fs::path& work,
+                    const nlohmann::ordered_json& result, nlohmann::ordered_json& record) {
     FloorRequest request{.directory = work,
                          .kind = workload.floor,
                          .bytes = workload.floor == FloorKind::kWrite
@@ -218,52 +227,11 @@ class Runner {
     if (request.bytes == 0) return;
     // Other kinds move all bytes of their file.
     if (request.kind == FloorKind::kRandomRead) request.file_bytes = cell.raw_bytes();
-    const std::string key =
-        fmt::format("{} {} {} {} {} {}", work.native(), instrument::to_string(request.kind),
-                    request.bytes, request.block_bytes, request.direct, cell.memory_bytes);
     if (cell.rate > 0) return;  // an open loop waits by itself
-    auto at = floors_.find(key);
-    if (at == floors_.end())
-      at = floors_.emplace(key, measure_floor(request, cell, round == 0)).first;
-    add_floor(record, request, at->second.own, at->second.by_fio);
+    const RoundFloor& floor = floors_.floor(request, limit);
+    add_floor(record, request, floor.own, floor.by_fio);
     record["proofs"]["second_cold"] = nullptr;
-    if (const std::optional<double>& second = at->second.second_cold) {
-      record["proofs"]["second_cold"] = *second;
-      if (*second > 1.3)
-        record["doubts"].push_back(
-            fmt::format("cache below: a second cold read was {:.1f} times as fast", *second));
-    }
-  }
-
-  Floor measure_floor(const FloorRequest& request, const Cell& cell, bool first_round) {
-    const instrument::MemoryLimit* const limit = limits_.at(cell.memory_bytes).get();
-    if (request.kind != FloorKind::kWrite)
-      instrument::in_own_process([&]() -> nlohmann::json {
-        const fs::path file = request.directory / "plait-bench.floor";
-        const std::uint64_t bytes = std::max(request.bytes, request.file_bytes);
-        if (!fs::exists(file) || fs::file_size(file) < bytes) prepare_floor_file(request);
-        return true;
-      });
-    const auto once = [&] {
-      return from_child_json(
-          instrument::run_in_own_process([&] { return to_child_json(own_floor(request)); }, limit)
-              .result);
-    };
-    Floor floor{once(), {}, {}};
-    if (!first_round) return floor;
-    if (request.kind == FloorKind::kRead) floor.second_cold = floor.own.seconds / once().seconds;
-    if (options_.fio && instrument::have_fio()) {
-      const nlohmann::json by_fio =
-          instrument::run_in_own_process(
-              [&]() -> nlohmann::json {
-                const auto result = fio_floor(request);
-                return result ? to_child_json(*result) : nlohmann::json(nullptr);
-              },
-              limit)
-              .result;
-      if (by_fio.is_object()) floor.by_fio = from_child_json(by_fio);
-    }
-    return floor;
+    if (floor.second_cold) record["proofs"]["second_cold"] = *floor.second_cold;
   }
 
   /// Whether each cell's interval of the median ratio is narrow enough; cells without a ratio are.
@@ -275,7 +243,7 @@ class Runner {
     return std::ranges::all_of(plan_.cells, [&](const Cell& cell) {
       const auto at = ratios.find(key_of(cell));
       return at == ratios.end() ||
-             instrument::median_interval(at->second).relative_half_width() < kNarrow;
+             instrument::median_interval(at->second).relative_half_width() < kNarrowEnough;
     });
   }
 
@@ -285,12 +253,10 @@ class Runner {
   RecordFile& file_;
   Stopwatch clock_;
   std::map<std::string, std::unique_ptr<WorkDirectory>> work_;
-  std::map<std::uint64_t, std::unique_ptr<instrument::MemoryLimit>> limits_;
-  std::map<std::uint64_t, bool> held_;
-  std::string limit_doubt_;
+  std::map<std::uint64_t, ControlledLimit> limits_;
   std::set<std::pair<std::string, int>> done_;
   std::set<fs::path> prepared_, bounded_;
-  std::map<std::string, Floor> floors_;
+  RoundFloors floors_;
 };
 
 }  // namespace

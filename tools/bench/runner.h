@@ -23,8 +23,7 @@ struct RunnerOptions {
 
 struct RunnerResult {
   int rounds = 0;
-  bool finished = false;    ///< false: the time was up, or proceed() said stop
-  std::string limit_doubt;  ///< empty: the memory limit held
+  bool finished = false;  ///< false: the time was up, or proceed() said stop
 };
 
 /// Rounds that the file has already are not run again. Each disk gets a directory of its own for

@@ -18,10 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string surface_name(const Cell& cell) {
-  return fmt::format("surface of {} vertices at level {}", cell.base_vertices(), cell.levels);
-}
-
 nlohmann::ordered_json build_by(const WorkloadRun& run, ExecutorKind executor) {
   const LaidOutMesh base = base_mesh(run.cell);
   const Stopwatch clock;
@@ -31,13 +27,13 @@ nlohmann::ordered_json build_by(const WorkloadRun& run, ExecutorKind executor) {
   const double made = clock.seconds();
   store.commit();
   const double seconds = clock.seconds();
-  nlohmann::ordered_json result = counted(store, {}, seconds, seconds - made, run.cell.threads);
+  nlohmann::ordered_json result = counted(store, run, seconds, seconds - made);
   result["needed_read"] = 0;
   result["needed_written"] = run.cell.raw_bytes();
   store.close();
   // What was written is read back, outside the time.
   Store written = open_for_reading(run);
-  result["digest"] = {{"of", "built " + surface_name(run.cell)},
+  result["digest"] = {{"of", "built surface of " + surface_name(run.cell)},
                       {"value", digest(written, {.threads = run.cell.threads}).to_string()}};
   return result;
 }
@@ -57,14 +53,15 @@ nlohmann::ordered_json read_levels(const WorkloadRun& run, int last) {
   const std::string digest = sweep_digest(
       store, 1, last, run.cell.threads,
       [&](std::uint64_t done, std::uint64_t all) { return throughput.update(done, all); });
-  nlohmann::ordered_json result = counted(store, {}, clock.seconds(), 0, run.cell.threads);
+  nlohmann::ordered_json result = counted(store, run, clock.seconds());
   result["needed_read"] = needed;
   result["needed_written"] = 0;
   result["throughput"] = throughput.to_json();
-  result["digest"] = {{"of", last == run.cell.levels ? surface_name(run.cell)
-                                                     : fmt::format("levels 1 to {} of the {}", last,
-                                                                   surface_name(run.cell))},
-                      {"value", digest}};
+  result["digest"] = {
+      {"of", last == run.cell.levels ? "surface of " + surface_name(run.cell)
+                                     : fmt::format("levels 1 to {} of the surface of {}", last,
+                                                   surface_name(run.cell))},
+      {"value", digest}};
   return result;
 }
 
@@ -75,12 +72,13 @@ nlohmann::ordered_json coarse(const WorkloadRun& run) {
   return read_levels(run, std::max(1, run.cell.levels - 2));
 }
 
-nlohmann::ordered_json update(const WorkloadRun& run, Durability durability) {
+nlohmann::ordered_json update(const WorkloadRun& run, Durability durability,
+                              Overwriting overwriting) {
   OpenOptions options;
   options.writable = true;
   options.budget_bytes = run.cell.budget_bytes;
   options.durability = durability;
-  options.overwriting = Overwriting::kInPlace;
+  options.overwriting = overwriting;
   nlohmann::ordered_json result;
   {
     const Stopwatch clock;
@@ -104,20 +102,24 @@ nlohmann::ordered_json update(const WorkloadRun& run, Durability durability) {
       for (int level = 1; level <= run.cell.levels; ++level)
         File(store.level_file(attribute, level).path, OpenMode::kReadWrite).sync();
     const double seconds = clock.seconds();
-    result = counted(store, {}, seconds, seconds - swept, run.cell.threads);
+    result = counted(store, run, seconds, seconds - swept);
     result["throughput"] = throughput.to_json();
     result["needed_read"] = run.cell.raw_bytes();
     result["needed_written"] = run.cell.raw_bytes();
   }
-  result["digest"] = {{"of", surface_name(run.cell)}, {"value", surface_digest(run.store, run)}};
+  result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
+                      {"value", surface_digest(run.store, run)}};
   return result;
 }
 
 nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
-  return update(run, Durability::kNone);
+  return update(run, Durability::kNone, Overwriting::kInPlace);
 }
 nlohmann::ordered_json sweep_update_journal(const WorkloadRun& run) {
-  return update(run, Durability::kCommit);
+  return update(run, Durability::kCommit, Overwriting::kInPlace);
+}
+nlohmann::ordered_json sweep_update_generation(const WorkloadRun& run) {
+  return update(run, Durability::kCommit, Overwriting::kNewGeneration);
 }
 
 using instrument::FloorKind;
@@ -129,8 +131,10 @@ constexpr std::array kWorkloads = {
     Workload{"sweep-read", "read all levels in order", FloorKind::kRead, false, true, sweep_read},
     Workload{"sweep-update", "read and overwrite all levels in place, without a journal",
              FloorKind::kUpdate, false, true, sweep_update},
-    Workload{"sweep-update-journal", "the same as a commit that a crash cannot tear",
+    Workload{"sweep-update-journal", "the same as a commit in place that a crash cannot tear",
              FloorKind::kUpdate, false, true, sweep_update_journal},
+    Workload{"sweep-update-generation", "the same as a commit into new files of the levels",
+             FloorKind::kUpdate, false, true, sweep_update_generation},
     Workload{"scan-export", "read all vertices level by level, as an export does", FloorKind::kRead,
              false, true, scan_export},
     Workload{"coarse", "read the levels up to the last but two", FloorKind::kRead, false, false,

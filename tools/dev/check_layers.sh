@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 # The layer of each public header in engine/include/plait/.
 declare -A layer_of_header=(
-  [attribute.h]=base [byte_text.h]=base [error.h]=base [pipeline_parts.h]=base [provenance.h]=base [stopwatch.h]=base
+  [attribute.h]=base [byte_text.h]=base [error.h]=base [provenance.h]=base [stopwatch.h]=base
   [default_arithmetic.h]=base [number_lattice.h]=base [rounding.h]=base
   [namespace.h]=base [topology.h]=base [vector3.h]=base [regular_normal.h]=base [version.h]=base
   [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
@@ -21,11 +21,11 @@ declare -A layer_of_header=(
   [vertex_numbering.h]=address
   [base_mesh.h]=mesh [mesh_io.h]=mesh
   [layout.h]=layout
-  [backend.h]=paging [backend_choice.h]=paging [block_maker.h]=paging [block_table.h]=paging [budget.h]=paging [level_cursor.h]=paging
-  [level_file.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
-  [digest.h]=store [left_overs.h]=store [options.h]=store
+  [backend.h]=paging [backend_choice.h]=paging [block_maker.h]=paging [block_table.h]=paging [budget.h]=paging [derivation.h]=paging [level_cursor.h]=paging
+  [level_file.h]=paging [level_pipelines.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
+  [attribute_levels.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
   [partial_store.h]=store [store.h]=store [store_directory.h]=store
-  [check_store.h]=maintenance [copy_levels.h]=maintenance [recode_attribute.h]=maintenance [repair.h]=maintenance
+  [check_store.h]=maintenance [compare_attribute.h]=maintenance [copy_levels.h]=maintenance [recode_attribute.h]=maintenance [repair.h]=maintenance
   [verify.h]=maintenance
   [bounds.h]=execution [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
   [pinned_patch.h]=execution [reader.h]=execution [sweep.h]=execution

@@ -22,7 +22,7 @@ build_packages=(
 )
 tests_packages=(catch2 libbenchmark-dev)
 # The versions are fixed, because another clang-format formats the same code differently.
-checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen)
+checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
 packages_packages=(lintian mmdebstrap)
 pages_packages=(chromium nodejs)

@@ -81,10 +81,10 @@ void check_position(const Store& store, AttributeId position) {
 ExportFormat export_format(const std::filesystem::path& path) {
   ExportFormat format;
   const std::string last = lower_extension(path);
-  if (last == ".gz") format.compression = Compression::kGzip;
-  if (last == ".zst") format.compression = Compression::kZstd;
+  if (last == ".gz") format.compression = StreamCompression::kGzip;
+  if (last == ".zst") format.compression = StreamCompression::kZstd;
   const std::string extension =
-      format.compression == Compression::kNone ? last : lower_extension(path.stem());
+      format.compression == StreamCompression::kNone ? last : lower_extension(path.stem());
   if (extension == ".ply") return format;
   if (extension == ".obj")
     format.mesh = MeshFormat::kObj;

@@ -17,7 +17,7 @@ enum class MeshFormat : std::uint8_t { kPly, kObj, kStl };
 
 struct ExportFormat {
   MeshFormat mesh = MeshFormat::kPly;
-  Compression compression = Compression::kNone;
+  StreamCompression compression = StreamCompression::kNone;
 };
 /// The format that a name NAME.(ply|obj|stl)[.gz|.zst] stands for.
 /// Errors: kInvalidArgument; the message lists the known endings.

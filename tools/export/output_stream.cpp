@@ -37,14 +37,14 @@ class OutputStream::Sink : public boost::iostreams::sink {
   Target* target_;
 };
 
-OutputStream::OutputStream(File& file, Compression compression)
+OutputStream::OutputStream(File& file, StreamCompression compression)
     : target_(std::make_unique<Target>(file)) {
-  if (compression == Compression::kGzip) {
+  if (compression == StreamCompression::kGzip) {
     boost::iostreams::zlib_params parameters;
     parameters.window_bits = kGzipWindowBits;
     stream_.push(boost::iostreams::zlib_compressor(parameters, kBufferBytes), kBufferBytes);
   }
-  if (compression == Compression::kZstd)
+  if (compression == StreamCompression::kZstd)
     stream_.push(boost::iostreams::zstd_compressor(
                      boost::iostreams::zstd_params(boost::iostreams::zstd::default_compression),
                      kBufferBytes),

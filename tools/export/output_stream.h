@@ -13,14 +13,14 @@
 
 namespace plait {
 
-enum class Compression : std::uint8_t { kNone, kGzip, kZstd };
+enum class StreamCompression : std::uint8_t { kNone, kGzip, kZstd };
 
 /// Memory: a few buffers, and the compressor's window. write() and close() throw the errors of the
 /// file, although Boost's streams hide some of them.
 class OutputStream {
  public:
   /// `file` is empty and outlives this object.
-  OutputStream(File& file, Compression compression);
+  OutputStream(File& file, StreamCompression compression);
   ~OutputStream();
   OutputStream(const OutputStream&) = delete;
   OutputStream& operator=(const OutputStream&) = delete;

@@ -1,7 +1,9 @@
 #include "instrument/page_cache.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/mman.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,17 +18,27 @@ namespace plait::instrument {
 
 namespace fs = std::filesystem;
 
-Residency residency(const fs::path& path) {
-  const File file(path, OpenMode::kRead);
-  const std::uint64_t bytes = file.size();
+namespace {
+
+bool is_in_memory(const fs::path& path) {
+  struct statfs where {};
+  return ::statfs(path.c_str(), &where) == 0 &&
+         (where.f_type == TMPFS_MAGIC || where.f_type == RAMFS_MAGIC);
+}
+
+}  // namespace
+
+Residency residency(const fs::path& file) {
+  const File opened(file, OpenMode::kRead);
+  const std::uint64_t bytes = opened.size();
   if (bytes == 0) return {};
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-  void* const mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.descriptor(), 0);
-  if (mapped == MAP_FAILED) throw system_error("map", path.native(), errno);
+  void* const mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, opened.descriptor(), 0);
+  if (mapped == MAP_FAILED) throw system_error("map", file.native(), errno);
   std::vector<unsigned char> present((bytes + page - 1) / page);
   const int failure = ::mincore(mapped, bytes, present.data()) != 0 ? errno : 0;
   ::munmap(mapped, bytes);
-  if (failure != 0) throw system_error("inspect the pages of", path.native(), failure);
+  if (failure != 0) throw system_error("inspect the pages of", file.native(), failure);
   const auto pages = static_cast<std::uint64_t>(
       std::ranges::count_if(present, [](unsigned char one) { return (one & 1) != 0; }));
   return {bytes, std::min(bytes, pages * page)};
@@ -57,7 +69,8 @@ Residency make_cold(const std::vector<fs::path>& files) {
     ::posix_fadvise(file.descriptor(), 0, 0, POSIX_FADV_DONTNEED);
   }
   Residency left = residency(files);
-  if (is_cold(left)) return left;
+  // What a file system in memory holds has no other place.
+  if (is_cold(left) || std::ranges::all_of(files, is_in_memory)) return left;
   ::sync();
   std::ofstream drop("/proc/sys/vm/drop_caches");
   drop << "3" << std::flush;

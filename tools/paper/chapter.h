@@ -1,4 +1,5 @@
-// paper/chapter.h: words and tables of the chapter about the paper, from the figures of a run.
+// paper/chapter.h: puts the figures of a run (report.h) into the words and tables of the chapter
+// about the paper. It measures nothing; document.h writes the chapter.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,6 @@
 // paper/document.h: a chapter as a list of parts, which is written as text for a terminal, as
-// Markdown or as a page of HTML.
+// Markdown or as a page of HTML. It knows nothing of the paper: report.h makes the figures, and
+// chapter.h puts them into words.
 #pragma once
 
 #include <filesystem>

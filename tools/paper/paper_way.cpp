@@ -16,7 +16,7 @@ using Patches = StorePatches<Record>;
 
 /// A triangle of the grid of `level`: corners (i, j), (i + 1, j), (i, j + 1), or, upside down,
 /// (i + 1, j + 1), (i, j + 1), (i + 1, j).
-struct Cell {
+struct Triangle {
   int level;
   std::int64_t i, j;
   bool upside_down;
@@ -25,7 +25,7 @@ struct Cell {
 /// Each edge of a grid belongs to exactly one triangle that is not upside down, and its middle is a
 /// vertex of the next level.
 template <class Visit>
-void walk(const Cell& cell, int first, int last, const Visit& visit) {
+void walk(const Triangle& cell, int first, int last, const Visit& visit) {
   const int next = cell.level + 1;
   if (next > last) return;
   const std::int64_t i = 2 * cell.i, j = 2 * cell.j;
@@ -35,15 +35,15 @@ void walk(const Cell& cell, int first, int last, const Visit& visit) {
     visit(next, i, j + 1);
   }
   const bool down = cell.upside_down;
-  walk(Cell{next, i + (down ? 1 : 0), j + (down ? 1 : 0), false}, first, last, visit);
+  walk(Triangle{next, i + (down ? 1 : 0), j + (down ? 1 : 0), false}, first, last, visit);
   if (down) {
-    walk(Cell{next, i + 1, j, true}, first, last, visit);
-    walk(Cell{next, i, j + 1, true}, first, last, visit);
-    walk(Cell{next, i + 1, j + 1, true}, first, last, visit);
+    walk(Triangle{next, i + 1, j, true}, first, last, visit);
+    walk(Triangle{next, i, j + 1, true}, first, last, visit);
+    walk(Triangle{next, i + 1, j + 1, true}, first, last, visit);
   } else {
-    walk(Cell{next, i + 1, j, false}, first, last, visit);
-    walk(Cell{next, i, j + 1, false}, first, last, visit);
-    walk(Cell{next, i, j, true}, first, last, visit);
+    walk(Triangle{next, i + 1, j, false}, first, last, visit);
+    walk(Triangle{next, i, j + 1, false}, first, last, visit);
+    walk(Triangle{next, i, j, true}, first, last, visit);
   }
 }
 
@@ -51,7 +51,7 @@ void walk(const Cell& cell, int first, int last, const Visit& visit) {
 /// that the patch computes.
 template <class Patch, class Visit>
 void walk_owned(const Patch& patch, int first, int last, const Visit& visit) {
-  walk(Cell{0, 0, 0, false}, first, last, [&](int born, std::int64_t i, std::int64_t j) {
+  walk(Triangle{0, 0, 0, false}, first, last, [&](int born, std::int64_t i, std::int64_t j) {
     const SideIndex at = to_side(born, i, j);
     const bool on_side = at.row + at.column == slot_side(born) - 1;
     if (on_side && !patch.owns(at.side)) return;
@@ -106,7 +106,7 @@ void even_pass(Patches& mesh, int level, const OneRing<float>& rule,
 
 void walk_patch(int first, int last,
                 const std::function<void(int, std::int64_t, std::int64_t)>& visit) {
-  walk(Cell{0, 0, 0, false}, first, last, visit);
+  walk(Triangle{0, 0, 0, false}, first, last, visit);
 }
 
 std::uint64_t circular_buffer_bytes(std::uint64_t loop_span, int levels) {

@@ -1,5 +1,5 @@
 // paper/report.h: makes the figures of `plait paper`: tables, runs and pictures of one mesh after
-// another, each in a process of its own.
+// another, each in a process of its own. The result is JSON alone; chapter.h has the words.
 #pragma once
 
 #include <filesystem>

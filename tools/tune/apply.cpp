@@ -2,64 +2,37 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
-#include "instrument/page_cache.h"
-#include "plait/backends/compression.h"
-#include "plait/byte_text.h"
+#include "plait/block_table.h"
 #include "plait/copy_levels.h"
-#include "plait/level_cursor.h"
 #include "plait/partial_store.h"
 #include "plait/stopwatch.h"
+#include "tune/store_copies.h"
 
 namespace plait::tune {
 namespace {
 
-StoreOptions options_of_copy(const Store& source, const Findings& findings, const Choice& choice) {
-  StoreOptions options = source.options();
-  const bool stores_raw = std::ranges::all_of(
-      choice.trials, [&](std::size_t at) { return findings.trials.trials[at].pipeline == "none"; });
-  options.backend = stores_raw ? "pread" : "compressed";
-  options.pipeline = {};
-  options.pipeline_of = {};
-  options.block_bytes = choice.block_bytes;
-  options.durability = Durability::kCommit;
-  if (stores_raw) return options;
-  Compression compression;
-  for (const std::string& argument : compress_arguments(findings.trials, choice))
-    compression.add(argument);
-  options.pipeline_of = [compression](const AttributeSchema& schema) {
-    return compression.pipeline_of(schema);
-  };
-  return options;
+double table_bytes(const Store& store) {
+  std::uint64_t blocks = 0;
+  for (const AttributeId id : refined_attributes(store))
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      blocks += store.level_file(id, level).table.size();
+  return static_cast<double>(blocks * sizeof(BlockEntry));
 }
 
 }  // namespace
-
-double read_all_levels(const Store& store) {
-  const Stopwatch clock;
-  for (AttributeId id = 0; id < store.attributes().size(); ++id)
-    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
-         ++level) {
-      LevelCursor cursor(store.open_session(), store.level_file(id, level));
-      for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge) cursor.slot(edge);
-    }
-  return clock.seconds();
-}
 
 Applied apply(Store& source, const Findings& findings, const Advice& advice,
               const std::filesystem::path& out, bool force, const BackendRegistry& backends,
               const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
   Applied applied;
-  applied.predicted =
-      predict(work_of(findings.trials, advice.pick), findings.disk.disk, findings.processors);
+  applied.predicted = predict(work_of(findings.trials, advice.pick), findings.machine());
   for (const Work& work : work_of(findings.trials, advice.pick))
     applied.predicted_bytes += work.stored_bytes;
   PartialStore output(out, force ? Existing::kReplace : Existing::kRefuse);
   const Stopwatch clock;
   build_output(output, [&] {
     Store copy = Store::create(output.make(), source.base(),
-                               options_of_copy(source, findings, advice.pick), backends);
+                               options_of_copy(source, findings.trials, advice.pick), backends);
     copy_levels(source, copy, proceed);
     copy.commit();
     applied.write_seconds = clock.seconds();
@@ -67,15 +40,14 @@ Applied apply(Store& source, const Findings& findings, const Advice& advice,
       for (int level = copy.base_level() + 1; level <= copy.attributes()[id].finest_level; ++level)
         applied.stored_bytes +=
             static_cast<double>(copy.level_file(id, level).backend->stored_bytes());
+    applied.stored_bytes += table_bytes(copy);
     copy.close();
   });
   output.publish(true);
   applied.store = output.final_path();
-  const auto files = instrument::files_under(applied.store);
-  applied.is_cold = is_cold(instrument::make_cold(files));
-  OpenOptions open;
-  open.budget_bytes = source.options().budget_bytes;
-  applied.read_seconds = read_all_levels(Store::open(applied.store, open, backends));
+  const CopyFigures figures = read_cold(applied.store, source.options().budget_bytes, backends);
+  applied.is_cold = figures.is_cold;
+  applied.read_seconds = sum_of(figures.read_seconds);
   return applied;
 }
 

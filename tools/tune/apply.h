@@ -8,14 +8,14 @@
 #include <string>
 
 #include "plait/store.h"
-#include "tune/report.h"
+#include "tune/advice.h"
 
 namespace plait::tune {
 
 struct Applied {
   std::filesystem::path store;
   Predicted predicted;
-  double predicted_bytes = 0, stored_bytes = 0;
+  double predicted_bytes = 0, stored_bytes = 0;  ///< block tables included
   /// Of the copy, committed durably. It contains reading the source, which the prediction leaves
   /// out.
   double write_seconds = 0;
@@ -29,10 +29,6 @@ struct Applied {
 Applied apply(Store& source, const Findings& findings, const Advice& advice,
               const std::filesystem::path& out, bool force, const BackendRegistry& backends,
               const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed);
-
-/// Reads all levels, each from front to back, as `plait export` and `plait convert` do. Returns the
-/// seconds. Errors: those of Session::pin.
-double read_all_levels(const Store& store);
 
 std::string to_text(const Applied& applied);
 nlohmann::ordered_json to_json(const Applied& applied);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "plait/block_maker.h"
 #include "plait/block_table.h"
 #include "plait/error.h"
 #include "tune/thread_time.h"
@@ -25,6 +26,13 @@ std::uint64_t extent(std::uint64_t bytes) {
 }
 /// In front of blocks that are encoded from others: the seal of those.
 constexpr std::size_t kSealBytes = 8;
+
+/// Of the levels of an attribute; empty if no scheme makes them again.
+std::string recipe_of(const PipelineRegistry& registry, const Store& store, AttributeId id) {
+  const auto& [schema, finest] = store.attributes()[id];
+  const BlockMakers* const makers = registry.block_makers();
+  return makers == nullptr ? "" : makers->recipe(store.provenance(), schema, finest);
+}
 
 AttributeId number_of(const Store& store, const ContextBlock& block) {
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
@@ -66,11 +74,12 @@ BlockTrials::Filtered& BlockTrials::filters_of(const BlockGrid& grid, const Samp
   const Store& store = bytes_.store();
   auto made = std::make_unique<Filtered>();
   made->level = part.level;
+  const std::string recipe = recipe_of(registry_, store, part.attribute);
   made->number = store.level_file(part.attribute, part.level).table.attribute();
-  made->pipeline =
-      registry_.make(chain + ",none", {store.attributes()[part.attribute].schema,
-                                       &grid.geometry(part.attribute, part.level), made->number,
-                                       part.level, &grid.surroundings()});
+  made->pipeline = registry_.make(
+      with_recipe(chain + ",none", recipe),
+      {store.attributes()[part.attribute].schema, &grid.geometry(part.attribute, part.level),
+       made->number, part.level, &grid.surroundings()});
   made->pipeline.codec.reset();
   kept = std::move(made);
   return *kept;
@@ -88,6 +97,21 @@ bool BlockTrials::needs_other_blocks(const BlockGrid& grid, const SamplePart& pa
                                      const std::string& pipeline) {
   const auto& filters = filters_of(grid, part, pipeline).pipeline.filters;
   return !filters.empty() && filters.front()->needs_other_blocks();
+}
+
+bool BlockTrials::is_made(const BlockGrid& grid, const SamplePart& part,
+                          const std::string& pipeline) {
+  const auto& maker = filters_of(grid, part, pipeline).pipeline.maker;
+  if (!maker) return false;
+  const LevelGeometry& geometry = grid.geometry(part.attribute, part.level);
+  const auto raw = bytes_.read(part.attribute, part.level, part.offset, part.bytes);
+  for (std::uint64_t done = 0; done < part.bytes;) {
+    const std::uint64_t block = geometry.block_at(part.offset + done);
+    const std::uint64_t bytes = geometry.block_bytes(block);
+    if (maker->makes(block, raw.subspan(done, bytes))) return true;
+    done += bytes;
+  }
+  return false;
 }
 
 void BlockTrials::gather_context(const BlockGrid& grid, const Filtered& filtered,
@@ -141,16 +165,33 @@ void BlockTrials::measure(const BlockGrid& grid, const SamplePart& part,
 void BlockTrials::run(Filtered& filtered, Codec& codec, const Block& block, Outcome& outcome) {
   const auto& filters = filtered.pipeline.filters;
   const std::span<const std::byte> raw = block.raw;
-  const std::size_t seal =
-      !filters.empty() && filters.front()->needs_other_blocks() ? kSealBytes : 0;
+  const std::size_t seal = filters.empty()
+                               ? 0
+                               : (filters.front()->needs_other_blocks() ? kSealBytes : 0) +
+                                     (filters.front()->keeps_note() ? 1 : 0);
   buffers_.resize(std::max(buffers_.size(), filters.size() + 1));
   for (auto& buffer : buffers_) buffer.resize(std::max(buffer.size(), raw.size()));
   encoded_.resize(std::max<std::size_t>(encoded_.size(), most_encoded_bytes(raw.size())));
   for (const auto& filter : filters)
     scratch_.resize(std::max(scratch_.size(), filter->scratch_bytes()));
-  const FilterBlock with{block.number, context_, scratch_};
+  std::byte note{};
+  const FilterBlock with{block.number, context_, scratch_, &note};
 
+  const BlockMaker* const maker = filtered.pipeline.maker.get();
   double start = thread_seconds();
+  const bool is_made = maker != nullptr && maker->makes(block.number, raw);
+  if (is_made) {
+    block.table.seal_predicted(block.number, raw);
+    outcome.encode_seconds += thread_seconds() - start;
+    const std::span<std::byte> to(buffers_.front().data(), raw.size());
+    start = thread_seconds();
+    maker->make(block.number, to);
+    block.table.check(block.number, to, "tune");
+    outcome.decode_seconds += thread_seconds() - start;
+    outcome.raw_bytes += static_cast<double>(raw.size());
+    outcome.stored_bytes += sizeof(BlockEntry);
+    return;
+  }
   std::span<const std::byte> from = raw;
   for (std::size_t i = 0; i < filters.size(); ++i) {
     const std::span<std::byte> to(buffers_[i].data(), raw.size());
@@ -184,7 +225,8 @@ void BlockTrials::run(Filtered& filtered, Codec& codec, const Block& block, Outc
                 fmt::format("tune: block {} of level {} decodes to other bytes", block.number,
                             filtered.level));
   outcome.raw_bytes += static_cast<double>(raw.size());
-  outcome.stored_bytes += static_cast<double>(is_raw ? raw.size() : extent(seal + *encoded));
+  outcome.stored_bytes +=
+      static_cast<double>(sizeof(BlockEntry) + (is_raw ? raw.size() : extent(seal + *encoded)));
 }
 
 }  // namespace plait::tune

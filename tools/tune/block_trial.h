@@ -31,6 +31,10 @@ class BlockTrials {
   bool needs_other_blocks(const BlockGrid& grid, const SamplePart& part,
                           const std::string& pipeline);
 
+  /// Whether a scheme makes one of the part's blocks again, which the pipeline's stage `predicted`
+  /// finds. Errors: as needs_other_blocks().
+  bool is_made(const BlockGrid& grid, const SamplePart& part, const std::string& pipeline);
+
   /// All blocks of `grid` that the part consists of. Adds a visit to `outcome`. Errors: kCorruption
   /// if other bytes come back; those of reading the store and of PipelineRegistry::make.
   void measure(const BlockGrid& grid, const SamplePart& part, const std::string& pipeline,

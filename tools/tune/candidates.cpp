@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <string_view>
 
 #include "plait/backends/compression.h"
+#include "plait/block_maker.h"
 #include "plait/error.h"
 
 namespace plait::tune {
@@ -47,26 +47,51 @@ std::vector<std::string> codecs(const PipelineRegistry& registry) {
   return codecs;
 }
 
-/// Whether the filters of the chain change records of this type, all of them.
-bool suits(const PipelineRegistry& registry, const AttributeSchema& schema,
-           const std::string& chain, const std::string& pipeline) {
+/// Behind the stage `predicted`: one pipeline for each speed of the codec. What they do matters for
+/// the blocks that the scheme does not make.
+std::vector<std::string> predicted_pipelines(const AttributeSchema& schema) {
+  std::vector<std::string> pipelines;
+  for (const CompressionPreset& preset : compression_presets()) {
+    if (preset.name == "none") continue;
+    const std::string pipeline = without_predicted_stage(preset_pipeline(preset.name, schema));
+    pipelines.push_back(fmt::format("{}+{}", kPredictedStage, pipeline));
+  }
+  pipelines.push_back(fmt::format("{}+shuffle,lz4", kPredictedStage));
+  return pipelines;
+}
+
+/// The number of filters that change records of this type; nothing if one of them refuses them.
+std::optional<std::size_t> filters_of(const PipelineRegistry& registry,
+                                      const AttributeSchema& schema, const std::string& pipeline) {
   try {
     FilterLevel level;
     level.schema = schema;
-    const std::size_t filters =
-        chain.empty() ? 0 : 1 + static_cast<std::size_t>(std::ranges::count(chain, '+'));
-    return registry.make(pipeline, level).filters.size() == filters;
+    return registry.make(pipeline, level).filters.size();
   } catch (const Error& error) {
     if (error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument)
-      return false;
+      return std::nullopt;
     throw;
   }
+}
+
+/// Whether the filters of the chain change records of this type, all of them.
+bool suits(const PipelineRegistry& registry, const AttributeSchema& schema,
+           const std::string& chain, const std::string& pipeline) {
+  const std::size_t filters =
+      chain.empty() ? 0 : 1 + static_cast<std::size_t>(std::ranges::count(chain, '+'));
+  return filters_of(registry, schema, pipeline) == filters;
+}
+
+bool can_be_made(const PipelineRegistry& registry, const AttributeSchema& schema,
+                 const std::string& pipeline) {
+  return filters_of(registry, schema, pipeline).has_value();
 }
 
 }  // namespace
 
 std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
-                                             const AttributeSchema& schema) {
+                                             const AttributeSchema& schema, bool is_made,
+                                             std::optional<double> step) {
   std::vector<std::string> tried = {"none"};
   std::vector<std::string> all;
   for (const std::string& chain : chains(registry))
@@ -75,19 +100,21 @@ std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
       if (suits(registry, schema, chain, pipeline)) all.push_back(std::move(pipeline));
     }
   for (const CompressionPreset& preset : compression_presets()) {
-    const std::string pipeline = without_predicted(preset_pipeline(preset.name, schema));
+    const std::string pipeline = without_predicted_stage(preset_pipeline(preset.name, schema));
     if (contains(all, pipeline) && !contains(tried, pipeline)) tried.push_back(pipeline);
   }
   for (const std::string& pipeline : all)
     if (!contains(tried, pipeline)) tried.push_back(pipeline);
+  if (step)
+    for (const std::string& pipeline : std::vector(tried)) {
+      const std::string rounded = pipeline_of_rounded(pipeline, *step);
+      if (!contains(tried, rounded) && can_be_made(registry, schema, rounded))
+        tried.push_back(rounded);
+    }
+  if (is_made)
+    for (const std::string& pipeline : predicted_pipelines(schema))
+      if (can_be_made(registry, schema, pipeline)) tried.push_back(pipeline);
   return tried;
-}
-
-std::string without_predicted(std::string pipeline) {
-  constexpr std::string_view kStage = "predicted";
-  if (!pipeline.starts_with(kStage) || pipeline.size() == kStage.size()) return pipeline;
-  const char next = pipeline[kStage.size()];
-  return next == '+' || next == ',' ? pipeline.substr(kStage.size() + 1) : pipeline;
 }
 
 std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes) {

@@ -1,6 +1,7 @@
 // tools/tune/candidates.h: the pipelines that are tried.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,12 +14,13 @@ namespace plait::tune {
 /// too. "none" and the presets come first. Then each codec alone and after each chain of filters:
 /// `shuffle`, `shuffle+bytedelta`, each other filter alone and with `shuffle` behind it. Pipelines
 /// that refuse the type, or that do the same as an earlier one, are left out.
+///
+/// `is_made`: a scheme makes such levels again, so the presets and a few others come with the stage
+/// `predicted` too, without a recipe. `step`: the records were rounded to its multiples, so each
+/// pipeline comes with filters that count in steps too. No candidate rounds anything by itself.
 std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
-                                             const AttributeSchema& schema);
-
-/// The pipeline without the stage `predicted`, which is not tried: whether a scheme makes a block
-/// again is known at once, and then it costs nothing on the disk (docs/predicted.md).
-std::string without_predicted(std::string pipeline);
+                                             const AttributeSchema& schema, bool is_made = false,
+                                             std::optional<double> step = {});
 
 /// The sizes of blocks that are tried: 64 KiB, 256 KiB, 1 MiB, and the store's own one.
 std::vector<std::uint64_t> candidate_block_sizes(std::uint64_t own_block_bytes);

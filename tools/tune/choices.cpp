@@ -8,7 +8,7 @@
 #include <set>
 
 #include "plait/backends/compression.h"
-#include "tune/candidates.h"
+#include "plait/block_maker.h"
 #include "tune/front.h"
 
 namespace plait::tune {
@@ -47,6 +47,35 @@ std::vector<Combination> thinned(std::vector<Combination> all) {
 
 }  // namespace
 
+bool stores_raw(const Trials& trials, const Choice& choice) {
+  return std::ranges::all_of(choice.trials,
+                             [&](std::size_t at) { return trials.trials[at].pipeline == "none"; });
+}
+
+bool was_probed(const Trials& trials, const Choice& choice) {
+  return std::ranges::any_of(trials.corrections, [&](const ReadCorrection& correction) {
+    return correction.trials == choice.trials;
+  });
+}
+
+namespace {
+
+/// That of the choice itself, or else of another one with the same pipeline of this attribute.
+double read_factor(const Trials& trials, const Choice& choice, std::size_t id) {
+  if (trials.corrections.empty()) return 1;
+  const bool raw = stores_raw(trials, choice);
+  double factor = 1;
+  for (const ReadCorrection& correction : trials.corrections) {
+    if (correction.trials == choice.trials) return correction.factors[id];
+    if (correction.stores_raw == raw && id < correction.trials.size() &&
+        correction.trials[id] == choice.trials[id])
+      factor = correction.factors[id];
+  }
+  return factor;
+}
+
+}  // namespace
+
 std::vector<Work> work_of(const Trials& trials, const Choice& choice, Bound bound,
                           std::optional<LeftOut> without) {
   std::vector<Work> works;
@@ -59,7 +88,8 @@ std::vector<Work> work_of(const Trials& trials, const Choice& choice, Bound boun
     const double stored = at(rates.stored, bound), decode = at(rates.decode, bound);
     works.push_back({raw * stored, raw * at(rates.encode, bound), raw * decode,
                      trial.finest_block_bytes * stored, trial.finest_block_bytes * decode,
-                     trial.needs_other_blocks});
+                     trial.needs_other_blocks || trial.is_predicted,
+                     read_factor(trials, choice, id)});
   }
   return works;
 }
@@ -107,10 +137,15 @@ std::optional<Choice> choice_with(const Trials& trials, std::uint64_t block_byte
                                   const std::vector<std::string>& pipelines) {
   Choice choice{block_bytes, {}};
   for (std::size_t id = 0; id < trials.attributes.size(); ++id) {
-    const auto found = std::ranges::find_if(trials.trials, [&](const Trial& trial) {
-      return trial.attribute == id && trial.block_bytes == block_bytes &&
-             trial.pipeline == pipelines[id] && is_measured(trial);
-    });
+    const auto with = [&](const std::string& pipeline) {
+      return std::ranges::find_if(trials.trials, [&](const Trial& trial) {
+        return trial.attribute == id && trial.block_bytes == block_bytes &&
+               trial.pipeline == pipeline && is_measured(trial);
+      });
+    };
+    auto found = with(pipelines[id]);
+    // Where no block is predicted, the stage changes nothing and is not tried.
+    if (found == trials.trials.end()) found = with(without_predicted_stage(pipelines[id]));
     if (found == trials.trials.end()) return std::nullopt;
     choice.trials.push_back(static_cast<std::size_t>(found - trials.trials.begin()));
   }
@@ -121,7 +156,7 @@ std::optional<Choice> preset_choice(const Trials& trials, std::uint64_t block_by
                                     std::string_view preset) {
   std::vector<std::string> pipelines;
   for (const SampledAttribute& attribute : trials.attributes)
-    pipelines.push_back(without_predicted(preset_pipeline(preset, attribute.schema)));
+    pipelines.push_back(preset_pipeline(preset, attribute.schema));
   return choice_with(trials, block_bytes, pipelines);
 }
 

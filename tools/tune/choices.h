@@ -18,6 +18,11 @@ struct Choice {
   friend bool operator==(const Choice&, const Choice&) = default;
 };
 
+/// Whether all attributes are stored as they are, with the backend pread.
+bool stores_raw(const Trials& trials, const Choice& choice);
+/// Whether the choice itself was stored and read (Trials::corrections).
+bool was_probed(const Trials& trials, const Choice& choice);
+
 /// Which end of the intervals.
 enum class Bound : std::uint8_t { kLow, kValue, kHigh };
 

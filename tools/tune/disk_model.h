@@ -11,17 +11,41 @@
 
 namespace plait::tune {
 
+/// What a disk does in blocks of one size.
+struct BlockRate {
+  double block_bytes = 0;
+  double read = 0, write = 0;  ///< bytes a second
+};
+
 /// A disk, as a store's files see it. Rates are bytes a second.
 struct Disk {
   std::string name;
-  double read = 0, write = 0;  ///< long runs, cold and durable
-  double latency = 0;          ///< seconds until the first byte of a random read comes
-  double random_read = 0;      ///< then, bytes of one random read a second
-  double unwritten_bytes = 0;  ///< the system holds so much before it begins to write
+  double read = 0, write = 0;             ///< long runs, cold and durable
+  double latency = 0;                     ///< seconds until the first byte of a random read comes
+  double random_read = 0;                 ///< then, bytes of one random read a second
+  double unwritten_bytes = 0;             ///< the system holds so much before it begins to write
+  std::vector<BlockRate> of_blocks = {};  ///< ascending by size; empty: the same for all sizes
   bool is_measured = false;
 };
 /// Disks as they are sold, and memory.
 std::vector<Disk> classes_of_disks();
+
+/// The rates for blocks of this size: between two measured sizes on a line over the logarithm of
+/// the size, beyond them those of the nearest.
+BlockRate rate_of(const Disk& disk, double block_bytes);
+
+/// How the times of the disk and of the processors add up in a read: factor * (the longer one +
+/// added * the shorter one). Perfect overlap is {0, 1}. docs/tune.md, "The model".
+struct ReadFit {
+  double added = 0, factor = 1;
+};
+
+/// A disk, how many processors the threads of a store get, and how well reading uses both.
+struct Machine {
+  Disk disk;
+  double processors = 1;  ///< measured, so not always a whole number
+  ReadFit reading = {};
+};
 
 /// What an attribute takes, all of its levels together.
 struct Work {
@@ -29,7 +53,8 @@ struct Work {
   double encode_seconds = 0, decode_seconds = 0;  ///< processor time
   double block_stored_bytes = 0;                  ///< one block of the finest level
   double block_decode_seconds = 0;
-  bool is_fixed = false;  ///< cannot be changed in place
+  bool is_fixed = false;   ///< cannot be changed in place
+  double read_factor = 1;  ///< by which a probe on the measured disk differed from the model
 };
 
 /// Seconds; nothing if the records cannot be changed in place.
@@ -38,7 +63,8 @@ struct Predicted {
   std::optional<double> update;
 };
 
-/// `processors`: how many the threads of a store get, measured, so not always a whole number.
-Predicted predict(const std::vector<Work>& attributes, const Disk& disk, double processors);
+Predicted predict(const std::vector<Work>& attributes, const Machine& machine);
+/// The seconds of a full read of one attribute, without Work::read_factor.
+double modelled_read(const Work& work, const Machine& machine);
 
 }  // namespace plait::tune

@@ -29,9 +29,12 @@ struct Trial {
   std::size_t attribute = 0;  ///< in Trials::attributes
   std::uint64_t block_bytes = 0;
   std::string pipeline;
-  double finest_block_bytes = 0;    ///< raw bytes of a block of the finest level
-  bool needs_other_blocks = false;  ///< so levels become fixed (docs/compression.md)
-  std::vector<Outcome> outcomes;    ///< [part of the attribute's sample]
+  double finest_block_bytes = 0;  ///< raw bytes of a block of the finest level
+  /// So levels become fixed (docs/compression.md).
+  bool needs_other_blocks = false;
+  std::vector<Outcome> outcomes;  ///< [part of the attribute's sample]
+  /// With the stage `predicted`. A block that changes in place is no longer predicted.
+  bool is_predicted = false;
 };
 
 /// An attribute of the store, all its levels together.
@@ -42,10 +45,19 @@ struct SampledAttribute {
   bool is_whole = false;  ///< the sample is the whole attribute
 };
 
+/// By how much the reads of a choice that was stored on the measured disk differed from the model.
+struct ReadCorrection {
+  std::uint64_t block_bytes = 0;
+  std::vector<std::size_t> trials;  ///< [attribute] in Trials::trials
+  bool stores_raw = false;          ///< as they are, with another backend
+  std::vector<double> factors;      ///< [attribute] measured / modelled
+};
+
 /// All that was measured.
 struct Trials {
   std::vector<SampledAttribute> attributes;
   std::vector<Trial> trials;
+  std::vector<ReadCorrection> corrections = {};
 };
 
 /// What a pipeline needs for each raw byte. REQUIRES: the trial was measured on a part.

@@ -1,14 +1,9 @@
 #include "tune/measured_disk.h"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
-#include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -17,6 +12,7 @@
 #include "plait/error.h"
 #include "plait/machine.h"
 #include "plait/stopwatch.h"
+#include "tune/scratch_directory.h"
 #include "tune/thread_time.h"
 
 namespace plait::tune {
@@ -24,31 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::uint64_t kPage = 4096;
-
-/// A directory of our own, so that no file of others is touched.
-class ScratchDirectory {
- public:
-  explicit ScratchDirectory(const fs::path& parent) {
-    std::string name = (parent / "plait-tune-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      const int number = errno;
-      throw Error(
-          number == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
-          fmt::format("measure the disk under {}: {}", parent.native(), std::strerror(number)));
-    }
-    path_ = name;
-  }
-  ~ScratchDirectory() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchDirectory(const ScratchDirectory&) = delete;
-  ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 Figure figure_of(const std::vector<double>& values) {
   const instrument::Estimate estimate = instrument::median_interval(values);
@@ -71,67 +42,73 @@ double unwritten_bytes_limit() {
 }
 
 MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
-                          std::uint64_t block_bytes, int threads, double seconds,
-                          const std::function<bool()>& proceed) {
+                          const std::vector<std::uint64_t>& block_sizes, int threads,
+                          double seconds, const std::function<bool()>& proceed) {
   constexpr int kMostRuns = 5;
   constexpr std::uint64_t kRandomReads = 64;
   const Stopwatch clock;
-  const ScratchDirectory scratch(directory);
+  const ScratchDirectory scratch(directory, "plait-tune");
   MeasuredDisk measured;
-  measured.block_bytes = block_bytes;
+  const std::uint64_t largest = block_sizes.back();
   // A full disk would disturb others.
-  measured.bytes = std::min(most_bytes, free_disk_bytes(directory) / 4) / block_bytes * block_bytes;
+  measured.bytes = std::min(most_bytes, free_disk_bytes(directory) / 4) / largest * largest;
   if (measured.bytes == 0)
     throw Error(ErrorCode::kNoSpace,
                 fmt::format("measure the disk under {}: expected {} free bytes, found {}",
-                            directory.native(), 4 * block_bytes, free_disk_bytes(directory)));
-  instrument::FloorRequest request;
-  request.directory = scratch.path();
-  request.bytes = measured.bytes;
-  request.block_bytes = block_bytes;
-  request.threads = threads;
-  std::vector<double> read, write, page, block;
+                            directory.native(), 4 * largest, free_disk_bytes(directory)));
   const auto run = [&](instrument::FloorKind kind, std::uint64_t bytes, std::uint64_t unit) {
-    instrument::FloorRequest one = request;
+    instrument::FloorRequest one;
+    one.directory = scratch.path();
     one.kind = kind;
     one.bytes = bytes;
     one.file_bytes = measured.bytes;
     one.block_bytes = unit;
     one.seed = static_cast<std::uint64_t>(measured.runs) + 1;
-    if (kind == instrument::FloorKind::kRandomRead) one.threads = 1;
+    one.threads = kind == instrument::FloorKind::kRandomRead ? 1 : threads;
     const instrument::FloorResult result = own_floor(one);
     measured.is_cold = measured.is_cold && result.cold;
     return result.seconds;
   };
   using enum instrument::FloorKind;
   const auto bytes = static_cast<double>(measured.bytes);
-  while (measured.runs < kMostRuns && (measured.runs == 0 || clock.seconds() < seconds)) {
-    if (!proceed()) break;
-    write.push_back(bytes / run(kWrite, measured.bytes, block_bytes));
-    if (!proceed()) break;
-    read.push_back(bytes / run(kRead, measured.bytes, block_bytes));
-    if (!proceed()) break;
+  std::vector<std::vector<double>> read(block_sizes.size()), write(block_sizes.size());
+  std::vector<double> page, block;
+  const std::uint64_t blocks = std::min<std::uint64_t>(kRandomReads, measured.bytes / largest);
+  const auto one_round = [&] {
+    for (std::size_t i = 0; i < block_sizes.size(); ++i) {
+      if (!proceed()) return false;
+      write[i].push_back(bytes / run(kWrite, measured.bytes, block_sizes[i]));
+      if (!proceed()) return false;
+      read[i].push_back(bytes / run(kRead, measured.bytes, block_sizes[i]));
+    }
+    if (!proceed()) return false;
     page.push_back(run(kRandomRead, kRandomReads * kPage, kPage) / kRandomReads);
-    const std::uint64_t blocks =
-        std::min<std::uint64_t>(kRandomReads, measured.bytes / block_bytes);
-    block.push_back(run(kRandomRead, blocks * block_bytes, block_bytes) /
-                    static_cast<double>(blocks));
+    block.push_back(run(kRandomRead, blocks * largest, largest) / static_cast<double>(blocks));
+    return true;
+  };
+  while (measured.runs < kMostRuns && (measured.runs == 0 || clock.seconds() < seconds)) {
+    if (!one_round()) break;
     ++measured.runs;
   }
   if (measured.runs == 0) throw Error(ErrorCode::kCancelled, "measure the disk: cancelled");
-  measured.read = figure_of(read);
-  measured.write = figure_of(write);
+  for (std::size_t i = 0; i < block_sizes.size(); ++i) {
+    const BlockFloor floor{block_sizes[i], figure_of(read[i]), figure_of(write[i])};
+    measured.floors.push_back(floor);
+    measured.disk.of_blocks.push_back(
+        {static_cast<double>(floor.block_bytes), floor.read.value, floor.write.value});
+  }
   // A read takes a latency and then each byte its time: a line through two points.
   const double of_page = instrument::median(page), of_block = instrument::median(block);
-  const double a_byte = std::max((of_block - of_page) / static_cast<double>(block_bytes - kPage),
-                                 1 / (100 * measured.read.value));
-  measured.disk = {fmt::format("this disk ({})", directory.native()),
-                   measured.read.value,
-                   measured.write.value,
-                   std::max(0.0, of_page - a_byte * static_cast<double>(kPage)),
-                   1 / a_byte,
-                   unwritten_bytes_limit(),
-                   true};
+  Disk& disk = measured.disk;
+  disk.name = fmt::format("this disk ({})", directory.native());
+  disk.read = measured.floors.back().read.value;
+  disk.write = measured.floors.back().write.value;
+  const double a_byte =
+      std::max((of_block - of_page) / static_cast<double>(largest - kPage), 1 / (100 * disk.read));
+  disk.latency = std::max(0.0, of_page - a_byte * static_cast<double>(kPage));
+  disk.random_read = 1 / a_byte;
+  disk.unwritten_bytes = unwritten_bytes_limit();
+  disk.is_measured = true;
   return measured;
 }
 

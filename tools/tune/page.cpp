@@ -14,7 +14,7 @@ using instrument::Cell;
 
 Cell number(double value, int digits = 3) { return {fmt::format("{:.{}g}", value, digits), value}; }
 Cell number(const std::optional<double>& value) {
-  return value ? number(*value) : Cell("refused", std::numeric_limits<double>::infinity());
+  return value ? number(*value) : Cell("-", std::numeric_limits<double>::infinity());
 }
 
 /// Sizes of the whole attribute against the processor's time, for all trials with one block size.
@@ -74,9 +74,10 @@ instrument::Table disks_table(const Findings& findings, const Advice& advice) {
   std::vector<Disk> disks = {findings.disk.disk};
   for (const Disk& disk : classes_of_disks()) disks.push_back(disk);
   for (const Disk& disk : disks) {
-    const Predicted seconds =
-        predict(work_of(findings.trials, advice.pick), disk, findings.processors);
-    const Choice best = pick(findings.trials, findings.goal, {disk, findings.processors});
+    const Predicted seconds = predict(work_of(findings.trials, advice.pick),
+                                      {disk, findings.processors, findings.reading});
+    const Choice best =
+        pick(findings.trials, findings.goal, {disk, findings.processors, findings.reading});
     table.rows.push_back(
         {{Cell(disk.name), number(seconds.read), number(seconds.write), number(seconds.update),
           number(seconds.patch),
@@ -104,8 +105,8 @@ std::string to_html(const Findings& findings, const Advice& advice) {
   page.paragraph(fmt::format(
       "{}: reads {:.3g} GB/s ({}), writes {:.3g} GB/s durably, {:.3g} ms to the first byte. {} "
       "threads get {:.2f} processors.",
-      findings.disk.disk.name, findings.disk.read.value / 1e9,
-      findings.disk.is_cold ? "cold" : "from memory", findings.disk.write.value / 1e9,
+      findings.disk.disk.name, findings.disk.disk.read / 1e9,
+      findings.disk.is_cold ? "cold" : "from memory", findings.disk.disk.write / 1e9,
       1e3 * findings.disk.disk.latency, findings.threads, findings.processors));
   page.embed("tune", to_json(findings, advice));
   return page.html();

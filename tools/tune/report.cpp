@@ -33,10 +33,10 @@ std::string seconds_text(double seconds) {
                         : fmt::format("{:.3g} ms", 1e3 * seconds);
 }
 std::string seconds_text(const std::optional<double>& seconds) {
-  return seconds ? seconds_text(*seconds) : "refused";
+  return seconds ? seconds_text(*seconds) : "-";
 }
 
-std::string speed_text(double bytes_per_second) {
+std::string threshold_text(double bytes_per_second) {
   return fmt::format("{:.3g} MB/s", bytes_per_second / 1e6);
 }
 
@@ -59,6 +59,24 @@ bool is_chosen_on_front(const Findings& findings, const Advice& advice, const Tr
   });
 }
 
+std::string floors_text(const MeasuredDisk& disk) {
+  std::string text;
+  for (const BlockFloor& floor : disk.floors)
+    text += fmt::format("  in blocks of {:<7} reads {} GB/s, writes {} GB/s durably\n",
+                        size_argument(floor.block_bytes), rate_text(floor.read),
+                        rate_text(floor.write));
+  return text;
+}
+
+std::string reading_text(const Findings& findings) {
+  if (findings.probes.empty()) return "; no choice was read from the disk";
+  return fmt::format(
+      "\n{} choices were stored there and read, to level {}: a read takes {:.2f} of the longer of "
+      "disk and processors, and {:.2f} of the shorter",
+      findings.probes.size(), findings.probes.front().finest_level, findings.reading.factor,
+      findings.reading.factor * findings.reading.added);
+}
+
 std::string head_text(const Findings& findings) {
   double raw = 0;
   std::size_t parts = 0;
@@ -70,16 +88,14 @@ std::string head_text(const Findings& findings) {
   return fmt::format(
       "{}: {} of records to level {}; {} pipelines and block sizes tried on {} ({} blocks, seed "
       "{}), {} rounds, {:.1f} s{}\n{}"
-      "{}: reads {} GB/s {}, writes {} GB/s durably, {} to the first byte ({} in blocks of {}, {} "
-      "runs)\n"
-      "{} threads get {:.2f} processors of this machine at the moment\n",
+      "{}: {} {}, {} to the first byte, {} runs\n{}"
+      "{} threads get {:.2f} processors of this machine at the moment{}\n",
       findings.input, format_bytes(static_cast<std::uint64_t>(raw)), findings.finest_level,
       findings.trials.trials.size(), format_bytes(findings.sample_bytes), parts, findings.seed,
       findings.rounds, findings.seconds, findings.is_interrupted ? ", interrupted" : "",
-      findings.note.empty() ? "" : findings.note + "\n", disk.disk.name, rate_text(disk.read),
-      disk.is_cold ? "cold" : "from memory", rate_text(disk.write), seconds_text(disk.disk.latency),
-      format_bytes(disk.bytes), size_argument(disk.block_bytes), disk.runs, findings.threads,
-      findings.processors);
+      findings.note.empty() ? "" : findings.note + "\n", disk.disk.name, format_bytes(disk.bytes),
+      disk.is_cold ? "cold" : "from memory", seconds_text(disk.disk.latency), disk.runs,
+      floors_text(disk), findings.threads, findings.processors, reading_text(findings));
 }
 
 std::string pipelines_text(const Findings& findings, const Advice& advice) {
@@ -119,7 +135,7 @@ std::string choices_text(const Findings& findings, const Advice& advice) {
         row.names.empty() ? "" : fmt::format(" [{}]", row.names),
         row.is_like_pick && !row.is_pick ? "; no difference from the pick" : "",
         row.next_from
-            ? fmt::format("; the next * takes less time from {} on", speed_text(*row.next_from))
+            ? fmt::format("; the next * takes less time from {} on", threshold_text(*row.next_from))
             : "");
   return text;
 }
@@ -128,11 +144,10 @@ std::string other_disks_text(const Findings& findings, const Advice& advice) {
   std::string text = fmt::format("\nOn other disks\n  {:<20} {:>10} {:>10} {:>10} {:>10}  choice\n",
                                  "", "read", "write", "update", "cold patch");
   for (const Disk& disk : classes_of_disks()) {
-    const Machine machine{disk, findings.processors};
+    const Machine machine{disk, findings.processors, findings.reading};
     for (const Choice& choice : {advice.pick, pick(findings.trials, findings.goal, machine)}) {
       const bool is_best = choice != advice.pick;
-      const Predicted seconds =
-          predict(work_of(findings.trials, choice), disk, findings.processors);
+      const Predicted seconds = predict(work_of(findings.trials, choice), machine);
       text += fmt::format("  {:<20} {:>10} {:>10} {:>10} {:>10}  {}\n", is_best ? "" : disk.name,
                           seconds_text(seconds.read), seconds_text(seconds.write),
                           seconds_text(seconds.update), seconds_text(seconds.patch),
@@ -168,11 +183,34 @@ Json disk_json(const Disk& disk) {
           {"measured", disk.is_measured}};
 }
 
+Json floors_json(const MeasuredDisk& disk) {
+  Json floors = Json::array();
+  for (const BlockFloor& floor : disk.floors)
+    floors.push_back({{"block_bytes", floor.block_bytes},
+                      {"read", figure_json(floor.read)},
+                      {"write", figure_json(floor.write)}});
+  return floors;
+}
+
 Json choice_json(const Trials& trials, const Choice& choice) {
   Json pipelines = Json::object();
   for (std::size_t id = 0; id < choice.trials.size(); ++id)
     pipelines[trials.attributes[id].schema.name] = trials.trials[choice.trials[id]].pipeline;
   return {{"block_bytes", choice.block_bytes}, {"pipelines", pipelines}};
+}
+
+Json reading_json(const Findings& findings) {
+  Json probes = Json::array();
+  for (const ReadProbe& probe : findings.probes) {
+    Json json = choice_json(findings.trials, probe.choice);
+    json["finest_level"] = probe.finest_level;
+    json["cold"] = probe.is_cold;
+    json["seconds"] = probe.seconds;
+    probes.push_back(std::move(json));
+  }
+  return {{"added", findings.reading.added},
+          {"factor", findings.reading.factor},
+          {"probes", std::move(probes)}};
 }
 
 Json trials_json(const Trials& trials) {
@@ -238,22 +276,21 @@ nlohmann::ordered_json to_json(const Findings& findings, const Advice& advice) {
                           {"sample_is_all", attribute.is_whole}});
   report["attributes"] = attributes;
   report["disk"] = disk_json(findings.disk.disk);
-  report["disk"]["read_interval"] = figure_json(findings.disk.read);
-  report["disk"]["write_interval"] = figure_json(findings.disk.write);
+  report["disk"]["floors"] = floors_json(findings.disk);
   report["disk"]["bytes"] = findings.disk.bytes;
-  report["disk"]["block_bytes"] = findings.disk.block_bytes;
   report["disk"]["runs"] = findings.disk.runs;
   report["disk"]["cold"] = findings.disk.is_cold;
+  report["reading"] = reading_json(findings);
   report["trials"] = trials_json(trials);
   report["choices"] = rows_json(findings, advice);
   Json others = Json::array();
   for (const Disk& disk : classes_of_disks()) {
-    const Choice best = pick(trials, findings.goal, {disk, findings.processors});
+    const Machine machine{disk, findings.processors, findings.reading};
+    const Choice best = pick(trials, findings.goal, machine);
     Json json = disk_json(disk);
-    json["pick_seconds"] =
-        seconds_json(predict(work_of(trials, advice.pick), disk, findings.processors));
+    json["pick_seconds"] = seconds_json(predict(work_of(trials, advice.pick), machine));
     json["best"] = choice_json(trials, best);
-    json["best_seconds"] = seconds_json(predict(work_of(trials, best), disk, findings.processors));
+    json["best_seconds"] = seconds_json(predict(work_of(trials, best), machine));
     others.push_back(std::move(json));
   }
   report["other_disks"] = others;

@@ -9,6 +9,7 @@ BlockGrid::BlockGrid(const Store& store, std::uint64_t block_bytes)
     : block_bytes_(block_bytes), first_level_(store.base_level() + 1) {
   surroundings_.mesh = store.base().topology();
   surroundings_.base_level = store.base_level();
+  surroundings_.positions = store.base().positions();
   geometries_.resize(store.attributes().size());
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const auto& [schema, finest] = store.attributes()[id];

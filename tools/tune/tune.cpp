@@ -6,10 +6,13 @@
 #include <memory>
 #include <vector>
 
+#include "plait/backends/registry.h"
+#include "plait/block_maker.h"
 #include "plait/error.h"
 #include "plait/stopwatch.h"
 #include "tune/block_trial.h"
 #include "tune/candidates.h"
+#include "tune/read_probes.h"
 #include "tune/round_robin.h"
 
 namespace plait::tune {
@@ -31,6 +34,14 @@ Grids grids_of(const Store& store) {
     grids.push_back(std::move(grid));
   }
   return grids;
+}
+
+/// The sizes of blocks that the disk is measured with. Larger ones are no faster.
+std::vector<std::uint64_t> floor_sizes(std::uint64_t own_block_bytes) {
+  constexpr std::uint64_t kLargest = 8u << 20;
+  std::vector<std::uint64_t> sizes = candidate_block_sizes(own_block_bytes);
+  std::erase_if(sizes, [](std::uint64_t size) { return size > kLargest; });
+  return sizes;
 }
 
 /// How many processors the threads get, with work as that of a store.
@@ -70,7 +81,7 @@ std::optional<std::vector<std::string>> own_pipelines(const Store& store) {
   std::vector<std::string> pipelines;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     if (const int finest = store.attributes()[id].finest_level; finest > store.base_level())
-      pipelines.push_back(without_predicted(store.level_file(id, finest).pipeline));
+      pipelines.push_back(with_recipe(store.level_file(id, finest).pipeline, {}));
   return pipelines;
 }
 
@@ -96,10 +107,12 @@ Findings measure_store(const Store& store, const PipelineRegistry& registry,
     return !findings.is_interrupted;
   };
   const Grids grids = grids_of(store);
+  // The rest is for the pipelines; probes go on if that ends early.
   const double disk_seconds = 0.2 * options.seconds;
+  const double trial_seconds = options.probes > 0 ? 0.65 * options.seconds : options.seconds;
   findings.disk =
       measure_disk(options.directory, disk_bytes(store, *grids.front(), options.disk_bytes),
-                   1 << 20, options.threads, disk_seconds,
+                   floor_sizes(findings.own_block_bytes), options.threads, disk_seconds,
                    [&] { return proceed("disk", clock.seconds() / options.seconds); });
   StoreBytes bytes(store, options.memory_bytes);
   const Sample sample = take_sample(bytes, *grids.back(), options.blocks, options.seed, [&] {
@@ -114,8 +127,18 @@ Findings measure_store(const Store& store, const PipelineRegistry& registry,
                                     findings.trials, [&](const TrialProgress& now) {
                                       if (!proceed("pipelines", clock.seconds() / options.seconds))
                                         return false;
-                                      return now.rounds == 0 || clock.seconds() < options.seconds;
+                                      return now.rounds == 0 || clock.seconds() < trial_seconds;
                                     });
+  if (options.probes > 0 && !findings.is_interrupted) {
+    ProbeOptions probes;
+    probes.directory = options.directory;
+    probes.most_probes = options.probes;
+    probes.proceed = [&] {
+      if (!proceed("reads", clock.seconds() / options.seconds)) return false;
+      return findings.probes.empty() || clock.seconds() < options.seconds;
+    };
+    probe_reads(store, default_backends(registry), probes, findings);
+  }
   findings.seconds = clock.seconds();
   if (findings.is_interrupted)
     for (std::size_t id = 0; id < findings.trials.attributes.size(); ++id)

@@ -8,7 +8,7 @@
 
 #include "plait/backends/pipeline.h"
 #include "plait/store.h"
-#include "tune/report.h"
+#include "tune/findings.h"
 
 namespace plait::tune {
 
@@ -19,7 +19,8 @@ struct TuneOptions {
   std::size_t blocks = 16;  ///< of each attribute, at most, each as large as the largest size tried
   std::uint64_t memory_bytes = 256u << 20;  ///< for blocks that are kept
   std::uint64_t disk_bytes = 256u << 20;    ///< at most, that a run of measuring the disk moves
-  int visits = 5;                           ///< of each block by each pipeline, at most
+  int probes = 16;  ///< choices that are stored under `directory` and read, at most
+  int visits = 5;   ///< of each block by each pipeline, at most
   int threads = 1;
   Goal goal = Goal::kRead;
   /// Called often, with the part that is done, 0 to 1. False ends the measurement; what there is by
@@ -27,9 +28,10 @@ struct TuneOptions {
   std::function<bool(std::string_view phase, double done)> proceed;
 };
 
-/// Measures the disk, and then pipelines, until options.seconds have passed. The store is only
-/// read. Errors: kInvalidArgument for a store without levels; kCancelled if `proceed` returned
-/// false before a pipeline was measured for each attribute; those of measure_disk() and of reading.
+/// Measures the disk, then pipelines, then how reads overlap both (probe_reads()), until
+/// options.seconds have passed. The store is only read. Errors: kInvalidArgument for a store
+/// without levels; kCancelled if `proceed` returned false before a pipeline was measured for each
+/// attribute; those of measure_disk() and of reading.
 Findings measure_store(const Store& store, const PipelineRegistry& registry,
                        const TuneOptions& options);
 

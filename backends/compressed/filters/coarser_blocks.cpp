@@ -12,21 +12,32 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-// On a closed mesh of 26,000 vertices in Hilbert order, with blocks of 1 MiB, up to 8 blocks of the
-// last level and 4 of each other left out 2 of 1,000 faces at most; 4 and 2 left out 4 of 100.
-constexpr std::size_t kMostOfLast = 6, kMostOfOthers = 3;
 /// An edge of a face at the block counts as much as this many edges of the next faces: without the
 /// first, a slot is predicted badly; without the second, only a little worse.
 constexpr std::uint32_t kWeightOfOwnFaces = 4;
+
+/// What an edge weighs whose slot is `coarser` levels above the last one. A vertex that is not
+/// known spoils those around it. So a missing slot of the last two levels spoils as good as its
+/// whole part of a face, and a missing slot of another level a quarter of what one of the next
+/// does.
+constexpr std::uint64_t weight_of_level(std::size_t coarser) {
+  constexpr std::array<std::uint64_t, 5> kWeights = {32, 32, 16, 4, 1};
+  return kWeights[std::min(coarser, kWeights.size() - 1)];
+}
 
 /// Counts how often the blocks of one level are needed. Remembers a limited number of blocks, so
 /// that it needs no memory from the heap.
 class Needs {
  public:
-  void begin(std::uint64_t own_block) noexcept {
-    own_block_ = own_block;
-    count_ = 0;
-  }
+  struct Need {
+    std::uint64_t block = 0, weight = 0;
+  };
+
+  void begin(std::uint64_t own_block) noexcept { own_block_ = own_block; }
+  std::uint64_t own_block() const noexcept { return own_block_; }
+  /// The other blocks, in the order in which they were needed first.
+  std::span<const Need> others() const noexcept { return std::span(blocks_).first(count_); }
+
   void add(std::uint64_t block, std::uint32_t weight) noexcept {
     if (block == own_block_) return;
     if (last_ < count_ && blocks_[last_].block == block) {
@@ -40,29 +51,44 @@ class Needs {
       }
     if (count_ < blocks_.size()) blocks_[count_++] = {block, weight};
   }
-  /// Appends the own block and the most needed ones to `choice`, `most` at most, by their numbers.
-  void choose(std::size_t most, int refinement, CoarserChoice& choice) noexcept {
-    const auto end = blocks_.begin() + static_cast<std::ptrdiff_t>(count_);
-    std::sort(blocks_.begin(), end, [](const Need& a, const Need& b) {
-      return a.weight != b.weight ? a.weight > b.weight : a.block < b.block;
-    });
-    const std::size_t first = choice.count;
-    choice.blocks[choice.count++] = {refinement, own_block_};
-    for (std::size_t i = 0; i < count_ && i + 1 < most; ++i)
-      choice.blocks[choice.count++] = {refinement, blocks_[i].block};
-    std::sort(choice.blocks.begin() + static_cast<std::ptrdiff_t>(first),
-              choice.blocks.begin() + static_cast<std::ptrdiff_t>(choice.count),
-              [](const CoarserBlock& a, const CoarserBlock& b) { return a.block < b.block; });
-  }
 
  private:
-  struct Need {
-    std::uint64_t block = 0;
-    std::uint32_t weight = 0;
-  };
   std::uint64_t own_block_ = 0;
   std::array<Need, 64> blocks_ = {};
   std::size_t count_ = 0, last_ = 0;
+};
+
+/// The heaviest needs of all levels, as many as have room.
+class Heaviest {
+ public:
+  explicit Heaviest(std::size_t room) : room_(room) {}
+
+  void add(const CoarserBlock& block, std::uint64_t weight) noexcept {
+    std::size_t at = count_;
+    while (at > 0 && before(block, weight, entries_[at - 1])) --at;
+    if (at == room_) return;
+    if (count_ < room_) ++count_;
+    for (std::size_t i = count_ - 1; i > at; --i) entries_[i] = entries_[i - 1];
+    entries_[at] = {block, weight};
+  }
+  void append_to(CoarserChoice& choice) const noexcept {
+    for (std::size_t i = 0; i < count_; ++i) choice.blocks[choice.count++] = entries_[i].block;
+  }
+
+ private:
+  struct Entry {
+    CoarserBlock block = {};
+    std::uint64_t weight = 0;
+  };
+  static bool before(const CoarserBlock& block, std::uint64_t weight, const Entry& other) noexcept {
+    if (weight != other.weight) return weight > other.weight;
+    if (block.refinement != other.block.refinement)
+      return block.refinement > other.block.refinement;
+    return block.block < other.block.block;
+  }
+
+  std::size_t room_, count_ = 0;
+  std::array<Entry, kMostContextBlocks> entries_ = {};
 };
 
 }  // namespace
@@ -75,12 +101,6 @@ CoarserBlocks::CoarserBlocks(const Topology& mesh, std::vector<const LevelGeomet
                 fmt::format("predict a level from coarser ones: expected at most {} of them, "
                             "found {}",
                             kMostContextBlocks, levels_.size()));
-  if (levels_.empty()) return;
-  const std::size_t others = levels_.size() - 1;
-  most_of_last_ = std::min(kMostOfLast, kMostContextBlocks - others);
-  if (others > 0)
-    most_of_others_ =
-        std::clamp<std::size_t>((kMostContextBlocks - most_of_last_) / others, 1, kMostOfOthers);
 }
 
 CoarserBlocks::~CoarserBlocks() {
@@ -120,9 +140,19 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
         if (next.exists()) add(next.face(), 1);
       }
     }
-  for (std::size_t i = 0; i < count; ++i)
-    needs[i].choose(i + 1 == count ? most_of_last_ : most_of_others_, static_cast<int>(i) + 1,
-                    choice);
+  Heaviest heaviest(kMostContextBlocks - count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const int refinement = static_cast<int>(i) + 1;
+    choice.blocks[choice.count++] = {refinement, needs[i].own_block()};
+    for (const Needs::Need& need : needs[i].others())
+      heaviest.add({refinement, need.block}, need.weight * weight_of_level(count - 1 - i));
+  }
+  heaviest.append_to(choice);
+  std::sort(choice.blocks.begin(),
+            choice.blocks.begin() + static_cast<std::ptrdiff_t>(choice.count),
+            [](const CoarserBlock& a, const CoarserBlock& b) {
+              return a.refinement != b.refinement ? a.refinement < b.refinement : a.block < b.block;
+            });
   return choice;
 }
 

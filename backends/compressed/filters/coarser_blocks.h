@@ -41,14 +41,12 @@ class CoarserBlocks {
   CoarserBlocks(const CoarserBlocks&) = delete;
   CoarserBlocks& operator=(const CoarserBlocks&) = delete;
 
-  /// Of each coarser level, the block with the edges of `block`, and the blocks that have most of
-  /// the edges around: those of the faces at these edges, and of the next faces. Of the level
-  /// before `own` up to most_of_last() blocks, of the others up to most_of_others().
+  /// Of each coarser level, the block with the first edge of `block`; and of all levels together,
+  /// as many more as a block may have context: those with most of the vertices around, which are in
+  /// the slots of the faces at the block's edges and of the next faces.
   /// The first call for a block takes about as long as reading the slots of its edges; the choice
   /// is kept for later calls.
   CoarserChoice choose(std::uint64_t block) const noexcept;
-  std::size_t most_of_last() const noexcept { return most_of_last_; }
-  std::size_t most_of_others() const noexcept { return most_of_others_; }
 
   const Topology& mesh() const noexcept { return mesh_; }
   const LevelGeometry& own() const noexcept { return *own_; }
@@ -62,7 +60,6 @@ class CoarserBlocks {
   Topology mesh_;
   std::vector<const LevelGeometry*> levels_;
   const LevelGeometry* own_;
-  std::size_t most_of_last_ = 0, most_of_others_ = 0;
   mutable std::vector<std::atomic<const CoarserChoice*>> kept_;  ///< [block] or null
 };
 

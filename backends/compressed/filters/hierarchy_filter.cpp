@@ -2,11 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "compressed/filters/edge_lattice.h"
 #include "compressed/filters/lattice_filter.h"
 #include "compressed/filters/residuals.h"
+#include "compressed/filters/slot_predictions.h"
 #include "plait/default_arithmetic.h"
 #include "plait/error.h"
 #include "plait/number_lattice.h"
@@ -15,9 +21,12 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 struct HierarchyOptions {
-  PredictionRule rule = PredictionRule::kButterfly;
-  std::optional<double> step = {};  ///< of rounded numbers
+  std::optional<PredictionRule> rule = {};  ///< nothing: the best one of each block
+  std::optional<double> step = {};          ///< of rounded numbers
 };
+
+/// The rule of a block is chosen by the residuals of every so-manieth edge.
+constexpr EdgeId kEdgesOfASample = 16;
 
 template <class Number, std::size_t kComponents>
 class HierarchyFilter final : public Filter {
@@ -36,10 +45,12 @@ class HierarchyFilter final : public Filter {
                       std::vector(attribute.levels.begin(),
                                   attribute.levels.begin() + static_cast<std::ptrdiff_t>(coarser)),
                       *level.geometry);
+      places_.emplace(level.geometry->level().refinements);
     }
   }
 
   bool needs_other_blocks() const noexcept override { return true; }
+  bool keeps_note() const noexcept override { return !rule_; }
   std::uint32_t base_attribute() const noexcept override { return attribute_; }
 
   std::size_t context(std::uint64_t block,
@@ -52,48 +63,68 @@ class HierarchyFilter final : public Filter {
   }
 
   std::size_t scratch_bytes() const noexcept override {
-    return blocks_ ? Lattice::bytes(blocks_->own().level().refinements) : 0;
+    return blocks_ ? Lattice::bytes(blocks_->own().level().refinements) +
+                         (numbers_ ? slot_numbers() * sizeof(Number) : 0)
+                   : 0;
   }
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
               std::span<std::byte> filtered) const override {
     const auto* const numbers = reinterpret_cast<const Number*>(raw.data());
     auto* const residuals = reinterpret_cast<BitsOf<Number>*>(filtered.data());
-    predict(block,
-            [&](const Number* __restrict prediction, std::int64_t first, std::int64_t count) {
-              const Number* __restrict const from = numbers + first;
-              BitsOf<Number>* __restrict const to = residuals + first;
-              if (numbers_)
-                for (std::int64_t i = 0; i < count; ++i)
-                  to[i] = lattice_residual(*numbers_, from[i], prediction[i]);
-              else
-                for (std::int64_t i = 0; i < count; ++i) to[i] = residual(from[i], prediction[i]);
-            });
+    const PredictionRule rule = rule_        ? *rule_
+                                : block.note ? best_rule(block, numbers, residuals)
+                                             : PredictionRule::kButterfly;
+    if (block.note != nullptr) *block.note = static_cast<std::byte>(rule);
+    visit_slots(block, rule, 1, [&](const Rows& rows, std::size_t first, std::size_t count) {
+      encode_slot(block, rows, numbers + first, residuals + first, count);
+    });
   }
 
   void decode(const FilterBlock& block, std::span<const std::byte> filtered,
               std::span<std::byte> raw) const override {
     const auto* const residuals = reinterpret_cast<const BitsOf<Number>*>(filtered.data());
     auto* const numbers = reinterpret_cast<Number*>(raw.data());
-    predict(block,
-            [&](const Number* __restrict prediction, std::int64_t first, std::int64_t count) {
-              const BitsOf<Number>* __restrict const from = residuals + first;
-              Number* __restrict const to = numbers + first;
-              if (numbers_)
-                for (std::int64_t i = 0; i < count; ++i)
-                  to[i] = from_lattice_residual(*numbers_, from[i], prediction[i]);
-              else
-                for (std::int64_t i = 0; i < count; ++i)
-                  to[i] = from_residual(from[i], prediction[i]);
-            });
+    visit_slots(block, noted_rule(block), 1,
+                [&](const Rows& rows, std::size_t first, std::size_t count) {
+                  decode_slot(block, rows, residuals + first, numbers + first, count);
+                });
   }
 
  private:
   using Lattice = EdgeLattice<Number, kComponents>;
+  using Rows = PredictedRows<Number>;
 
-  /// Calls visit(prediction, first, count) for runs of numbers of the block.
+  std::size_t slot_numbers() const noexcept {
+    const auto side = static_cast<std::size_t>(slot_side(blocks_->own().level().refinements));
+    return side * side * kComponents;
+  }
+  /// Room for the predictions of one slot, after the lattice.
+  Number* predictions_in(const FilterBlock& block) const noexcept {
+    return reinterpret_cast<Number*>(block.scratch.data() +
+                                     Lattice::bytes(blocks_->own().level().refinements));
+  }
+
+  void encode_slot(const FilterBlock& block, const Rows& rows, const Number* from,
+                   BitsOf<Number>* to, std::size_t count) const noexcept {
+    if (!numbers_) return encode_rows(rows, from, to);
+    const Number* __restrict const predictions = predictions_in(block);
+    predict_rows(rows, predictions_in(block));
+    for (std::size_t i = 0; i < count; ++i)
+      to[i] = lattice_residual(*numbers_, from[i], predictions[i]);
+  }
+  void decode_slot(const FilterBlock& block, const Rows& rows, const BitsOf<Number>* from,
+                   Number* to, std::size_t count) const noexcept {
+    if (!numbers_) return decode_rows(rows, from, to);
+    const Number* __restrict const predictions = predictions_in(block);
+    predict_rows(rows, predictions_in(block));
+    for (std::size_t i = 0; i < count; ++i)
+      to[i] = from_lattice_residual(*numbers_, from[i], predictions[i]);
+  }
+
+  /// Calls visit(rows, first number, count) for every `step`-th slot of the block.
   template <class Visit>
-  void predict(const FilterBlock& block, Visit visit) const {
+  void visit_slots(const FilterBlock& block, PredictionRule rule, EdgeId step, Visit visit) const {
     if (!blocks_)
       throw Error(ErrorCode::kNotSupported,
                   "predict a block from coarser levels: the mesh and these levels are not known");
@@ -101,23 +132,56 @@ class HierarchyFilter final : public Filter {
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
     const LevelGeometry& level = blocks_->own();
-    Lattice lattice(*blocks_, level.level().refinements, base_, rule_, block.scratch);
+    Lattice lattice(*blocks_, *places_, base_, block.scratch);
     const std::uint64_t start = level.block_offset(block.block);
     const EdgeId end = level.edge_after(block.block);
-    for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
-      const auto at = static_cast<std::int64_t>((level.slot(edge).offset - start) / sizeof(Number));
-      lattice.predict(slots, edge, [&](const Number* row, std::int64_t first, std::int64_t count) {
-        visit(row, at + first, count);
-      });
+    for (EdgeId edge = level.first_edge(block.block); edge < end;
+         edge += std::min(step, end - edge)) {
+      const Slot slot = level.slot(edge);
+      if (end - edge > step) lattice.prefetch(slots, edge + step);
+      lattice.gather(slots, edge);
+      if (rule != PredictionRule::kMidpoint) lattice.gather_wings(slots, edge);
+      visit(Rows{lattice.point(0, 0)->data(), lattice.stride() * std::int64_t{kComponents},
+                 lattice.side(), std::int64_t{kComponents}, blocks_->mesh().edges[edge].is_border(),
+                 rule},
+            (slot.offset - start) / sizeof(Number), slot.bytes / sizeof(Number));
     }
   }
 
-  PredictionRule rule_;
+  /// The rule whose residuals have the fewest significant bits. Uses `residuals` as room.
+  PredictionRule best_rule(const FilterBlock& block, const Number* numbers,
+                           BitsOf<Number>* residuals) const {
+    std::array<std::uint64_t, kPredictionRules> bits{};
+    visit_slots(block, PredictionRule::kButterfly, kEdgesOfASample,
+                [&](Rows rows, std::size_t first, std::size_t count) {
+                  for (int rule = 0; rule < kPredictionRules; ++rule) {
+                    rows.rule = static_cast<PredictionRule>(rule);
+                    encode_slot(block, rows, numbers + first, residuals + first, count);
+                    for (std::size_t i = first; i < first + count; ++i)
+                      bits[static_cast<std::size_t>(rule)] +=
+                          static_cast<std::uint64_t>(std::bit_width(residuals[i]));
+                  }
+                });
+    return static_cast<PredictionRule>(std::ranges::min_element(bits) - bits.begin());
+  }
+  PredictionRule noted_rule(const FilterBlock& block) const {
+    if (rule_) return *rule_;
+    if (block.note == nullptr) return PredictionRule::kButterfly;
+    const int rule = std::to_integer<int>(*block.note);
+    if (rule >= kPredictionRules)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("expected rule 0 to {}, found {}", kPredictionRules - 1, rule));
+    return static_cast<PredictionRule>(rule);
+  }
+
+  std::optional<PredictionRule> rule_;
   std::optional<NumberLattice<Number>> numbers_;  ///< of rounded numbers
   std::uint32_t attribute_ = kNoId;
   int base_level_ = 0;
   std::span<const std::byte> base_;
-  std::optional<CoarserBlocks> blocks_;  ///< nothing if the level's surroundings are not known
+  // Nothing if the level's surroundings are not known.
+  std::optional<CoarserBlocks> blocks_;
+  std::optional<LatticePlaces> places_;
 };
 
 template <class Number>
@@ -146,13 +210,19 @@ HierarchyOptions options_of(std::string_view text) {
     rule = text.substr(0, at);
     options.step = step_from_text("hierarchy", text.substr(at + kStep.size() + (at > 0 ? 1 : 0)));
   }
-  if (rule == "butterfly" || text.empty() || text.starts_with(kStep)) return options;
-  options.rule = PredictionRule::kMidpoint;
-  if (rule == "midpoint") return options;
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("choose filter \"hierarchy:{}\": expected butterfly or midpoint, or "
-                          "step=STEP, or one of the rules and :step=STEP",
-                          text));
+  if (text.empty() || text.starts_with(kStep)) return options;
+  constexpr std::array<std::pair<std::string_view, PredictionRule>, kPredictionRules> kRules = {
+      {{"butterfly", PredictionRule::kButterfly},
+       {"loop", PredictionRule::kLoop},
+       {"midpoint", PredictionRule::kMidpoint}}};
+  for (const auto& [name, named] : kRules)
+    if (rule == name) options.rule = named;
+  if (options.rule) return options;
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("choose filter \"hierarchy:{}\": expected butterfly, loop or midpoint, or "
+                  "step=STEP, or one of the rules and :step=STEP",
+                  text));
 }
 
 }  // namespace

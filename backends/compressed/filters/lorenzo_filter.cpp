@@ -1,5 +1,7 @@
 #include "compressed/filters/lorenzo_filter.h"
 
+#include <type_traits>
+
 #include "compressed/codecs/built_in_codecs.h"
 #include "compressed/filters/predicting_filter.h"
 
@@ -9,6 +11,9 @@ namespace {
 /// Predictions are sums of integers, so decoding is a prefix sum along each row.
 template <class Order>
 struct LorenzoPredictor {
+  static constexpr SlotRule kRule =
+      std::is_same_v<Order, FloatOrder> ? SlotRule::kLorenzoFloat : SlotRule::kLorenzoInteger;
+
   template <int kBits, class Lanes>
   static Lanes form(const Lanes& bits) noexcept {
     return Order::template to<kBits>(bits);

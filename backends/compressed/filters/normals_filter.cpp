@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "compressed/filters/edge_lattice.h"
-#include "compressed/filters/residuals.h"
+#include "compressed/filters/slot_predictions.h"
 #include "plait/default_arithmetic.h"
 #include "plait/error.h"
-#include "plait/regular_normal.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -30,6 +29,7 @@ class NormalsFilter final : public Filter {
                     std::vector(positions->levels.begin(),
                                 positions->levels.begin() + static_cast<std::ptrdiff_t>(count)),
                     *level.geometry);
+    places_.emplace(level.geometry->level().refinements + 1);
   }
 
   bool needs_other_blocks() const noexcept override { return true; }
@@ -50,31 +50,28 @@ class NormalsFilter final : public Filter {
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
               std::span<std::byte> filtered) const override {
-    const auto* const from = reinterpret_cast<const Vector3<float>*>(raw.data());
-    auto* const to = reinterpret_cast<Residuals*>(filtered.data());
-    predict(block, [&](std::uint64_t at, const Vector3<float>& prediction) {
-      to[at] = {residual(from[at].x, prediction.x), residual(from[at].y, prediction.y),
-                residual(from[at].z, prediction.z)};
+    const auto* const normals = reinterpret_cast<const float*>(raw.data());
+    auto* const residuals = reinterpret_cast<std::uint32_t*>(filtered.data());
+    visit_slots(block, [&](const NormalRows<Real>& rows, std::size_t first) {
+      encode_normals(rows, normals + first, residuals + first);
     });
   }
 
   void decode(const FilterBlock& block, std::span<const std::byte> filtered,
               std::span<std::byte> raw) const override {
-    const auto* const from = reinterpret_cast<const Residuals*>(filtered.data());
-    auto* const to = reinterpret_cast<Vector3<float>*>(raw.data());
-    predict(block, [&](std::uint64_t at, const Vector3<float>& prediction) {
-      to[at] = {from_residual(from[at][0], prediction.x), from_residual(from[at][1], prediction.y),
-                from_residual(from[at][2], prediction.z)};
+    const auto* const residuals = reinterpret_cast<const std::uint32_t*>(filtered.data());
+    auto* const normals = reinterpret_cast<float*>(raw.data());
+    visit_slots(block, [&](const NormalRows<Real>& rows, std::size_t first) {
+      decode_normals(rows, residuals + first, normals + first);
     });
   }
 
  private:
   using Lattice = EdgeLattice<Real, 3>;
-  using Residuals = std::array<std::uint32_t, 3>;
 
-  /// Calls visit(place in the block, prediction) for every record.
+  /// Calls visit(rows, first number) for the slots of the block.
   template <class Visit>
-  void predict(const FilterBlock& block, Visit visit) const {
+  void visit_slots(const FilterBlock& block, Visit visit) const {
     if (!blocks_)
       throw Error(ErrorCode::kNotSupported,
                   "predict normals from positions: the mesh and the positions are not known");
@@ -82,39 +79,24 @@ class NormalsFilter final : public Filter {
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
     const LevelGeometry& level = blocks_->own();
-    const int refinement = level.level().refinements;
-    Lattice lattice(*blocks_, refinement + 1, base_, PredictionRule::kMidpoint, block.scratch);
+    Lattice lattice(*blocks_, *places_, base_, block.scratch);
     const std::uint64_t start = level.block_offset(block.block);
     const EdgeId end = level.edge_after(block.block);
-    const std::int64_t n = slot_side(refinement), stride = lattice.stride();
     for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
+      if (end - edge > 1) lattice.prefetch(slots, edge + 1);
       lattice.gather(slots, edge);
-      const bool border = blocks_->mesh().edges[edge].is_border();
-      std::uint64_t at = (level.slot(edge).offset - start) / sizeof(Vector3<float>);
-      for (std::int64_t row = 0; row < n; ++row) {
-        const auto* v = lattice.point(2 * row + 1, 1);
-        const std::int64_t inside = border ? n - 1 - row : n;
-        for (std::int64_t column = 0; column < inside; ++column, v += 2)
-          visit(at++,
-                RegularNormal::interior(difference(v[stride], v[-stride]), difference(v[1], v[-1]),
-                                        difference(v[1 - stride], v[stride - 1])));
-        if (border)
-          visit(at++, RegularNormal::border(vector(*v), vector(v[1 - stride]), vector(v[-stride]),
-                                            vector(v[-1]), vector(v[stride - 1])));
-      }
+      visit({lattice.point(0, 0)->data(), 3 * lattice.stride(), lattice.side() / 2,
+             blocks_->mesh().edges[edge].is_border(), reinterpret_cast<float*>(lattice.spare())},
+            (level.slot(edge).offset - start) / sizeof(float));
     }
-  }
-
-  using Record = typename Lattice::Record;
-  static Vector3<Real> vector(const Record& record) { return {record[0], record[1], record[2]}; }
-  static Vector3<Real> difference(const Record& a, const Record& b) {
-    return vector(a) - vector(b);
   }
 
   std::uint32_t attribute_ = kNoId;
   int base_level_ = 0;
   std::span<const std::byte> base_;
-  std::optional<CoarserBlocks> blocks_;  ///< nothing if the level's surroundings are not known
+  // Nothing if the level's surroundings are not known.
+  std::optional<CoarserBlocks> blocks_;
+  std::optional<LatticePlaces> places_;
 };
 
 /// The levels of the positions; null if the store is not known.

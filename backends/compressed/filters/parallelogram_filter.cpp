@@ -36,6 +36,8 @@ Lanes continued(const Lanes& l, const Lanes& a, const Lanes& b) noexcept {
 }
 
 struct ParallelogramPredictor {
+  static constexpr SlotRule kRule = SlotRule::kParallelogram;
+
   template <int kBits, class Lanes>
   static const Lanes& form(const Lanes& bits) noexcept {
     return bits;

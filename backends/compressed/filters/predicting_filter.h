@@ -25,11 +25,12 @@
 
 #include "compressed/filters/ordered_words.h"
 #include "compressed/filters/slot_rows.h"
+#include "compressed/filters/wide_slots.h"
 #include "plait/backends/pipeline.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// How many slots are decoded at once.
+/// How many slots are decoded at once, of records that decode_wide_slots() does not take.
 constexpr std::size_t kSlotsAtOnce = 4;
 
 /// `kLanes` words as a vector, so that the components of a record are computed together. The
@@ -49,6 +50,7 @@ struct LanesOf<Word, 1> {
 ///   Form form<kBits>(Lanes bits), Lanes bits<kBits>(Form)       what predictions are computed from
 ///   Form from_ordered<kBits>(Lanes), Lanes ordered<kBits>(Form)
 ///   Form along(Form l, Form k), Form inside(Form l, Form a, Form b)
+/// and kRule, the same as a rule of wide_slots.h.
 template <class Word, int kLanes, class Predictor>
 class SlotPrediction {
   using Lanes = typename LanesOf<Word, kLanes>::Type;
@@ -72,7 +74,7 @@ class SlotPrediction {
     });
   }
 
-  /// `row` has kSlotsAtOnce vectors for each column of a slot.
+  /// `row` has kMostWideSlots records of 16 bytes for each column of a slot.
   void decode(std::uint64_t block, const std::byte* filtered, std::byte* raw,
               std::byte* row) const noexcept {
     // The first records come first, because each needs the one of the slot before.
@@ -82,8 +84,10 @@ class SlotPrediction {
       previous = bits(x);
       store<true>(previous, raw + slot.first * stride_);
     });
-    std::array<const std::byte*, kSlotsAtOnce> from;
-    std::array<std::byte*, kSlotsAtOnce> to;
+    std::array<const std::byte*, kMostWideSlots> from;
+    std::array<std::byte*, kMostWideSlots> to;
+    const std::size_t wide = sizeof(Word) == 4 && kLanes >= 3 ? wide_slots_at_once() : 0;
+    const std::size_t at_once = wide > 0 ? wide : kSlotsAtOnce;
     std::size_t waiting = 0;
     std::size_t side = 0;
     for_each_slot(geometry_, block, [&](const SlotGrid& slot) {
@@ -91,11 +95,17 @@ class SlotPrediction {
       to[waiting] = raw + slot.first * stride_;
       if (slot.half) return decode_slots<1>(slot.side, true, &from[waiting], &to[waiting], row);
       side = slot.side;
-      if (++waiting < kSlotsAtOnce) return;
-      decode_slots<kSlotsAtOnce>(side, false, from.data(), to.data(), row);
+      if (++waiting < at_once) return;
+      if (wide > 0)
+        decode_wide_slots(Predictor::kRule, {from.data(), to.data(), side, stride_, kLanes, row});
+      else
+        decode_slots<kSlotsAtOnce>(side, false, from.data(), to.data(), row);
       waiting = 0;
     });
-    for (std::size_t i = 0; i < waiting; ++i) decode_slots<1>(side, false, &from[i], &to[i], row);
+    std::size_t i = 0;
+    for (; i + kSlotsAtOnce <= waiting; i += kSlotsAtOnce)
+      decode_slots<kSlotsAtOnce>(side, false, &from[i], &to[i], row);
+    for (; i < waiting; ++i) decode_slots<1>(side, false, &from[i], &to[i], row);
   }
 
  private:
@@ -236,7 +246,7 @@ class PredictingFilter final : public Filter {
 
   std::size_t scratch_bytes() const noexcept override {
     if (geometry_ == nullptr) return 0;
-    constexpr std::size_t kColumnBytes = 16 * kSlotsAtOnce;
+    constexpr std::size_t kColumnBytes = 16 * kMostWideSlots;
     return static_cast<std::size_t>(slot_side(geometry_->level().refinements)) * kColumnBytes;
   }
   void encode(const FilterBlock& block, std::span<const std::byte> raw,

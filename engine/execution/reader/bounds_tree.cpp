@@ -66,7 +66,7 @@ void refuse_ray(std::string_view what, Vector3<double> found) {
                           found.y, found.z));
 }
 
-bool is_finite(Vector3<double> v) {
+bool is_finite_vector(Vector3<double> v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -115,8 +115,8 @@ std::vector<FaceId> BoundsTree::in_box(const Box& box) const {
 
 std::vector<FaceOnRay> BoundsTree::along_ray(Vector3<double> origin,
                                              Vector3<double> direction) const {
-  if (!is_finite(origin)) refuse_ray("a finite origin", origin);
-  if (!is_finite(direction)) refuse_ray("a finite direction", direction);
+  if (!is_finite_vector(origin)) refuse_ray("a finite origin", origin);
+  if (!is_finite_vector(direction)) refuse_ray("a finite direction", direction);
   if (direction == Vector3<double>{0, 0, 0}) refuse_ray("a direction that is not zero", direction);
   std::vector<FaceOnRay> found;
   if (nodes_.front().empty()) return found;

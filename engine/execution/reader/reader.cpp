@@ -26,7 +26,8 @@ Reader::State::State(const Store& of, const ReaderOptions& options)
     : store(of.implementation_), mesh(of.base().topology()), base_level(of.base_level()) {
   const auto add = [&](AttributeId id) {
     const AttributeInfo& info = of.attributes()[id];
-    Attribute read{id, info.schema, info.finest_level, of.base_bytes(id), {}};
+    Attribute read{id, info.schema, info.finest_level, {}, {}};
+    if (of.derivation(id).empty()) read.base_bytes = of.base_bytes(id);
     for (int level = base_level + 1; level <= info.finest_level; ++level)
       read.levels.push_back(&of.level_file(id, level));
     attributes.push_back(std::move(read));
@@ -36,6 +37,11 @@ Reader::State::State(const Store& of, const ReaderOptions& options)
     for (AttributeId id = 0; id < of.attributes().size(); ++id) add(id);
   trees.resize(attributes.size());
   session = of.open_session({.policy = options.policy, .share_bytes = options.share_bytes});
+}
+
+std::span<const std::byte> Reader::State::base_bytes(const Attribute& attribute) const {
+  const auto& derived = store->attributes[attribute.id].derived;
+  return derived ? derived->base_records() : attribute.base_bytes;
 }
 
 const Reader::State::Attribute* Reader::State::find(std::string_view name) const {
@@ -197,8 +203,8 @@ PatchView Reader::read_patch(FaceId face, int level) const {
     const State::Attribute& attribute = state_->attributes[number];
     const std::size_t record_bytes = attribute.schema.record_bytes();
     FaceSlots& slots = content.slots[number];
-    slots.set_corners(state_->mesh, face, 0, const_cast<std::byte*>(attribute.base_bytes.data()),
-                      record_bytes);
+    slots.set_corners(state_->mesh, face, 0,
+                      const_cast<std::byte*>(state_->base_bytes(attribute).data()), record_bytes);
     for (std::size_t level_at = 0; level_at < levels; ++level_at, ++of_sides)
       for (int side = 0; side < 3; ++side) {
         const auto side_at = static_cast<std::size_t>(side);
@@ -281,7 +287,7 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
   const State::Attribute& attribute = state_->attributes[number];
   const std::size_t record_bytes = attribute.schema.record_bytes();
   if (level == state_->base_level)
-    return attribute.base_bytes.subspan(first * record_bytes, count * record_bytes);
+    return state_->base_bytes(attribute).subspan(first * record_bytes, count * record_bytes);
   const LevelFile& file = *attribute.levels[static_cast<std::size_t>(
       relative_to_base(level, state_->base_level).refinements - 1)];
   const LevelGeometry& geometry = file.geometry;

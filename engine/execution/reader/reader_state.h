@@ -20,13 +20,15 @@ struct Reader::State {
     AttributeId id;
     AttributeSchema schema;
     int finest_level;
-    std::span<const std::byte> base_bytes;
-    std::vector<const LevelFile*> levels;  ///< [refinements of the base mesh - 1]
+    std::span<const std::byte> base_bytes;  ///< of a stored attribute
+    std::vector<const LevelFile*> levels;   ///< [refinements of the base mesh - 1]
   };
 
   State(const Store& of, const ReaderOptions& options);
 
   const Attribute* find(std::string_view name) const;
+  /// Those of a derived attribute are computed by the first call.
+  std::span<const std::byte> base_bytes(const Attribute& attribute) const;
   void check_level(const Attribute& attribute, int level) const;
   std::size_t number_of(std::string_view name) const;
   std::size_t number_of(std::string_view name, ComponentType type, std::uint32_t components) const;

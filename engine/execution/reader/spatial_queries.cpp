@@ -48,6 +48,11 @@ std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute
                 fmt::format("bounds of '{}': expected float32 x 3 or float64 x 3, found {} x {}",
                             attribute.schema.name, to_string(attribute.schema.type),
                             attribute.schema.components));
+  if (const auto& derived = store->attributes[attribute.id].derived)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("bounds of '{}': expected an attribute that is stored, found one that "
+                            "is computed from '{}'",
+                            attribute.schema.name, derived->source()));
   return compute_face_bounds(mesh, attribute.schema, attribute.base_bytes, attribute.levels,
                              session, proceed);
 }

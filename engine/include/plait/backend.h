@@ -17,6 +17,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/attribute.h"
@@ -29,6 +30,8 @@
 #include "plait/vector3.h"
 
 PLAIT_BEGIN_NAMESPACE
+
+class Derivations;
 
 /// Blocks [first, first + count) of a level.
 struct BlockRange {
@@ -285,8 +288,16 @@ class BackendRegistry {
   static std::string_view options_in(std::string_view specification);
   std::vector<std::string> names() const;
 
+  /// The rules of derived attributes (plait/derivation.h). Null: stores that are opened with this
+  /// registry cannot have such attributes.
+  const std::shared_ptr<const Derivations>& derivations() const noexcept { return derivations_; }
+  void set_derivations(std::shared_ptr<const Derivations> rules) noexcept {
+    derivations_ = std::move(rules);
+  }
+
  private:
   std::map<std::string, Entry, std::less<>> entries_;
+  std::shared_ptr<const Derivations> derivations_;
 };
 
 PLAIT_END_NAMESPACE

@@ -135,7 +135,7 @@ class FaceSlots {
   /// Inlined, because GCC drops the call of a function that does nothing but prefetch.
   template <int kBits, class Record>
   [[gnu::always_inline]] void prefetch_slot(int born) const {
-    constexpr std::int64_t kLineBytes = 64;
+    constexpr std::int64_t kCacheLine = 64;
     const Steps steps = steps_[static_cast<std::size_t>(born)][kBits];
     const std::int64_t n = slot_side(born), step = step_in_row<kBits>(steps);
     for (std::int64_t row = 0; row < n; ++row) {
@@ -144,7 +144,7 @@ class FaceSlots {
       const std::byte* const first = step < 0 ? end : start;
       const std::int64_t bytes =
           (step < 0 ? start - end : end - start) + static_cast<std::int64_t>(sizeof(Record));
-      for (std::int64_t at = 0; at < bytes; at += kLineBytes) __builtin_prefetch(first + at);
+      for (std::int64_t at = 0; at < bytes; at += kCacheLine) __builtin_prefetch(first + at);
       __builtin_prefetch(first + bytes - 1);
     }
   }

@@ -34,7 +34,21 @@ struct LevelFile {
   /// Other levels were encoded with the help of this one (Backend::context), so it can no longer be
   /// changed: they would decode to wrong records.
   mutable std::atomic<bool> is_fixed = false;
+  /// The blocks are computed when they are read (plait/derivation.h). The level cannot be written.
+  bool is_derived = false;
+  /// The levels that the blocks of a derived level are computed from.
+  std::vector<const LevelFile*> made_from = {};
+  /// Counts beginnings and ends of pins for writing, and changes of the base records.
+  mutable std::atomic<std::uint64_t> changes = 0;
+  std::uint32_t writers = 0;         ///< pins for writing that have not ended; for the pager only
   std::uint32_t pager_slot = kNoId;  ///< for use by the pager only
+
+  /// Another number after each change of what the blocks are computed from.
+  std::uint64_t state() const noexcept {
+    std::uint64_t sum = changes;
+    for (const LevelFile* const level : made_from) sum += level->changes;
+    return sum;
+  }
 
   /// Whether all passes that wrote to the level have finished. A level that is not finished must
   /// not be committed. REQUIRES: no other thread pins blocks of the level or begins a pass at the
@@ -44,7 +58,8 @@ struct LevelFile {
   std::uint32_t passes_under_way = 0;  ///< counted by UnfinishedLevels
 };
 
-/// Throws kBadState for a fixed level. The message names the ways to change its records.
+/// Throws kBadState for a level that is fixed or derived. The message names the ways to change its
+/// records.
 void check_not_fixed(const LevelFile& level);
 
 /// Marks levels as unfinished while a pass writes to them, from add() to finish(). If finish() is

@@ -37,8 +37,8 @@ enum class Overwriting : std::uint8_t {
 struct StoreOptions {
   // Behaviour
   std::string backend = "pread";  ///< a name in the registry, or "name:key=value,..."
-  /// The filters and the codec that encode blocks, such as "shuffle,zstd:1". Empty: the default of
-  /// the backend. Store::set_pipeline gives an attribute a pipeline of its own.
+  /// How blocks are encoded: "shuffle,zstd:1", or more (plait/level_pipelines.h). Empty: the
+  /// default of the backend. Store::set_pipeline gives an attribute a pipeline of its own.
   std::string pipeline = {};
   /// Gives each attribute that is added a pipeline; empty: `pipeline` for all of them.
   std::function<std::string(const AttributeSchema&)> pipeline_of = {};

@@ -8,7 +8,8 @@
 //     pinned. A frame is memory of the pager. For a level in memory, and for a mapped level that
 //     was opened for reading, the frame is the backend's own memory at the block's address. After a
 //     failed read and after abandon(), a frame is detached: existing pins still have its memory,
-//     but the block is absent.
+//     but the block is absent. So is the frame of a derived block if what it was computed from has
+//     changed.
 //  4. A dirty block that was not abandoned leaves its frame only when the backend has written it.
 //  5. The pager never reads a block from its backend to pin it for Access::kOverwrite.
 //  6. Each block is verified against its checksum when it is read (except levels in memory, which

@@ -32,7 +32,8 @@ PLAIT_BEGIN_NAMESPACE
 
 enum class EvictionPolicy : std::uint8_t {
   /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
-  /// cover the same edges and move forward together (the paper's circular buffer). Writes a dirty
+  /// cover the same edges and move forward together (the paper's circular buffer). A block that was
+  /// needed to decode another one counts with that other one's place. Writes a dirty
   /// block as soon as it is unpinned.
   kLayoutOrder,
   /// Second chance, for random reads. Writes a dirty block when it is evicted.

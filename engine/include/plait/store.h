@@ -107,15 +107,21 @@ class Store {
   /// Errors: kNotFound; the message lists the attributes of the store.
   AttributeId attribute(std::string_view name) const;
   bool has_attribute(std::string_view name) const;
+  /// "RULE/SOURCE" if the attribute is computed when it is read, and has no files
+  /// (plait/derivation.h); empty if it is stored.
+  std::string_view derivation(AttributeId attribute) const;
   /// Errors: kInvalidArgument if the name is taken or ill-formed.
   AttributeId add_attribute(AttributeSchema schema);
   /// The same with all levels up to `finest_level`: every record is zero until it is written. After
   /// an error the store is as before. Errors: also kInvalidArgument for a level that a store cannot
   /// have; those of add_level().
   AttributeId add_attribute(AttributeSchema schema, int finest_level);
-  /// Sets the pipeline of levels that later calls of add_level() make. Existing levels keep their
-  /// pipeline (LevelFile::pipeline). The initial value is options().pipeline. Errors:
-  /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use.
+  /// Sets the pipelines (plait/level_pipelines.h) of levels that later calls of add_level() make;
+  /// existing ones keep theirs (LevelFile::pipeline). The first value is options().pipeline.
+  /// With "derived" or "derived:RULE/SOURCE", on every backend, the attribute is computed when it
+  /// is read; it can have the levels that its source has (plait/derivation.h). Errors:
+  /// kInvalidArgument or kNotSupported for a pipeline that the backend cannot use; kBadState for a
+  /// change from or to a derived attribute that has levels.
   void set_pipeline(AttributeId attribute, std::string pipeline);
   /// Tells the store that levels up to `finest_level` will be added, and that they are what
   /// provenance() says. If the attribute's pipeline has the stage `predicted`, blocks that the
@@ -127,9 +133,11 @@ class Store {
   /// Adds one level to the attribute. Its blocks read as zeros until they are written.
   void add_level(AttributeId attribute);
   /// Removes the attribute with its levels. The attributes after it get smaller ids. Errors:
-  /// kBadState for an attribute from which levels of another one were encoded.
+  /// kBadState for an attribute from which levels of another one were encoded, or from which
+  /// another one is derived.
   void remove_attribute(AttributeId attribute);
-  /// Removes `attribute` and gives its name to `replacement`. Errors: as remove_attribute().
+  /// Removes `attribute` and gives its name to `replacement`. What was derived from `attribute` is
+  /// derived from `replacement` now. Errors: as remove_attribute().
   void replace_attribute(AttributeId attribute, AttributeId replacement);
 
   /// How the records of the attribute's levels were rounded; nothing if they were not. The next
@@ -138,9 +146,12 @@ class Store {
   const std::optional<Rounding>& rounding(AttributeId attribute) const;
   void set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding);
 
-  /// The records of level base_level(): one for each base vertex, in memory.
+  /// The records of level base_level(): one for each base vertex, in memory. Those of a derived
+  /// attribute cannot be changed; the first call, and the first one after a change of the source,
+  /// computes them, which reads the source's finest level once.
   /// Errors: kInvalidArgument if the attribute has other records. Without const also kBadState for
-  /// a store that was opened for reading: read its records through a const Store.
+  /// a store that was opened for reading, and for a derived attribute: read such records through a
+  /// const Store. Derived ones: also those of Session::pin.
   template <class Record>
   std::span<Record> base_records(AttributeId attribute) {
     check_record_type<Record>();
@@ -177,7 +188,8 @@ class Store {
   /// this version, complete. After a failed commit the store refuses further commits until it is
   /// opened again. REQUIRES: no block is pinned for writing. Errors: kIo, kNoSpace; kBadState after
   /// a failed write or commit. Also kBadState, without any change, while a level is unfinished: a
-  /// pass that wrote to it was cancelled or failed, and no later pass has overwritten all of it.
+  /// pass that wrote to it was cancelled or failed, and no later pass has overwritten all of it;
+  /// and for a derived attribute whose source does not have the same levels.
   void commit();
   /// Closes the store now, as the destructor does: discards all changes since the last commit, and
   /// releases the locks. Errors: kBusy with the number of readers and of their open views, if the

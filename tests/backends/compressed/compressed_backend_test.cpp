@@ -1,9 +1,11 @@
 // What only the compressed backend does; the rest is in backends/conformance.cpp.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "backends/conformance.h"
 #include "compressed/block_coder.h"
+#include "plait/backends/codec_time.h"
 #include "plait/backends/registry.h"
 #include "plait/error.h"
 
@@ -64,6 +66,29 @@ TEST_CASE("CompressedBackend_SmoothFloats_TakeLessThanRawAndLessStillShuffled") 
     CHECK(stored_bytes[shuffled] <= level.geometry().total_bytes());
   }
   CHECK(stored_bytes[1] * 3 < stored_bytes[0] * 2);
+}
+
+TEST_CASE("CodecTime_GrowsByEncodingAndDecoding_AndByNothingElse") {
+  std::uint64_t last = codec_nanoseconds();
+  const auto passed = [&last] {
+    const std::uint64_t before = std::exchange(last, codec_nanoseconds());
+    return last - before;
+  };
+  const auto use = [&](const BackendUnderTest& subject) {
+    LevelUnderTest level(subject, {64, {}, 6, 12, 1 << 16});
+    Backend& backend = level.open();
+    auto bytes = make_content(level.geometry().total_bytes(), Content::kSmooth, 1);
+    passed();
+    backend.write({0, level.geometry().block_count()}, bytes);
+    const std::uint64_t encoding = passed();
+    backend.sync(true);
+    CHECK(passed() == 0);
+    backend.read({0, level.geometry().block_count()}, bytes);
+    const std::uint64_t decoding = passed();
+    return std::pair(encoding > 0, decoding > 0);
+  };
+  CHECK(use(compressed("shuffle,zstd:1")) == std::pair(true, true));
+  CHECK(use({"pread", default_backends().find("pread"), "none"}) == std::pair(false, false));
 }
 
 TEST_CASE("CompressedBackend_RewrittenInOneSession_KeepsTheOpenedVersionWhole") {

@@ -2,7 +2,6 @@
 // decodes to other records than those that were written.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <functional>
 #include <utility>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "plait/recode_attribute.h"
 #include "plait/store.h"
 #include "plait/verify.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -35,8 +35,8 @@ StoreOptions options_with(const char* pipeline) {
 }
 
 /// A store of positions, with the pipeline and no level yet.
-struct Surface {
-  explicit Surface(const char* pipeline = kPredicted)
+struct PredictedSurface {
+  explicit PredictedSurface(const char* pipeline = kPredicted)
       : path(directory.path() / "s.plait"),
         store(Store::create(path, BaseMesh::build(torus_grid(12, 8)), options_with(pipeline),
                             default_backends())) {
@@ -73,19 +73,10 @@ struct Surface {
   AttributeId position = 0;
 };
 
-ErrorCode code_of(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.code();
-  }
-  return ErrorCode::kCancelled;
-}
-
 }  // namespace
 
 TEST_CASE("PredictedStore_LevelsAndBaseRecordsThatOthersNeed_CannotBeChanged") {
-  Surface surface;
+  PredictedSurface surface;
   surface.write_all();
   const auto check = [](Store& store) {
     const AttributeId position = store.attribute("position");
@@ -111,7 +102,7 @@ TEST_CASE("PredictedStore_LevelsAndBaseRecordsThatOthersNeed_CannotBeChanged") {
 }
 
 TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
-  Surface surface;
+  PredictedSurface surface;
   surface.store.add_level(surface.position);
   surface.store.add_level(surface.position);
   LevelFile& coarse = surface.store.level_file(surface.position, 1);
@@ -127,7 +118,7 @@ TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
 
 TEST_CASE("PredictedStore_ContextThatChangedAllTheSame_IsFoundWhenABlockIsRead") {
   const bool changes_base = GENERATE(false, true);
-  Surface surface;
+  PredictedSurface surface;
   const std::span<Point> base = surface.store.base_records<Point>(surface.position);
   surface.write_all();
   surface.store.commit();  // nothing is on its way when the context changes
@@ -150,7 +141,7 @@ TEST_CASE("PredictedStore_ContextThatChangedAllTheSame_IsFoundWhenABlockIsRead")
 }
 
 TEST_CASE("PredictedStore_EncodedAnewWithoutPrediction_CanBeChangedAgain") {
-  Surface surface;
+  PredictedSurface surface;
   surface.write_all();
   surface.store.commit();
   const std::string expected = digest(surface.store).to_string();
@@ -169,7 +160,7 @@ TEST_CASE("PredictedStore_EncodedAnewWithoutPrediction_CanBeChangedAgain") {
 }
 
 TEST_CASE("PredictedStore_EncodedAnewWithPrediction_DoesNotNeedTheOldLevels") {
-  Surface surface("shuffle,lz4");
+  PredictedSurface surface("shuffle,lz4");
   surface.write_all();
   const std::string expected = digest(surface.store).to_string();
   recode_attribute(surface.store, surface.position, kPredicted);
@@ -219,14 +210,15 @@ TEST_CASE("PredictedStore_NormalsOfTheLibrarysRule_TakeNextToNothingOnTheFinestL
 }
 
 TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
-  Surface surface("shuffle,lz4");
+  PredictedSurface surface("shuffle,lz4");
   surface.write_all();
   surface.store.commit();
   const std::string expected = digest(surface.store).to_string();
   int calls = 0;
   CHECK(code_of([&] {
-          recode_attribute(surface.store, surface.position, kPredicted,
-                           [&](std::uint64_t, std::uint64_t) { return ++calls < 3; });
+          RecodeOptions options;
+          options.proceed = [&](std::uint64_t, std::uint64_t) { return ++calls < 3; };
+          recode_attribute(surface.store, surface.position, kPredicted, options);
         }) == ErrorCode::kCancelled);
   CHECK(calls == 3);
   CHECK(surface.store.attributes().size() == 1);
@@ -236,7 +228,7 @@ TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
 }
 
 TEST_CASE("PredictedStore_FusedExecutorThatMakesAllLevelsAtOnce_IsRefusedInWords") {
-  Surface surface;
+  PredictedSurface surface;
   surface.store.remove_attribute(surface.position);
   add_base_positions(surface.store);
   SubdivideOptions options;
@@ -246,7 +238,7 @@ TEST_CASE("PredictedStore_FusedExecutorThatMakesAllLevelsAtOnce_IsRefusedInWords
 }
 
 TEST_CASE("PredictedStore_LittleMemory_IsCopiedAndReadByManyThreads") {
-  Surface plain("shuffle,lz4");
+  PredictedSurface plain("shuffle,lz4");
   plain.write_all();
   StoreOptions options = options_with(kPredicted);
   options.budget_bytes = 192 << 10;

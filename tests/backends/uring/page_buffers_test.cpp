@@ -12,36 +12,36 @@
 namespace plait::test {
 namespace {
 
-constexpr std::uint64_t kBytes = 16 * kPageBytes;
+constexpr std::uint64_t kBufferBytes = 16 * kPageBytes;
 
 }  // namespace
 
 TEST_CASE("PageBuffers_LevelsWhoseBlocksBeginOnPages_HaveOneBufferThatIsNotCounted") {
-  PageBuffers buffers(100 * kBytes);
-  buffers.make_room_for(kBytes, false);
+  PageBuffers buffers(100 * kBufferBytes);
+  buffers.make_room_for(kBufferBytes, false);
   CHECK(buffers.count() == 1);
   CHECK(buffers.memory_bytes() == 0);
   const PageBuffers::Lease lease(buffers);
-  std::memset(lease.get(), 1, kBytes);
+  std::memset(lease.get(), 1, kBufferBytes);
 }
 
 TEST_CASE("PageBuffers_LevelsWhoseBlocksSharePages_HaveAsManyAsTheMemoryAllows") {
-  PageBuffers ample(100 * kBytes), scarce(3 * kBytes + 1), smallest(kPageBytes);
+  PageBuffers ample(100 * kBufferBytes), scarce(3 * kBufferBytes + 1), smallest(kPageBytes);
   for (PageBuffers* const buffers : {&ample, &scarce, &smallest}) {
-    buffers->make_room_for(kBytes, true);
+    buffers->make_room_for(kBufferBytes, true);
     buffers->make_room_for(kPageBytes, false);
   }
   CHECK(ample.count() == PageBuffers::kMostBuffers);
-  CHECK(ample.memory_bytes() == PageBuffers::kMostBuffers * kBytes);
+  CHECK(ample.memory_bytes() == PageBuffers::kMostBuffers * kBufferBytes);
   CHECK(scarce.count() == 3);
-  CHECK(scarce.memory_bytes() == 3 * kBytes);
+  CHECK(scarce.memory_bytes() == 3 * kBufferBytes);
   CHECK(smallest.count() == 1);
   CHECK(smallest.memory_bytes() == kPageBytes);  // no more than it was allowed
 }
 
 TEST_CASE("PageBuffers_GivenBack_AreUsedAgain") {
-  PageBuffers buffers(kBytes);
-  buffers.make_room_for(kBytes, true);
+  PageBuffers buffers(kBufferBytes);
+  buffers.make_room_for(kBufferBytes, true);
   const std::byte* first = nullptr;
   {
     const PageBuffers::Lease lease(buffers);
@@ -52,23 +52,23 @@ TEST_CASE("PageBuffers_GivenBack_AreUsedAgain") {
 }
 
 TEST_CASE("PageBuffers_LargerBlocksWhileABufferIsInUse_DoNotGetThatBuffer") {
-  PageBuffers buffers(100 * kBytes);
+  PageBuffers buffers(100 * kBufferBytes);
   buffers.make_room_for(kPageBytes, true);
   { const PageBuffers::Lease small(buffers), other(buffers); }
   std::optional<PageBuffers::Lease> small(buffers);
-  buffers.make_room_for(kBytes, false);
+  buffers.make_room_for(kBufferBytes, false);
   small.reset();
   std::vector<PageBuffers::Lease> all;
   for (std::uint64_t i = 0; i < buffers.count(); ++i) {
     all.emplace_back(buffers);
-    std::memset(all.back().get(), 1, kBytes);  // the address sanitizer looks on
-    CHECK(all.back().get()[kBytes - 1] == std::byte{1});
+    std::memset(all.back().get(), 1, kBufferBytes);  // the address sanitizer looks on
+    CHECK(all.back().get()[kBufferBytes - 1] == std::byte{1});
   }
 }
 
 TEST_CASE("PageBuffers_MoreThreadsThanBuffers_WaitAndEachHasItsOwn") {
-  PageBuffers buffers(2 * kBytes);
-  buffers.make_room_for(kBytes, true);
+  PageBuffers buffers(2 * kBufferBytes);
+  buffers.make_room_for(kBufferBytes, true);
   std::atomic<int> under_way = 0, most = 0;
   std::atomic<bool> shared = false;
   std::vector<std::thread> threads;

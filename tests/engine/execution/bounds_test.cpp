@@ -16,6 +16,7 @@
 #include "plait/backends/registry.h"
 #include "plait/check_store.h"
 #include "plait/reader.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -24,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLevels = 3;
+constexpr int kBoundsLevels = 3;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using Point = Vector3<double>;
 
@@ -41,7 +42,7 @@ void write_positions(Store& store, AttributeId id, unsigned seed, double scatter
   const BaseMesh& base = store.base();
   for (VertexId v = 0; v < base.vertex_count(); ++v)
     store.base_records<Vector3<Real>>(id)[v] = near(base.positions()[v]);
-  for (int level = store.base_level() + 1; level <= store.base_level() + kLevels; ++level) {
+  for (int level = store.base_level() + 1; level <= store.base_level() + kBoundsLevels; ++level) {
     if (store.attributes()[id].finest_level < level) store.add_level(id);
     const LevelGeometry& geometry = store.level_file(id, level).geometry;
     std::vector<Vector3<Real>> records;

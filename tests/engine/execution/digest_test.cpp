@@ -10,6 +10,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/layout.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 

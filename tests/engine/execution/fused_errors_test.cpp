@@ -11,6 +11,7 @@
 #include "plait/backends/registry.h"
 #include "plait/layout.h"
 #include "support/counting_backend.h"
+#include "support/error_of.h"
 #include "support/forwarding_backend.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
@@ -21,11 +22,11 @@ using namespace plait::test;
 
 namespace {
 
-constexpr int kLevels = 7;  ///< runs of 16 faces
+constexpr int kErrorLevels = 7;  ///< runs of 16 faces
 const std::vector<AttributeSchema> kSchemas = {{"mass", ComponentType::kFloat32, 1}};
 
 /// In an order that keeps few blocks open, so that the others are written on the way.
-BaseMesh mesh_of_many_runs() {
+BaseMesh mesh_of_failing_runs() {
   return lay_out(BaseMesh::build(random_sphere(8, unless_sanitized(200u, 66u))),
                  LayoutKind::kHilbert)
       .mesh;
@@ -34,12 +35,12 @@ BaseMesh mesh_of_many_runs() {
 Store store_in_memory(const BaseMesh& base) {
   StoreOptions options = sample_options("memory");
   options.budget_bytes = 256 << 20;
-  return numbered_store({}, base, options, kSchemas, kLevels, default_backends());
+  return numbered_store({}, base, options, kSchemas, kErrorLevels, default_backends());
 }
 
 std::uint64_t bytes_of_levels(const Store& store) {
   std::uint64_t bytes = 0;
-  for (int level = 1; level <= kLevels; ++level)
+  for (int level = 1; level <= kErrorLevels; ++level)
     bytes += store.level_file(0, level).geometry.total_bytes();
   return bytes;
 }
@@ -94,7 +95,7 @@ class FullBackend final : public ForwardingBackend {
 }  // namespace
 
 TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
-  const BaseMesh base = mesh_of_many_runs();
+  const BaseMesh base = mesh_of_failing_runs();
   Store store = store_in_memory(base);
   NumberingCalls calls(base.face_count());
   FusedOptions options;
@@ -106,7 +107,7 @@ TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
     seen.push_back(done);
     return true;
   };
-  fused(store, numbering_pass(store, kLevels, calls), options);
+  fused(store, numbering_pass(store, kErrorLevels, calls), options);
   CHECK(calling_thread);
   REQUIRE(seen.size() > 3);
   CHECK(std::ranges::is_sorted(seen));
@@ -114,26 +115,26 @@ TEST_CASE("Fused_Proceed_SeesFacesGrowToAllOnTheCallingThread") {
 }
 
 TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain") {
-  const BaseMesh base = mesh_of_many_runs();
+  const BaseMesh base = mesh_of_failing_runs();
   for (const int threads : {1, 2, 4}) {
     INFO(threads << " threads");
     Store store = store_in_memory(base);
     NumberingCalls calls(base.face_count());
     FusedOptions options{threads, [](std::uint64_t, std::uint64_t) { return false; }};
     const Error error =
-        error_of([&] { fused(store, numbering_pass(store, kLevels, calls), options); });
+        error_of([&] { fused(store, numbering_pass(store, kErrorLevels, calls), options); });
     CHECK(error.code() == ErrorCode::kCancelled);
     CHECK(names(error, {"'numbering'"}));
     if (threads == 1)
       CHECK_FALSE(std::ranges::all_of(calls.refined, [](const auto& times) { return times == 1; }));
     NumberingCalls again(base.face_count());
-    fused(store, numbering_pass(store, kLevels, again), {threads, {}});
-    CHECK(holds_numbers(store, kLevels));
+    fused(store, numbering_pass(store, kErrorLevels, again), {threads, {}});
+    CHECK(holds_numbers(store, kErrorLevels));
   }
 }
 
 TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
-  const BaseMesh base = mesh_of_many_runs();
+  const BaseMesh base = mesh_of_failing_runs();
   for (const std::string& backend : durable_backends()) {
     INFO(backend);
     const TemporaryDirectory directory(Medium::kMemory);
@@ -141,12 +142,20 @@ TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
     {
       StoreOptions options = sample_options(backend);
       options.budget_bytes = 64 << 20;
-      Store store = numbered_store(path, base, options, kSchemas, kLevels, default_backends());
+      Store store = numbered_store(path, base, options, kSchemas, kErrorLevels, default_backends());
       NumberingCalls calls(base.face_count());
-      int left = 2;
+      // The helper waits, so that the thread that is asked has something to do.
+      std::atomic<bool> asked = false;
+      const HookedRefiner::Hook hook = [&, caller = std::this_thread::get_id()](const char*) {
+        if (std::this_thread::get_id() != caller) asked.wait(false);
+      };
       const Error error = error_of([&] {
-        fused(store, numbering_pass(store, kLevels, calls),
-              {2, [&](std::uint64_t, std::uint64_t) { return --left > 0; }});
+        fused(store, hooked(numbering_pass(store, kErrorLevels, calls), hook),
+              {2, [&](std::uint64_t, std::uint64_t) {
+                 asked = true;
+                 asked.notify_all();
+                 return false;
+               }});
       });
       CHECK(error.code() == ErrorCode::kCancelled);
     }
@@ -155,7 +164,7 @@ TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
 }
 
 TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut") {
-  const BaseMesh base = mesh_of_many_runs();
+  const BaseMesh base = mesh_of_failing_runs();
   for (const std::string failing : {"make", "begin", "refine", "points"})
     for (const bool in_helper : {false, true}) {
       INFO(failing << (in_helper ? " of a helper" : " of the caller"));
@@ -172,16 +181,17 @@ TEST_CASE("Fused_RefinerThrowsInAnyStepOfAnyThread_ComesOut") {
         // The others wait, so that the one that fails has something to do.
         if (helper != in_helper) thrown.wait(false);
       };
-      CHECK_THROWS_WITH(fused(store, hooked(numbering_pass(store, kLevels, calls), hook), {4, {}}),
-                        "a rule of one's own");
+      CHECK_THROWS_WITH(
+          fused(store, hooked(numbering_pass(store, kErrorLevels, calls), hook), {4, {}}),
+          "a rule of one's own");
       NumberingCalls again(base.face_count());
-      fused(store, numbering_pass(store, kLevels, again), {2, {}});
-      CHECK(holds_numbers(store, kLevels));
+      fused(store, numbering_pass(store, kErrorLevels, again), {2, {}});
+      CHECK(holds_numbers(store, kErrorLevels));
     }
 }
 
 TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
-  const BaseMesh base = mesh_of_many_runs();
+  const BaseMesh base = mesh_of_failing_runs();
   for (const std::string backend : {"pread", "compressed"})
     for (const int threads : {1, 2, 4})
       for (const unsigned refused : {1u, 2u, 30u}) {
@@ -195,9 +205,9 @@ TEST_CASE("Fused_WriteFails_ComesOutAsTheBackendsErrorFromAnyThread") {
         StoreOptions options = sample_options(backend);
         options.budget_bytes = 64 << 20;
         NumberingCalls calls(base.face_count());
-        Store store = numbered_store(directory.path() / "s.plait", base, options, kSchemas, kLevels,
-                                     backends);
-        const FusedPass pass = numbering_pass(store, kLevels, calls);
+        Store store = numbered_store(directory.path() / "s.plait", base, options, kSchemas,
+                                     kErrorLevels, backends);
+        const FusedPass pass = numbering_pass(store, kErrorLevels, calls);
         const std::uint64_t frames = fused_needs(store, pass, threads).frame_bytes;
         leave_for_frames(store, frames);
         const std::uint64_t block_bytes = store.options().block_bytes;

@@ -6,6 +6,7 @@
 #include "plait/backends/registry.h"
 #include "plait/layout.h"
 #include "support/counting_backend.h"
+#include "support/error_of.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"

@@ -9,6 +9,7 @@
 
 #include "engine/execution/numbered_store.h"
 #include "plait/in_core_mesh.h"
+#include "support/error_of.h"
 #include "support/test_meshes.h"
 
 using namespace plait;

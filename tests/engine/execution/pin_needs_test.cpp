@@ -14,7 +14,7 @@
 namespace plait::test {
 namespace {
 
-constexpr int kLevels = 5;
+constexpr int kPinLevels = 5;
 
 BaseMesh some_mesh(std::uint64_t seed) {
   return BaseMesh::build(seed == 1   ? random_sheet(seed, 400)
@@ -39,16 +39,16 @@ TEST_CASE("SweepNeeds_OfLevelsToCome_AreTheWindowOfThoseThatAreThere") {
       const TemporaryDirectory directory(Medium::kMemory);
       Store store = make_store(directory.path() / "s.plait", some_mesh(seed), base_level, 16 << 20);
       const std::vector<std::vector<AccessedLevels>> passes = {
-          {{12, base_level + 1, base_level + kLevels, Reach::kFaces}},
-          {{12, base_level + 1, base_level + kLevels - 1, Reach::kRing},
-           {12, base_level + kLevels, base_level + kLevels, Reach::kOwn}},
+          {{12, base_level + 1, base_level + kPinLevels, Reach::kFaces}},
+          {{12, base_level + 1, base_level + kPinLevels - 1, Reach::kRing},
+           {12, base_level + kPinLevels, base_level + kPinLevels, Reach::kOwn}},
           {{24, 1, 0, Reach::kFaces}, {12, base_level + 2, base_level + 3, Reach::kOwn}}};
       std::vector<std::vector<std::uint64_t>> told;
       for (const auto& accesses : passes)
         for (const int threads : {1, 2, 17})
           told.push_back({sweep_needs(store, accesses, threads)});
       const AttributeId position = store.add_attribute(schema_of<Vector3<float>>("position"));
-      for (int level = 0; level < kLevels; ++level) store.add_level(position);
+      for (int level = 0; level < kPinLevels; ++level) store.add_level(position);
       std::size_t at = 0;
       for (const auto& accesses : passes)
         for (const int threads : {1, 2, 17}) {
@@ -72,9 +72,9 @@ TEST_CASE("PatchNeeds_OfLevelsToCome_AreTheSmallestBudgetThatDoes") {
       std::uint64_t needed = 0;
       {
         Store store = make_store(path, base, 0, 16 << 20);
-        needed = patch_needs(store, {12, 1, kLevels, reach});
+        needed = patch_needs(store, {12, 1, kPinLevels, reach});
         const AttributeId position = store.add_attribute(schema_of<Vector3<float>>("position"));
-        for (int level = 0; level < kLevels; ++level) store.add_level(position);
+        for (int level = 0; level < kPinLevels; ++level) store.add_level(position);
         store.commit();
       }
       const auto walk = [&](std::uint64_t budget_bytes) {
@@ -83,7 +83,7 @@ TEST_CASE("PatchNeeds_OfLevelsToCome_AreTheSmallestBudgetThatDoes") {
         open.io_threads = 0;
         Store store = Store::open(path, open, default_backends());
         StorePatches<Vector3<float>> patches(store, 0, 0, reach);
-        patches.activate(kLevels, 1, 0);
+        patches.activate(kPinLevels, 1, 0);
         for (FaceId face = 0; face < base.face_count(); ++face) patches.patch(face);
       };
       CAPTURE(seed, static_cast<int>(reach), needed);

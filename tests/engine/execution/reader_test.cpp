@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/execution/numbered_store.h"
+#include "support/error_of.h"
 #include "support/test_meshes.h"
 
 using namespace plait;

@@ -12,6 +12,7 @@
 #include "engine/execution/numbered_store.h"
 #include "plait/budget.h"
 #include "plait/reader.h"
+#include "support/error_of.h"
 #include "support/test_meshes.h"
 
 namespace {

@@ -7,6 +7,7 @@
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/sweep.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -15,17 +16,17 @@ using namespace plait::test;
 
 namespace {
 
-constexpr int kLevels = 3;
+constexpr int kBudgetLevels = 3;
 constexpr std::uint64_t kSmallestBudget = 64 << 10;
 
 /// A committed store with sample positions and an attribute "sum" that was never written.
-std::filesystem::path make_store(const TemporaryDirectory& directory, const std::string& backend,
-                                 const BaseMesh& base) {
+std::filesystem::path make_budget_store(const TemporaryDirectory& directory,
+                                        const std::string& backend, const BaseMesh& base) {
   const std::filesystem::path path = directory.path() / "s.plait";
   Store store = Store::create(path, base, sample_options(backend), default_backends());
-  add_sample(store, sample_schemas()[0], kLevels);
+  add_sample(store, sample_schemas()[0], kBudgetLevels);
   const AttributeId sum = store.add_attribute(schema_of<std::uint32_t>("sum"));
-  for (int level = 1; level <= kLevels; ++level) store.add_level(sum);
+  for (int level = 1; level <= kBudgetLevels; ++level) store.add_level(sum);
   store.commit();
   return path;
 }
@@ -34,12 +35,12 @@ std::filesystem::path make_store(const TemporaryDirectory& directory, const std:
 struct SumPass {
   SumPass(const BaseMesh& base, Reach reach) : reach_of(naive_reach(base, reach)) {
     pass.name = "sums";
-    pass.accesses = {{0, 1, kLevels, Access::kRead, reach},
-                     {1, kLevels, kLevels, Access::kOverwrite, Reach::kOwn}};
+    pass.accesses = {{0, 1, kBudgetLevels, Access::kRead, reach},
+                     {1, kBudgetLevels, kBudgetLevels, Access::kOverwrite, Reach::kOwn}};
     pass.kernel = [this, &base](const SweepView& view, EdgeId edge, int) {
       std::uint32_t sum = 0;
       for (const EdgeId other : reach_of[edge])
-        for (int level = 1; level <= kLevels; ++level) {
+        for (int level = 1; level <= kBudgetLevels; ++level) {
           const std::span<std::byte> slot = view.slot(0, level, other);
           const Edge& ends = base.edges()[other];
           if (!std::ranges::equal(
@@ -47,7 +48,8 @@ struct SumPass {
             right = false;
           for (const std::byte byte : slot) sum = 31 * sum + static_cast<std::uint32_t>(byte);
         }
-      for (std::uint32_t& record : view.records<std::uint32_t>(1, kLevels, edge)) record = sum++;
+      for (std::uint32_t& record : view.records<std::uint32_t>(1, kBudgetLevels, edge))
+        record = sum++;
       ++calls;
     };
   }
@@ -72,7 +74,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
           INFO(backend << ", seed " << seed << ", reach " << static_cast<int>(reach) << ", threads "
                        << threads);
           const TemporaryDirectory directory(Medium::kMemory);
-          const std::filesystem::path path = make_store(directory, backend, base);
+          const std::filesystem::path path = make_budget_store(directory, backend, base);
           SumPass sums(base, reach);
           std::uint64_t needed = 0;
           {
@@ -90,7 +92,7 @@ TEST_CASE("Sweep_SmallestBudget_SeesEverySlotInReachWhateverTheThreads") {
             ++tight;
             CHECK(store.statistics().peak_frame_bytes == needed);
           }
-          const std::vector<std::byte> result = read_level(store, 1, kLevels);
+          const std::vector<std::byte> result = read_level(store, 1, kBudgetLevels);
           if (threads == 1) first_result = result;
           CHECK(result == first_result);
         }
@@ -103,7 +105,7 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
     for (const int threads : {1, 2}) {
       const TemporaryDirectory directory(Medium::kMemory);
       const BaseMesh base = BaseMesh::build(random_sheet(2, 300));
-      const std::filesystem::path path = make_store(directory, backend, base);
+      const std::filesystem::path path = make_budget_store(directory, backend, base);
       SumPass sums(base, Reach::kFaces);
       std::uint64_t needed = 0;
       {
@@ -125,7 +127,7 @@ TEST_CASE("Sweep_BudgetOneByteTooSmall_IsRefusedBeforeAnythingIsTouched") {
 TEST_CASE("SweepWindowBytes_WiderReachOrMoreLevels_NeedsMore") {
   const TemporaryDirectory directory(Medium::kMemory);
   const BaseMesh base = BaseMesh::build(random_sphere(1, 300));
-  Store store = Store::open(make_store(directory, "pread", base), {}, default_backends());
+  Store store = Store::open(make_budget_store(directory, "pread", base), {}, default_backends());
   const auto needed = [&](int first, int last, Reach reach) {
     SweepPass pass;
     pass.accesses = {{0, first, last, Access::kRead, reach}};

@@ -10,6 +10,7 @@
 #include "execution/sweep/stencil.h"
 #include "plait/backends/registry.h"
 #include "support/counting_backend.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -35,7 +36,7 @@ struct RecordTraits<Spin> {
 
 namespace {
 
-Store in_memory(const IndexedMesh& mesh, int base_level = 0) {
+Store sweep_in_memory(const IndexedMesh& mesh, int base_level = 0) {
   StoreOptions options = sample_options("memory");
   options.budget_bytes = 64 << 20;
   options.base_level = base_level;
@@ -43,8 +44,8 @@ Store in_memory(const IndexedMesh& mesh, int base_level = 0) {
 }
 
 /// A committed store in a directory of its own.
-struct OnDisk {
-  OnDisk(const std::string& backend, const IndexedMesh& mesh, int levels) {
+struct SweptOnDisk {
+  SweptOnDisk(const std::string& backend, const IndexedMesh& mesh, int levels) {
     Store store =
         Store::create(path, BaseMesh::build(mesh), sample_options(backend), default_backends());
     add_sample(store, sample_schemas()[0], levels);
@@ -75,7 +76,7 @@ TEST_CASE("Stencil_AnyEdge_IsTheNaiveSet") {
 TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge") {
   for (const IndexedMesh& mesh : {tetrahedron(), single_triangle(), torus_grid(40, 50)})
     for (const int threads : {1, 2, 5}) {
-      Store store = in_memory(mesh);
+      Store store = sweep_in_memory(mesh);
       const AttributeId id = add_sample(store, sample_schemas()[0], 2);
       std::vector<std::atomic<int>> calls(store.base().edge_count());
       std::atomic<bool> right_worker = true;
@@ -100,7 +101,7 @@ TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge") {
 }
 
 TEST_CASE("Sweep_NoAccesses_StillVisitsEveryEdge") {
-  Store store = in_memory(torus_grid(40, 50));
+  Store store = sweep_in_memory(torus_grid(40, 50));
   std::uint64_t calls = 0;
   SweepPass pass;
   pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
@@ -113,7 +114,7 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
   for (const std::string& backend : durable_backends())
     for (const int threads : {1, 2}) {
       INFO(backend << ", threads " << threads);
-      const OnDisk place(backend, sheet(18, 20), 3);
+      const SweptOnDisk place(backend, sheet(18, 20), 3);
       {
         Store store = Store::open(place.path, {true, 1 << 20}, default_backends());
         SweepPass pass;
@@ -152,7 +153,7 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
 
 TEST_CASE("Sweep_UpdateAccess_ReadsAndWritesEverySlotOnce") {
   for (const std::string& backend : durable_backends()) {
-    const OnDisk place(backend, sheet(18, 20), 3);
+    const SweptOnDisk place(backend, sheet(18, 20), 3);
     {
       Store store = Store::open(place.path, {true, 64 << 10}, default_backends());
       SweepPass pass;
@@ -175,7 +176,7 @@ TEST_CASE("Sweep_UpdateAccess_ReadsAndWritesEverySlotOnce") {
 
 TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
   for (const std::string& backend : durable_backends()) {
-    const OnDisk place(backend, torus_grid(20, 30), 3);
+    const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     BackendCounts counts;
     const BackendRegistry counting = counting_registry(default_backends(), counts);
     Store store = Store::open(place.path, {true, 64 << 10}, counting);
@@ -199,7 +200,7 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
 
 TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
   for (const std::string& backend : durable_backends()) {
-    const OnDisk place(backend, torus_grid(20, 30), 3);
+    const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     Store store = Store::open(place.path, {false, 16 << 20}, default_backends());
     SweepPass pass;
     pass.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}};
@@ -214,7 +215,7 @@ TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
 }
 
 TEST_CASE("Sweep_SeveralAttributesAndLevels_SeesEachByItsNumber") {
-  Store store = in_memory(random_sheet(7, 100), 2);  // levels 3, 4, ... have slots
+  Store store = sweep_in_memory(random_sheet(7, 100), 2);  // levels 3, 4, ... have slots
   std::vector<AttributeId> ids;
   for (const AttributeSchema& schema : sample_schemas())
     ids.push_back(add_sample(store, schema, 3));
@@ -245,7 +246,7 @@ TEST_CASE("Sweep_SeveralAttributesAndLevels_SeesEachByItsNumber") {
 }
 
 TEST_CASE("Sweep_RecordTypeOfTheProgramsOwn_IsReadAndWritten") {
-  Store store = in_memory(random_sheet(7, 100));
+  Store store = sweep_in_memory(random_sheet(7, 100));
   const AttributeId id = store.add_attribute(schema_of<Spin>("spin"));
   CHECK(store.attributes()[id].schema == AttributeSchema{"spin", ComponentType::kInt16, 4});
   for (Spin& spin : store.base_records<Spin>(id)) spin = {{1, 2, 3, 4}};
@@ -276,7 +277,7 @@ TEST_CASE("Sweep_RecordTypeOfTheProgramsOwn_IsReadAndWritten") {
 }
 
 TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
-  const OnDisk place("pread", torus_grid(20, 30), 3);
+  const SweptOnDisk place("pread", torus_grid(20, 30), 3);
   Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
   std::uint64_t calls = 0, reported = 0;
   SweepPass pass;
@@ -301,7 +302,7 @@ TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
 
 TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
   for (const std::string& backend : durable_backends()) {
-    const OnDisk place(backend, torus_grid(20, 30), 3);
+    const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
     const LevelFile& file = store.level_file(0, 3);
     const std::uint64_t offset = file.table[20].offset + 5;
@@ -321,7 +322,7 @@ TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
 }
 
 TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
-  Store store = in_memory(tetrahedron());
+  Store store = sweep_in_memory(tetrahedron());
   const AttributeId id = add_sample(store, sample_schemas()[0], 1);
   SweepPass pass;
   pass.name = "wrong";
@@ -342,7 +343,7 @@ TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
 }
 
 TEST_CASE("Sweep_LevelOrAttributeThatIsNotThere_IsRefused") {
-  Store store = in_memory(tetrahedron(), 1);
+  Store store = sweep_in_memory(tetrahedron(), 1);
   add_sample(store, sample_schemas()[0], 1);
   const auto refused = [&](AttributeId attribute, int first, int last) {
     SweepPass pass;
@@ -362,7 +363,7 @@ TEST_CASE("Sweep_LevelOrAttributeThatIsNotThere_IsRefused") {
 
 TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
   for (const std::string& backend : durable_backends()) {
-    const OnDisk place(backend, tetrahedron(), 1);
+    const SweptOnDisk place(backend, tetrahedron(), 1);
     Store store = Store::open(place.path, {}, default_backends());
     SweepPass pass;
     pass.kernel = [](const SweepView&, EdgeId, int) { FAIL("the kernel was called"); };

@@ -13,8 +13,8 @@ using namespace plait;
 
 namespace {
 
-constexpr std::array kOrders{LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert,
-                             LayoutKind::kRcm};
+constexpr std::array kLayoutOrders{LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert,
+                                   LayoutKind::kRcm};
 
 struct NamedEdge {
   VertexId start, end;
@@ -50,7 +50,7 @@ bool have_same_edges(const BaseMesh& a, const BaseMesh& b) {
 TEST_CASE("LayOut_EveryOrder_LeavesTheMeshTheSameButForItsNumbers") {
   for (const test::NamedMesh& named : test::all_meshes()) {
     const BaseMesh mesh = BaseMesh::build(named.mesh);
-    for (const LayoutKind kind : kOrders) {
+    for (const LayoutKind kind : kLayoutOrders) {
       INFO(named.name << " " << to_string(kind));
       const LaidOutMesh laid_out = lay_out(mesh, kind);
       CHECK(laid_out.kind == kind);
@@ -66,7 +66,7 @@ TEST_CASE("LayOut_EveryOrder_LeavesTheMeshTheSameButForItsNumbers") {
 TEST_CASE("LayOut_EveryOrder_ReportsTheSpansOfTheMeshItReturns") {
   for (const test::NamedMesh& named : test::all_meshes()) {
     const BaseMesh mesh = BaseMesh::build(named.mesh);
-    for (const LayoutKind kind : kOrders) {
+    for (const LayoutKind kind : kLayoutOrders) {
       INFO(named.name << " " << to_string(kind));
       const LaidOutMesh laid_out = lay_out(mesh, kind);
       const LayoutSpans measured = measure_spans(laid_out.mesh);

@@ -6,6 +6,7 @@
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 

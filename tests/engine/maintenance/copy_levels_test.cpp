@@ -2,10 +2,17 @@
 #include "plait/copy_levels.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
+#include "plait/compare_attribute.h"
 #include "plait/digest.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
@@ -140,4 +147,59 @@ TEST_CASE("CopyLevels_Cancelled_Throws") {
       [&] { copy_levels(from, to, [&](std::uint64_t, std::uint64_t) { return ++calls < 4; }); });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(calls == 4);
+}
+
+TEST_CASE("CompareAttribute_RecordsBeyondTheBound_AreNamed") {
+  for (const char* metric : {"component", "euclidean"}) {
+    const TemporaryDirectory directory;
+    const BaseMesh base = BaseMesh::build(random_sheet(5, 60));
+    Store from = create(directory, "from", base, sample_options("memory"));
+    from.add_attribute({"a", ComponentType::kFloat32, 2}, 2);
+    for (const int level : {1, 2}) {
+      std::vector<std::byte> bytes(from.level_file(0, level).geometry.total_bytes());
+      for (std::size_t at = 0; at < bytes.size() / sizeof(float); ++at) {
+        const float number = static_cast<float>(std::sin(static_cast<double>(at)));
+        std::memcpy(bytes.data() + at * sizeof number, &number, sizeof number);
+      }
+      write_level(from, 0, level, bytes);
+    }
+    ErrorBounds bounds;
+    bounds.add(std::string("a=1e-3,") + metric);
+    Store to = create(directory, "to", base, sample_options("memory"));
+    copy_levels(from, to, {}, bounds);
+    const auto refusal = [&](const char* bound) -> std::string {
+      std::optional<ErrorBound> most;
+      if (bound != nullptr) most = ErrorBound::parse(std::string(bound) + "," + metric);
+      try {
+        compare_attribute(from, 0, to, 0, most);
+      } catch (const Error& error) {
+        CHECK(error.code() == ErrorCode::kCorruption);
+        return error.what();
+      }
+      return {};
+    };
+    CHECK(refusal("1e-3").empty());
+    CHECK(refusal("9e-4").find("within the bound of") != std::string::npos);
+    CHECK(refusal(nullptr).find("equal to") != std::string::npos);
+
+    // One record, moved by a little more than the bound.
+    const std::vector<std::byte> exact = read_level(from, 0, 2);
+    std::vector<std::byte> moved = read_level(to, 0, 2);
+    float number;
+    std::memcpy(&number, exact.data(), sizeof number);
+    number += 1.001e-3f;
+    std::memcpy(moved.data(), &number, sizeof number);
+    write_level(to, 0, 2, moved);
+    CHECK(refusal("1e-3").find("slot of edge 0 of level 2") != std::string::npos);
+    int calls = 0;
+    CHECK(error_of([&] {
+            compare_attribute(from, 0, to, 0, {}, [&](std::uint64_t) { return ++calls < 1; });
+          }).code() == ErrorCode::kCorruption);
+    CHECK(error_of([&] {
+            compare_attribute(from, 0, from, 0, {}, [&](std::uint64_t) { return ++calls < 1; });
+          }).code() == ErrorCode::kCancelled);
+    // Base records are never rounded.
+    to.base_bytes(0).front() ^= std::byte{1};
+    CHECK(refusal("1e-3").find("level 0") != std::string::npos);
+  }
 }

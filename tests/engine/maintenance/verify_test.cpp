@@ -5,6 +5,7 @@
 
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -28,7 +29,7 @@ Store open(const std::filesystem::path& path) {
   return Store::open(path, {false, 1 << 20}, default_backends());
 }
 
-void flip(const std::filesystem::path& file, std::uint64_t offset) {
+void flip_in_file(const std::filesystem::path& file, std::uint64_t offset) {
   overwrite_byte(file, offset, file_bytes(file)[offset] ^ std::byte{0x10});
 }
 
@@ -80,7 +81,7 @@ TEST_CASE("Verify_FlippedByteInAnyBlock_NamesThatBlock") {
             entry = store.level_file(id, level).table[block];
           }
           for (const std::uint64_t offset : {entry.offset, entry.offset + entry.stored_bytes - 1}) {
-            flip(file, offset);
+            flip_in_file(file, offset);
             Store store = open(path);
             const VerifyReport report = verify(store);
             INFO(backend << " attribute " << id << " level " << level << " block " << block);
@@ -95,7 +96,7 @@ TEST_CASE("Verify_FlippedByteInAnyBlock_NamesThatBlock") {
             CHECK(damaged.first_edge == geometry.first_edge(block));
             CHECK(damaged.edge_after == geometry.edge_after(block));
             CHECK(damaged.reason.find(file.string()) != std::string::npos);
-            flip(file, offset);
+            flip_in_file(file, offset);
           }
         }
       }
@@ -114,7 +115,7 @@ TEST_CASE("Verify_SeveralDamagedBlocks_NamesAllOfThem") {
         const Store store = open(path);
         const LevelFile& file = store.level_file(id, level);
         for (std::uint64_t block = 0; block < file.table.size(); block += 2, ++expected)
-          flip(file.path, file.table[block].offset + 1);
+          flip_in_file(file.path, file.table[block].offset + 1);
       }
     Store store = open(path);
     const VerifyReport report = verify(store);
@@ -141,7 +142,7 @@ TEST_CASE("Verify_NeverWrittenBlock_IsZerosWhateverTheFileHolds") {
       CHECK(report.damaged_count == 0);
     }
     if (backend == "compressed") continue;  // the file is empty
-    flip(path / "attribute0.level01.1", 100);
+    flip_in_file(path / "attribute0.level01.1", 100);
     Store store = open(path);
     CHECK(verify(store).damaged_count == 0);
     const std::vector<std::byte> zeros(store.level_file(0, 1).geometry.total_bytes());

@@ -20,7 +20,7 @@ namespace {
 
 IndexedMesh large_sheet() { return sheet(200, 200); }
 
-std::string refusal(const IndexedMesh& mesh) {
+std::string mesh_refusal(const IndexedMesh& mesh) {
   try {
     BaseMesh::build(mesh);
   } catch (const Error& error) {
@@ -119,7 +119,7 @@ TEST_CASE("BaseMeshBuild_SeveralBadElementsFarApart_NamesTheFirst") {
     else
       mesh.faces[at][2] = static_cast<VertexId>(mesh.positions.size());
   }
-  CHECK_THAT(refusal(mesh), Catch::Contains(first));
+  CHECK_THAT(mesh_refusal(mesh), Catch::Contains(first));
 }
 
 TEST_CASE("BaseMeshBuild_SeveralEdgesOfThreeFaces_NamesThatOfTheLowestVertex") {
@@ -131,8 +131,8 @@ TEST_CASE("BaseMeshBuild_SeveralEdgesOfThreeFaces_NamesThatOfTheLowestVertex") {
     mesh.faces.push_back({a, b, static_cast<VertexId>(mesh.positions.size() - 1)});
   }
   const auto& [a, b, c] = mesh.faces[faces / 2];
-  CHECK_THAT(refusal(mesh), Catch::Contains("edge " + std::to_string(std::min(a, b)) + "-" +
-                                            std::to_string(std::max(a, b)) + ":"));
+  CHECK_THAT(mesh_refusal(mesh), Catch::Contains("edge " + std::to_string(std::min(a, b)) + "-" +
+                                                 std::to_string(std::max(a, b)) + ":"));
 }
 
 TEST_CASE("BaseMeshBuild_SeveralVerticesOfTwoFans_NamesTheFirst") {
@@ -143,5 +143,5 @@ TEST_CASE("BaseMeshBuild_SeveralVerticesOfTwoFans_NamesTheFirst") {
     mesh.positions.push_back({0, 1, 8});
     mesh.faces.push_back({vertex, next, next + 1});
   }
-  CHECK_THAT(refusal(mesh), Catch::Contains("vertex 18000:"));
+  CHECK_THAT(mesh_refusal(mesh), Catch::Contains("vertex 18000:"));
 }

@@ -17,16 +17,16 @@ const std::string kFaces = "element face 1\nproperty list uchar int vertex_indic
 const std::string kEnd = "end_header\n";
 const std::string kBody = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
-IndexedMesh read(const std::string& bytes, std::vector<std::string>* warnings = nullptr) {
+IndexedMesh read_text(const std::string& bytes, std::vector<std::string>* warnings = nullptr) {
   const MeshDirectory directory;
   return read_indexed_mesh(directory.file("mesh.ply", bytes), warnings);
 }
 
-std::string refused(const std::string& bytes) {
-  return refusal([&] { read(bytes); });
+std::string ply_refused(const std::string& bytes) {
+  return refusal([&] { read_text(bytes); });
 }
 
-const IndexedMesh kTriangle = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+const IndexedMesh kPlyTriangle = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
 
 /// A file with properties of every type, with lists and unknown elements, in either byte order.
 std::string motley_binary(bool big, bool faces_first) {
@@ -74,7 +74,7 @@ TEST_CASE("ReadPly_AnyTypesOrderAndUnknownParts_ReadsPositionsAndFaces") {
   for (const bool big : {false, true})
     for (const bool faces_first : {false, true}) {
       INFO("big endian " << big << ", faces first " << faces_first);
-      CHECK(same_mesh(read(motley_binary(big, faces_first)), expected));
+      CHECK(same_mesh(read_text(motley_binary(big, faces_first)), expected));
     }
 }
 
@@ -93,8 +93,8 @@ TEST_CASE("ReadPly_EveryScalarType_IsReadInBothByteOrders") {
       for (int i = 0; i < 9; ++i)
         append_number(bytes, static_cast<Number>(number - Number(i)), big);
       for (const int i : {3, 0, 1, 2}) append_number(bytes, static_cast<Number>(i), big);
-      const IndexedMesh mesh = read(bytes);
-      CHECK(mesh.faces == kTriangle.faces);
+      const IndexedMesh mesh = read_text(bytes);
+      CHECK(mesh.faces == kPlyTriangle.faces);
       for (int i = 0; i < 9; ++i)
         CHECK(mesh.positions[static_cast<std::size_t>(i / 3)][i % 3] ==
               static_cast<double>(static_cast<Number>(number - Number(i))));
@@ -111,31 +111,31 @@ TEST_CASE("ReadPly_EveryScalarType_IsReadInBothByteOrders") {
 }
 
 TEST_CASE("ReadPly_AsciiVariants_AreRead") {
-  CHECK(same_mesh(read(kHead + kVertices + kFaces + kEnd + kBody), kTriangle));
+  CHECK(same_mesh(read_text(kHead + kVertices + kFaces + kEnd + kBody), kPlyTriangle));
   SECTION("carriage returns") {
     for (const std::string& line_end : {std::string("\r"), std::string("\r\n")}) {
       std::string bytes;
       for (const char c : kHead + kVertices + kFaces + kEnd + kBody)
         bytes += c == '\n' ? line_end : std::string(1, c);
-      CHECK(same_mesh(read(bytes), kTriangle));
+      CHECK(same_mesh(read_text(bytes), kPlyTriangle));
     }
   }
   SECTION("blank lines, tabs, signs, exponents, no last line end") {
-    CHECK(same_mesh(read(kHead + "\nobj_info by hand\n" + kVertices + kFaces + kEnd +
-                         "\n+0 -0.0\t1e-400\n\n 1e0  0 0 \n0 1 0.0E+5\n\n3\t0 1 2"),
-                    kTriangle));
+    CHECK(same_mesh(read_text(kHead + "\nobj_info by hand\n" + kVertices + kFaces + kEnd +
+                              "\n+0 -0.0\t1e-400\n\n 1e0  0 0 \n0 1 0.0E+5\n\n3\t0 1 2"),
+                    kPlyTriangle));
   }
   SECTION("lists among the vertices' properties") {
-    CHECK(same_mesh(read(kHead +
-                         "element vertex 3\nproperty list int float w\nproperty float z\n"
-                         "property float y\nproperty float x\n" +
-                         kFaces + kEnd + "0 0 0 0\n1 5 0 0 1\n2 5 6 0 1 0\n3 0 1 2\n"),
-                    kTriangle));
+    CHECK(same_mesh(read_text(kHead +
+                              "element vertex 3\nproperty list int float w\nproperty float z\n"
+                              "property float y\nproperty float x\n" +
+                              kFaces + kEnd + "0 0 0 0\n1 5 0 0 1\n2 5 6 0 1 0\n3 0 1 2\n"),
+                    kPlyTriangle));
   }
   SECTION("elements without properties take no line") {
-    CHECK(same_mesh(
-        read(kHead + "element nothing 1000000000000000000\n" + kVertices + kFaces + kEnd + kBody),
-        kTriangle));
+    CHECK(same_mesh(read_text(kHead + "element nothing 1000000000000000000\n" + kVertices + kFaces +
+                              kEnd + kBody),
+                    kPlyTriangle));
   }
 }
 
@@ -147,18 +147,18 @@ TEST_CASE("ReadPly_AnotherListBeforeTheCorners_IsNotTakenForThem") {
       "property list uchar uchar vertex_indices\nend_header\n";
   bytes.append(12, '\1');
   for (int face = 0; face < 2; ++face) bytes.append("\1\3\3\0\1\2", 6);
-  CHECK(read(bytes).faces == shapes::Faces{{0, 1, 2}, {0, 1, 2}});
+  CHECK(read_text(bytes).faces == shapes::Faces{{0, 1, 2}, {0, 1, 2}});
 }
 
 TEST_CASE("ReadPly_Polygons_AreFannedWithAWarning") {
   std::vector<std::string> warnings;
   const IndexedMesh mesh =
-      read(kHead +
-               "element vertex 5\nproperty float x\nproperty float y\n"
-               "property float z\nelement face 2\n"
-               "property list uchar int vertex_indices\n" +
-               kEnd + "0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 2 1\n5 4 3 2 1 0\n3 0 1 4\n",
-           &warnings);
+      read_text(kHead +
+                    "element vertex 5\nproperty float x\nproperty float y\n"
+                    "property float z\nelement face 2\n"
+                    "property list uchar int vertex_indices\n" +
+                    kEnd + "0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 2 1\n5 4 3 2 1 0\n3 0 1 4\n",
+                &warnings);
   CHECK(mesh.faces == shapes::Faces{{4, 3, 2}, {4, 2, 1}, {4, 1, 0}, {0, 1, 4}});
   REQUIRE(warnings.size() == 1);
   CHECK_THAT(warnings[0],
@@ -172,69 +172,76 @@ TEST_CASE("ReadPly_BytesAfterTheLastElement_AreIgnoredWithAWarning") {
        {ascii + rest, zstd(ascii + rest), gzip(ascii + rest), motley_binary(false, false) + rest,
         motley_binary(true, true) + rest}) {
     std::vector<std::string> warnings;
-    const IndexedMesh mesh = read(bytes, &warnings);
-    CHECK((same_mesh(mesh, kTriangle) || same_mesh(mesh, read(motley_binary(false, false)))));
+    const IndexedMesh mesh = read_text(bytes, &warnings);
+    CHECK(
+        (same_mesh(mesh, kPlyTriangle) || same_mesh(mesh, read_text(motley_binary(false, false)))));
     REQUIRE(!warnings.empty());
     CHECK_THAT(warnings.back(), Contains("mesh.ply: 300000 bytes after the last element"));
   }
   std::vector<std::string> warnings;
-  read(ascii + "\n \r\n", &warnings);
+  read_text(ascii + "\n \r\n", &warnings);
   CHECK(warnings.empty());
   // The reader reads the rest too, so that it detects a compressed file that was cut short there.
   const std::string whole = zstd(ascii + rest);
-  CHECK_THAT(refused(whole.substr(0, whole.size() - 5)), Contains("cut short"));
+  CHECK_THAT(ply_refused(whole.substr(0, whole.size() - 5)), Contains("cut short"));
 }
 
 TEST_CASE("ReadPly_BadHeader_IsRefusedWithItsLine") {
   const std::string rest = kFaces + kEnd + kBody;
-  CHECK_THAT(refused("ply\nformat ascii 2.0\n" + kVertices + rest),
+  CHECK_THAT(ply_refused("ply\nformat ascii 2.0\n" + kVertices + rest),
              Contains("line 2: header: expected 'format NAME 1.0', found '2.0'"));
-  CHECK_THAT(refused("ply\nformat utf8 1.0\n" + kVertices + rest), Contains("'utf8'"));
-  CHECK_THAT(refused("ply\n" + kVertices + rest), Contains("expected a format line, found none"));
-  CHECK_THAT(refused(kHead + "format ascii 1.0\n" + kVertices + rest), Contains("one format"));
-  CHECK_THAT(refused(kHead + "element vertex -3\n" + rest), Contains("line 3") && Contains("'-3'"));
-  CHECK_THAT(refused(kHead + "element vertex 3x\n" + rest), Contains("'3x'"));
-  CHECK_THAT(refused(kHead + "element vertex 99999999999999999999\n" + rest),
+  CHECK_THAT(ply_refused("ply\nformat utf8 1.0\n" + kVertices + rest), Contains("'utf8'"));
+  CHECK_THAT(ply_refused("ply\n" + kVertices + rest),
+             Contains("expected a format line, found none"));
+  CHECK_THAT(ply_refused(kHead + "format ascii 1.0\n" + kVertices + rest), Contains("one format"));
+  CHECK_THAT(ply_refused(kHead + "element vertex -3\n" + rest),
+             Contains("line 3") && Contains("'-3'"));
+  CHECK_THAT(ply_refused(kHead + "element vertex 3x\n" + rest), Contains("'3x'"));
+  CHECK_THAT(ply_refused(kHead + "element vertex 99999999999999999999\n" + rest),
              Contains("expected a count of elements"));
-  CHECK_THAT(refused(kHead + "element vertex\n" + rest), Contains("found 2 words"));
-  CHECK_THAT(refused(kHead + "property float x\n" + rest), Contains("an element before"));
-  CHECK_THAT(refused(kHead + "elephant\n" + kVertices + rest), Contains("'elephant'"));
-  CHECK_THAT(refused(kHead + kVertices + "property half w\n" + rest), Contains("'half'"));
-  CHECK_THAT(refused(kHead + kVertices + "property list uchar w\n" + rest), Contains("4 words"));
-  CHECK_THAT(refused(kHead + kVertices + kVertices + rest), Contains("each element once"));
-  CHECK_THAT(refused(kHead + kVertices + "property int x\n" + rest),
+  CHECK_THAT(ply_refused(kHead + "element vertex\n" + rest), Contains("found 2 words"));
+  CHECK_THAT(ply_refused(kHead + "property float x\n" + rest), Contains("an element before"));
+  CHECK_THAT(ply_refused(kHead + "elephant\n" + kVertices + rest), Contains("'elephant'"));
+  CHECK_THAT(ply_refused(kHead + kVertices + "property half w\n" + rest), Contains("'half'"));
+  CHECK_THAT(ply_refused(kHead + kVertices + "property list uchar w\n" + rest),
+             Contains("4 words"));
+  CHECK_THAT(ply_refused(kHead + kVertices + kVertices + rest), Contains("each element once"));
+  CHECK_THAT(ply_refused(kHead + kVertices + "property int x\n" + rest),
              Contains("expected one vertex property x, found 2"));
-  CHECK_THAT(refused(kHead + "element vertex 3\nproperty float x\nproperty float y\n" + rest),
+  CHECK_THAT(ply_refused(kHead + "element vertex 3\nproperty float x\nproperty float y\n" + rest),
              Contains("expected one vertex property z, found 0"));
-  CHECK_THAT(refused(kHead +
-                     "element vertex 3\nproperty list int float x\nproperty float y\n"
-                     "property float z\n" +
-                     rest),
+  CHECK_THAT(ply_refused(kHead +
+                         "element vertex 3\nproperty list int float x\nproperty float y\n"
+                         "property float z\n" +
+                         rest),
              Contains("expected one vertex property x, found 0"));
-  CHECK_THAT(refused(kHead + rest), Contains("expected an element vertex, found none"));
-  CHECK_THAT(refused(kHead + kVertices + kEnd), Contains("expected an element face, found none"));
-  CHECK_THAT(refused(kHead + kVertices + "element face 1\nproperty list int int strips\n" + kEnd),
-             Contains("expected one face list"));
-  CHECK_THAT(refused(kHead + kVertices),
+  CHECK_THAT(ply_refused(kHead + rest), Contains("expected an element vertex, found none"));
+  CHECK_THAT(ply_refused(kHead + kVertices + kEnd),
+             Contains("expected an element face, found none"));
+  CHECK_THAT(
+      ply_refused(kHead + kVertices + "element face 1\nproperty list int int strips\n" + kEnd),
+      Contains("expected one face list"));
+  CHECK_THAT(ply_refused(kHead + kVertices),
              Contains("expected end_header, found the end of the file"));
-  CHECK_THAT(refused(kHead + "comment " + std::string(100000, 'x') + "\n"),
+  CHECK_THAT(ply_refused(kHead + "comment " + std::string(100000, 'x') + "\n"),
              Contains("lines of at most"));
 }
 
 TEST_CASE("ReadPly_HeaderPromisesTooMuch_IsRefusedAtOnce") {
-  CHECK_THAT(refused(kHead + kVertices +
-                     "element face 1000000000000\nproperty list uchar int vertex_indices\n" + kEnd),
-             Contains("expected at most 1073741824 faces, found 1000000000000"));
-  CHECK_THAT(refused(kHead +
-                     "element vertex 4294967295\nproperty float x\nproperty float y\n"
-                     "property float z\n" +
-                     kFaces + kEnd),
+  CHECK_THAT(
+      ply_refused(kHead + kVertices +
+                  "element face 1000000000000\nproperty list uchar int vertex_indices\n" + kEnd),
+      Contains("expected at most 1073741824 faces, found 1000000000000"));
+  CHECK_THAT(ply_refused(kHead +
+                         "element vertex 4294967295\nproperty float x\nproperty float y\n"
+                         "property float z\n" +
+                         kFaces + kEnd),
              Contains("expected at most 4294967294 vertices"));
 }
 
 TEST_CASE("ReadPly_BadBody_IsRefusedWithItsPlace") {
   const std::string header = kHead + kVertices + kFaces + kEnd;
-  const auto body = [&](const std::string& text) { return refused(header + text); };
+  const auto body = [&](const std::string& text) { return ply_refused(header + text); };
   CHECK_THAT(body("0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
              Contains("mesh.ply, line 11: 'vertex' 1: expected a finite position, found nan"));
   CHECK_THAT(body("0 0 0\n1 0 0\n0 inf 0\n3 0 1 2\n"), Contains("line 12") && Contains("inf"));
@@ -263,21 +270,21 @@ TEST_CASE("ReadPly_BadBinaryBody_IsRefusedWithItsByte") {
   SECTION("nan") {
     std::string bytes = good;
     bytes.replace(header + 2 * 12 + 4, 4, std::string("\x00\x00\xc0\x7f", 4));
-    CHECK_THAT(refused(bytes), Contains("byte " + std::to_string(header + 24)) &&
-                                   Contains("'vertex' 2: expected a finite position"));
+    CHECK_THAT(ply_refused(bytes), Contains("byte " + std::to_string(header + 24)) &&
+                                       Contains("'vertex' 2: expected a finite position"));
   }
   SECTION("index") {
     mesh.faces[5][1] = 6;
-    CHECK_THAT(refused(ply_binary(mesh, false)),
+    CHECK_THAT(ply_refused(ply_binary(mesh, false)),
                Contains("byte " + std::to_string(header + 72 + 5 * 13 + 5)) &&
                    Contains("'face' 5: expected a vertex below 6, found 6"));
   }
   SECTION("negative index") {
     mesh.faces[5][1] = 0xfffffffe;
-    CHECK_THAT(refused(ply_binary(mesh, false)), Contains("found -2"));
+    CHECK_THAT(ply_refused(ply_binary(mesh, false)), Contains("found -2"));
   }
   SECTION("cut") {
-    CHECK_THAT(refused(good.substr(0, good.size() - 1)),
+    CHECK_THAT(ply_refused(good.substr(0, good.size() - 1)),
                Contains("'face' 7: expected all 8 of them, found the end of the file"));
   }
 }

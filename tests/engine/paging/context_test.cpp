@@ -15,12 +15,14 @@
 
 #include "plait/error.h"
 #include "plait/pager.h"
+#include "support/error_of.h"
 
 using namespace plait;
+using plait::test::code_of;
 
 namespace {
 
-constexpr std::uint64_t kBlockBytes = 4096;
+constexpr std::uint64_t kContextBlockBytes = 4096;
 constexpr EdgeId kEdges = 8192;
 constexpr int kLevels = 3;  // of 2, 8 and 32 blocks
 
@@ -28,6 +30,7 @@ struct Log {
   std::mutex mutex;
   std::vector<ContextBlock> reads;  ///< in the order in which they began
   std::atomic<bool> misnamed = false;
+  bool by_first_block = false;  ///< every block is coded by block 0 of the coarser level
   std::function<void(int level, const Transfer&)> before;  ///< before a transfer moves a byte
 };
 
@@ -51,8 +54,9 @@ class DifferenceBackend final : public Backend {
   std::size_t context(std::uint64_t block,
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
     if (!coarser_) return 0;
-    blocks[0] = {0, coarser_->table.level(),
-                 coarser_->geometry.block_of(level_.geometry.first_edge(block))};
+    blocks[0] = {
+        0, coarser_->table.level(),
+        log_.by_first_block ? 0 : coarser_->geometry.block_of(level_.geometry.first_edge(block))};
     if (log_.misnamed) blocks[0] = {0, level_.table.level(), block};
     return 1;
   }
@@ -118,7 +122,8 @@ struct Levels {
     for (int number = 1; number <= kLevels; ++number) {
       LevelFile& level = at(number);
       level.path = "difference" + std::to_string(number);
-      level.geometry = LevelGeometry(SlotShapes(kEdges), BaseRelativeLevel(number), 1, kBlockBytes);
+      level.geometry =
+          LevelGeometry(SlotShapes(kEdges), BaseRelativeLevel(number), 1, kContextBlockBytes);
       level.table = BlockTable({}, 0, number, level.geometry.block_count());
       level.traits = {.durable = true, .compressed = true};
       level.backend =
@@ -141,7 +146,8 @@ struct Levels {
     for (int number = 1; number <= kLevels; ++number)
       for (std::uint64_t block = 0; block < at(number).geometry.block_count(); ++block) {
         const PinnedBlock pinned = session.pin(at(number), block, Access::kOverwrite);
-        for (std::size_t i = 0; i < kBlockBytes; ++i) pinned.bytes()[i] = value(number, block, i);
+        for (std::size_t i = 0; i < kContextBlockBytes; ++i)
+          pinned.bytes()[i] = value(number, block, i);
       }
     pager.flush();
     log.reads.clear();
@@ -151,17 +157,19 @@ struct Levels {
   std::array<LevelFile, kLevels> files;
 };
 
-struct Fixture {
-  Fixture(std::uint64_t frames, int io_threads) : pager(frames * kBlockBytes, io_threads) {
-    Pager maker(64 * kBlockBytes, 0);
+struct ContextFixture {
+  ContextFixture(std::uint64_t frames, int io_threads, bool by_first_block = false)
+      : pager(frames * kContextBlockBytes, io_threads) {
+    levels.log.by_first_block = by_first_block;
+    Pager maker(64 * kContextBlockBytes, 0);
     levels.attach(maker);
     levels.fill(maker, EvictionPolicy::kLayoutOrder);
     levels.detach(maker);
     levels.attach(pager);
   }
-  ~Fixture() { levels.detach(pager); }
-  Fixture(const Fixture&) = delete;
-  Fixture& operator=(const Fixture&) = delete;
+  ~ContextFixture() { levels.detach(pager); }
+  ContextFixture(const ContextFixture&) = delete;
+  ContextFixture& operator=(const ContextFixture&) = delete;
   const LevelFile& level(int number) { return levels.at(number); }
 
   Levels levels;
@@ -189,7 +197,7 @@ class HeldTransfer {
 
 /// Three frames hold a block 0, which is on its way, the block that it is coded by, and another one
 /// that is pinned. A fourth block must wait for the transfer.
-void check_that_a_fourth_block_waits(Fixture& f, Session& session, HeldTransfer& held) {
+void check_that_a_fourth_block_waits(ContextFixture& f, Session& session, HeldTransfer& held) {
   held.wait_until_begun();
   const PinnedBlock other = session.pin(f.level(1), 1);
   auto fourth = std::async(std::launch::async,
@@ -199,20 +207,10 @@ void check_that_a_fourth_block_waits(Fixture& f, Session& session, HeldTransfer&
   CHECK(fourth.get());
 }
 
-template <class Call>
-ErrorCode code_of(Call&& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.code();
-  }
-  return ErrorCode::kCancelled;
-}
-
 }  // namespace
 
 TEST_CASE("Context_BlockOfTheFinestLevel_IsDecodedByCoarserOnesThatAreReadBefore") {
-  Fixture f(8, GENERATE(0, 1, 2));
+  ContextFixture f(8, GENERATE(0, 1, 2));
   Session session = f.pager.open_session();
   CHECK(holds_its_values(session.pin(f.level(3), 21), 3, 21));
   REQUIRE(f.levels.log.reads.size() == 3);
@@ -230,7 +228,7 @@ TEST_CASE("Context_WrittenBlocks_AreEncodedByWhatTheyNeedWhateverIsEvicted") {
   const int io_threads = GENERATE(0, 1, 2);
   const auto policy = GENERATE(EvictionPolicy::kLayoutOrder, EvictionPolicy::kClock);
   Levels levels;
-  Pager pager(3 * kBlockBytes, io_threads);
+  Pager pager(3 * kContextBlockBytes, io_threads);
   levels.attach(pager);
   levels.fill(pager, policy);
   CHECK(levels.stored(2, 5)[0] == (value(2, 5, 0) ^ value(1, 1, 0)));
@@ -244,13 +242,13 @@ TEST_CASE("Context_WrittenBlocks_AreEncodedByWhatTheyNeedWhateverIsEvicted") {
   for (std::uint64_t block = 16; block < 32; ++block)
     CHECK(holds_its_values(session.pin(levels.at(3), block, Access::kRead), 3, block));
   CHECK(session.pin(levels.at(3), 9, Access::kRead).bytes()[0] == std::byte{99});
-  CHECK(pager.statistics().peak_frame_bytes <= 3 * kBlockBytes);
+  CHECK(pager.statistics().peak_frame_bytes <= 3 * kContextBlockBytes);
   levels.detach(pager);
 }
 
 TEST_CASE("Context_Bound_IsABlockAndOneOfEachCoarserLevel") {
   for (const std::uint64_t frames : {1u, 2u, 3u}) {
-    Fixture f(frames, 1);
+    ContextFixture f(frames, 1);
     Session session = f.pager.open_session();
     for (int number = 1; number <= kLevels; ++number) {
       const bool fits = static_cast<std::uint64_t>(number) <= frames;
@@ -264,15 +262,28 @@ TEST_CASE("Context_Bound_IsABlockAndOneOfEachCoarserLevel") {
         message = error.what();
       }
       const std::string refusal = "page in difference" + std::to_string(number) + ": at least " +
-                                  std::to_string((frames + 1) * kBlockBytes) + " bytes";
+                                  std::to_string((frames + 1) * kContextBlockBytes) + " bytes";
       CHECK(message.substr(0, refusal.size()) == (fits ? "" : refusal));
     }
-    CHECK(f.pager.statistics().peak_frame_bytes <= frames * kBlockBytes);
+    CHECK(f.pager.statistics().peak_frame_bytes <= frames * kContextBlockBytes);
   }
 }
 
+TEST_CASE("ContextWindow_BlockFarBehindThatTheNextOnesNeed_IsReadOnce") {
+  const int io_threads = GENERATE(0, 1);
+  const bool announced = GENERATE(false, true);
+  ContextFixture f(8, io_threads, true);
+  Session session = f.pager.open_session({.policy = EvictionPolicy::kLayoutOrder});
+  const std::uint64_t count = f.levels.at(3).geometry.block_count();
+  for (std::uint64_t block = 0; block < count; ++block) {
+    CHECK(holds_its_values(session.pin(f.levels.at(3), block, Access::kRead), 3, block));
+    if (announced && block + 1 < count) session.prefetch(f.levels.at(3), block + 1);
+  }
+  CHECK(f.levels.log.reads.size() == count + 2);
+}
+
 TEST_CASE("ContextPrefetch_AskedAgain_ReadsCoarserBlocksFirst") {
-  Fixture f(8, 1);
+  ContextFixture f(8, 1);
   Session session = f.pager.open_session();
   int asked = 0;
   while (!session.prefetch(f.level(3), 30)) {
@@ -288,7 +299,7 @@ TEST_CASE("ContextPrefetch_AskedAgain_ReadsCoarserBlocksFirst") {
 }
 
 TEST_CASE("ContextPrefetch_WhileItIsRead_KeepsWhatItIsCodedBy") {
-  Fixture f(3, 1);
+  ContextFixture f(3, 1);
   Session session = f.pager.open_session();
   session.pin(f.level(1), 0);
   HeldTransfer held(f.levels.log, Transfer::Direction::kRead);
@@ -298,7 +309,7 @@ TEST_CASE("ContextPrefetch_WhileItIsRead_KeepsWhatItIsCodedBy") {
 }
 
 TEST_CASE("ContextPrefetch_WhileWhatItIsCodedByIsRead_DoesNotBegin") {
-  Fixture f(8, 2);
+  ContextFixture f(8, 2);
   Session session = f.pager.open_session();
   session.pin(f.level(1), 0);
   HeldTransfer held(f.levels.log, Transfer::Direction::kRead);
@@ -310,7 +321,7 @@ TEST_CASE("ContextPrefetch_WhileWhatItIsCodedByIsRead_DoesNotBegin") {
 }
 
 TEST_CASE("ContextPrefetch_WithoutRoom_HoldsNothing") {
-  Fixture f(2, 1);
+  ContextFixture f(2, 1);
   Session session = f.pager.open_session();
   session.pin(f.level(1), 0);
   {
@@ -321,7 +332,7 @@ TEST_CASE("ContextPrefetch_WithoutRoom_HoldsNothing") {
 }
 
 TEST_CASE("Context_WhileABlockIsWritten_IsKept") {
-  Fixture f(3, GENERATE(0, 1));
+  ContextFixture f(3, GENERATE(0, 1));
   Session session = f.pager.open_session();
   HeldTransfer held(f.levels.log, Transfer::Direction::kWrite, 3);
   session.pin(f.levels.at(3), 0, Access::kUpdate).bytes()[0] = std::byte{99};
@@ -332,7 +343,7 @@ TEST_CASE("Context_WhileABlockIsWritten_IsKept") {
 }
 
 TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
-  Fixture f(3, GENERATE(0, 1));
+  ContextFixture f(3, GENERATE(0, 1));
   Session session = f.pager.open_session();
   f.levels.stored(1, 0)[7] ^= std::byte{1};
   for (const Access access : {Access::kRead, Access::kUpdate, Access::kOverwrite})
@@ -345,7 +356,7 @@ TEST_CASE("Context_CoarserBlockThatIsDamaged_FailsThePinAndLeavesNothing") {
 }
 
 TEST_CASE("Context_LevelThatOthersWereEncodedFrom_CannotBeChanged") {
-  Fixture f(8, GENERATE(0, 1));
+  ContextFixture f(8, GENERATE(0, 1));
   Session session = f.pager.open_session();
   for (const Access access : {Access::kOverwrite, Access::kUpdate})
     for (const int fixed : {1, 2}) {
@@ -362,9 +373,13 @@ TEST_CASE("Context_LevelThatOthersWereEncodedFrom_CannotBeChanged") {
   CHECK(f.levels.stored(3, 0)[0] == (std::byte{99} ^ value(2, 0, 0)));
 }
 
+namespace {
+
 /// Levels that were never written, for a pager of their own.
 struct NewLevels {
-  explicit NewLevels(int io_threads) : pager(8 * kBlockBytes, io_threads) { levels.attach(pager); }
+  explicit NewLevels(int io_threads) : pager(8 * kContextBlockBytes, io_threads) {
+    levels.attach(pager);
+  }
   ~NewLevels() { levels.detach(pager); }
   NewLevels(const NewLevels&) = delete;
   NewLevels& operator=(const NewLevels&) = delete;
@@ -372,6 +387,8 @@ struct NewLevels {
   Levels levels;
   Pager pager;
 };
+
+}  // namespace
 
 TEST_CASE("Context_BlockThatIsBeingChanged_CannotBeEncodedFrom") {
   NewLevels f(GENERATE(0, 1));
@@ -401,7 +418,7 @@ TEST_CASE("Context_BlockThatWasChanged_IsWrittenBeforeOthersAreEncodedFromIt") {
 }
 
 TEST_CASE("Context_BlockThatDoesNotComeEarlier_IsRefused") {
-  Fixture f(3, 0);
+  ContextFixture f(3, 0);
   Session session = f.pager.open_session();
   f.levels.log.misnamed = true;
   CHECK(code_of([&] { session.pin(f.level(2), 4); }) == ErrorCode::kBadState);
@@ -411,7 +428,7 @@ TEST_CASE("Context_BlockThatDoesNotComeEarlier_IsRefused") {
 
 TEST_CASE("Context_ManyThreadsAndSessions_NeverWaitForEachOtherForGood") {
   const int io_threads = GENERATE(0, 2);
-  Fixture f(9, io_threads);
+  ContextFixture f(9, io_threads);
   std::atomic<int> wrong = 0, refused = 0;
   std::vector<std::thread> threads;
   for (unsigned seed = 0; seed < 6; ++seed)

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/paging/waiting.h"
 #include "plait/error.h"
 #include "plait/pager.h"
 
@@ -50,8 +51,6 @@ class FakeBackend final : public Backend {
   LevelSpec spec_;
   std::vector<std::byte> bytes_;
 };
-
-inline constexpr std::uint64_t kBlockBytes = 4096;
 
 /// Frames, frames that are the blocks themselves, and a mapping that is only read.
 inline constexpr BackendTraits kFramed{.durable = true}, kInMemory{.in_memory = true},

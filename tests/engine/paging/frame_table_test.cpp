@@ -10,12 +10,12 @@ using State = Frame::State;
 
 namespace {
 
-constexpr std::uint64_t kBlockBytes = 4096;
+constexpr std::uint64_t kFrameBlockBytes = 4096;
 
 /// `blocks` blocks of one-byte records, without a backend.
 void shape(LevelFile& level, std::uint64_t blocks, std::uint32_t attribute = 0, int number = 1) {
-  level.geometry = LevelGeometry(SlotShapes(blocks * kBlockBytes >> (2 * (number - 1))),
-                                 BaseRelativeLevel(number), 1, kBlockBytes);
+  level.geometry = LevelGeometry(SlotShapes(blocks * kFrameBlockBytes >> (2 * (number - 1))),
+                                 BaseRelativeLevel(number), 1, kFrameBlockBytes);
   level.table = BlockTable({}, attribute, number, level.geometry.block_count());
 }
 
@@ -27,7 +27,7 @@ TEST_CASE("FrameStates_AllPairs_HaveTheArrowsOfTheDrawing") {
       {State::kClaimed,
        {State::kReading, State::kClean, State::kDirty, State::kDetached, State::kVacant}},
       {State::kReading, {State::kClean, State::kDetached, State::kClaimed}},
-      {State::kClean, {State::kDirty, State::kVacant}},
+      {State::kClean, {State::kDirty, State::kDetached, State::kVacant}},
       {State::kDirty,
        {State::kClean, State::kWriting, State::kWritingHeld, State::kStuck, State::kDetached,
         State::kVacant}},
@@ -45,7 +45,7 @@ TEST_CASE("FrameStates_AllPairs_HaveTheArrowsOfTheDrawing") {
 }
 
 TEST_CASE("FrameTableClaim_UntilTheBudgetIsUsed_GivesEachBlockAFrame") {
-  FrameTable table(3 * kBlockBytes);
+  FrameTable table(3 * kFrameBlockBytes);
   LevelFile level;
   shape(level, 8);
   table.attach(level);
@@ -56,10 +56,10 @@ TEST_CASE("FrameTableClaim_UntilTheBudgetIsUsed_GivesEachBlockAFrame") {
     REQUIRE(frames.back());
     CHECK(frames.back()->content.state == State::kClaimed);
     CHECK(table.find(level, block) == frames.back());
-    CHECK(frames.back()->transfer.memory.size() == kBlockBytes);
+    CHECK(frames.back()->transfer.memory.size() == kFrameBlockBytes);
   }
   CHECK(table.claim(level, 1, nullptr) == nullptr);
-  CHECK(table.pool().used_bytes() == 3 * kBlockBytes);
+  CHECK(table.pool().used_bytes() == 3 * kFrameBlockBytes);
   std::byte* const memory = frames[1]->content.memory;
   table.vacate(*frames[1]);
   CHECK(table.find(level, 0) == nullptr);
@@ -73,7 +73,7 @@ TEST_CASE("FrameTableClaim_UntilTheBudgetIsUsed_GivesEachBlockAFrame") {
 }
 
 TEST_CASE("FrameTableDetachBlock_FrameThatIsStillHeld_KeepsItsMemoryBesideTheBlocksNextFrame") {
-  FrameTable table(2 * kBlockBytes);
+  FrameTable table(2 * kFrameBlockBytes);
   LevelFile level;
   shape(level, 4);
   table.attach(level);
@@ -90,21 +90,21 @@ TEST_CASE("FrameTableDetachBlock_FrameThatIsStillHeld_KeepsItsMemoryBesideTheBlo
 }
 
 TEST_CASE("FrameTableClaim_WithAnAddress_CountsItAndTakesNoMemory") {
-  FrameTable table(kBlockBytes);
+  FrameTable table(kFrameBlockBytes);
   LevelFile level;
   shape(level, 4);
   table.attach(level);
-  std::vector<std::byte> memory(4 * kBlockBytes);
+  std::vector<std::byte> memory(4 * kFrameBlockBytes);
   Frame* const frame = table.claim(level, 1, memory.data());
   REQUIRE(frame);
   CHECK(frame->content.memory == memory.data());
-  CHECK(table.claim(level, 2, memory.data() + kBlockBytes) == nullptr);
+  CHECK(table.claim(level, 2, memory.data() + kFrameBlockBytes) == nullptr);
   table.vacate(*frame);
   table.detach(level);
 }
 
 TEST_CASE("FrameTableAttach_ManyBlocks_MakesNoMoreFramesThanTheBudgetCanHold") {
-  FrameTable table(16 * kBlockBytes);
+  FrameTable table(16 * kFrameBlockBytes);
   LevelFile large, small;
   shape(large, 1000);
   shape(small, 3, 1, 2);
@@ -122,12 +122,12 @@ TEST_CASE("FrameTableAttach_ManyBlocks_MakesNoMoreFramesThanTheBudgetCanHold") {
 }
 
 TEST_CASE("FrameTableClaim_BlockDetachedAgainAndAgain_EndsWithoutAFrameAndLosesNoMemory") {
-  FrameTable table(16 * kBlockBytes);
+  FrameTable table(16 * kFrameBlockBytes);
   LevelFile level;
   shape(level, 1);
   table.attach(level);
   const bool addressed = GENERATE(false, true);
-  std::vector<std::byte> memory(kBlockBytes);
+  std::vector<std::byte> memory(kFrameBlockBytes);
   std::vector<Frame*> frames;
   while (Frame* const frame = table.claim(level, 0, addressed ? memory.data() : nullptr)) {
     frames.push_back(frame);
@@ -135,7 +135,7 @@ TEST_CASE("FrameTableClaim_BlockDetachedAgainAndAgain_EndsWithoutAFrameAndLosesN
   }
   CHECK(frames.size() == 2);  // that of the block, and one from which it was detached
   CHECK(table.find(level, 0) == nullptr);
-  CHECK(table.pool().used_bytes() == 2 * kBlockBytes);
+  CHECK(table.pool().used_bytes() == 2 * kFrameBlockBytes);
   for (Frame* const frame : frames) table.vacate(*frame);
   CHECK(table.pool().used_bytes() == 0);
   table.detach(level);

@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "engine/paging/waiting.h"
 #include "plait/error.h"
 #include "plait/pager.h"
 
 namespace plait::test {
 
-inline constexpr std::uint64_t kBlockBytes = 4096;
 using Direction = Transfer::Direction;
 
 /// Keeps transfers until they are let go; at most `limit` of them pass by themselves.
@@ -127,20 +127,5 @@ struct HeldLevel {
   Pager& pager;
   Session session;
 };
-
-template <class Call>
-ErrorCode error_of(Call&& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.code();
-  }
-  return ErrorCode::kCancelled;
-}
-
-template <class Result>
-bool is_waiting(const std::future<Result>& future) {
-  return future.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
-}
 
 }  // namespace plait::test

@@ -13,6 +13,7 @@
 
 #include "engine/paging/fake_level.h"
 #include "plait/error.h"
+#include "support/sanitized.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -31,7 +32,7 @@ void random_pins(EvictionPolicy policy, const BackendTraits& traits, int io_thre
   std::map<std::uint64_t, std::vector<PinnedBlock>> held;
   std::map<std::uint64_t, std::byte*> addresses;
   std::mt19937 random(seed);
-  for (int step = 0; step < 20'000; ++step) {
+  for (int step = 0; step < unless_sanitized(20'000, 5'000); ++step) {
     const std::uint64_t block = random() % blocks;
     if (random() % 4 == 0) session.prefetch(level.file, random() % blocks);
     if (random() % 2 == 0 && !held.empty()) {
@@ -344,8 +345,11 @@ TEST_CASE("PagerEvict_FailedWrite_RefusesWritesAndFlushButReads") {  // invarian
   TestLevel level(pager, 1, 4 * 4096);
   fill(session.pin(level.file, 0, Access::kOverwrite), 1);
   pager.flush();
-  fill(session.pin(level.file, 1, Access::kOverwrite), 2);
-  level.backend->fail_writes = true;
+  {
+    const auto block = session.pin(level.file, 1, Access::kOverwrite);
+    fill(block, 2);
+    level.backend->fail_writes = true;  // before a transfer thread can write the block behind
+  }
   CHECK_THROWS_AS(pager.flush(), Error);
   level.backend->fail_writes = false;
   for (const auto& attempt :

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/paging/held_level.h"
+#include "support/error_of.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -138,9 +139,9 @@ TEST_CASE("PagerUnpin_WriteBehindFails_ReachesTheNextWriterOnceAndKeepsTheBytes"
   const auto ask = [&] {
     by_flush ? pager.flush() : static_cast<void>(level.pin(1, Access::kUpdate));
   };
-  CHECK(error_of(ask) == ErrorCode::kNoSpace);
-  CHECK(error_of(ask) == ErrorCode::kBadState);
-  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kBadState);
+  CHECK(code_of(ask) == ErrorCode::kNoSpace);
+  CHECK(code_of(ask) == ErrorCode::kBadState);
+  CHECK(code_of([&] { pager.flush(); }) == ErrorCode::kBadState);
   level.backend->let_all_go();
   // It reads, in what frames are left, and the block that could not be written is still there.
   for (std::uint64_t block = 1; block < 8; ++block)
@@ -154,7 +155,7 @@ TEST_CASE("PagerPrefetch_ReadFails_IsReportedByThePinThatNeedsTheBlock") {
   HeldLevel level(pager, 8);
   level.file.table.entries()[2].checksum ^= 1;
   CHECK(level.session.prefetch(level.file, 2));
-  CHECK(error_of([&] { level.pin(2, Access::kRead); }) == ErrorCode::kCorruption);
+  CHECK(code_of([&] { level.pin(2, Access::kRead); }) == ErrorCode::kCorruption);
   level.file.table.entries()[2].checksum ^= 1;
   CHECK(level.pin(2, Access::kRead).bytes()[0] == HeldLevel::value(2));
   pager.detach(level.file);
@@ -204,7 +205,7 @@ TEST_CASE("PagerPin_ReadFailsWhileOthersWaitForIt_TheOthersReadForThemselves") {
     HeldLevel level(pager, 8);
     level.backend->hold();
     auto failing = std::async(std::launch::async,
-                              [&] { return error_of([&] { level.pin(5, Access::kRead); }); });
+                              [&] { return code_of([&] { level.pin(5, Access::kRead); }); });
     level.backend->wait_until_started(1, 0);
     std::vector<std::future<bool>> waiting;
     for (int i = 0; i < 6; ++i)
@@ -229,7 +230,7 @@ TEST_CASE("PagerEvict_BlockWhoseWriteFailed_StaysSinceItIsTheOnlyCopy") {  // 4,
   level.backend->fail_writes = true;
   level.put(3, 42);
   if (announced) level.session.prefetch(level.file, 3);
-  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kNoSpace);
+  CHECK(code_of([&] { pager.flush(); }) == ErrorCode::kNoSpace);
   if (announced) level.session.prefetch(level.file, 3);
   level.backend->fail_writes = false;
   for (int round = 0; round < 2; ++round)
@@ -247,8 +248,8 @@ TEST_CASE("PagerPin_AllFramesPinnedButOneIsBeingRead_WaitsForTheRead") {
   HeldLevel level(pager, 8);
   const PinnedBlock held = level.pin(0, Access::kRead);
   level.backend->hold();
-  auto reading = std::async(std::launch::async,
-                            [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+  auto reading =
+      std::async(std::launch::async, [&] { return code_of([&] { level.pin(1, Access::kRead); }); });
   level.backend->wait_until_started(2, 0);
   auto waiting = std::async(std::launch::async, [&] { level.pin(2, Access::kRead); });
   CHECK(is_waiting(waiting));

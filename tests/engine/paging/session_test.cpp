@@ -42,11 +42,6 @@ std::string budget_error(Call&& call) {
   return {};
 }
 
-template <class Result>
-bool is_waiting(const std::future<Result>& future) {
-  return future.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout;
-}
-
 }  // namespace
 
 TEST_CASE("SessionPin_SweepBesideAWalkWithinItsShare_LeavesTheWalksBlocks") {

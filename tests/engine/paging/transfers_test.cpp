@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "plait/error.h"
+#include "support/error_of.h"
 
 using namespace plait;
+using plait::test::code_of;
 using State = Frame::State;
 
 namespace {
@@ -25,8 +27,8 @@ class KeepingBackend final : public Backend {
   std::vector<Transfer*> begun;
 };
 
-struct Fixture final : TransferListener {
-  Fixture() : transfers(0, *this) {
+struct TransfersFixture final : TransferListener {
+  TransfersFixture() : transfers(0, *this) {
     level.table = BlockTable({}, 3, 2, 4);
     for (std::uint32_t i = 0; i < 4; ++i) {
       Frame& frame = frames.emplace_back();
@@ -60,20 +62,10 @@ std::exception_ptr full() {
   return std::make_exception_ptr(Error(ErrorCode::kNoSpace, "keeping: full"));
 }
 
-template <class Call>
-ErrorCode code_of(Call&& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.code();
-  }
-  return ErrorCode::kCancelled;
-}
-
 }  // namespace
 
 TEST_CASE("TransfersRead_ThatEnds_MakesTheFrameCleanAndIsCounted") {
-  Fixture f;
+  TransfersFixture f;
   f.transfers.begin_read(f.frames[0]);
   f.transfers.begin_read(f.frames[1]);
   CHECK(f.state(0) == State::kReading);
@@ -88,7 +80,7 @@ TEST_CASE("TransfersRead_ThatEnds_MakesTheFrameCleanAndIsCounted") {
 }
 
 TEST_CASE("TransfersWrite_ThatEnds_LeavesDirtyWhatFailedOrWasHeldForWriting") {
-  Fixture f;
+  TransfersFixture f;
   for (std::size_t i = 0; i < 3; ++i) become(f.frames[i], State::kDirty);
   f.frames[1].content.writers = 1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -108,7 +100,7 @@ TEST_CASE("TransfersWrite_ThatEnds_LeavesDirtyWhatFailedOrWasHeldForWriting") {
 }
 
 TEST_CASE("TransfersFail_Refusals_GiveTheErrorOnceAndBeginNoQueuedWrite") {
-  Fixture f;
+  TransfersFixture f;
   become(f.frames[0], State::kDirty);
   f.transfers.queue_write(f.frames[0]);
   CHECK_FALSE(f.transfers.failed());
@@ -122,7 +114,7 @@ TEST_CASE("TransfersFail_Refusals_GiveTheErrorOnceAndBeginNoQueuedWrite") {
 }
 
 TEST_CASE("TransfersWithdraw_WhatIsOnlyQueued_IsAsItWasBefore") {
-  Fixture f;
+  TransfersFixture f;
   become(f.frames[0], State::kDirty);
   f.transfers.begin_write(f.frames[0]);
   f.transfers.submit(f.frames[0]);
@@ -140,7 +132,7 @@ TEST_CASE("TransfersWithdraw_WhatIsOnlyQueued_IsAsItWasBefore") {
 }
 
 TEST_CASE("TransfersContext_HeldBlocks_TravelWithTheTransfer") {
-  Fixture f;
+  TransfersFixture f;
   std::vector<std::byte> bytes(8, std::byte{7});
   f.frames[0].transfer.memory = bytes;
   f.frames[1].content.context[0] = &f.frames[0];

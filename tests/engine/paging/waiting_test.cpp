@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "engine/paging/held_level.h"
+#include "support/error_of.h"
 
 using namespace plait;
 using namespace plait::test;
@@ -53,7 +54,7 @@ TEST_CASE("PagerPin_FrameThatACallOfTheSameSessionKeeps_IsRefusedAsTheCallEnds")
     });
     level.backend->wait_until_started(1, 0);
     auto second = std::async(std::launch::async,
-                             [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+                             [&] { return code_of([&] { level.pin(1, Access::kRead); }); });
     std::this_thread::sleep_for(std::chrono::milliseconds(1));  // for it to wait, most often
     level.backend->let_all_go();
     CHECK(second.get() == ErrorCode::kBudget);
@@ -67,8 +68,8 @@ TEST_CASE("SessionEnd_WhileAnotherWaitsForItsPin_RefusesTheOther") {
   HeldLevel level(pager, 8);
   std::optional<Session> holding = pager.open_session();
   const PinnedBlock left = holding->pin(level.file, 0);
-  auto waiting = std::async(std::launch::async,
-                            [&] { return error_of([&] { level.pin(1, Access::kRead); }); });
+  auto waiting =
+      std::async(std::launch::async, [&] { return code_of([&] { level.pin(1, Access::kRead); }); });
   CHECK(is_waiting(waiting));
   holding.reset();
   CHECK(waiting.get() == ErrorCode::kBudget);
@@ -155,20 +156,20 @@ TEST_CASE("PagerPin_ForWritingWhenAWriteHasFailed_IsRefusedAndNothingIsWritten")
   level.backend->hold();
   level.put(0, 42);
   auto waiting = std::async(std::launch::async,
-                            [&] { return error_of([&] { level.pin(3, Access::kUpdate); }); });
+                            [&] { return code_of([&] { level.pin(3, Access::kUpdate); }); });
   level.backend->wait_until_started(3, 1);
   level.backend->let_go(Direction::kWrite, 0, true);
   level.backend->let_all_go();
   CHECK(waiting.get() == ErrorCode::kNoSpace);
   for (const std::uint64_t resident : {0u, 1u, 2u, 3u})
-    CHECK(error_of([&] { level.pin(resident, Access::kUpdate); }) == ErrorCode::kBadState);
+    CHECK(code_of([&] { level.pin(resident, Access::kUpdate); }) == ErrorCode::kBadState);
   std::memset(held.bytes().data(), 43, kBlockBytes);
   held.release();
   // By the thread that would have written block 1 before.
   CHECK(level.session.prefetch(level.file, 5));
   level.backend->wait_until_started(4, 1);
   CHECK(level.backend->started_writes == 1);
-  CHECK(error_of([&] { pager.flush(); }) == ErrorCode::kBadState);
+  CHECK(code_of([&] { pager.flush(); }) == ErrorCode::kBadState);
   // It is the only copy, as that of block 0 is.
   for (std::uint64_t block = 2; block < 8; ++block)
     CHECK(holds_own_value(level.pin(block, Access::kRead), block));

@@ -4,6 +4,7 @@
 
 #include "engine/store/format_reader.h"
 #include "engine/store/sample_store.h"
+#include "plait/attribute_levels.h"
 #include "plait/backends/registry.h"
 #include "plait/patch.h"
 #include "support/temporary_directory.h"
@@ -181,7 +182,7 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
   const std::filesystem::path path = directory.path() / "s.plait";
   const std::string scheme(5000, 's'), layout(65536, 'l');
   const AttributeSchema smooth{"smooth" + std::string(200, '-'), ComponentType::kFloat32, 3};
-  std::vector<std::byte> expected[3];
+  std::vector<std::byte> expected[4];
   {
     StoreOptions options = sample_options("compressed");
     options.pipeline = "zstd:3";
@@ -193,13 +194,13 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
     store.set_provenance(provenance);
     const AttributeId id = add_sample(store, smooth, 1);
     store.commit();
-    store.set_pipeline(id, "shuffle,lz4");
-    for (const int level : {2, 3}) {
+    store.set_pipeline(id, "shuffle,lz4;@4=zstd:1");
+    for (const int level : {2, 3, 4}) {
       store.add_level(id);
       write_level(store, id, level, sample_level(store, smooth, level));
     }
     store.commit();
-    for (const int level : {1, 2, 3}) expected[level - 1] = sample_level(store, smooth, level);
+    for (const int level : {1, 2, 3, 4}) expected[level - 1] = sample_level(store, smooth, level);
   }
   const format::Store read = format::read_store(path);
   CHECK(read.scheme == scheme);
@@ -207,20 +208,22 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
   REQUIRE(read.attributes.size() == 1);
   const format::Attribute& attribute = read.attributes[0];
   CHECK(attribute.name == smooth.name);
-  CHECK(attribute.pipeline == "shuffle,lz4");
-  REQUIRE(attribute.described.size() == 3);
+  CHECK(attribute.pipeline == "shuffle,lz4;@4=zstd:1");
+  REQUIRE(attribute.described.size() == 4);
+  CHECK(attribute.described[3].pipeline == "zstd:1");
   CHECK(attribute.described[0].pipeline == "zstd:3");
   CHECK(attribute.described[0].generation == 1);
   for (const std::size_t level : {1u, 2u}) {
     CHECK(attribute.described[level].pipeline == "shuffle,lz4");
     CHECK(attribute.described[level].generation == 2);
   }
-  for (const std::uint32_t level : {1u, 2u, 3u})
+  for (const std::uint32_t level : {1u, 2u, 3u, 4u})
     CHECK(equal(attribute.levels.at(level), expected[level - 1]));
   Store store = Store::open(path, {}, default_backends());
   CHECK(store.provenance().scheme == scheme);
   CHECK(store.options().layout == layout);
   CHECK(store.level_file(0, 1).pipeline == "zstd:3");
   CHECK(store.level_file(0, 3).pipeline == "shuffle,lz4");
+  CHECK(pipelines_of_levels(store, 0) == "zstd:1;@1=zstd:3;@2-3=shuffle,lz4");
   CHECK(holds_sample(store, 0));
 }

@@ -10,6 +10,7 @@
 #include "engine/store/sample_store.h"
 #include "store/journaled_volume.h"
 #include "store/rollback_journal.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {

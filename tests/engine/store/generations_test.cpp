@@ -16,6 +16,7 @@
 #include "plait/store_directory.h"
 #include "plait/verify.h"
 #include "store/generation_volume.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -27,14 +28,14 @@ namespace {
 namespace fs = std::filesystem;
 
 const AttributeSchema kSchema{"position", ComponentType::kFloat32, 3};
-constexpr int kLevels = 4;
+constexpr int kGenerationLevels = 4;
 
 /// A committed store of one attribute.
-struct Place {
-  explicit Place(const std::string& backend) {
+struct GenerationsPlace {
+  explicit GenerationsPlace(const std::string& backend) {
     Store store = Store::create(path, BaseMesh::build(random_sheet(5, 40)), sample_options(backend),
                                 default_backends());
-    add_sample(store, kSchema, kLevels);
+    add_sample(store, kSchema, kGenerationLevels);
     store.commit();
   }
   Store open(bool writable = false, Overwriting overwriting = Overwriting::kNewGeneration) const {
@@ -108,7 +109,7 @@ bool is_filled(Store& store, int level, std::byte value) {
 TEST_CASE("Generation_LevelOverwritten_HasANewFileAndTheOldOneGoesWithTheCommit") {
   for (const std::string& backend : backends_in_place()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
     writer.pager().flush();
@@ -136,29 +137,29 @@ TEST_CASE("Generation_LevelOverwritten_HasANewFileAndTheOldOneGoesWithTheCommit"
 TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
   for (const std::string& backend : backends_in_place()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     std::vector<std::byte> expected;
     {
       Store writer = place.open(true);
-      expected = read_level(writer, 0, kLevels);
-      const LevelGeometry& geometry = writer.level_file(0, kLevels).geometry;
+      expected = read_level(writer, 0, kGenerationLevels);
+      const LevelGeometry& geometry = writer.level_file(0, kGenerationLevels).geometry;
       REQUIRE(geometry.block_count() > 9);
       // What is left are single blocks, the first and the last among them, and a run.
       for (const std::uint64_t block :
            {std::uint64_t{1}, std::uint64_t{3}, std::uint64_t{4}, geometry.block_count() - 2}) {
-        fill_block(writer, kLevels, block, std::byte{9});
+        fill_block(writer, kGenerationLevels, block, std::byte{9});
         const auto begin =
             expected.begin() + static_cast<std::ptrdiff_t>(geometry.block_offset(block));
         std::fill_n(begin, geometry.block_bytes(block), std::byte{9});
       }
       writer.pager().flush();
       writer.pager().discard();
-      CHECK(read_level(writer, 0, kLevels) == expected);  // from both files
+      CHECK(read_level(writer, 0, kGenerationLevels) == expected);  // from both files
       writer.commit();
-      CHECK(read_level(writer, 0, kLevels) == expected);
+      CHECK(read_level(writer, 0, kGenerationLevels) == expected);
     }
     Store reader = place.open();
-    CHECK(read_level(reader, 0, kLevels) == expected);
+    CHECK(read_level(reader, 0, kGenerationLevels) == expected);
     CHECK(verify(reader).damaged_count == 0);
   }
 }
@@ -166,7 +167,7 @@ TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
 TEST_CASE("Generation_WithoutACommit_LeavesTheOldFileAndNothingElse") {
   for (const std::string& backend : backends_in_place()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     const std::set<std::string> before = file_names(place.path);
     {
       Store writer = place.open(true);
@@ -180,7 +181,7 @@ TEST_CASE("Generation_WithoutACommit_LeavesTheOldFileAndNothingElse") {
 }
 
 TEST_CASE("Generation_NewFileThatCannotBeMade_IsAnErrorAndLeavesTheVersion") {
-  const Place place("pread");
+  const GenerationsPlace place("pread");
   {
     Store writer = place.open(true);
     fs::create_directory(place.path / "attribute0.level03.2");
@@ -209,7 +210,7 @@ TEST_CASE("GenerationFreeSpace_LessThanTheFileNeeds_IsRefusedWithBothFigures") {
 TEST_CASE("Reader_WhileVersionsAreCommitted_KeepsItsOwnAndItsFiles") {
   for (const std::string& backend : durable_backends()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     std::optional<Store> reader = place.open();
     Store writer = place.open(true);
     for (int version = 2; version < 12; ++version) {
@@ -241,13 +242,13 @@ TEST_CASE("Reader_WhileVersionsAreCommitted_KeepsItsOwnAndItsFiles") {
 TEST_CASE("Reader_OfAVersionThatTheNextWritersFind_KeepsItsBytes") {
   for (const std::string& backend : durable_backends()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     Store reader = place.open();
     // Each writer finds levels that the reader's version and the newest one have in common.
-    for (int first_level = kLevels; first_level > 1; --first_level) {
+    for (int first_level = kGenerationLevels; first_level > 1; --first_level) {
       Store writer = place.open(true);
       for (const int mask : {0x55, 0x33, 0x0f}) {
-        for (int level = first_level; level <= kLevels; ++level) {
+        for (int level = first_level; level <= kGenerationLevels; ++level) {
           std::vector<std::byte> other = sample_level(writer, kSchema, level);
           for (std::byte& byte : other) byte ^= static_cast<std::byte>(mask);
           write_level(writer, 0, level, other);
@@ -264,7 +265,7 @@ TEST_CASE("Reader_OfAVersionThatTheNextWritersFind_KeepsItsBytes") {
 TEST_CASE("Reader_WhoseLockComesAfterACommit_OpensTheNewVersion") {
   for (const std::string& backend : durable_backends()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
     const BeforeLock commit("version.1", [&] { CHECK_NOTHROW(writer.commit()); });
@@ -277,7 +278,7 @@ TEST_CASE("Reader_WhoseLockComesAfterACommit_OpensTheNewVersion") {
 
 // A repair puts another file in its place: a lock on the former one would be seen by nobody.
 TEST_CASE("Reader_WhoseVersionFileIsReplacedBeforeItsLock_LocksTheNewOne") {
-  const Place place("pread");
+  const GenerationsPlace place("pread");
   const fs::path file = place.path / "version.1", copy = place.path / "copy";
   fs::copy_file(file, copy);
   const BeforeLock replace("version.1", [&] { fs::rename(copy, file); });
@@ -287,19 +288,19 @@ TEST_CASE("Reader_WhoseVersionFileIsReplacedBeforeItsLock_LocksTheNewOne") {
 }
 
 TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
-  const Place place("compressed");
+  const GenerationsPlace place("compressed");
   const auto rewrite = [](Store& store, int times) {
     for (int round = 0; round < times; ++round) {
-      fill_level(store, kLevels, static_cast<std::byte>(round));
+      fill_level(store, kGenerationLevels, static_cast<std::byte>(round));
       store.commit();
     }
-    return store.level_file(0, kLevels).backend->stored_bytes();
+    return store.level_file(0, kGenerationLevels).backend->stored_bytes();
   };
   Store writer = place.open(true);
   const std::uint64_t alone = rewrite(writer, 10);
   std::optional<Store> reader = place.open();
   const std::uint64_t beside_a_reader = rewrite(writer, 10);
-  CHECK(is_filled(*reader, kLevels, std::byte{9}));
+  CHECK(is_filled(*reader, kGenerationLevels, std::byte{9}));
   reader.reset();
   rewrite(writer, 3);
   CHECK(rewrite(writer, 10) <= beside_a_reader);
@@ -309,7 +310,7 @@ TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
 TEST_CASE("WriterInPlace_AndReaders_KeepEachOtherOut") {
   for (const std::string& backend : backends_in_place()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     {
       const Store reader = place.open();
       const Error error = error_of([&] { place.open(true, Overwriting::kInPlace); });
@@ -333,13 +334,13 @@ TEST_CASE("WriterInPlace_AndReaders_KeepEachOtherOut") {
     CHECK(is_filled(reader, 3, std::byte{1}));
   }
   // One that never overwrites in place has no reason to.
-  const Place place("compressed");
+  const GenerationsPlace place("compressed");
   const Store reader = place.open();
   CHECK(place.open(true, Overwriting::kInPlace).sequence() == 1);
 }
 
 TEST_CASE("HoldStore_WhileAReaderHasAnyVersion_IsBusy") {
-  const Place place("pread");
+  const GenerationsPlace place("pread");
   {
     const Store reader = place.open();
     place.open(true).commit();
@@ -351,7 +352,7 @@ TEST_CASE("HoldStore_WhileAReaderHasAnyVersion_IsBusy") {
 }
 
 TEST_CASE("ReplaceFile_WhileAReaderHasTheStore_IsBusy") {
-  const Place place("pread");
+  const GenerationsPlace place("pread");
   const Directory spare(place.directory.path());
   File(spare, "spare", OpenMode::kCreate).close();
   const Store reader = place.open();
@@ -363,7 +364,7 @@ TEST_CASE("ReplaceFile_WhileAReaderHasTheStore_IsBusy") {
 TEST_CASE("CheckStructure_WhileAWriterWorks_SeesTheCommittedVersion") {
   for (const std::string& backend : durable_backends()) {
     CAPTURE(backend);
-    const Place place(backend);
+    const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
     writer.pager().flush();

@@ -17,7 +17,7 @@ using namespace plait::test;
 
 namespace {
 
-constexpr int kLevels = 3;
+constexpr int kGoldenLevels = 3;
 constexpr char kDigest[] = "fa42a859db257a51cda584997262fc4b";
 
 Digest digest_of_today(const std::filesystem::path& golden) {
@@ -26,7 +26,7 @@ Digest digest_of_today(const std::filesystem::path& golden) {
   Store store = Store::create({}, read_base_mesh(golden / "open_octahedron.off"), options,
                               default_backends());
   add_base_positions(store);
-  subdivide(store, {.executor = ExecutorKind::kSweep, .levels = kLevels, .normals = true});
+  subdivide(store, {.executor = ExecutorKind::kSweep, .levels = kGoldenLevels, .normals = true});
   return digest(store);
 }
 
@@ -49,7 +49,7 @@ TEST_CASE("GoldenStore_OfFormat2_HoldsWhatSubdividingItsMeshGives") {
     REQUIRE(read.attributes.size() == store.attributes().size());
     for (AttributeId id = 0; id < store.attributes().size(); ++id) {
       CHECK(read.attributes[id].name == store.attributes()[id].schema.name);
-      REQUIRE(read.attributes[id].levels.size() == kLevels);
+      REQUIRE(read.attributes[id].levels.size() == kGoldenLevels);
       for (const auto& [level, bytes] : read.attributes[id].levels) {
         const std::vector<std::byte> expected = read_level(store, id, static_cast<int>(level));
         REQUIRE(bytes.size() == expected.size());

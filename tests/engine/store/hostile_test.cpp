@@ -15,6 +15,7 @@
 #include "store/byte_order.h"
 #include "store/checksum.h"
 #include "store/manifest.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -387,6 +388,9 @@ TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
         [](auto& v) { v.pipeline = "rar"; },
         [](auto& v) { v.attributes[0].pipeline = "rar"; },
         [](auto& v) { v.attributes[0].levels[0].pipeline = "shuffle,rar"; },
+        [](auto& v) { v.attributes[0].pipeline += ";@3"; },
+        [](auto& v) { v.attributes[0].pipeline += ";@3=rar"; },
+        [](auto& v) { v.attributes[0].levels[0].pipeline += ";@1=none"; },
         [](auto& v) { v.attributes[0].levels[0].generation = 1; },
         [](auto& v) { v.attributes[0].levels[0].generation = 3; },
         [](auto& v) { v.attributes[0].levels[0].representation = Representation{9}; },

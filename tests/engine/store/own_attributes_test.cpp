@@ -9,6 +9,7 @@
 #include "plait/backends/registry.h"
 #include "plait/reader.h"
 #include "plait/verify.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 

@@ -1,6 +1,7 @@
 #include "engine/store/sample_store.h"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <iterator>
 #include <utility>
 

@@ -5,7 +5,6 @@
 // an attribute called "noise" do not compress; those of others do after a shuffle.
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -50,18 +49,6 @@ std::vector<std::string> durable_backends();
 std::set<std::string> file_names(const std::filesystem::path& directory);
 std::vector<std::byte> file_bytes(const std::filesystem::path& file);
 void overwrite_byte(const std::filesystem::path& file, std::uint64_t offset, std::byte value);
-
-/// The Error that `call` throws; fails the test if it throws none.
-template <class Call>
-Error error_of(Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  FAIL("expected an error");
-  return Error(ErrorCode::kBadState, "");
-}
 
 /// Whether the message names all of `words`; if not, the test is told the message.
 bool names(const Error& error, const std::vector<std::string>& words);

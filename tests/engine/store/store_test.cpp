@@ -1,6 +1,7 @@
 // A store's life: create, fill, commit, open, change, commit again.
 #include "plait/store.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,6 +18,7 @@
 #include "plait/check_store.h"
 #include "plait/file.h"
 #include "store/manifest.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -35,7 +37,6 @@ struct Place {
   Store create(const std::string& backend, const IndexedMesh& mesh = random_sheet(5, 40)) const {
     return Store::create(path, BaseMesh::build(mesh), sample_options(backend), default_backends());
   }
-  /// Without threads: some of these tests fork while a store is open.
   Store open(bool writable = false) const {
     return Store::open(path, {writable, 1 << 20, 0}, default_backends());
   }
@@ -47,21 +48,45 @@ struct Place {
   }
 };
 
-/// Exit status of a child process that runs `body` and returns its result.
-int in_child_process(const std::function<int()>& body) {
-  const pid_t child = ::fork();
-  if (child == 0) {
+/// A process that runs `body` once run() says so, and ends with its result. The test makes it
+/// before anything that starts a thread: a child inherits the locks that threads of its parent
+/// hold, those of a sanitizer's allocator among them, and nobody opens these again.
+class ChildProcess {
+ public:
+  explicit ChildProcess(const std::function<int()>& body) {
+    REQUIRE(::pipe2(pipe_, O_CLOEXEC) == 0);
+    child_ = ::fork();
+    REQUIRE(child_ >= 0);
+    if (child_ != 0) return;
+    ::close(pipe_[1]);
+    char start = 0;
     int status = 99;
     try {
-      status = body();
+      if (::read(pipe_[0], &start, 1) == 1) status = body();
     } catch (...) {
     }
     ::_exit(status);
   }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+  ~ChildProcess() {
+    ::close(pipe_[0]);
+    ::close(pipe_[1]);
+    if (child_ > 0) ::waitpid(child_, nullptr, 0);
+  }
+
+  /// The exit status; -1 if the process was killed.
+  int run() {
+    REQUIRE(::write(pipe_[1], "", 1) == 1);
+    int status = 0;
+    REQUIRE(::waitpid(std::exchange(child_, 0), &status, 0) > 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  int pipe_[2] = {-1, -1};
+  pid_t child_ = 0;
+};
 
 }  // namespace
 
@@ -420,24 +445,26 @@ TEST_CASE("StoreReplaceAttribute_ByItself_IsRefused") {
 }
 
 TEST_CASE("StoreLock_Writer_ExcludesWritersAndReadersNamingItsProcess") {
-  const Place place;
-  const Store writer = place.create("pread");
-  const std::string process = fmt::format("process {}", ::getpid());
   for (const bool writable : {false, true}) {
+    CAPTURE(writable);
+    const Place place;
+    const std::string process = fmt::format("process {}", ::getpid());
+    ChildProcess other([&] {
+      try {
+        place.open(writable);
+      } catch (const Error& refusal) {
+        return refusal.code() == ErrorCode::kBusy &&
+                       std::strstr(refusal.what(), process.c_str()) != nullptr
+                   ? 7
+                   : 8;
+      }
+      return 9;
+    });
+    const Store writer = place.create("pread");
     const Error error = error_of([&] { place.open(writable); });
     CHECK(error.code() == ErrorCode::kBusy);
     CHECK(names(error, {process, place.path.string()}));
-    CHECK(in_child_process([&] {
-            try {
-              place.open(writable);
-            } catch (const Error& refusal) {
-              return refusal.code() == ErrorCode::kBusy &&
-                             std::strstr(refusal.what(), process.c_str()) != nullptr
-                         ? 7
-                         : 8;
-            }
-            return 9;
-          }) == 7);
+    CHECK(other.run() == 7);
   }
 }
 
@@ -446,8 +473,9 @@ TEST_CASE("StoreLock_ReadersAndAWriter_DoNotKeepEachOtherOut") {
     CAPTURE(backend);
     const Place place;
     place.make(backend);
+    ChildProcess reader([&] { return place.open().sequence() == 1 ? 7 : 8; });
     const Store first = place.open(), second = place.open();
-    CHECK(in_child_process([&] { return place.open().sequence() == 1 ? 7 : 8; }) == 7);
+    CHECK(reader.run() == 7);
     Store writer = place.open(true);
     CHECK(place.open().sequence() == 1);
     writer.commit();
@@ -459,10 +487,11 @@ TEST_CASE("StoreLock_ReadersAndAWriter_DoNotKeepEachOtherOut") {
 TEST_CASE("StoreLock_HolderThatDied_BlocksNobody") {
   const Place place;
   place.make();
-  CHECK(in_child_process([&] {
-          new Store(place.open(true));  // as if killed: never destroyed
-          return 7;
-        }) == 7);
+  ChildProcess holder([&] {
+    new Store(place.open(true));  // as if killed: never destroyed
+    return 7;
+  });
+  CHECK(holder.run() == 7);
   CHECK(place.open(true).sequence() == 1);
 }
 

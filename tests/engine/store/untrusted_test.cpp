@@ -14,6 +14,7 @@
 #include "store/checksum.h"
 #include "store/file_names.h"
 #include "store/manifest.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 

@@ -8,6 +8,7 @@
 #include "plait/edge_index.h"
 #include "store/byte_order.h"
 #include "store/version_file.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 
 using namespace plait;
@@ -77,8 +78,9 @@ VersionDescription decode(std::span<const std::byte> bytes) {
 
 /// `value` at the place of a description where `marker` is the only run of such bytes.
 template <class Value>
-std::vector<std::byte> forged(const VersionDescription& version, std::string_view marker,
-                              std::ptrdiff_t distance, Value value) {
+std::vector<std::byte> forged_description(const VersionDescription& version,
+                                          std::string_view marker, std::ptrdiff_t distance,
+                                          Value value) {
   std::vector<std::byte> bytes = encode_description(version);
   const auto text = std::as_bytes(std::span(marker));
   const auto found = std::ranges::search(bytes, text);
@@ -140,9 +142,9 @@ TEST_CASE("DecodeDescription_FieldOutOfRange_IsRefusedByName") {
   const VersionDescription version = full_description(4);
   const std::vector<std::byte> bytes = encode_description(version);
   const auto refused = [&](std::size_t offset, auto value, const std::string& field) {
-    std::vector<std::byte> forged = bytes;
-    save(std::span(forged), offset, value);
-    check_refused(forged, {field});
+    std::vector<std::byte> forged_description = bytes;
+    save(std::span(forged_description), offset, value);
+    check_refused(forged_description, {field});
   };
   refused(0, std::uint64_t{kNoId}, "the vertex count is 4294967295");
   refused(8, ~std::uint64_t{0}, "the edge count");
@@ -166,7 +168,7 @@ TEST_CASE("DecodeDescription_AttributeOutOfRange_IsRefusedByName") {
   version.attributes[1].schema.name = "second";
   version.attributes[1].pipeline = "marker";
   const auto at_name = [&](std::ptrdiff_t distance, auto value) {
-    return forged(version, "second", distance, value);
+    return forged_description(version, "second", distance, value);
   };
   check_refused(at_name(0, '/'), {"an attribute's name is /econd"});
   check_refused(at_name(-4, std::uint32_t{256}), {"the length of an attribute's name"});
@@ -176,7 +178,7 @@ TEST_CASE("DecodeDescription_AttributeOutOfRange_IsRefusedByName") {
   check_refused(at_name(10, std::uint8_t{11}), {"a record's size"});
   check_refused(at_name(11, std::uint8_t{0}), {"a record's size"});
   const auto at_levels = [&](std::ptrdiff_t distance, auto value) {
-    return forged(version, "marker", 6 + distance, value);
+    return forged_description(version, "marker", 6 + distance, value);
   };
   check_refused(at_levels(0, std::uint32_t{19}), {"a number of levels is 19"});
   check_refused(at_levels(0, ~std::uint32_t{0}), {"a number of levels"});
@@ -215,9 +217,9 @@ TEST_CASE("ReadDescription_HeaderThatPromisesTooMuch_IsRefused") {
   };
   CHECK(read(right).size() == right.size() - 32);
   const auto refused = [&](std::size_t offset, auto value, const char* word) {
-    std::vector<std::byte> forged = right;
-    save(std::span(forged), offset, value);
-    const Error error = error_of([&] { read(forged); });
+    std::vector<std::byte> forged_description = right;
+    save(std::span(forged_description), offset, value);
+    const Error error = error_of([&] { read(forged_description); });
     CHECK(error.code() == ErrorCode::kCorruption);
     CHECK(names(error, {word}));
   };

@@ -1,22 +1,27 @@
 // The instrument is tested: backends of known speed are reported as that, a warm run is labelled
 // warm, wrong data fail everything, and an interrupted file goes on.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <set>
 
+#include "bench/findings.h"
 #include "bench/latencies.h"
 #include "bench/plan.h"
+#include "bench/read_runs.h"
 #include "bench/record.h"
 #include "bench/record_file.h"
-#include "bench/run_table.h"
 #include "bench/runner.h"
 #include "instrument/memory_limit.h"
 #include "instrument/page_cache.h"
 #include "instrument/process.h"
 #include "plait/backends/plugins.h"
 #include "plait/error.h"
+#include "support/sanitized.h"
+#include "support/skip.h"
 #include "support/temporary_directory.h"
+#include "support/usable_backends.h"
 
 namespace plait::test {
 namespace {
@@ -29,8 +34,7 @@ struct Bench {
   Bench() { plugins.load(PLAIT_SLOW_BACKEND); }
 
   std::vector<Json> run(PlanRequest request, RunnerOptions options, const fs::path& out = {}) {
-    request.directories = {directory.path()};
-    request.levels = 3;
+    request.disks = {{directory.path()}};
     request.memory = {128u << 20};
     if (options.rounds == 0) options.rounds = 1;
     options.fio = false;
@@ -38,10 +42,14 @@ struct Bench {
     run_cells(make_plan(request, plugins.backends()), options, plugins.backends(), file);
     return file.records();
   }
-  double slept() const {
-    double seconds = 0;
-    std::ifstream(directory.path() / "slept") >> seconds;
-    return seconds;
+  /// What the slow backends say of the last process that used them.
+  struct Served {
+    double slept = 0, span = 0, bytes = 0;
+  };
+  Served served() const {
+    Served truth;
+    std::ifstream(directory.path() / "served") >> truth.slept >> truth.span >> truth.bytes;
+    return truth;
   }
 
   TemporaryDirectory directory;
@@ -62,40 +70,68 @@ PlanRequest small(const std::string& backend, const std::string& workload) {
   request.backends = {backend};
   request.workloads = {workload};
   request.vertices = 2000;
+  request.levels = 3;
   request.blocks = {64u << 10};
   return request;
 }
 
+Findings findings_of(const std::vector<Json>& records) { return find(runs_of(records, "runs")); }
+
+/// What comes before the first read of a run and after its last one is in the run's time and not in
+/// the backend's account. It is short, but a busy machine may stop the process there: a few tries.
+constexpr int kTries = 8;
+/// A sanitizer makes our own work many times as long, and so does not belong to the disk's.
+constexpr double kPart = unless_sanitized(0.05, 0.5);
+
 }  // namespace
 
-TEST_CASE("a delay of 5 ms a read is in the time, to 5 %") {
+TEST_CASE("a delay of 5 ms a read is reported as that, to 5 % either way") {
   Bench bench;
-  const Variable variable("PLAIT_TEST_SLEPT", (bench.directory.path() / "slept").native());
-  const Json record = bench.run(small("x-late", "patch-random"), {}).at(0);
-  INFO(record.dump());
-  REQUIRE(record["outcome"] == "ok");
-  const double blocks = record["bytes"]["blocks_read"].get<double>();
-  REQUIRE(blocks > 5);
-  CHECK(bench.slept() >= 0.005 * blocks);
-  // The backend says how long it really slept, because a busy machine wakes it late. More than that
-  // is the machine's time, which no test may bound.
-  CHECK(record["seconds"].get<double>() >= bench.slept() * 0.95);
-  CHECK(record["split"]["wait"].get<double>() >= bench.slept() * 0.95);
-  CHECK(record["latencies"]["max"].get<double>() >= 0.005);
+  const Variable variable("PLAIT_TEST_SERVED", (bench.directory.path() / "served").native());
+  Json record;
+  double seconds = 0;
+  Bench::Served truth;
+  for (int at = 0; at < kTries && (at == 0 || seconds > (1 + kPart) * truth.span); ++at) {
+    record = bench.run(small("x-late", "patch-random"), {}).at(0);
+    INFO(record.dump());
+    REQUIRE(record["outcome"] == "ok");
+    const double blocks = record["bytes"]["blocks_read"].get<double>();
+    REQUIRE(blocks > 5);
+    truth = bench.served();
+    CHECK(truth.slept >= 0.005 * blocks);
+    seconds = record["seconds"].get<double>();
+    // One caller waits for all that the backend sleeps.
+    const double wait = record["split"]["wait"].get<double>();
+    CHECK(seconds >= 0.95 * truth.span);
+    CHECK(wait >= 0.95 * truth.slept);
+    CHECK(wait <= seconds);
+    CHECK(record["latencies"]["max"].get<double>() >= 0.005);
+    CHECK(record["split"]["codec"].is_null());
+  }
+  CHECK(seconds <= (1 + kPart) * truth.span);
 }
 
-TEST_CASE("a cap of 200 MB/s is never reported as more, to 5 %") {
+TEST_CASE("a cap of 200 MB/s is reported as that, to 5 % either way") {
   Bench bench;
-  const Variable variable("PLAIT_TEST_SLEPT", (bench.directory.path() / "slept").native());
+  const Variable variable("PLAIT_TEST_SERVED", (bench.directory.path() / "served").native());
   PlanRequest request = small("x-capped", "sweep-read");
-  request.vertices = 50000;
-  const Json record = bench.run(request, {}).at(0);
-  INFO(record.dump());
-  REQUIRE(record["outcome"] == "ok");
-  const double rate =
-      record["bytes"]["needed_read"].get<double>() / record["seconds"].get<double>();
-  CHECK(rate <= 210e6);
-  CHECK(record["split"]["wait"].get<double>() > 0);
+  request.vertices = 3200;
+  request.levels = 5;  // few base vertices, so that opening the store takes no time
+  double rate = 0;
+  double truth = 0;
+  for (int at = 0; at < kTries && (at == 0 || rate < (1 - kPart) * truth); ++at) {
+    const Json record = bench.run(request, {}).at(0);
+    INFO(record.dump());
+    REQUIRE(record["outcome"] == "ok");
+    const Bench::Served served = bench.served();
+    CHECK(served.bytes == record["bytes"]["moved_read"].get<double>());
+    truth = served.bytes / served.span;
+    rate = record["bytes"]["needed_read"].get<double>() / record["seconds"].get<double>();
+    CHECK(truth <= 210e6);
+    CHECK(rate <= 1.05 * truth);
+    CHECK(record["split"]["wait"].get<double>() > 0);
+  }
+  CHECK(rate >= (1 - kPart) * truth);
 }
 
 TEST_CASE("a stall of 2 s shows in the p99 of an open loop") {
@@ -121,6 +157,37 @@ TEST_CASE("a warm run is labelled warm and has no ratio to a cold floor") {
   REQUIRE(record["outcome"] == "ok");
   const std::string label = record["proofs"]["cold"]["label"].get<std::string>();
   CHECK((label == "warm" || label == "memory"));
+  // Records hold proofs; the doubt is the report's, once.
+  CHECK(record["doubts"].empty());
+  std::string doubts;
+  for (const std::string& doubt : findings_of({record}).doubts) doubts += doubt + "\n";
+  if (label == "warm") {
+    CHECK(record["ratio"].is_null());
+    CHECK(record["proofs"]["cold"]["why"] == "the page cache was left as it was");
+    CHECK_THAT(doubts, Catch::Contains("warm: the page cache was left as it was"));
+    CHECK(doubts.find("warm:") == doubts.rfind("warm:"));
+  }
+}
+
+TEST_CASE("what the digest reads after the time is no traffic of the run or of other programs") {
+  if (std::ranges::count(usable_backends(), "uring") == 0) return skip("io_uring is not usable");
+  Bench bench;
+  PlanRequest request = small("uring", "build");
+  request.vertices = 3200;
+  request.levels = 5;
+  double read = 0;
+  double written = 0;
+  // Other programs may read from the disk.
+  for (int at = 0; at < kTries && (at == 0 || read > written / 4); ++at) {
+    const Json record = bench.run(request, {}).at(0);
+    INFO(record.dump());
+    REQUIRE(record["outcome"] == "ok");
+    if (record["bytes"]["device_read"].is_null()) return skip("the disk counts nothing");
+    read = record["bytes"]["device_read"].get<double>();
+    written = record["bytes"]["stored"].get<double>();
+    CHECK(record["proofs"]["others"]["device_read"].get<double>() <= read);
+  }
+  CHECK(read <= written / 4);
 }
 
 TEST_CASE("cold needs both proofs") {
@@ -150,21 +217,40 @@ TEST_CASE("wrong data of one backend fail everything") {
   request.backends = {"pread", "mmap"};
   std::vector<Json> records = bench.run(request, {});
   REQUIRE(records.size() == 2);
-  CHECK(different_digests(records).empty());
-  CHECK_FALSE(verdict(records).starts_with("FAILED"));
+  CHECK_FALSE(findings_of(records).failed);
   // The checksum finds what x-wrong turns after reading only if the store compares it.
   request.backends = {"x-wrong"};
   records.push_back(bench.run(request, {}).at(0));
   if (records.back()["outcome"] == "ok") {
-    CHECK_FALSE(different_digests(records).empty());
-    CHECK(verdict(records).starts_with("FAILED"));
+    CHECK(findings_of(records).verdict.starts_with("FAILED"));
   } else {
     CHECK(records.back()["failure"].is_string());
   }
   records.resize(2);
   records[1]["digest"]["value"] = "0000000000000000";
-  CHECK(different_digests(records).size() == 1);
-  CHECK(verdict(records).starts_with("FAILED"));
+  CHECK(findings_of(records).verdict.starts_with("FAILED"));
+  for (Json& record : records) record["digest"]["value"] = "torn";
+  CHECK(findings_of(records).spoiling >= 2);
+}
+
+TEST_CASE("a run that was killed in the middle of a change spoils no later run") {
+  Bench bench;
+  const Variable variable("PLAIT_TEST_KILLED", "3");
+  PlanRequest request = small("x-killed", "sweep-update");
+  request.workloads = {"sweep-update", "sweep-read"};
+  RunnerOptions options;
+  options.rounds = 4;
+  int failed = 0;
+  for (const Json& record : bench.run(request, options)) {
+    INFO(record.dump());
+    if (record["cell"]["workload"] == "sweep-update") {
+      CHECK_THAT(record["failure"].get<std::string>(), Catch::Contains("signal 9"));
+      ++failed;
+    } else {
+      CHECK(record["outcome"] == "ok");
+    }
+  }
+  CHECK(failed == 4);
 }
 
 TEST_CASE("an interrupted file goes on") {
@@ -196,14 +282,20 @@ TEST_CASE("workloads that write give the data that those that read expect") {
   Bench bench;
   PlanRequest request = small("pread", "build");
   request.backends = {"pread", "compressed"};
-  request.workloads = {"build", "passes", "sweep-update", "sweep-update-journal", "mixed"};
+  request.workloads = {
+      "build", "passes", "sweep-update", "sweep-update-journal", "sweep-update-generation",
+      "mixed"};
   const std::vector<Json> records = bench.run(request, {});
-  CHECK(records.size() == 10);
+  CHECK(records.size() == 12);
   for (const Json& record : records) {
     INFO(record.dump());
     CHECK(record["outcome"] == "ok");
+    if (record["cell"]["backend"] == "compressed")
+      CHECK(record["split"]["codec"].get<double>() > 0);
+    else
+      CHECK(record["split"]["codec"].is_null());
   }
-  CHECK(different_digests(records).empty());
+  CHECK_FALSE(findings_of(records).failed);
   for (const fs::directory_entry& left : fs::directory_iterator(bench.directory.path()))
     FAIL_CHECK("left behind: " << left.path());
 }
@@ -211,7 +303,7 @@ TEST_CASE("workloads that write give the data that those that read expect") {
 TEST_CASE("a plan refuses to fill a disk, and makes nothing") {
   Bench bench;
   PlanRequest request = small("pread", "sweep-read");
-  request.directories = {bench.directory.path()};
+  request.disks = {{bench.directory.path()}};
   Plan plan = make_plan(request, bench.plugins.backends());
   CHECK(refusals(plan, 0).empty());
   CHECK(refusals(plan, 1).size() == 1);
@@ -223,6 +315,53 @@ TEST_CASE("a plan refuses to fill a disk, and makes nothing") {
   CHECK(fs::is_empty(bench.directory.path()));
   request.workloads = {"sweep"};
   CHECK_THROWS_AS(make_plan(request, bench.plugins.backends()), Error);
+}
+
+TEST_CASE("a small memory gets small blocks, and its builds succeed") {
+  Bench bench;
+  PlanRequest request = small("x-capped", "build");
+  request.blocks.clear();
+  request.memory = {16u << 20, 256u << 20};
+  const Plan plan = make_plan(request, bench.plugins.backends());
+  REQUIRE(plan.cells.size() == 2);
+  CHECK(plan.cells[0].block_bytes == 256u << 10);
+  CHECK(plan.cells[1].block_bytes == 1u << 20);
+  request.memory = {16u << 20};
+  request.vertices = 20000;
+  CHECK(bench.run(request, {}).at(0)["outcome"] == "ok");
+}
+
+TEST_CASE("a key names the measurement and not the place") {
+  Bench bench;
+  const TemporaryDirectory elsewhere;
+  const auto keys_of = [&](std::vector<DiskPlace> disks) {
+    PlanRequest request = small("pread", "build");
+    request.disks = std::move(disks);
+    std::vector<std::string> keys;
+    for (const Cell& cell : make_plan(request, bench.plugins.backends()).cells)
+      keys.push_back(key_of(cell));
+    return keys;
+  };
+  const fs::path here = bench.directory.path();
+  CHECK(keys_of({{here, "nvme"}}) == keys_of({{elsewhere.path(), "nvme"}}));
+  // Two directories of one disk are two places.
+  const std::vector<std::string> both = keys_of({{here}, {elsewhere.path()}});
+  REQUIRE(both.size() == 2);
+  CHECK(both[0] != both[1]);
+}
+
+TEST_CASE("auto is a backend with a reason, and no cell is there twice") {
+  Bench bench;
+  PlanRequest request = small("auto", "build");
+  request.backends = {"auto", "pread", "uring"};
+  request.disks = {{bench.directory.path()}};
+  const Plan plan = make_plan(request, bench.plugins.backends());
+  REQUIRE(plan.chosen.size() == 1);
+  CHECK(plan.cells.size() == 2);
+  for (const Cell& cell : plan.cells) CHECK(cell.backend != "auto");
+  CHECK_THAT(plan.chosen[0],
+             Catch::Contains(plan.cells[0].backend) && Catch::Contains("compared with the memory"));
+  CHECK_THAT(to_text(plan), Catch::Contains(plan.chosen[0]));
 }
 
 TEST_CASE("quantiles are order statistics, and every latency is in a bin") {

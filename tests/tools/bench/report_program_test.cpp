@@ -10,11 +10,6 @@
 namespace plait::test {
 namespace {
 
-std::string content(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST_CASE("report writes a table, JSON and a page, and replaces nothing unasked") {
   const TemporaryDirectory directory;
   write_lines(directory.path() / "runs.jsonl", SimulatedRuns(1).runs({{"pread"}, {"uring"}}, 5));
@@ -29,11 +24,11 @@ TEST_CASE("report writes a table, JSON and a page, and replaces nothing unasked"
   const Outcome page = plait({"runs.jsonl", "--html", "report.html", "--json"});
   CHECK(page.status == 0);
   CHECK(page.json()["runs"] == 10);
-  const std::string text = content(directory.path() / "report.html");
+  const std::string text = content_of(directory.path() / "report.html");
   CHECK_THAT(text, Catch::Contains("plait bench report runs.jsonl --html report.html"));
   CHECK(plait({"runs.jsonl", "--html", "report.html"}).status == 2);
   CHECK(plait({"runs.jsonl", "--html", "report.html", "--force"}).status == 0);
-  CHECK(content(directory.path() / "report.html") == text);
+  CHECK(content_of(directory.path() / "report.html") == text);
   CHECK(plait({"absent.jsonl"}).status == 2);
   CHECK(plait({}).status == 2);
   std::ofstream(directory.path() / "bad.jsonl") << "no record\n";
@@ -51,7 +46,8 @@ TEST_CASE("a wrong digest is exit status 1, with the page beside it") {
       Program(directory.path(), {"bench", "report", "runs.jsonl", "--html", "report.html"}).wait();
   CHECK(outcome.status == 1);
   CHECK(outcome.output.starts_with("FAILED"));
-  CHECK_THAT(content(directory.path() / "report.html"), Catch::Contains("<body class=\"failed\">"));
+  CHECK_THAT(content_of(directory.path() / "report.html"),
+             Catch::Contains("<body class=\"failed\">"));
 }
 
 TEST_CASE("compare is exit status 1 for a regression over the threshold") {

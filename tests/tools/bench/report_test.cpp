@@ -8,6 +8,7 @@
 #include "bench/read_runs.h"
 #include "plait/error.h"
 #include "simulated_runs.h"
+#include "support/sanitized.h"
 #include "support/temporary_directory.h"
 
 namespace plait::bench {
@@ -30,9 +31,10 @@ const std::vector<SimulatedRuns::Way> kDifferent = {{"pread"},
                                                     {"uring", "build", "ext4 on vda", 2.4}};
 
 TEST_CASE("the same against itself is undecided in at least 95 % of 200 reports") {
+  constexpr int kReports = test::unless_sanitized(200, 20);
   int undecided = 0;
   int no_difference = 0;
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (std::uint64_t seed = 0; seed < kReports; ++seed) {
     SimulatedRuns simulation(seed);
     const RunSet set = set_of(simulation.runs(kSame, 5));
     const Findings findings = find(set);
@@ -41,14 +43,15 @@ TEST_CASE("the same against itself is undecided in at least 95 % of 200 reports"
     const Comparison comparison = compare(set, set_of(simulation.runs(kSame, 5)), 0.05);
     no_difference += comparison.verdict.starts_with("No difference shown") && comparison.passes();
   }
-  CHECK(undecided >= 190);
-  CHECK(no_difference >= 190);
+  CHECK(undecided >= kReports * 95 / 100);
+  CHECK(no_difference >= kReports * 95 / 100);
 }
 
 TEST_CASE("a real difference is found") {
+  constexpr int kPairs = test::unless_sanitized(40, 10);
   int decided = 0;
   int regressions = 0;
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+  for (std::uint64_t seed = 0; seed < kPairs; ++seed) {
     SimulatedRuns simulation(seed);
     const RunSet set = set_of(simulation.runs(kDifferent, 8));
     const Findings findings = find(set);
@@ -65,8 +68,9 @@ TEST_CASE("a real difference is found") {
       if (cell.regression) CHECK(cell.factor.value == Approx(1.2).margin(0.06));
     CHECK(compare(set, set_of(simulation.runs(slower, 8)), 0.5).passes());
   }
-  CHECK(decided >= 60);  // of 80: the drift of the disk widens the intervals
-  CHECK(regressions >= 38);
+  // The drift of the disk widens the intervals.
+  CHECK(decided >= kPairs * 2 * 3 / 4);
+  CHECK(regressions >= kPairs * 95 / 100);
 }
 
 TEST_CASE("one cell among many cannot be shown with five rounds, and the doubts say so") {
@@ -108,6 +112,13 @@ TEST_CASE("what limits the trust in a run is a doubt") {
   CHECK_THAT(doubts_with("/round", 0), !Catch::Contains("limit") && !Catch::Contains("warm"));
   CHECK_THAT(doubts_with("/proofs/limit/held", false), Catch::Contains("limit was not held"));
   CHECK_THAT(doubts_with("/proofs/limit/bytes", 0), Catch::Contains("no memory limit"));
+  CHECK_THAT(doubts_with("/proofs/limit", {{"bytes", 0}, {"why_not", "not permitted"}}),
+             Catch::Contains("no memory limit (not permitted)"));
+  // Files in memory need none.
+  json in_memory = SimulatedRuns(1).runs({{}}, 1)[0];
+  in_memory["proofs"]["limit"]["bytes"] = 0;
+  in_memory["environment"]["disk"]["in_memory"] = true;
+  CHECK_THAT(doubts_with("", in_memory), !Catch::Contains("memory limit"));
   CHECK_THAT(doubts_with("/proofs/cold/label", "warm"), Catch::Contains("warm"));
   CHECK_THAT(doubts_with("/proofs/second_cold", 3), Catch::Contains("cache below this machine"));
   CHECK_THAT(doubts_with("/floor_by_fio/seconds", 30), Catch::Contains("differ by more than 10 %"));

@@ -1,14 +1,21 @@
 // A plug-in with two backends over pread whose speed is known, for the tests of `plait bench`:
 // x-late serves one read at a time and sleeps 5 ms before it, or as PLAIT_TEST_STALL says once for
 // that many milliseconds; x-capped gives 200 MB/s to all readers together. x-wrong turns a bit of
-// what it reads. Both sleepers add up how long they really slept, because a busy machine wakes them
-// late, and write that to the file that PLAIT_TEST_SLEPT names when a level closes.
+// what it reads; x-killed ends the process at write number PLAIT_TEST_KILLED to a level that is
+// there. Both sleepers keep their own account of the truth, because a busy machine wakes
+// them late: how long they slept, the time from the begin of the first read to the end of the last
+// one, and the bytes. When a level closes they write it to the file that PLAIT_TEST_SERVED names.
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <mutex>
 #include <thread>
+#include <type_traits>
 
 #include "plait/backends/plugin_in_cpp.h"
 #include "plait/backends/registry.h"
@@ -19,7 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 std::mutex mutex, device;
-double slept = 0;
+double slept = 0, read_bytes = 0;
+Clock::time_point first_begin = Clock::time_point::max(), last_end = Clock::time_point::min();
 std::atomic<bool> stalled = false;
 
 void sleep_until(Clock::time_point due) {
@@ -33,17 +41,31 @@ class SlowBackend : public plait::test::ForwardingBackend {
  public:
   using ForwardingBackend::ForwardingBackend;
   ~SlowBackend() override {
-    if (const char* const file = std::getenv("PLAIT_TEST_SLEPT")) {
+    if (const char* const file = std::getenv("PLAIT_TEST_SERVED")) {
       const std::lock_guard lock(mutex);
-      std::ofstream(file) << slept;
+      const double span = last_end < first_begin  // nothing was read
+                              ? 0
+                              : std::chrono::duration<double>(last_end - first_begin).count();
+      std::ofstream(file) << slept << ' ' << span << ' ' << std::fixed << read_bytes;
     }
   }
+  void read(plait::BlockRange blocks, std::span<std::byte> into) final {
+    const Clock::time_point begin = Clock::now();
+    read_slowly(blocks, into);
+    const std::lock_guard lock(mutex);
+    first_begin = std::min(first_begin, begin);
+    last_end = std::max(last_end, Clock::now());
+    read_bytes += static_cast<double>(into.size());
+  }
+
+ protected:
+  virtual void read_slowly(plait::BlockRange blocks, std::span<std::byte> into) = 0;
 };
 
 class LateBackend final : public SlowBackend {
  public:
   using SlowBackend::SlowBackend;
-  void read(plait::BlockRange blocks, std::span<std::byte> into) override {
+  void read_slowly(plait::BlockRange blocks, std::span<std::byte> into) override {
     const char* const stall = std::getenv("PLAIT_TEST_STALL");
     const bool stalls = stall != nullptr && !stalled.exchange(true);
     const std::lock_guard one_at_a_time(device);
@@ -56,7 +78,7 @@ class LateBackend final : public SlowBackend {
 class CappedBackend final : public SlowBackend {
  public:
   using SlowBackend::SlowBackend;
-  void read(plait::BlockRange blocks, std::span<std::byte> into) override {
+  void read_slowly(plait::BlockRange blocks, std::span<std::byte> into) override {
     static Clock::time_point free_again = Clock::now();
     Clock::time_point due;
     {
@@ -68,6 +90,17 @@ class CappedBackend final : public SlowBackend {
     }
     inner().read(blocks, into);
     sleep_until(due);
+  }
+};
+
+/// Ends the process at its n-th write.
+class KilledBackend final : public plait::test::ForwardingBackend {
+ public:
+  using ForwardingBackend::ForwardingBackend;
+  void write(plait::BlockRange blocks, std::span<const std::byte> from) override {
+    static std::atomic<int> left = std::atoi(std::getenv("PLAIT_TEST_KILLED"));
+    inner().write(blocks, from);
+    if (--left == 0) ::kill(::getpid(), SIGKILL);
   }
 };
 
@@ -84,9 +117,13 @@ template <class Slow>
 void add(plait::PluginRegistry& registry, const char* name) {
   plait::BackendRegistry::Entry entry = plait::default_backends().find("pread");
   entry.name = name;
-  entry.open = plait::open_each_level([open = entry.open](const plait::LevelSpec& level) {
-    return std::make_unique<Slow>(open({})->open_level(level));
-  });
+  entry.open = plait::open_each_level(
+      [open = entry.open](const plait::LevelSpec& level) -> std::unique_ptr<plait::Backend> {
+        // Making a store goes well.
+        if (std::is_same_v<Slow, KilledBackend> && level.mode != plait::OpenMode::kReadWrite)
+          return open({})->open_level(level);
+        return std::make_unique<Slow>(open({})->open_level(level));
+      });
   registry.add(entry);
 }
 
@@ -97,5 +134,6 @@ extern "C" PLAIT_PLUGIN_EXPORT std::int32_t plait_plugin_v1(const plait_host* ho
     add<LateBackend>(registry, "x-late");
     add<CappedBackend>(registry, "x-capped");
     add<WrongBackend>(registry, "x-wrong");
+    add<KilledBackend>(registry, "x-killed");
   });
 }

@@ -7,7 +7,7 @@ namespace plait::tune {
 namespace {
 
 /// 1 GB/s to read, 500 MB/s to write.
-Disk disk() { return {"made up", 1e9, 5e8, 1e-3, 1e8, 0, true}; }
+Disk disk() { return {"made up", 1e9, 5e8, 1e-3, 1e8, 0, {}, true}; }
 
 /// 2e9 stored bytes.
 Work work(double encode_seconds, double decode_seconds) {
@@ -17,51 +17,51 @@ Work work(double encode_seconds, double decode_seconds) {
 }  // namespace
 
 TEST_CASE("Read_IsTheLongerOfDiskAndProcessors_AttributeByAttribute") {
-  CHECK(predict({work(0, 1)}, disk(), 1).read == Approx(2));
-  CHECK(predict({work(0, 6)}, disk(), 1).read == Approx(6));
-  CHECK(predict({work(0, 6)}, disk(), 2).read == Approx(3));
+  CHECK(predict({work(0, 1)}, {disk(), 1, {}}).read == Approx(2));
+  CHECK(predict({work(0, 6)}, {disk(), 1, {}}).read == Approx(6));
+  CHECK(predict({work(0, 6)}, {disk(), 2, {}}).read == Approx(3));
   // One attribute waits for the disk, the other one for the processor: neither helps the other.
-  CHECK(predict({work(0, 0), work(0, 6)}, disk(), 1).read == Approx(2 + 6));
+  CHECK(predict({work(0, 0), work(0, 6)}, {disk(), 1, {}}).read == Approx(2 + 6));
 }
 
 TEST_CASE("Write_BeginsWhenTheSystemWrites") {
   Disk slow_start = disk();
-  CHECK(predict({work(1, 0)}, slow_start, 1).write == Approx(4));
-  CHECK(predict({work(10, 0)}, slow_start, 1).write == Approx(10));
+  CHECK(predict({work(1, 0)}, {slow_start, 1, {}}).write == Approx(4));
+  CHECK(predict({work(10, 0)}, {slow_start, 1, {}}).write == Approx(10));
   // All of it is encoded before the disk begins: the sum.
   slow_start.unwritten_bytes = 1e12;
-  CHECK(predict({work(10, 0)}, slow_start, 1).write == Approx(10 + 4));
+  CHECK(predict({work(10, 0)}, {slow_start, 1, {}}).write == Approx(10 + 4));
   // A quarter of it: 2.5 s alone, then the disk is the faster one of the two.
   slow_start.unwritten_bytes = 5e8;
-  CHECK(predict({work(10, 0)}, slow_start, 1).write == Approx(2.5 + 7.5));
-  CHECK(predict({work(2, 0)}, slow_start, 1).write == Approx(0.5 + 4));
+  CHECK(predict({work(10, 0)}, {slow_start, 1, {}}).write == Approx(2.5 + 7.5));
+  CHECK(predict({work(2, 0)}, {slow_start, 1, {}}).write == Approx(0.5 + 4));
   // The commit waits for all attributes together.
   slow_start.unwritten_bytes = 0;
-  CHECK(predict({work(6, 0), work(0, 0)}, slow_start, 1).write == Approx(8));
+  CHECK(predict({work(6, 0), work(0, 0)}, {slow_start, 1, {}}).write == Approx(8));
 }
 
 TEST_CASE("Update_ReadsAndWrites_UnlessLevelsAreFixed") {
-  CHECK(predict({work(1, 1)}, disk(), 1).update == Approx(2 + 4));
-  CHECK(predict({work(9, 1)}, disk(), 2).update == Approx(6));
-  CHECK(predict({work(9, 3)}, disk(), 1).update == Approx(12));
+  CHECK(predict({work(1, 1)}, {disk(), 1, {}}).update == Approx(2 + 4));
+  CHECK(predict({work(9, 1)}, {disk(), 2, {}}).update == Approx(6));
+  CHECK(predict({work(9, 3)}, {disk(), 1, {}}).update == Approx(12));
   Work fixed = work(1, 1);
   fixed.is_fixed = true;
-  CHECK(!predict({fixed, work(1, 1)}, disk(), 1).update);
-  CHECK(!predict({work(1, 1), fixed}, disk(), 1).update);
+  CHECK(!predict({fixed, work(1, 1)}, {disk(), 1, {}}).update);
+  CHECK(!predict({work(1, 1), fixed}, {disk(), 1, {}}).update);
 }
 
 TEST_CASE("Patch_IsOneBlockOfEachAttribute") {
-  CHECK(predict({work(0, 0)}, disk(), 4).patch == Approx(1e-3 + 1e-3 + 2e-3));
-  CHECK(predict({work(0, 0), work(0, 0)}, disk(), 4).patch == Approx(8e-3));
+  CHECK(predict({work(0, 0)}, {disk(), 4, {}}).patch == Approx(1e-3 + 1e-3 + 2e-3));
+  CHECK(predict({work(0, 0), work(0, 0)}, {disk(), 4, {}}).patch == Approx(8e-3));
 }
 
 TEST_CASE("NothingStored_TakesOnlyTheProcessor") {
   Disk cached = disk();
   cached.unwritten_bytes = 1e9;
-  const Predicted predicted = predict({{0, 3, 1, 0, 0, false}}, cached, 1);
+  const Predicted predicted = predict({{0, 3, 1, 0, 0, false}}, {cached, 1, {}});
   CHECK(predicted.read == Approx(1));
   CHECK(predicted.write == Approx(3));
-  CHECK(predict({}, cached, 1).write == 0);
+  CHECK(predict({}, {cached, 1, {}}).write == 0);
 }
 
 TEST_CASE("ClassesOfDisks_AreFromSlowToFast") {

@@ -7,7 +7,7 @@
 namespace plait::tune {
 namespace {
 
-Trial trial(std::vector<Outcome> outcomes) {
+Trial figures_trial(std::vector<Outcome> outcomes) {
   return {0, 4096, "none", 4096, false, std::move(outcomes)};
 }
 
@@ -66,14 +66,14 @@ TEST_CASE("Intervals_OfRandomSamples_HaveTheTrueFigureInThem") {
 TEST_CASE("Rates_CompareTheSameBytes") {
   Trials trials;
   trials.attributes.push_back({{"position"}, 1000, 3, false});
-  trials.trials = {trial({outcome(10, 5), outcome(10, 5), outcome(10, 10)}),
-                   trial({outcome(10, 2), outcome(10, 2), {}})};
+  trials.trials = {figures_trial({outcome(10, 5), outcome(10, 5), outcome(10, 10)}),
+                   figures_trial({outcome(10, 2), outcome(10, 2), {}})};
   CHECK(common_parts(trials, 0) == std::vector<std::size_t>{0, 1});
   CHECK(rates_of(trials, trials.trials[0]).stored.value == Approx(0.5));
   CHECK(rates_of(trials, trials.trials[1]).stored.value == Approx(0.2));
   CHECK(rates_of(trials, trials.trials[0], 0).stored.value == Approx(0.5));
   // Nothing in common: each by what it has.
-  trials.trials.push_back(trial({{}, {}, outcome(10, 1)}));
+  trials.trials.push_back(figures_trial({{}, {}, outcome(10, 1)}));
   CHECK(common_parts(trials, 0).empty());
   CHECK(rates_of(trials, trials.trials[0]).stored.value == Approx(2.0 / 3));
   CHECK(rates_of(trials, trials.trials[2]).stored.value == Approx(0.1));
@@ -82,7 +82,7 @@ TEST_CASE("Rates_CompareTheSameBytes") {
 TEST_CASE("Rates_OfAWholeAttribute_KnowTheSizeExactly") {
   Trials trials;
   trials.attributes.push_back({{"position"}, 110, 2, true});
-  trials.trials = {trial({outcome(10, 10), outcome(100, 20)})};
+  trials.trials = {figures_trial({outcome(10, 10), outcome(100, 20)})};
   const Rates rates = rates_of(trials, trials.trials[0]);
   CHECK(rates.stored.value == Approx(30.0 / 110));
   CHECK(rates.stored.high == rates.stored.low);

@@ -1,13 +1,17 @@
 // The trials of real stores. Sizes are facts; times are not tested.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "plait/backends/compression.h"
+#include "plait/block_maker.h"
+#include "plait/copy_levels.h"
 #include "plait/error.h"
+#include "plait/rounding.h"
 #include "tools/tune/test_stores.h"
-#include "tune/advice.h"
 #include "tune/block_trial.h"
 #include "tune/candidates.h"
+#include "tune/pick.h"
 #include "tune/round_robin.h"
 
 namespace plait::tune {
@@ -34,7 +38,7 @@ Tried try_store(const Store& store, std::vector<std::uint64_t> sizes,
   return tried;
 }
 
-bool always(const TrialProgress&) { return true; }
+bool always_true(const TrialProgress&) { return true; }
 
 /// Times as on any machine, so that only sizes decide.
 void make_up_times(Trials& trials) {
@@ -43,7 +47,7 @@ void make_up_times(Trials& trials) {
       part.encode_seconds = part.decode_seconds = trial.pipeline == "none" ? 1e-9 : 1e-8;
 }
 
-Machine machine() { return {{"made up", 1e8, 1e8, 1e-4, 1e8, 0, true}, 2}; }
+Machine trial_machine() { return {{"made up", 1e8, 1e8, 1e-4, 1e8, 0, {}, true}, 2, {}}; }
 
 }  // namespace
 
@@ -52,11 +56,8 @@ TEST_CASE("Candidates_BeginWithNoneAndPresets_AndSuitTheType") {
   REQUIRE(floats.size() > 10);
   CHECK(floats[0] == "none");
   CHECK(floats[1] == preset_pipeline("fast", {"position"}));
-  CHECK(floats[2] == without_predicted(preset_pipeline("default", {"position"})));
-  CHECK(floats[3] == without_predicted(preset_pipeline("small", {"position"})));
-  CHECK(without_predicted("predicted+hierarchy+shuffle,zstd:1") == "hierarchy+shuffle,zstd:1");
-  CHECK(without_predicted("predicted,lz4") == "lz4");
-  CHECK(without_predicted("predicted-too,lz4") == "predicted-too,lz4");
+  CHECK(floats[2] == without_predicted_stage(preset_pipeline("default", {"position"})));
+  CHECK(floats[3] == without_predicted_stage(preset_pipeline("small", {"position"})));
   for (const char* expected : {"lz4", "zstd:9", "shuffle,lz4", "shuffle+bytedelta,zstd:1",
                                "lorenzo+shuffle,zstd:3", "normals+shuffle,zstd:1"})
     CHECK(contains(floats, expected));
@@ -72,6 +73,26 @@ TEST_CASE("Candidates_BeginWithNoneAndPresets_AndSuitTheType") {
   const auto bytes = candidate_pipelines(default_pipelines(), {"flag", ComponentType::kUint8, 1});
   CHECK(contains(bytes, "lz4"));
   CHECK(!contains(bytes, "shuffle,lz4"));
+}
+
+TEST_CASE("Candidates_WithAScheme_HaveTheStagePredicted") {
+  const auto plain = candidate_pipelines(default_pipelines(), {"position"});
+  for (const std::string& pipeline : plain) CHECK(!has_predicted_stage(pipeline));
+  const auto made = candidate_pipelines(default_pipelines(), {"position"}, true);
+  CHECK(std::equal(plain.begin(), plain.end(), made.begin()));
+  CHECK(contains(made, preset_pipeline("default", {"position"})));
+  CHECK(contains(made, "predicted+parallelogram+shuffle,lz4"));
+}
+
+TEST_CASE("Candidates_OfRoundedRecords_CountInSteps") {
+  const auto rounded = candidate_pipelines(default_pipelines(), {"position"}, false, 0.25);
+  for (const char* expected : {"hierarchy+shuffle,zstd:1", "hierarchy:step=0.25+shuffle,zstd:1",
+                               "lattice:0.25+lorenzo+shuffle,lz4"})
+    CHECK(contains(rounded, expected));
+  for (const std::string& pipeline : candidate_pipelines(default_pipelines(), {"position"})) {
+    CHECK(pipeline.find("step") == std::string::npos);
+    CHECK(pipeline.find("lattice") == std::string::npos);
+  }
 }
 
 TEST_CASE("Candidates_HaveCodecsAndFiltersOfPlugins") {
@@ -96,7 +117,7 @@ TEST_CASE("Candidates_OfBlockSizes_HaveTheStoresOwn") {
 TEST_CASE("Trials_OfEveryPipeline_StoreWhatTheBackendStores") {
   // The sample is the whole store, so the sizes must be those of a store that was made so.
   Store store = smooth_store(4);
-  const Tried tried = try_store(store, {4096, 65536}, always);
+  const Tried tried = try_store(store, {4096, 65536}, always_true);
   CHECK(tried.trials.attributes.size() == 2);
   for (const char* pipeline : {"none", "shuffle,lz4", "lorenzo+shuffle,zstd:3",
                                "hierarchy+shuffle,zstd:1", "normals+shuffle,zstd:1"}) {
@@ -112,10 +133,53 @@ TEST_CASE("Trials_OfEveryPipeline_StoreWhatTheBackendStores") {
   }
 }
 
+TEST_CASE("Trials_OfASchemesLevels_TakeTheTableOnly") {
+  const Store store = smooth_store(3);
+  const Tried tried = try_store(store, {4096, 65536}, always_true);
+  int found = 0;
+  for (const Trial& trial : tried.trials.trials) {
+    CHECK(trial.is_predicted == has_predicted_stage(trial.pipeline));
+    if (!trial.is_predicted) continue;
+    ++found;
+    for (const Outcome& part : trial.outcomes) {
+      CHECK(part.stored_bytes <= 24 * std::ceil(part.raw_bytes / 2048));
+      CHECK(part.decode_seconds > 0);
+    }
+  }
+  CHECK(found >= 8);
+}
+
+TEST_CASE("Trials_OfLevelsThatNoSchemeMakes_HaveNoStagePredicted") {
+  Store store = smooth_store(3);
+  fill_with_random_bits(store, 0);
+  const Tried tried = try_store(store, {65536}, always_true);
+  for (const Trial& trial : tried.trials.trials)
+    if (trial.attribute == 0) CHECK(!trial.is_predicted);
+  CHECK(std::ranges::any_of(tried.trials.trials, &Trial::is_predicted));  // the normals
+}
+
+TEST_CASE("Trials_OfARoundedStore_CountInItsSteps") {
+  Store store = smooth_store(3);
+  Store rounded = Store::create({}, store.base(), store.options(), default_backends());
+  ErrorBounds bounds;
+  bounds.add("1e-4rel");
+  copy_levels(store, rounded, {}, bounds);
+  const Tried tried = try_store(rounded, {65536}, always_true);
+  const auto size_of = [&](std::string_view start) {
+    double least = 1;
+    for (const Trial& trial : tried.trials.trials)
+      if (trial.attribute == 0 && trial.pipeline.starts_with(start))
+        least = std::min(least, rates_of(tried.trials, trial).stored.value);
+    return least;
+  };
+  CHECK(size_of("hierarchy:step=") < 0.7 * size_of("hierarchy+"));
+  CHECK(size_of("predicted") == 1);
+}
+
 TEST_CASE("Trials_OfNormalsWithoutPositions_AreLeftOut") {
   Store store = smooth_store(2);
   store.remove_attribute(store.attribute("position"));
-  const Tried tried = try_store(store, {65536}, always);
+  const Tried tried = try_store(store, {65536}, always_true);
   REQUIRE(tried.trials.attributes.size() == 1);
   for (const Trial& trial : tried.trials.trials) {
     CHECK(trial.pipeline.find("normals") == std::string::npos);
@@ -150,32 +214,37 @@ TEST_CASE("RandomBits_AdviseNone") {
   Store store = smooth_store(3);
   store.remove_attribute(store.attribute("normal"));
   fill_with_random_bits(store, 0);
-  Tried tried = try_store(store, {4096, 65536}, always);
+  Tried tried = try_store(store, {4096, 65536}, always_true);
   make_up_times(tried.trials);
   for (const Goal goal : all_goals()) {
     CAPTURE(to_string(goal));
-    const Choice choice = pick(tried.trials, goal, machine());
+    const Choice choice = pick(tried.trials, goal, trial_machine());
     CHECK(tried.trials.trials[choice.trials[0]].pipeline == "none");
   }
 }
 
 TEST_CASE("ASmoothSurface_ForSize_AdvisesPrediction") {
   const Store store = smooth_store(4);
-  Tried tried = try_store(store, {65536}, always);
+  Tried tried = try_store(store, {65536}, always_true);
   make_up_times(tried.trials);
-  const Choice choice = pick(tried.trials, Goal::kSize, machine());
-  CHECK(tried.trials.trials[choice.trials[0]].pipeline.starts_with("hierarchy"));
-  CHECK(tried.trials.trials[choice.trials[1]].pipeline.starts_with("normals"));
+  const Choice choice = pick(tried.trials, Goal::kSize, trial_machine());
+  CHECK(tried.trials.trials[choice.trials[0]].pipeline.starts_with("predicted+"));
+  CHECK(tried.trials.trials[choice.trials[1]].pipeline.starts_with("predicted+"));
+  // The same surface, moved: no scheme makes it.
+  std::erase_if(tried.trials.trials, &Trial::is_predicted);
+  const Choice next = pick(tried.trials, Goal::kSize, trial_machine());
+  CHECK(tried.trials.trials[next.trials[0]].pipeline.starts_with("hierarchy"));
+  CHECK(tried.trials.trials[next.trials[1]].pipeline.starts_with("normals"));
 }
 
 TEST_CASE("StoresWithoutLevels_HaveNoTrials") {
   StoreOptions options;
   options.backend = "memory";
   Store store = Store::create({}, BaseMesh::build(test::octahedron()), options, default_backends());
-  CHECK(try_store(store, {65536}, always).trials.trials.empty());
+  CHECK(try_store(store, {65536}, always_true).trials.trials.empty());
   add_base_positions(store);
-  CHECK(try_store(store, {65536}, always).trials.trials.empty());
-  CHECK_THROWS_AS(pick({}, Goal::kRead, machine()), Error);
+  CHECK(try_store(store, {65536}, always_true).trials.trials.empty());
+  CHECK_THROWS_AS(pick({}, Goal::kRead, trial_machine()), Error);
 }
 
 }  // namespace plait::tune

@@ -76,6 +76,27 @@ TEST_CASE("Tune_Applied_MakesTheSameSurface_AndAPage") {
   CHECK(here.plait({"tune", "s.plait", "--seconds", "0.2", "--html", "t.html"}).status == 2);
 }
 
+TEST_CASE("Tune_Exhaustive_HoldsThePickAgainstEveryCandidate") {
+  const Workplace here;
+  REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "1", "--normals"}).status ==
+          0);
+  const Outcome outcome =
+      here.plait({"tune", "s.plait", "--seconds", "0.2", "--exhaustive", "--json"});
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json report = outcome.json(), tried = report["exhaustive"];
+  CHECK(report["reading"]["probes"].size() >= 1);
+  CHECK(tried["stores"].get<int>() >= 30);
+  REQUIRE(tried["finalists"].size() >= 3);
+  // The best is among those that were read last, and the pick is the first of them.
+  const double pick = tried["finalists"][0]["read_seconds"];
+  const double best = tried["finalists"][tried["best"].get<std::size_t>()]["read_seconds"];
+  for (const auto& one : tried["finalists"]) CHECK(one["read_seconds"].get<double>() >= best);
+  CHECK(tried["pick_behind_best"].get<double>() == Approx(pick / best - 1));
+  CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply", "s.plait"});
+  CHECK(here.plait({"tune", "mesh.ply", "--exhaustive"}).status == 2);
+}
+
 TEST_CASE("Tune_OfAMesh_SaysHowFarItWasRefined") {
   const Workplace here;
   const Outcome outcome =

@@ -9,9 +9,9 @@
 //   shuffle,zstd:3      lz4      shuffle,none      x-delta:stride=3+shuffle,zstd
 //
 // The first comma ends the filters. So a codec's options may contain commas, and a filter's options
-// contain neither a comma nor a plus sign. The first filter may be the stage `predicted`, which
-// stores blocks that a scheme makes again in no bytes (plait/block_maker.h). The codec "none"
-// copies; the filter "none" stands for no filter.
+// contain neither a comma nor a plus sign; semicolons separate pipelines (plait/level_pipelines.h).
+// The first filter may be the stage `predicted`, which stores blocks that a scheme makes again in
+// no bytes (plait/block_maker.h). The codec "none" copies; the filter "none" stands for no filter.
 #pragma once
 
 #include <cstddef>
@@ -79,6 +79,9 @@ struct FilterBlock {
   std::span<const std::span<const std::byte>> context = {};
   /// Working memory of Filter::scratch_bytes() bytes, aligned as by operator new.
   std::span<std::byte> scratch = {};
+  /// Of the first filter, if it keeps_note(): the byte that encode() sets and that decode() gets
+  /// back. Null if the caller stores no such byte.
+  std::byte* note = nullptr;
 };
 
 /// A reversible transform of the blocks of one level. It keeps the size and makes a block compress
@@ -95,6 +98,9 @@ class Filter {
     static_cast<void>(block), static_cast<void>(blocks);
     return 0;
   }
+  /// Whether encode() decides something about each block that decode() must know:
+  /// FilterBlock::note. Only the first filter of a pipeline may.
+  virtual bool keeps_note() const noexcept { return false; }
   /// The number of the attribute whose base records (AttributeLevels::base) the filter reads; kNoId
   /// if it reads none.
   virtual std::uint32_t base_attribute() const noexcept { return kNoId; }
@@ -103,7 +109,8 @@ class Filter {
   /// The two spans have the size of the block and do not overlap.
   virtual void encode(const FilterBlock& block, std::span<const std::byte> raw,
                       std::span<std::byte> filtered) const = 0;
-  /// The inverse of encode(). Accepts any bytes.
+  /// The inverse of encode(). Accepts any bytes. Errors: kCorruption for a note that encode() never
+  /// sets.
   virtual void decode(const FilterBlock& block, std::span<const std::byte> filtered,
                       std::span<std::byte> raw) const = 0;
 };
@@ -154,7 +161,8 @@ class PipelineRegistry {
 
   /// Errors: kNotSupported for a name that is not registered (the message lists the known names),
   /// for records that a filter cannot transform, and if a filter after the first one needs other
-  /// blocks; kInvalidArgument for text that is no pipeline and for options that are refused.
+  /// blocks or keeps a note; kInvalidArgument for text that is no pipeline and for options that are
+  /// refused.
   Pipeline make(std::string_view pipeline, const FilterLevel& level) const;
   /// Only the codec of the pipeline. Errors: as make().
   std::unique_ptr<Codec> make_codec(std::string_view pipeline) const;

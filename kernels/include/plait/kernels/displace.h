@@ -61,10 +61,10 @@ struct Displaced {
 };
 
 /// Moves the vertices of all levels of attribute "position", base vertices too. If the store has an
-/// attribute "normal", it is made anew from the new positions, by the rule of subdivide(). The
-/// levels then no longer follow from the base mesh, so the provenance names no scheme. Does not
-/// commit. Reads and writes the positions in a few passes within the budget of the store; until the
-/// end they are in the store twice, the second time as attribute "displaced".
+/// attribute "normal", it is made anew from the new positions, by the rule of subdivide(), unless
+/// it is derived. The levels then no longer follow from the base mesh, so the provenance names no
+/// scheme. Does not commit. Reads and writes the positions in a few passes within the budget of the
+/// store; until the end they are in the store twice, the second time as attribute "displaced".
 ///
 /// Errors, before anything is changed: kNotFound without "position"; kInvalidArgument unless
 /// "position" is float32 x 3 or float64 x 3 and "normal", if there is one, is float32 x 3 with as

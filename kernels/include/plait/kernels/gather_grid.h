@@ -31,9 +31,9 @@ struct SlotSource {
 
 /// Copies vertices of one face to the grid: those in the slots of the face's side `slots_of`.
 /// `side` is the face's side on the edge of the grid. `turned` tells that the face is the other
-/// face of this edge.
-template <class Record>
-void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSide side, bool turned,
+/// face of this edge. `source` has the function slot() of SlotSource.
+template <class Record, class Source>
+void gather_side(const Topology& mesh, const Source& source, FaceSide side, bool turned,
                  int slots_of, int level, EdgeGrid<Record>& grid) {
   const FaceId face = side.face();
   const EdgeId edge_id = mesh.face_edges[face][static_cast<std::size_t>(slots_of)];
@@ -84,9 +84,9 @@ void gather_side(const Topology& mesh, const SlotSource<Record>& source, FaceSid
 
 /// Fills `grid` for `edge` with the vertices that levels `first` to `last` create (0: the base
 /// vertices), at their places in a grid of level grid.level().
-template <class Record>
-void gather(const Topology& mesh, const SlotSource<Record>& source, std::span<const Record> base,
-            EdgeId edge, int first, int last, EdgeGrid<Record>& grid) {
+template <class Record, class Source>
+void gather(const Topology& mesh, const Source& source, std::span<const Record> base, EdgeId edge,
+            int first, int last, EdgeGrid<Record>& grid) {
   const std::int64_t size = grid.size();
   for (const bool turned : {false, true}) {
     const FaceSide side = turned ? mesh.edges[edge].other : mesh.edges[edge].own;

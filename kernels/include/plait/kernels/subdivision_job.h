@@ -24,6 +24,7 @@
 #include "plait/namespace.h"
 #include "plait/options.h"
 #include "plait/pager.h"
+#include "plait/rounding.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -49,8 +50,9 @@ struct SubdivisionRequest {
   // Properties of the store. A resumed job takes them from the store, and refuses a value that
   // differs. For a new store, the comment of each member names its default.
   std::optional<std::string> backend = {};  ///< the result of choose_backend, or "pread"
-  /// The pipeline of each attribute; empty: the default of the backend. If blocks are encoded from
-  /// other blocks, the job encodes the attribute anew when all levels are made.
+  /// The pipelines of each attribute (plait/level_pipelines.h); empty: the default of the backend.
+  /// If blocks are encoded from other blocks, the job encodes the attribute anew when all levels
+  /// are made.
   std::function<std::string(const AttributeSchema&)> pipeline_of = {};
   std::optional<LayoutKind> layout = {};  ///< Hilbert for fused, else kAutomatic
   std::optional<Scheme> scheme = {};      ///< kDefaultScheme
@@ -61,10 +63,22 @@ struct SubdivisionRequest {
   std::optional<std::uint64_t> block_bytes = {};     ///< as in StoreOptions
   std::optional<std::uint64_t> max_slot_bytes = {};  ///< 16 KiB; decides the base level
 
+  /// Attributes that are rounded when all levels are made (plait/rounding.h). Until the commit,
+  /// their exact and their rounded levels take disk space. Not with kResume.
+  ErrorBounds max_errors = {};
+  /// Changes the pipelines of an attribute that is rounded to multiples of the step, such as
+  /// pipeline_of_rounded (plait/backends/compression.h); empty: they stay as they are.
+  std::function<std::string(std::string_view pipelines, double step)> round_pipelines = {};
+  /// Reads the rounded levels before the exact ones go, and compares every record.
+  bool verify = false;
+
   std::optional<ExecutorKind> executor = {};  ///< fused; sweep with kResume
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;
   bool normals = false;
+  /// The normals are not stored, but computed from the positions when they are read
+  /// (plait/derivation.h). Implies `normals`. Not with `limit`, nor with kResume.
+  bool derive_normals = false;
   bool limit = false;
   /// With kNone, the job never waits for the disk. If the job is cancelled or killed, the last
   /// commit stays; but a crash of the system may destroy the store.
@@ -84,7 +98,8 @@ struct MeshFigures {
 
 /// Estimates from the counts of the mesh.
 struct SubdivisionSize {
-  std::uint64_t level_bytes = 0;  ///< all levels of all attributes at the end, uncompressed
+  std::uint64_t level_bytes = 0;    ///< all levels of all attributes at the end, uncompressed
+  std::uint64_t rounded_bytes = 0;  ///< of rounded attributes: until the commit, so much more
   /// The most that the run adds to the disk, uncompressed; 0 if the backend is not durable.
   std::uint64_t disk_bytes = 0;
   std::uint64_t longest_file_bytes = 0;
@@ -134,7 +149,7 @@ enum class SubdivisionStep : std::uint8_t {
   kBaseMesh,  ///< refine the base mesh in memory
   kLayout,    ///< sort the faces of the base mesh
   kLevels,    ///< make levels, normals and limit positions
-  kEncode,    ///< encode attributes anew whose blocks are encoded from other blocks
+  kEncode,    ///< encode attributes anew that are rounded, or encoded from other blocks
   kCommit,    ///< with kResume also after every level
   kDigest,    ///< read all levels and compute the digest
   kPublish,   ///< give the store its final name
@@ -164,7 +179,8 @@ struct SubdivisionResult {
   std::optional<Store> in_memory;
   MeshFigures base;                              ///< the mesh refined base_level times
   int resumed_level = 0;                         ///< the finest level at the start of the run
-  std::map<std::string, std::string> pipelines;  ///< of each attribute, by name
+  std::map<std::string, std::string> pipelines;  ///< of each attribute, by name: Store::pipelines
+  std::map<std::string, Rounding> roundings;     ///< of the rounded attributes, by name
   LayoutSpans spans;
   double import_seconds = 0, layout_seconds = 0;
   double refine_seconds = 0;  ///< base mesh and all levels

@@ -11,7 +11,8 @@
 namespace plait::test {
 namespace {
 
-constexpr const char* kCodecs[] = {"none", "lz4", "zstd", "zstd:1", "zstd:-5", "zstd:19"};
+constexpr const char* kCodecs[] = {"none",    "lz4",     "zstd",        "zstd:1",
+                                   "zstd:-5", "zstd:19", "zstd:huffman"};
 constexpr std::size_t kSizes[] = {0,   1,   2,    7,    12,    13,    64,
                                   255, 256, 4095, 4096, 32768, 65536, 70000};
 
@@ -119,6 +120,27 @@ TEST_CASE("CodecDecompress_GarbageOrFlippedBits_NeverOverruns") {
       stored.bytes[place] ^= flip;
     }
     CHECK(decodes(*codec, stored.span(), size));  // errors leave the codec usable
+  }
+}
+
+TEST_CASE("ZstdCompress_PartsOfSeveralKinds_EachTakeTheirOwnWay") {
+  // Noise of five bits has no matches, and a repeated text of all bytes has nothing else.
+  const std::size_t size = 160'000;
+  ExactBuffer raw(make_content(size, Content::kRandom, 6));
+  for (std::size_t i = 0; i < size / 2; ++i) raw.bytes[i] &= std::byte{31};
+  for (std::size_t i = size / 2 + 1000; i < size; ++i) raw.bytes[i] = raw.bytes[i - 1000];
+  for (const char* name : {"zstd:1", "zstd:9"}) {
+    const auto codec = codec_of(name);
+    ExactBuffer room(codec->bound(size));
+    const auto stored = room.span().first(codec->compress(raw.span(), room.span()).value());
+    CHECK(stored.size() < size / 2 * 5 / 8 + size / 2 / 8);
+    ExactBuffer back(size);
+    codec->decompress(stored, back.span());
+    CHECK(std::ranges::equal(raw.span(), back.span()));
+    CHECK_FALSE(decodes(*codec, stored.first(stored.size() - 1), size));
+    std::vector<std::byte> longer(stored.begin(), stored.end());
+    longer.push_back(std::byte{0});
+    CHECK_FALSE(decodes(*codec, longer, size));
   }
 }
 

@@ -90,6 +90,7 @@ struct FilteredBlock {
   std::size_t needed_count = 0;
   std::vector<std::span<const std::byte>> context = {};
   std::vector<std::byte> scratch = {}, filtered = {}, back = {};
+  std::byte note = {};
 };
 
 /// Encodes a block with its context, and decodes the result.
@@ -104,7 +105,7 @@ FilteredBlock encode_and_decode(const Filter& filter, const PredictedLevels<Numb
   const std::span<const std::byte> raw = levels.block(level, block);
   result.filtered.resize(raw.size());
   result.back.resize(raw.size());
-  const FilterBlock with{block, result.context, result.scratch};
+  const FilterBlock with{block, result.context, result.scratch, &result.note};
   filter.encode(with, raw, result.filtered);
   filter.decode(with, result.filtered, result.back);
   return result;

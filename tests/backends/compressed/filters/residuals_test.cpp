@@ -10,7 +10,7 @@ namespace plait::test {
 namespace {
 
 /// The place of a number among all numbers: 2^31 for +0, 2^31 - 1 for -0.
-std::uint64_t place_of(std::uint32_t bits) {
+std::uint64_t residual_place_of(std::uint32_t bits) {
   constexpr std::uint64_t kHalf = std::uint64_t{1} << 31;
   return bits < kHalf ? kHalf + bits : kHalf - 1 - (bits - kHalf);
 }
@@ -49,8 +49,9 @@ TEST_CASE("Residuals_OfPairsOfNumbers_AreThoseOfTheDefinition") {
   for (const float number : some_numbers())
     for (const float prediction : some_numbers()) {
       const float counted = prediction == prediction ? prediction : 0.0f;
-      const std::uint32_t expected = zigzag_of(place_of(std::bit_cast<std::uint32_t>(number)),
-                                               place_of(std::bit_cast<std::uint32_t>(counted)));
+      const std::uint32_t expected =
+          zigzag_of(residual_place_of(std::bit_cast<std::uint32_t>(number)),
+                    residual_place_of(std::bit_cast<std::uint32_t>(counted)));
       const std::uint32_t found = residual(number, prediction);
       CHECK(found == expected);
       CHECK(std::bit_cast<std::uint32_t>(from_residual(found, prediction)) ==

@@ -1,0 +1,66 @@
+// The facts that choose_backend() decides by, as this machine gives them.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/magic.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include "plait/backends/choose_backend.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+std::string kernel_refusal(const BackendRegistry& backends) {
+  try {
+    const BackendRegistry::Entry& uring = backends.find("uring");
+    if (uring.validate) uring.validate({});
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+StoreMedium medium_of(const std::filesystem::path& directory) {
+  struct statfs status {};
+  if (::statfs(directory.c_str(), &status) != 0) return StoreMedium::kUnknown;
+  const auto magic = static_cast<std::uint32_t>(status.f_type);
+  if (magic == TMPFS_MAGIC || magic == RAMFS_MAGIC) return StoreMedium::kMemory;
+  // Those that <linux/magic.h> does not have in every version, by their numbers: CIFS, SMB 2 and 3,
+  // Ceph, FUSE, Lustre.
+  constexpr std::array<std::uint32_t, 9> kNetworks = {NFS_SUPER_MAGIC, SMB_SUPER_MAGIC, V9FS_MAGIC,
+                                                      AFS_SUPER_MAGIC, 0xff534d42,      0xfe534d42,
+                                                      0x00c36400,      0x65735546,      0x0bd00bd0};
+  if (std::ranges::find(kNetworks, magic) != kNetworks.end()) return StoreMedium::kNetwork;
+  return StoreMedium::kDisk;
+}
+
+/// Tries it, with a file that has no name.
+std::string direct_refusal(const std::filesystem::path& directory) {
+  const int file =
+      ::open(directory.c_str(), O_TMPFILE | O_RDWR | O_DIRECT | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (file < 0)
+    return fmt::format("its file system has no O_DIRECT ({})",
+                       std::generic_category().message(errno));
+  ::close(file);
+  return {};
+}
+
+}  // namespace
+
+BackendFacts backend_facts(const BackendRegistry& backends, const std::filesystem::path& path,
+                           std::uint64_t raw_bytes, std::uint64_t available_bytes) {
+  const std::filesystem::path directory = path.parent_path().empty() ? "." : path.parent_path();
+  return {.raw_bytes = raw_bytes,
+          .available_bytes = available_bytes,
+          .medium = medium_of(directory),
+          .no_uring = kernel_refusal(backends),
+          .no_direct = direct_refusal(directory)};
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,56 @@
+// backends/compressed/filters/slot_predictions.h: predicts the vertices of a slot from the points
+// of edge_lattice.h, row by row, and turns numbers into residuals (residuals.h) and back. Each call
+// uses the best instruction set of the processor; all sets write the same bytes.
+// docs/filters/hierarchy.md and normals.md have the formulas. Pinned by
+// tests/backends/compressed/filters/slot_predictions_test.cpp for every instruction set, and by the
+// tests of the filters.
+#pragma once
+
+#include <cstdint>
+
+#include "plait/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+enum class PredictionRule : std::uint8_t { kButterfly, kLoop, kMidpoint };
+constexpr int kPredictionRules = 3;
+
+/// The points around an edge, and the rows of its slot that are predicted from them. The vertex
+/// (row, column) lies between the points (row, column + 1) and (row + 1, column). Numbers,
+/// residuals and predictions are those of the slot, from its first record on.
+template <class Number>
+struct PredictedRows {
+  const Number* points;     ///< the point (0, 0)
+  std::int64_t stride;      ///< numbers from (p, q) to (p + 1, q)
+  std::int64_t side;        ///< rows of the slot
+  std::int64_t components;  ///< numbers in a record
+  bool border;              ///< row r has side - r records, and the last one lies on the border
+  PredictionRule rule;
+};
+
+void encode_rows(const PredictedRows<float>& rows, const float* numbers, std::uint32_t* residuals);
+void encode_rows(const PredictedRows<double>& rows, const double* numbers,
+                 std::uint64_t* residuals);
+void decode_rows(const PredictedRows<float>& rows, const std::uint32_t* residuals, float* numbers);
+void decode_rows(const PredictedRows<double>& rows, const std::uint64_t* residuals,
+                 double* numbers);
+void predict_rows(const PredictedRows<float>& rows, float* predictions);
+void predict_rows(const PredictedRows<double>& rows, double* predictions);
+
+/// The points around an edge, two steps between neighbouring vertices: the vertex (row, column) is
+/// the point (2 row + 1, 2 column + 1).
+template <class Real>
+struct NormalRows {
+  const Real* points;   ///< the point (0, 0)
+  std::int64_t stride;  ///< numbers from (p, q) to (p + 1, q)
+  std::int64_t side;    ///< rows of the slot
+  bool border;          ///< as in PredictedRows
+  float* predictions;   ///< room for the normals of one row
+};
+
+void encode_normals(const NormalRows<float>& rows, const float* normals, std::uint32_t* residuals);
+void encode_normals(const NormalRows<double>& rows, const float* normals, std::uint32_t* residuals);
+void decode_normals(const NormalRows<float>& rows, const std::uint32_t* residuals, float* normals);
+void decode_normals(const NormalRows<double>& rows, const std::uint32_t* residuals, float* normals);
+
+PLAIT_END_NAMESPACE

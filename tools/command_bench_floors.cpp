@@ -1,0 +1,73 @@
+// plait bench floors: what disks can do without plait.
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "bench/bench_commands.h"
+#include "bench/floor_table.h"
+#include "command.h"
+#include "console.h"
+#include "instrument/disk.h"
+#include "interrupt.h"
+#include "plait/error.h"
+
+namespace plait {
+namespace {
+
+struct BenchFloorsArguments {
+  std::vector<std::filesystem::path> directories;
+  std::uint64_t floor_bytes = 256u << 20, block_bytes = 1u << 20;
+  bool no_fio = false;
+};
+
+int run_floors(const BenchFloorsArguments& arguments, const CommandContext& context) {
+  std::vector<std::filesystem::path> directories = arguments.directories;
+  if (directories.empty()) directories = {"."};
+  std::vector<nlohmann::ordered_json> floors;
+  for (const std::filesystem::path& directory : directories) {
+    const instrument::DiskFacts facts = instrument::disk_facts(directory);
+    if (2 * arguments.floor_bytes > instrument::usable_bytes(facts))
+      throw Error(ErrorCode::kNoSpace,
+                  fmt::format("measure {}: a tenth of the disk must stay free; give a smaller "
+                              "--bytes",
+                              directory.native()));
+    throw_if_interrupted();
+    std::string name = (directory / "plait-bench-XXXXXX").native();
+    if (::mkdtemp(name.data()) == nullptr) throw system_error("create", name, errno);
+    for (nlohmann::ordered_json& floor : bench::measure_floors(
+             name, arguments.floor_bytes, arguments.block_bytes, !arguments.no_fio)) {
+      floor["directory"] = directory.native();
+      floors.push_back(std::move(floor));
+    }
+    std::error_code ignored;
+    std::filesystem::remove_all(name, ignored);
+  }
+  print(context.json ? nlohmann::ordered_json{{"floors", floors}}.dump(2) + "\n"
+                     : bench::floor_table(floors));
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_bench_floors_command(CommandLine& bench, CommandContext& context) {
+  const auto arguments = std::make_shared<BenchFloorsArguments>();
+  CommandLine* command = bench.add_subcommand("floors", "Measure what disks can do without plait");
+  command->add_option("DIR", arguments->directories, "Directories; default: the working one");
+  add_size_option(*command, "--bytes", arguments->floor_bytes, "To move; default 256MiB");
+  add_size_option(*command, "--block", arguments->block_bytes, "Unit of I/O; default 1MiB");
+  command->add_flag("--no-fio", arguments->no_fio, "Only by our own program");
+  add_json_option(*command, context);
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run_floors(*arguments, context); };
+  });
+}
+
+}  // namespace plait

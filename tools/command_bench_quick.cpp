@@ -1,0 +1,87 @@
+// plait bench --quick: compares all backends on some disks in two minutes, without root.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "arguments.h"
+#include "bench/bench_commands.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "plait/error.h"
+#include "plait/left_overs.h"
+
+namespace plait {
+namespace {
+
+struct BenchQuickArguments {
+  bench::PlanRequest request;
+  std::vector<std::filesystem::path> directories;
+  std::filesystem::path out, html = "report.html";
+  double seconds = 105;  ///< a run that has begun ends, and the page is written
+  bool force = false;
+};
+
+/// The file of the records: that of --out goes on; the one beside the page is new.
+std::filesystem::path place_of_records(const BenchQuickArguments& arguments, Existing existing) {
+  if (!arguments.out.empty()) return arguments.out;
+  std::filesystem::path path = arguments.html;
+  path.replace_extension(".jsonl");
+  PartialFile::check(path, existing);
+  std::error_code failed;
+  std::filesystem::remove(path, failed);
+  if (failed) throw system_error("replace", path.native(), failed.value());
+  return path;
+}
+
+int run_quick(const BenchQuickArguments& arguments, const CommandContext& context) {
+  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
+  PartialFile::check(arguments.html, existing);
+  bench::PlanRequest request = arguments.request;
+  if (!arguments.directories.empty()) request.disks.clear();
+  for (const std::filesystem::path& directory : arguments.directories)
+    request.disks.push_back({directory});
+  const bench::Plan plan = bench::make_plan(request, context.backends);
+  refuse_full_disk(plan, 0);
+  bench::RecordFile file(place_of_records(arguments, existing));
+  remove_left_overs_of(arguments.html, report_warning);
+  bench::RunnerOptions options;
+  options.seconds = arguments.seconds;
+  options.stops_in_round = true;
+  const BenchOutcome outcome = measure_plan(plan, options, file, file.path().native(), context);
+  // After a signal too: what there is was measured.
+  write_report_page(arguments.html, existing, outcome.set, outcome.findings, "plait bench --quick");
+  print_outcome(plan, outcome, file, arguments.html, context);
+  throw_if_interrupted();
+  return outcome.any_failed ? kExitFailed : kExitDone;
+}
+
+}  // namespace
+
+std::function<int()> add_bench_quick_options(CommandLine& bench, CommandContext& context) {
+  const auto arguments = std::make_shared<BenchQuickArguments>();
+  arguments->request.memory = {96u << 20};
+  arguments->request.sizes = {2};
+  arguments->request.workloads = {"build", "sweep-read", "patch-random"};
+  bench.add_option("DIR", arguments->directories,
+                   "With --quick: directories on the disks; default: the working one");
+  add_bench_subject_options(bench, arguments->request);
+  bench.add_parsed_option(
+      "--time", [arguments](const std::string& text) { arguments->seconds = parse_seconds(text); },
+      "After this no run begins; default 105s");
+  bench.add_option("--out", arguments->out,
+                   "Append the records to this file, or continue it; default: a new file beside\n"
+                   "the page, named as the page with .jsonl");
+  bench.add_option("--html", arguments->html, "The page")->capture_default_str();
+  bench.add_flag("--force", arguments->force, "Replace the page, and the records beside it");
+  add_plugin_option(bench, context);
+  add_json_option(bench, context);
+  return [arguments, &context] { return run_quick(*arguments, context); };
+}
+
+}  // namespace plait
