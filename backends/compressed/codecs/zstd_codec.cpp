@@ -127,12 +127,32 @@ class ZstdCodec final : public Codec {
     if (!literal_) {
       literal_ = make_compressor();
       // A long step turns literal compression off, unless it is asked for.
-      ZSTD_CCtx_setParameter(literal_.get(), ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
+      set(literal_, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
     }
     if (level_ && !searching_) {
       searching_ = make_compressor();
-      ZSTD_CCtx_setParameter(searching_.get(), ZSTD_c_compressionLevel, *level_);
+      set(searching_, ZSTD_c_compressionLevel, *level_);
     }
+  }
+
+  static void set(Compressor& compressor, ZSTD_cParameter parameter, long long value) {
+    const std::size_t found =
+        ZSTD_CCtx_setParameter(compressor.get(), parameter, static_cast<int>(value));
+    if (ZSTD_isError(found))
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("encode zstd: {}", ZSTD_getErrorName(found)));
+  }
+
+  void set_literal_parameters(std::size_t raw_bytes) {
+    const ZSTD_compressionParameters parameters = literal_parameters(raw_bytes);
+    // After a part that did not fit, a compressor keeps its window unless it is reset.
+    ZSTD_CCtx_reset(literal_.get(), ZSTD_reset_session_only);
+    set(literal_, ZSTD_c_windowLog, parameters.windowLog);
+    set(literal_, ZSTD_c_hashLog, parameters.hashLog);
+    set(literal_, ZSTD_c_chainLog, parameters.chainLog);
+    set(literal_, ZSTD_c_minMatch, parameters.minMatch);
+    set(literal_, ZSTD_c_strategy, parameters.strategy);
+    set(literal_, ZSTD_c_targetLength, parameters.targetLength);
   }
 
   /// The size of the frame; nothing if it does not fit.
@@ -147,13 +167,7 @@ class ZstdCodec final : public Codec {
 
   std::optional<std::size_t> compress_part(std::span<const std::byte> raw,
                                            std::span<std::byte> into) {
-    const ZSTD_compressionParameters parameters = literal_parameters(raw.size());
-    const std::pair<ZSTD_cParameter, unsigned> chosen[] = {
-        {ZSTD_c_windowLog, parameters.windowLog}, {ZSTD_c_hashLog, parameters.hashLog},
-        {ZSTD_c_chainLog, parameters.chainLog},   {ZSTD_c_minMatch, parameters.minMatch},
-        {ZSTD_c_strategy, parameters.strategy},   {ZSTD_c_targetLength, parameters.targetLength}};
-    for (const auto& [parameter, value] : chosen)
-      ZSTD_CCtx_setParameter(literal_.get(), parameter, static_cast<int>(value));
+    set_literal_parameters(raw.size());
     const auto literal = frame(literal_.get(), raw, into);
     if (!level_ || (literal && *literal <= kSmallPart)) return literal;
     searched_.resize(std::max(searched_.size(), ZSTD_compressBound(raw.size())));
