@@ -58,7 +58,7 @@ std::string with_step(std::string_view pipeline, double step) {
     const std::string_view name = filter.substr(0, filter.find(':'));
     if (name == "hierarchy" || name == "normals")
       add(fmt::format("hierarchy:{}step={}", rule_of(filter), text));
-    else if (name == "parallelogram")
+    else if (name == "parallelogram" || name == "columns")
       add(fmt::format("lattice:{}+lorenzo", text));
     else if (name == "lattice")
       add(fmt::format("lattice:{}", text));
@@ -77,21 +77,29 @@ const std::vector<CompressionPreset>& compression_presets() {
   static const std::vector<CompressionPreset> presets = {
       {"fast", "vertices predicted inside their slots; little processor time"},
       {"default", "vertices predicted from coarser levels; what a scheme has made takes no bytes"},
-      {"small", "the same, with a slower codec"},
+      {"small", "the same, with a slower codec that takes fewer bytes"},
       {"none", "blocks as they are, in a store that can hold compressed ones too"}};
   return presets;
 }
 
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
-  const std::string_view filters = is_normal(schema)          ? "normals+shuffle"
-                                   : can_be_predicted(schema) ? "hierarchy+shuffle"
-                                                              : "shuffle";
-  if (preset == "fast")
-    return can_be_predicted(schema) ? "parallelogram+shuffle,lz4" : "shuffle,lz4";
-  const std::string_view stage = is_made_by_schemes(schema) ? "predicted+" : "";
-  if (preset == "default") return fmt::format("{}{},zstd:1", stage, filters);
-  if (preset == "small") return fmt::format("{}{},zstd:9", stage, filters);
   if (preset == "none") return "none";
+  const bool is_predicted = can_be_predicted(schema);
+  // `bitpack` packs words of 32 bits, and no others.
+  const bool is_packed = is_predicted && schema.type == ComponentType::kFloat32;
+  if (preset == "fast")
+    return is_packed      ? "columns,bitpack"
+           : is_predicted ? "parallelogram+shuffle,lz4"
+                          : "shuffle,lz4";
+  const std::string_view stage = is_made_by_schemes(schema) ? "predicted+" : "";
+  const std::string_view filter = is_normal(schema) ? "normals"
+                                  : is_predicted    ? "hierarchy"
+                                                    : "shuffle";
+  const std::string_view grouped = is_predicted ? "+shuffle" : "";
+  if (preset == "default")
+    return is_packed ? fmt::format("{}{},bitpack", stage, filter)
+                     : fmt::format("{}{}{},zstd:1", stage, filter, grouped);
+  if (preset == "small") return fmt::format("{}{}{},zstd:9", stage, filter, grouped);
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("choose compression: expected fast, default, small or none, found \"{}\"",
                           preset));

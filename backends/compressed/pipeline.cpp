@@ -8,6 +8,7 @@
 
 #include "compressed/codecs/built_in_codecs.h"
 #include "compressed/filters/byte_delta_filter.h"
+#include "compressed/filters/columns_filter.h"
 #include "compressed/filters/hierarchy_filter.h"
 #include "compressed/filters/lattice_filter.h"
 #include "compressed/filters/lorenzo_filter.h"
@@ -87,6 +88,9 @@ PipelineRegistry built_in() {
   registry.add(PipelineRegistry::CodecEntry{"none", "copies", make_none_codec});
   registry.add(PipelineRegistry::CodecEntry{"lz4", "fast to encode and to decode", make_lz4_codec});
   registry.add(PipelineRegistry::CodecEntry{
+      "bitpack", "after a filter that predicts: no more bits than the numbers have",
+      make_bitpack_codec});
+  registry.add(PipelineRegistry::CodecEntry{
       "zstd",
       "smaller, slower to encode; zstd:LEVEL chooses a level, zstd:huffman only codes bytes",
       make_zstd_codec});
@@ -107,6 +111,9 @@ PipelineRegistry built_in() {
   registry.add(PipelineRegistry::FilterEntry{
       "bytedelta", "after shuffle: differences of bytes that follow each other in a group",
       make_byte_delta_filter});
+  registry.add(PipelineRegistry::FilterEntry{
+      "columns", "predicts floating-point numbers from the two above them in a slot",
+      make_columns_filter});
   registry.add(PipelineRegistry::FilterEntry{
       "lattice", "lattice:STEP: numbers that --max-error rounded, as small integers",
       make_lattice_filter});

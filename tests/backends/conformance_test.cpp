@@ -22,7 +22,7 @@ void add_backends(Subjects& result, const BackendRegistry& registry, const std::
       result.push_back({name + suffix, entry});
       continue;
     }
-    for (const char* codec : {"none", "lz4", "zstd", "zstd:-5", "zstd:9"})
+    for (const char* codec : {"none", "lz4", "bitpack", "zstd", "zstd:-5", "zstd:9"})
       for (const char* filter : {"none", "shuffle"}) {
         const std::string pipeline = std::string(filter) + ',' + codec;
         result.push_back({name + ' ' + pipeline + suffix, entry, pipeline});

@@ -78,11 +78,13 @@ TEST_CASE("CompressedValidatePipeline_UnknownCodecOrFilter_NamesThoseThereAre") 
   for (const char* codec : {"none", "lz4", "zstd", "zstd:-131072", "zstd:0", "zstd:22"})
     CHECK(error_text([&] { validate(std::string("shuffle,") + codec); }).empty());
   CHECK(error_text([&] { validate("none,gzip"); }) ==
-        "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of lz4, "
+        "not_supported: choose codec \"gzip\" of pipeline \"none,gzip\": expected one of bitpack, "
+        "lz4, "
         "none, zstd; plug-ins add others (--plugin FILE, PLAIT_PLUGINS)");
   CHECK(error_text([&] { validate("sort,lz4"); }) ==
         "not_supported: choose filter \"sort\" of pipeline \"sort,lz4\": expected one of "
-        "bytedelta, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; plug-ins add "
+        "bytedelta, columns, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; "
+        "plug-ins add "
         "others "
         "(--plugin FILE, "
         "PLAIT_PLUGINS)");

@@ -21,7 +21,7 @@ struct CodingInput {
 };
 
 inline CodingInput take_coding(InputBytes& input) {
-  constexpr std::array codecs = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19"};
+  constexpr std::array codecs = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19", "bitpack"};
   constexpr std::array filters = {"none", "shuffle", "bytedelta"};
   const std::string codec = codecs[input.take_below(codecs.size())];
   const std::string filter = filters[input.take_below(filters.size())];

@@ -292,8 +292,8 @@ void seed_codecs() {
     state = state * 1664525u + 1013904223u;  // any generator will do
     noise += static_cast<char>(state >> 24);
   }
-  const char* const codecs[] = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19"};
-  for (int codec = 0; codec < 6; ++codec)
+  const char* const codecs[] = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19", "bitpack"};
+  for (int codec = 0; codec < 7; ++codec)
     for (int filter = 0; filter < 2; ++filter) {
       const std::string coding = {static_cast<char>(codec), static_cast<char>(filter), 2};
       const std::string name = "codec" + std::to_string(codec) + (filter == 0 ? "" : "_shuffle");

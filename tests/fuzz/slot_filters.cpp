@@ -34,10 +34,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   InputBytes input(data, size);
   constexpr std::array pipelines = {"lorenzo,none",
                                     "parallelogram,none",
+                                    "columns,none",
                                     "shuffle,none",
                                     "bytedelta,none",
                                     "lorenzo+shuffle,none",
                                     "parallelogram+shuffle,none",
+                                    "columns+shuffle,none",
                                     "shuffle+bytedelta,none",
                                     "lorenzo+shuffle+bytedelta,none",
                                     "lattice:2e-6,none",

@@ -62,11 +62,11 @@ TEST_CASE("Plugin_CodecOfIt_StoresAndReadsTheSameDigest") {
     CAPTURE(refused.errors);
     CHECK(refused.status == 2);
     CHECK(refused.error_lines() == 1);
-    CHECK(refused.errors.find(
-              "filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
-              "one of bytedelta, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; "
-              "plug-ins add others (--plugin FILE, "
-              "PLAIT_PLUGINS)") != std::string::npos);
+    CHECK(refused.errors.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected "
+                              "one of bytedelta, columns, hierarchy, lattice, lorenzo, normals, "
+                              "parallelogram, shuffle; "
+                              "plug-ins add others (--plugin FILE, "
+                              "PLAIT_PLUGINS)") != std::string::npos);
     Names with_plugin = command;
     with_plugin.insert(with_plugin.end(), {"--plugin", PLAIT_OWN_CODEC});
     CHECK(here.plait(with_plugin).status == 0);
@@ -88,7 +88,7 @@ TEST_CASE("Plugin_ListOfTheEnvironment_IsLoaded") {
   CHECK(build["plugins"][0]["file"] == PLAIT_OWN_BACKEND);
   CHECK(build["plugins"][0]["backends"] == nlohmann::json({"x-map"}));
   CHECK(build["plugins"][1]["codecs"] == nlohmann::json({"x-runs"}));
-  CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "x-runs", "zstd"}));
+  CHECK(build["codecs"] == nlohmann::json({"bitpack", "lz4", "none", "x-runs", "zstd"}));
   CHECK(build["backends"].size() == 6);
   const std::string text = here.plait({"info", "--build"}).output;
   CHECK(text.find("plug-in    " PLAIT_OWN_CODEC "\n  codecs     x-runs\n  filters    x-delta\n") !=

@@ -176,9 +176,9 @@ TEST_CASE("Info_OfAStore_AddsUp") {
 TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
   const StoreWorkplace here;
   const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
-  CHECK(build["codecs"] == nlohmann::json({"lz4", "none", "zstd"}));
-  CHECK(build["filters"] == nlohmann::json({"bytedelta", "hierarchy", "lattice", "lorenzo",
-                                            "normals", "parallelogram", "shuffle"}));
+  CHECK(build["codecs"] == nlohmann::json({"bitpack", "lz4", "none", "zstd"}));
+  CHECK(build["filters"] == nlohmann::json({"bytedelta", "columns", "hierarchy", "lattice",
+                                            "lorenzo", "normals", "parallelogram", "shuffle"}));
   CHECK(build["schemes"] == nlohmann::json({"loop", "butterfly", "midpoint"}));
   REQUIRE(build["backends"].size() == 5);
   const std::string text = here.plait({"info", "--build"}).output;

@@ -35,6 +35,14 @@ std::vector<std::string> chains(const PipelineRegistry& registry) {
   return chains;
 }
 
+/// Filters before `bitpack`, which wants the numbers that a filter leaves, and no bytes.
+std::vector<std::string> predictions(const PipelineRegistry& registry) {
+  std::vector<std::string> filters = registry.filter_names();
+  std::erase_if(filters,
+                [](const std::string& name) { return name == "shuffle" || name == "bytedelta"; });
+  return filters;
+}
+
 std::vector<std::string> codecs(const PipelineRegistry& registry) {
   std::vector<std::string> codecs;
   for (const std::string& codec : registry.codec_names()) {
@@ -94,8 +102,8 @@ std::vector<std::string> candidate_pipelines(const PipelineRegistry& registry,
                                              std::optional<double> step) {
   std::vector<std::string> tried = {"none"};
   std::vector<std::string> all;
-  for (const std::string& chain : chains(registry))
-    for (const std::string& codec : codecs(registry)) {
+  for (const std::string& codec : codecs(registry))
+    for (const std::string& chain : codec == "bitpack" ? predictions(registry) : chains(registry)) {
       std::string pipeline = chain.empty() ? codec : fmt::format("{},{}", chain, codec);
       if (suits(registry, schema, chain, pipeline)) all.push_back(std::move(pipeline));
     }

@@ -11,6 +11,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// `options` is the text after the colon. Errors: kInvalidArgument for options that the codec does
 /// not have.
 std::unique_ptr<Codec> make_none_codec(std::string_view options);
+std::unique_ptr<Codec> make_bitpack_codec(std::string_view options);
 std::unique_ptr<Codec> make_lz4_codec(std::string_view options);
 /// `options` is a level from ZSTD_minCLevel() to ZSTD_maxCLevel(), or "huffman" for Huffman codes
 /// without matches; empty for zstd's default level.

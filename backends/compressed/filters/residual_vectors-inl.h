@@ -45,6 +45,36 @@ HWY_INLINE WordsOf<D> ordered_prediction_of(D d, hn::Vec<D> prediction) {
   return ordered(d, hn::BitCast(Words<D>(), counted));
 }
 
+/// As FloatOrder::from().
+template <class D>
+HWY_INLINE WordsOf<D> bits_of(D d, WordsOf<D> number) {
+  // A set highest bit belongs to a positive number.
+  return hn::Xor(number, hn::Or(hn::Not(spread_sign(d, number)), sign_bit(d)));
+}
+
+/// As zigzag() and from_zigzag().
+template <class D>
+HWY_INLINE WordsOf<D> zigzag_of(D d, WordsOf<D> difference) {
+  return hn::Xor(hn::Add(difference, difference), spread_sign(d, difference));
+}
+template <class D>
+HWY_INLINE WordsOf<D> difference_of(D, WordsOf<D> zigzag) {
+  const Words<D> words;
+  const auto odd = hn::And(zigzag, hn::Set(words, 1));
+  return hn::Xor(hn::ShiftRight<1>(zigzag), hn::Sub(hn::Zero(words), odd));
+}
+
+/// The stored word of a number that is given as bits, for a prediction that is given as an integer.
+template <class D>
+HWY_INLINE WordsOf<D> residual_of(D d, WordsOf<D> bits, WordsOf<D> prediction) {
+  return zigzag_of(d, hn::Sub(ordered(d, bits), prediction));
+}
+/// The bits of the number again.
+template <class D>
+HWY_INLINE WordsOf<D> number_of(D d, WordsOf<D> residual, WordsOf<D> prediction) {
+  return bits_of(d, hn::Add(prediction, difference_of(d, residual)));
+}
+
 /// Writes the residuals of numbers.
 template <class Number>
 struct Encode {
@@ -55,8 +85,7 @@ struct Encode {
   HWY_INLINE void operator()(D d, std::int64_t i, hn::Vec<D> prediction) const {
     const Words<D> words;
     const auto number = hn::BitCast(words, hn::LoadU(d, from + i));
-    const auto difference = hn::Sub(ordered(d, number), ordered_prediction_of(d, prediction));
-    hn::StoreU(hn::Xor(hn::Add(difference, difference), spread_sign(d, difference)), words, to + i);
+    hn::StoreU(residual_of(d, number, ordered_prediction_of(d, prediction)), words, to + i);
   }
   Encode advanced(std::int64_t numbers) const { return {from + numbers, to + numbers}; }
 };
@@ -70,13 +99,9 @@ struct Decode {
   template <class D>
   HWY_INLINE void operator()(D d, std::int64_t i, hn::Vec<D> prediction) const {
     const Words<D> words;
-    const auto zigzag = hn::LoadU(words, from + i);
-    const auto odd = hn::And(zigzag, hn::Set(words, 1));
-    const auto difference = hn::Xor(hn::ShiftRight<1>(zigzag), hn::Sub(hn::Zero(words), odd));
-    const auto number = hn::Add(ordered_prediction_of(d, prediction), difference);
-    // A set highest bit belongs to a positive number.
-    const auto bits = hn::Xor(number, hn::Or(hn::Not(spread_sign(d, number)), sign_bit(d)));
-    hn::StoreU(hn::BitCast(d, bits), d, to + i);
+    const auto number =
+        number_of(d, hn::LoadU(words, from + i), ordered_prediction_of(d, prediction));
+    hn::StoreU(hn::BitCast(d, number), d, to + i);
   }
   Decode advanced(std::int64_t numbers) const { return {from + numbers, to + numbers}; }
 };

@@ -65,7 +65,8 @@ bool code_in_threads(CoderPool& pool, const std::string& pipeline) {
 }  // namespace
 
 TEST_CASE("CoderPool_MoreThreadsThanMemoryFor_TakesWhatItSaysAndGivesItBack") {
-  for (const char* codec : {"none", "lz4", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
+  for (const char* codec :
+       {"none", "lz4", "bitpack", "zstd:-5", "zstd:1", "zstd:3", "zstd:9", "zstd:19"}) {
     CAPTURE(codec);
     const std::string pipeline = std::string("shuffle,") + codec;
     VolumeSpec volume{{}, ~std::uint64_t{0}, 1};

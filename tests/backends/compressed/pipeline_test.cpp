@@ -79,13 +79,14 @@ TEST_CASE("Pipeline_WellFormedText_HasItsFiltersInOrder") {
 }
 
 TEST_CASE("Pipeline_AnythingElse_IsRefusedInWordsThatNameIt") {
-  CHECK(refusal_of("brotli",
-                   "codec \"brotli\" of pipeline \"brotli\": expected one of lz4, none, zstd") ==
+  CHECK(refusal_of(
+            "brotli",
+            "codec \"brotli\" of pipeline \"brotli\": expected one of bitpack, lz4, none, zstd") ==
         ErrorCode::kNotSupported);
   CHECK(refusal_of("shuffle", "codec \"shuffle\"") == ErrorCode::kNotSupported);
   CHECK(refusal_of("delta,lz4",
                    "filter \"delta\" of pipeline \"delta,lz4\": expected one of bytedelta, "
-                   "hierarchy, lattice, lorenzo, normals, parallelogram, shuffle") ==
+                   "columns, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle") ==
         ErrorCode::kNotSupported);
   CHECK(refusal_of("shuffle+,lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
   CHECK(refusal_of(",lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
@@ -109,7 +110,8 @@ TEST_CASE("PipelineRegistry_EntriesThatCannotBe_AreRefused") {
                       "none", "", [](std::string_view, const FilterLevel&) { return nullptr; }}),
                   Error);
   pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", make});
-  CHECK(pipelines.codec_names() == std::vector<std::string>{"lz4", "none", "x-none", "zstd"});
+  CHECK(pipelines.codec_names() ==
+        std::vector<std::string>{"bitpack", "lz4", "none", "x-none", "zstd"});
 }
 
 TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
@@ -156,6 +158,7 @@ TEST_CASE("PipelineOfRounded_AnyPipeline_CountsInSteps") {
         "hierarchy:step=0.5+shuffle,lz4");
   CHECK(pipeline_of_rounded("parallelogram+shuffle,lz4", 1e20) ==
         "lattice:1e20+lorenzo+shuffle,lz4");
+  CHECK(pipeline_of_rounded("columns,bitpack", 1) == "lattice:1+lorenzo,bitpack");
   CHECK(pipeline_of_rounded("lattice:7+lorenzo,lz4", 1e-3) == "lattice:0.001+lorenzo,lz4");
   CHECK(pipeline_of_rounded("normals+shuffle,zstd:9", 1) == "hierarchy:step=1+shuffle,zstd:9");
   CHECK(pipeline_of_rounded("shuffle,zstd:9", 1) == "shuffle,zstd:9");
@@ -209,7 +212,7 @@ TEST_CASE("Compression_TextsForLevels_TheNarrowerAndTheNamedGoFirst") {
         "lz4;@2=zstd:5;@3-=none");
   CHECK(pipelines_of("uv", {"fast", "@0-=none"}) == "none");
   // A preset is that of the attribute; options have equals signs of their own.
-  CHECK(pipelines_of("uv", {"none", "@1=fast"}) == "none;@1=parallelogram+shuffle,lz4");
+  CHECK(pipelines_of("uv", {"none", "@1=fast"}) == "none;@1=columns,bitpack");
   CHECK(pipelines_of("uv", {"hierarchy:step=3+shuffle,lz4", "@1=lattice:3,x-codec:a=1@2"}) ==
         "hierarchy:step=3+shuffle,lz4;@1=lattice:3,x-codec:a=1@2");
 }

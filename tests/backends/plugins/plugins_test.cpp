@@ -95,12 +95,12 @@ TEST_CASE("PluginsLoad_CodecInC_IsThereBesideTheBuiltInOnes") {
   CHECK(loaded.backends.empty());
   CHECK(loaded.codecs == Names{"x-runs"});
   CHECK(loaded.filters == Names{"x-delta"});
-  CHECK(plugins.pipelines().codec_names() == Names{"lz4", "none", "x-runs", "zstd"});
-  CHECK(plugins.pipelines().filter_names() == Names{"bytedelta", "hierarchy", "lattice", "lorenzo",
-                                                    "normals", "parallelogram", "shuffle",
-                                                    "x-delta"});
+  CHECK(plugins.pipelines().codec_names() == Names{"bitpack", "lz4", "none", "x-runs", "zstd"});
+  CHECK(plugins.pipelines().filter_names() == Names{"bytedelta", "columns", "hierarchy", "lattice",
+                                                    "lorenzo", "normals", "parallelogram",
+                                                    "shuffle", "x-delta"});
   CHECK_NOTHROW(backends.find("compressed").validate_pipeline("x-delta+shuffle,x-runs", {}));
-  CHECK(default_pipelines().codec_names() == Names{"lz4", "none", "zstd"});
+  CHECK(default_pipelines().codec_names() == Names{"bitpack", "lz4", "none", "zstd"});
 
   // Again, and by a list: it is the same.
   CHECK(&plugins.load(PLAIT_OWN_CODEC) == &loaded);
@@ -132,10 +132,11 @@ TEST_CASE("OwnCodec_StoreOfIt_HasTheSameDigestAndNeedsThePlugin") {
 
   const std::string refused = error_text([&] { Store::open(path, {}, default_backends()); });
   CHECK(refused.starts_with("not_supported: open " + path.string()));
-  CHECK(refused.find("filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected one of "
-                     "bytedelta, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; "
-                     "plug-ins add others "
-                     "(--plugin FILE, PLAIT_PLUGINS)") != std::string::npos);
+  CHECK(refused.find(
+            "filter \"x-delta\" of pipeline \"x-delta+shuffle,x-runs\": expected one of "
+            "bytedelta, columns, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle; "
+            "plug-ins add others "
+            "(--plugin FILE, PLAIT_PLUGINS)") != std::string::npos);
 }
 
 TEST_CASE("PluginLoad_InC_MakesAndOpensStoresWithTheCodec") {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "plait/backends/compression.h"
 #include "tune/page.h"
 
 namespace plait::tune {
@@ -84,6 +85,7 @@ TEST_CASE("Rows_ThatDoNotDiffer_SaySo") {
   Findings made = findings();
   made.trials.trials[1] = made.trials.trials[3];
   made.trials.trials[1].pipeline = "shuffle,lz4";
+  made.trials.trials[3].pipeline = preset_pipeline("fast", {"position"});
   made.trials.trials[1].needs_other_blocks = false;
   const Advice advice = advise(made);
   CHECK(to_text(made, advice).find("no difference from the pick") != std::string::npos);

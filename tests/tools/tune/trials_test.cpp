@@ -81,7 +81,7 @@ TEST_CASE("Candidates_WithAScheme_HaveTheStagePredicted") {
   const auto made = candidate_pipelines(default_pipelines(), {"position"}, true);
   CHECK(std::equal(plain.begin(), plain.end(), made.begin()));
   CHECK(contains(made, preset_pipeline("default", {"position"})));
-  CHECK(contains(made, "predicted+parallelogram+shuffle,lz4"));
+  CHECK(contains(made, "predicted+columns,bitpack"));
 }
 
 TEST_CASE("Candidates_OfRoundedRecords_CountInSteps") {

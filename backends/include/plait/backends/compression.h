@@ -27,9 +27,10 @@ const std::vector<CompressionPreset>& compression_presets();
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema);
 
 /// The pipeline for records that were rounded to multiples of `step` (plait/rounding.h):
-/// `hierarchy` gets the step, `parallelogram` becomes `lattice` and `lorenzo`, `normals` becomes
-/// `hierarchy`, `predicted` goes, and other filters stay as they are. So does a pipeline that has
-/// no filter. The pipelines of ranges of levels (plait/level_pipelines.h) are changed likewise.
+/// `hierarchy` gets the step, `parallelogram` and `columns` become `lattice` and `lorenzo`,
+/// `normals` becomes `hierarchy`, `predicted` goes, and other filters stay as they are. So does a
+/// pipeline that has no filter. The pipelines of ranges of levels (plait/level_pipelines.h) are
+/// changed likewise.
 std::string pipeline_of_rounded(std::string_view pipeline, double step);
 
 /// The pipelines of all attributes and levels of a store.

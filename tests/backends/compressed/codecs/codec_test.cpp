@@ -12,8 +12,8 @@
 namespace plait::test {
 namespace {
 
-constexpr const char* kCodecs[] = {"none",    "lz4",     "zstd",        "zstd:1",
-                                   "zstd:-5", "zstd:19", "zstd:huffman"};
+constexpr const char* kCodecs[] = {"none",   "lz4",     "bitpack", "zstd",
+                                   "zstd:1", "zstd:-5", "zstd:19", "zstd:huffman"};
 constexpr std::size_t kSizes[] = {0,   1,   2,    7,    12,    13,    64,
                                   255, 256, 4095, 4096, 32768, 65536, 70000};
 
@@ -99,6 +99,51 @@ TEST_CASE("CodecCompress_WhateverItDidBefore_GivesTheSameBytes") {
       if (size > 0) CHECK_FALSE(used->compress(raw.span(), found.span().first(*found_bytes / 2)));
     }
   }
+}
+
+TEST_CASE("Bitpack_AFewWords_HaveTheBytesOfThePage") {
+  const std::uint32_t words[] = {1, 0, 5};
+  const auto raw = std::as_bytes(std::span(words));
+  std::vector<std::byte> stored(64);
+  const auto codec = codec_of("bitpack");
+  REQUIRE(codec->compress(raw, stored) == 7);
+  stored.resize(7);
+  const std::vector<std::byte> expected = {std::byte{2},   std::byte{3}, std::byte{0},
+                                           std::byte{0},   std::byte{0}, std::byte{0x41},
+                                           std::byte{0x01}};
+  CHECK(stored == expected);
+}
+
+TEST_CASE("Bitpack_WidthsThatNoEncoderWrites_AreRefusedInWords") {
+  const auto codec = codec_of("bitpack");
+  const std::vector<std::byte> zeros(64);
+  std::vector<std::byte> stored(codec->bound(64)), back(64);
+  // All zero: one group, and no bits for its width.
+  REQUIRE(codec->compress(zeros, stored) == 1);
+  const auto refusal_of = [&](std::vector<std::byte> bytes) -> std::string {
+    try {
+      codec->decompress(bytes, back);
+      return "none";
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kCorruption);
+      return error.what();
+    }
+  };
+  CHECK(refusal_of({std::byte{0}}) == "none");
+  CHECK_THAT(refusal_of({}), Catch::Contains("expected widths of 1 bytes, found 0"));
+  CHECK_THAT(refusal_of({std::byte{7}}),
+             Catch::Contains("expected widths of at most 6 bits, found 7"));
+  CHECK_THAT(refusal_of({std::byte{6}}), Catch::Contains("expected widths of 12 bytes, found 0"));
+  // Sixteen widths of 6 bits, the first of them 33.
+  std::vector<std::byte> wide(13);
+  wide[0] = std::byte{6}, wide[1] = std::byte{33};
+  CHECK_THAT(refusal_of(wide), Catch::Contains("expected widths of at most 32 bits, found 33"));
+  wide[1] = std::byte{1};
+  CHECK_THAT(refusal_of(wide), Catch::Contains("expected 15 bytes, found 13"));
+  wide.resize(15);
+  CHECK(refusal_of(wide) == "none");
+  wide.resize(16);
+  CHECK_THAT(refusal_of(wide), Catch::Contains("expected 15 bytes, found 16"));
 }
 
 TEST_CASE("CodecDecompress_CutOrOfAnotherSize_IsCorruption") {

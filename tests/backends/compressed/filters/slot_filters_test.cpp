@@ -1,5 +1,5 @@
-// The filters lorenzo and parallelogram: their bytes are those of docs/filters/, they give every
-// bit pattern back, and any bytes decode.
+// The filters lorenzo, parallelogram and columns: their bytes are those of docs/filters/, they give
+// every bit pattern back, and any bytes decode.
 #include <fmt/format.h>
 
 #include <bit>
@@ -126,6 +126,12 @@ class Definition {
             Wide predicted;
             if (r == 0 && c == 0)
               predicted = order(slot_before ? read(*slot_before, i) : 0, type_);
+            else if (filter_ == "columns" && r == 0)
+              predicted = c == 1 ? order(bits(0, 0), type_)
+                                 : 2 * order(bits(0, c - 1), type_) - order(bits(0, c - 2), type_);
+            else if (filter_ == "columns")
+              predicted =
+                  along(bits(r - 1, c), r > 1 ? std::optional(bits(r - 2, c)) : std::nullopt);
             else if (r == 0)
               predicted =
                   along(bits(0, c - 1), c > 1 ? std::optional(bits(0, c - 2)) : std::nullopt);
@@ -134,7 +140,11 @@ class Definition {
                   along(bits(r - 1, 0), r > 1 ? std::optional(bits(r - 2, 0)) : std::nullopt);
             else
               predicted = inside(bits(r, c - 1), bits(r - 1, c), bits(r - 1, c - 1));
-            write(filtered, place(r, c), i, order(bits(r, c), type_) - predicted);
+            const std::size_t length = shape == SlotShape::kHalf ? n - r : n;
+            const std::size_t word = filter_ == "columns"
+                                         ? place(r, 0) * components_ + i * length + c
+                                         : place(r, c) * components_ + i;
+            write(filtered, word, order(bits(r, c), type_) - predicted);
           }
       slot_before = start;
       start = place(n, 0);
@@ -150,7 +160,7 @@ class Definition {
     std::memcpy(&bits, raw_->data() + (record * components_ + component) * width_, width_);
     return bits;
   }
-  void write(Bytes& to, std::size_t record, std::size_t component, Wide difference) const {
+  void write(Bytes& to, std::size_t word, Wide difference) const {
     const int bits = static_cast<int>(8 * width_);
     const Wide all = (Wide{1} << bits) - 1;
     difference &= all;
@@ -158,7 +168,7 @@ class Definition {
     // 0, -1, 1, -2 become 0, 1, 2, 3.
     const auto number = static_cast<std::uint64_t>(negative ? 2 * ((all + 1 - difference) & all) - 1
                                                             : 2 * difference);
-    std::memcpy(to.data() + (record * components_ + component) * width_, &number, width_);
+    std::memcpy(to.data() + word * width_, &number, width_);
   }
   Wide along(std::uint64_t l, std::optional<std::uint64_t> k) const {
     if (filter_ == "lorenzo" || !k) return order(l, type_);
@@ -245,10 +255,10 @@ void check_level(const Level& level, const std::string& name) {
 }  // namespace
 
 TEST_CASE("SlotFilters_EveryShapeTypeAndRecord_AreTheirDefinitionAndInverse") {
-  for (const char* name : {"lorenzo", "parallelogram"})
+  for (const char* name : {"lorenzo", "parallelogram", "columns"})
     for (const ComponentType type : kAllTypes)
       for (const std::uint32_t components : {1u, 2u, 3u, 4u, 5u, 9u}) {
-        if (name == std::string("parallelogram") && !is_real(type)) continue;
+        if (name != std::string("lorenzo") && !is_real(type)) continue;
         for (const char* pattern : {"w", "h", "wh", "wwwwwh", "w-wwhw-", "-h", "wwwwwww-hh"})
           for (int refinements = 1; refinements <= 4; ++refinements) {
             CAPTURE(name, to_string(type), components, pattern, refinements);
@@ -258,7 +268,7 @@ TEST_CASE("SlotFilters_EveryShapeTypeAndRecord_AreTheirDefinitionAndInverse") {
 }
 
 TEST_CASE("SlotFilters_LargeSlots_AreTheirDefinitionAndInverse") {
-  for (const char* name : {"lorenzo", "parallelogram"})
+  for (const char* name : {"lorenzo", "parallelogram", "columns"})
     for (const int refinements : {5, 7}) {
       CAPTURE(name, refinements);
       check_level(Level("wwwwwhw", 14, refinements, {"x", ComponentType::kFloat32, 3}), name);
@@ -268,12 +278,12 @@ TEST_CASE("SlotFilters_LargeSlots_AreTheirDefinitionAndInverse") {
 
 TEST_CASE("SlotFilters_OnEveryInstructionSet_AreTheirDefinitionAndInverse") {
   fused_rows::on_every_target([](const char* target) {
-    for (const char* name : {"lorenzo", "parallelogram"})
+    for (const char* name : {"lorenzo", "parallelogram", "columns"})
       for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kInt32})
-        for (const std::uint32_t components : {3u, 4u}) {
-          if (name == std::string("parallelogram") && !is_real(type)) continue;
+        for (const std::uint32_t components : {1u, 2u, 3u, 4u}) {
+          if (name != std::string("lorenzo") && !is_real(type)) continue;
           // More slots than any vectors hold, and some that are left over.
-          for (const int refinements : {1, 2, 4}) {
+          for (const int refinements : {1, 2, 3, 4, 5, 6}) {
             CAPTURE(target, name, to_string(type), components, refinements);
             check_level(Level("wwwwwwwwh", 41, refinements, {"x", type, components}), name);
           }
@@ -285,25 +295,28 @@ TEST_CASE("SlotFilters_LevelWithoutSlots_HasNothingToFilter") {
   const Level level("-", 5, 3, {"x", ComponentType::kFloat32, 3});
   CHECK(level.geometry.total_bytes() == 0);
   for (std::uint64_t block = 0; block < level.geometry.block_count(); ++block)
-    for (const char* name : {"lorenzo", "parallelogram"})
+    for (const char* name : {"lorenzo", "parallelogram", "columns"})
       CHECK(encode(*level.make(name), block, {}).empty());
 }
 
-TEST_CASE("Parallelogram_APlane_LeavesNothingInsideASlot") {
+TEST_CASE("FloatFilters_APlane_LeaveNothingInsideASlot") {
   const Level level("w", 4, 4, {"x", ComponentType::kFloat32, 1});
   Bytes raw(level.geometry.block_bytes(0));
   for (std::size_t i = 0; i < raw.size() / 4; ++i) {
     const float value = float(i / 64) + 0.25f * float(i / 8 % 8) - 0.5f * float(i % 8);
     std::memcpy(raw.data() + 4 * i, &value, 4);
   }
-  const Bytes filtered = encode(*level.make("parallelogram"), 0, raw);
-  for (std::size_t i = 0; i < raw.size() / 4; ++i) {
-    const std::size_t row = i / 8 % 8, column = i % 8;
-    if (row + column <= 1) continue;  // the first record, and the second ones of row and column
-    std::uint32_t word;
-    std::memcpy(&word, filtered.data() + 4 * i, 4);
-    CAPTURE(i);
-    CHECK(word == 0);
+  for (const char* name : {"parallelogram", "columns"}) {
+    const Bytes filtered = encode(*level.make(name), 0, raw);
+    for (std::size_t i = 0; i < raw.size() / 4; ++i) {
+      const std::size_t row = i / 8 % 8, column = i % 8;
+      // Straight lines need two numbers: `columns` has them in each column.
+      if (row + column <= 1 || (name == std::string("columns") && row <= 1)) continue;
+      std::uint32_t word;
+      std::memcpy(&word, filtered.data() + 4 * i, 4);
+      CAPTURE(name, i);
+      CHECK(word == 0);
+    }
   }
 }
 
@@ -329,9 +342,27 @@ TEST_CASE("Parallelogram_AFewNumbers_HaveTheBytesOfThePage") {
   CHECK(std::memcmp(filtered.data(), expected, sizeof(expected)) == 0);
 }
 
-TEST_CASE("Parallelogram_UnderOtherRounding_HasTheSameBytes") {
+TEST_CASE("Columns_AFewNumbers_HaveTheBytesOfThePage") {
+  const Level level("w", 1, 2, {"x", ComponentType::kFloat32, 2});
+  // Two rows of two records of two components. The words of a row are grouped by component.
+  const float numbers[] = {1, -1, 1.5, -1, 2, std::nextafterf(-1, 0), 1.5, -1.5};
+  const std::uint32_t expected[] = {0x7f000000, 0x00800000, 0x7f000001, 0,
+                                    0x01000000, 0,          2,          0x007fffff};
+  Bytes raw(sizeof(numbers));
+  std::memcpy(raw.data(), numbers, sizeof(numbers));
+  const Bytes filtered = encode(*level.make("columns"), 0, raw);
+  std::uint32_t found[8];
+  std::memcpy(found, filtered.data(), sizeof found);
+  for (int i = 0; i < 8; ++i) {
+    CAPTURE(i, found[i], expected[i]);
+    CHECK(found[i] == expected[i]);
+  }
+}
+
+TEST_CASE("FloatFilters_UnderOtherRounding_HaveTheSameBytes") {
   const Level level("wh", 8, 4, {"x", ComponentType::kFloat32, 3});
-  const auto filter = level.make("parallelogram");
+  const std::string name = GENERATE("parallelogram", "columns");
+  const auto filter = level.make(name);
   const Bytes raw =
       content(level.geometry.block_bytes(0), ComponentType::kFloat32, Kind::kSmooth, 3);
   const Bytes small =
@@ -358,16 +389,17 @@ TEST_CASE("Parallelogram_UnderOtherRounding_HasTheSameBytes") {
   }
 }
 
-TEST_CASE("Parallelogram_OfIntegers_IsRefusedInWords") {
+TEST_CASE("FloatFilters_OfIntegers_AreRefusedInWords") {
+  const std::string filter = GENERATE("parallelogram", "columns");
   for (const ComponentType type : kAllTypes) {
     FilterLevel level;
     level.schema = {"colour", type, 4};
     if (is_real(type)) {
-      CHECK_NOTHROW(default_pipelines().make("parallelogram+shuffle,zstd:1", level));
+      CHECK_NOTHROW(default_pipelines().make(filter + "+shuffle,zstd:1", level));
       continue;
     }
     try {
-      default_pipelines().make("parallelogram,zstd:1", level);
+      default_pipelines().make(filter + ",zstd:1", level);
       FAIL("accepted");
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kNotSupported);
@@ -377,7 +409,8 @@ TEST_CASE("Parallelogram_OfIntegers_IsRefusedInWords") {
 }
 
 TEST_CASE("SlotFilters_TakeNoOptions") {
-  for (const char* pipeline : {"lorenzo:2,none", "parallelogram:x,none", "bytedelta:3,none"})
+  for (const char* pipeline :
+       {"lorenzo:2,none", "parallelogram:x,none", "columns:2,none", "bytedelta:3,none"})
     CHECK_THROWS_AS(default_pipelines().make(pipeline, {}), Error);
 }
 
