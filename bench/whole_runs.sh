@@ -70,7 +70,7 @@ parse() {
 options_of() {
   case $1 in
     raw) chosen=() ;;
-    coded) chosen=(--compress 'position=hierarchy+shuffle,zstd:1' --compress 'normal=normals+shuffle,zstd:1') ;;
+    coded) chosen=(--compress 'position=hierarchy,bitpack' --compress 'normal=normals,bitpack') ;;
     *) chosen=(--compress "$1") ;;
   esac
 }

@@ -13,6 +13,7 @@
 #include "compressed/extent_allocator.h"
 #include "compressed/level_context.h"
 #include "level_file.h"
+#include "plait/backends/compression.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -296,6 +297,9 @@ BackendRegistry::Entry compressed_backend(const PipelineRegistry& pipelines) {
     return std::make_unique<CompressedVolume>(shared, volume);
   };
   entry.default_pipeline = "shuffle,zstd:1";
+  entry.interim_pipeline = [](const AttributeSchema& schema) {
+    return preset_pipeline("fast", schema);
+  };
   entry.validate_pipeline = [shared](std::string_view pipeline, const AttributeSchema& schema) {
     FilterLevel level;
     level.schema = schema;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <utility>
@@ -46,6 +47,38 @@ class SlotHasher {
   Digest sum_;
 };
 
+/// The accesses of one pass for each level of each attribute.
+std::vector<std::vector<LevelAccess>> by_levels(const Store& store, int wanted_level) {
+  std::vector<std::vector<LevelAccess>> passes;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      if (wanted_level == -1 || wanted_level == level)
+        passes.push_back({{id, level, level, Access::kRead, Reach::kOwn}});
+  return passes;
+}
+
+/// Whether blocks are decoded together with others.
+bool has_context(const Store& store, const LevelAccess& access) {
+  const LevelFile& file = store.level_file(access.attribute, access.first_level);
+  return file.backend->needs_base_records() || file.is_fixed;
+}
+
+/// The accesses of each pass. Levels that are decoded from each other are read together, as far as
+/// the budget allows: then each block is decoded once, and not again for each level and attribute
+/// that needs it.
+std::vector<std::vector<LevelAccess>> plan_passes(Store& store, const DigestOptions& options) {
+  std::vector<std::vector<LevelAccess>> passes = by_levels(store, options.level);
+  SweepPass together{"digest", {}, {}};
+  for (const auto& accesses : passes)
+    together.accesses.insert(together.accesses.end(), accesses.begin(), accesses.end());
+  const bool coded = std::ranges::any_of(
+      together.accesses, [&](const LevelAccess& access) { return has_context(store, access); });
+  if (coded && passes.size() > 1 &&
+      sweep_window_bytes(store, together, options.threads) <= store.options().budget_bytes / 2)
+    return {together.accesses};
+  return passes;
+}
+
 }  // namespace
 
 std::string Digest::to_string() const { return fmt::format("{:016x}{:016x}", high, low); }
@@ -59,42 +92,36 @@ Digest digest(Store& store, const DigestOptions& options) {
   if (options.threads < 1 || options.threads > 1024)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("digest: {} threads, expected 1 to 1024", options.threads));
-  const auto wanted = [&](int level) { return options.level == -1 || options.level == level; };
   std::vector<SlotHasher> hashers(static_cast<std::size_t>(options.threads));
-  std::uint64_t total = 0, before = 0;
-  for (const AttributeInfo& info : store.attributes())
-    for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
-      if (wanted(level)) total += store.base().edge_count();
-
   const std::span<const Edge> edges = store.base().edges();
-  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-    const AttributeInfo& info = store.attributes()[id];
-    const std::string& name = info.schema.name;
-    const std::size_t record_bytes = info.schema.record_bytes();
-    if (wanted(store.base_level())) {
+  if (options.level == -1 || options.level == store.base_level()) {
+    for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+      const AttributeSchema& schema = store.attributes()[id].schema;
+      const std::size_t record_bytes = schema.record_bytes();
       const std::span<const std::byte> records = std::as_const(store).base_bytes(id);
       for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
-        hashers[0].add(vertex, vertex, store.base_level(), name,
+        hashers[0].add(vertex, vertex, store.base_level(), schema.name,
                        records.subspan(vertex * record_bytes, record_bytes));
     }
-    for (int level = store.base_level() + 1; level <= info.finest_level; ++level) {
-      if (!wanted(level)) continue;
-      SweepPass pass;
-      pass.name = fmt::format("digest of '{}', level {}", name, level);
-      pass.accesses = {{id, level, level, Access::kRead, Reach::kOwn}};
-      pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+  }
+  const std::vector<std::vector<LevelAccess>> passes = plan_passes(store, options);
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    SweepPass pass{"digest", passes[i], {}};
+    pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+      for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
+        const auto& [attribute, level, last, access, reach] = pass.accesses[at];
         hashers[static_cast<std::size_t>(worker)].add(edges[edge].start, edges[edge].end, level,
-                                                      name, view.slot(0, level, edge));
+                                                      store.attributes()[attribute].schema.name,
+                                                      view.slot(at, level, edge));
+      }
+    };
+    SweepOptions sweep_options;
+    sweep_options.threads = options.threads;
+    if (options.proceed)
+      sweep_options.proceed = [&](std::uint64_t done, std::uint64_t) {
+        return options.proceed(i * edges.size() + done, passes.size() * edges.size());
       };
-      SweepOptions sweep_options;
-      sweep_options.threads = options.threads;
-      if (options.proceed)
-        sweep_options.proceed = [&](std::uint64_t done, std::uint64_t) {
-          return options.proceed(before + done, total);
-        };
-      sweep(store, pass, sweep_options);
-      before += store.base().edge_count();
-    }
+    sweep(store, pass, sweep_options);
   }
   for (std::size_t i = 1; i < hashers.size(); ++i) hashers[0].add(hashers[i].sum());
   return hashers[0].sum();

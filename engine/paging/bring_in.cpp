@@ -100,33 +100,61 @@ void Pager::Implementation::PinCall::fill_with_zeros() noexcept {
 
 void Pager::Implementation::PinCall::read_with_context() noexcept {
   while (true) {
-    PinBatch::Entry* next = nullptr;
-    for (PinBatch::Entry& entry : batch_)
-      if (is_missing(entry) && (!next || comes_before(*entry.level, *next->level))) next = &entry;
-    if (!next) return;
-    Frame& frame = *next->frame;
-    bool complete = true;
-    for (std::size_t i = 0; i < next->context_count; ++i) {
-      Frame& context = *batch_[next->context + i].frame;
-      if (is_not_filled(context.content.state))
-        pager_.wait_while(lock_, session_, context, is_not_filled);
-      complete = complete && context.content.state != State::kDetached;
+    // Begins all reads that need not wait for others. This thread reads the last block itself.
+    Frame* here = nullptr;
+    Frame* to_wait_for = nullptr;
+    bool gave_up = false;
+    for (PinBatch::Entry& entry : batch_) {
+      if (!is_missing(entry)) continue;
+      if (Frame* const absent = absent_context(entry)) {
+        if (absent->content.state != State::kDetached) {
+          // What this call has still to begin does not come by waiting.
+          if (absent->content.state != State::kClaimed || !claimed(*absent)) to_wait_for = absent;
+          continue;
+        }
+        entry.frame->content.read_error = nullptr;  // reading the context failed, not this read
+        pager_.table_.detach_block(*entry.frame);
+        pager_.tell_of_change();
+        gave_up = true;
+        continue;
+      }
+      begin_read_with_context(entry);
+      Frame* const before = std::exchange(here, entry.frame);
+      if (before && pager_.transfers_.has_threads())
+        pager_.transfers_.submit(*before);
+      else if (before)
+        pager_.transfers_.start(lock_, *before);
     }
-    if (!complete) {
-      frame.content.read_error = nullptr;  // reading the context failed, not this read
-      pager_.table_.detach_block(frame);
-      pager_.tell_of_change();
-      continue;
+    if (here) {
+      const Wait waiting(pager_, &session_, Direction::kRead);
+      pager_.transfers_.start(lock_, *here);
+    } else if (gave_up) {
+      continue;  // blocks that are decoded with that one
+    } else if (to_wait_for) {
+      pager_.wait_while(lock_, session_, *to_wait_for, is_not_filled);
+    } else {
+      return;
     }
-    for (std::size_t i = 0; i < next->context_count; ++i) {
-      frame.content.context[i] = batch_[next->context + i].frame;
-      ++frame.content.context[i]->content.pins;
-    }
-    frame.content.context_count = next->context_count;
-    pager_.transfers_.begin_read(frame);
-    const Wait waiting(pager_, &session_, Direction::kRead);
-    pager_.transfers_.start(lock_, frame);
   }
+}
+
+Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::Entry& entry) noexcept {
+  for (std::size_t i = 0; i < entry.context_count; ++i)
+    if (Frame* const context = batch_[entry.context + i].frame;
+        is_not_filled(context->content.state) || context->content.state == State::kDetached)
+      return context;
+  return nullptr;
+}
+
+void Pager::Implementation::PinCall::begin_read_with_context(
+    const PinBatch::Entry& entry) noexcept {
+  Frame::Content& content = entry.frame->content;
+  for (std::size_t i = 0; i < entry.context_count; ++i) {
+    content.context[i] = batch_[entry.context + i].frame;
+    ++content.context[i]->content.pins;
+  }
+  content.context_count = entry.context_count;
+  pager_.transfers_.begin_read(*entry.frame);
 }
 
 void Pager::Implementation::PinCall::check_may_make(const LevelFile& level) {

@@ -59,6 +59,9 @@ class Pager::Implementation::PinCall {
   bool bring_in();
   void read() noexcept;
   void read_with_context() noexcept;
+  /// A block that `entry` is decoded with and that is not in memory; null if all of them are.
+  Frame* absent_context(const PinBatch::Entry& entry) noexcept;
+  void begin_read_with_context(const PinBatch::Entry& entry) noexcept;
   void fill_with_zeros() noexcept;
   /// Computes derived blocks, one after another. Each of them pins blocks in this thread, in a
   /// session of its own. These pins wait for other calls, but not for this one.

@@ -39,17 +39,18 @@ void check_resumable(const SubdivisionRequest& request, SubdivisionPlan& plan) {
               "cannot make limit positions, because no subdivision can continue from these");
 }
 
-/// An attribute whose blocks are encoded from other blocks is made with the backend's own pipeline
-/// first, because the executors do not finish one level before the next. A stage `predicted` stays:
-/// its blocks need no others.
+/// An attribute whose blocks are encoded from other blocks is made with the backend's interim
+/// pipeline first, because the executors do not finish one level before the next. A stage
+/// `predicted` stays: its blocks need no others.
 void choose_pipelines(const SubdivisionRequest& request, const BackendRegistry::Entry& backend,
                       SubdivisionPlan& plan) {
   plan.store.pipeline_of = [backend, wanted = request.pipeline_of](const AttributeSchema& schema) {
     const auto alone = [&](std::string_view pipeline) {
       if (!backend.needs_other_blocks(pipeline, schema)) return std::string(pipeline);
-      return has_predicted_stage(pipeline)
-                 ? fmt::format("{}+{}", kPredictedStage, backend.default_pipeline)
-                 : backend.default_pipeline;
+      const std::string interim =
+          backend.interim_pipeline ? backend.interim_pipeline(schema) : backend.default_pipeline;
+      return has_predicted_stage(pipeline) ? fmt::format("{}+{}", kPredictedStage, interim)
+                                           : interim;
     };
     return LevelPipelines::parse(wanted(schema)).changed(alone).to_text();
   };

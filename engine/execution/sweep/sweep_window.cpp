@@ -56,14 +56,18 @@ void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;
   const auto edge_count = static_cast<EdgeId>(store_.base().edge_count());
   const EdgeId end = edge_count - first > kRuns * chunk ? first + kRuns * chunk : edge_count;
-  for (ahead_ = std::max(ahead_, first); ahead_ < end; ++ahead_)
-    for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
-      for (PinnedLevel& level : levels_of(access))
-        if (level.can_be_announced() && !announce(level, pass_.accesses[access].reach, ahead_))
-          return;
+  // Each level by itself: blocks of one level may wait for blocks of another.
+  ahead_.resize(levels_.size());
+  for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
+    for (std::size_t i = first_of_[access]; i < first_of_[access + 1]; ++i)
+      for (EdgeId& ahead = ahead_[i] = std::max(ahead_[i], first); ahead < end; ++ahead)
+        if (levels_[i].can_be_announced() &&
+            !announce(levels_[i], pass_.accesses[access].reach, ahead))
+          break;
 }
 
-/// Returns false if the session has no free frame at the moment.
+/// Returns false if the session has no free frame at the moment, or if a block has to wait for
+/// another one.
 bool SweepWindow::announce(PinnedLevel& level, Reach reach, EdgeId edge) {
   bool taken = true;
   for_each_edge_in_reach(store_.base().topology(), edge, reach,

@@ -45,7 +45,7 @@ class SweepWindow {
   std::vector<PinnedLevel> levels_;  ///< for each access, from coarse to fine
   std::vector<std::size_t>
       first_of_;      ///< [access] index of its first level in levels_; then the end
-  EdgeId ahead_ = 0;  ///< the blocks of all edges before it are prefetched
+  std::vector<EdgeId> ahead_ = {};  ///< [level] the blocks of all edges before are prefetched
   SweepView view_;
 };
 

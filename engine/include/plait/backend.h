@@ -264,6 +264,9 @@ class BackendRegistry {
     std::function<void(std::string_view options)> validate = {};
     /// The pipeline of a store that names none.
     std::string default_pipeline = "none";
+    /// The pipeline for records of this type that are soon encoded anew: fast, and every block is
+    /// encoded by itself. Empty: default_pipeline.
+    std::function<std::string(const AttributeSchema& schema)> interim_pipeline = {};
     /// Throws kInvalidArgument or kNotSupported for a pipeline that the backend cannot use for
     /// records of this type. Empty: the backend accepts only "none".
     std::function<void(std::string_view pipeline, const AttributeSchema& schema)>
