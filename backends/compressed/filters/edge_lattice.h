@@ -56,40 +56,20 @@ class EdgeLattice {
         stride_(size_ + 3),
         points_(reinterpret_cast<Record*>(memory.data())) {}
 
-  /// Has the processor fetch what gathering for the next edges will read, which lies in too many
-  /// places for it to foresee. Each address is found in what was fetched some edges before.
-  void prefetch(const CoarserSlots& slots, EdgeId edge, EdgeId step, EdgeId end) const {
-    const auto for_sides = [&](EdgeId ahead, auto visit) {
-      if ((end - edge - 1) / step < ahead) return;
-      const Edge& next = mesh_.edges[edge + ahead * step];
-      for (const FaceSide side : {next.own, next.other})
-        if (side.exists()) visit(side);
-    };
-    for_sides(4, [&](FaceSide side) {
-      fetch(&mesh_.face_edges[side.face()]);
-      fetch(&mesh_.faces[side.face()]);
-    });
-    for_sides(3, [&](FaceSide side) {
-      for (const EdgeId each : mesh_.face_edges[side.face()]) fetch(&mesh_.edges[each]);
-    });
-    for_sides(2, [&](FaceSide side) {
-      for (const int turn : {1, 2}) {
-        const FaceSide beyond =
-            mesh_.across(FaceSide(side.face(), (side.side() + turn) % 3));
-        if (beyond.exists()) fetch(&mesh_.face_edges[beyond.face()]);
-      }
-    });
-    for_sides(1, [&](FaceSide side) {
+  /// Has the processor fetch what gather() will read for this edge: most of it is in the slots of
+  /// the last level. Their lines are read in too many orders for the processor to foresee.
+  void prefetch(const CoarserSlots& slots, EdgeId edge) const {
+    const int last = refinement_ - 1;
+    const auto bytes_of_slot =
+        static_cast<std::int64_t>(sizeof(Record)) * (size_ / 2) * (size_ / 2);
+    if (last < 1 || bytes_of_slot < kLeastFetched) return;
+    for (const FaceSide side : {mesh_.edges[edge].own, mesh_.edges[edge].other}) {
+      if (!side.exists()) continue;
       for (const EdgeId each : mesh_.face_edges[side.face()])
-        for (int refinement = refinement_ - 1; refinement > 0 && refinement > refinement_ - 3;
-             --refinement) {
-          const std::int64_t side_of_slot = slot_side(refinement);
-          const auto bytes =
-              static_cast<std::int64_t>(sizeof(Record)) * side_of_slot * side_of_slot;
-          if (const std::byte* const slot = slots.slot(refinement, each); slot != nullptr)
-            for (std::int64_t i = 0; i < bytes; i += kCacheLine) fetch(slot + i);
-        }
-    });
+        if (const std::byte* const bytes = slots.slot(last, each); bytes != nullptr)
+          for (std::int64_t i = 0; i < bytes_of_slot; i += kCacheLine)
+            __builtin_prefetch(bytes + i);
+    }
   }
   /// Fills the points around the edge, but not the row around them.
   void gather(const CoarserSlots& slots, EdgeId edge) {
@@ -125,9 +105,7 @@ class EdgeLattice {
   Record* spare() { return points_ + stride_ * stride_; }
 
  private:
-  static constexpr std::int64_t kCacheLine = 64;
-
-  static void fetch(const void* address) { __builtin_prefetch(address); }
+  static constexpr std::int64_t kCacheLine = 64, kLeastFetched = 4 * kCacheLine;
 
   /// One of the sides of the two faces.
   struct Side {

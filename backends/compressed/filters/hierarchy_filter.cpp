@@ -138,7 +138,7 @@ class HierarchyFilter final : public Filter {
     for (EdgeId edge = level.first_edge(block.block); edge < end;
          edge += std::min(step, end - edge)) {
       const Slot slot = level.slot(edge);
-      lattice.prefetch(slots, edge, step, end);
+      if (end - edge > step) lattice.prefetch(slots, edge + step);
       lattice.gather(slots, edge);
       if (rule != PredictionRule::kMidpoint) lattice.gather_wings(slots, edge);
       visit(Rows{lattice.point(0, 0)->data(), lattice.stride() * std::int64_t{kComponents},

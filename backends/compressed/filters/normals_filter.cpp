@@ -83,7 +83,7 @@ class NormalsFilter final : public Filter {
     const std::uint64_t start = level.block_offset(block.block);
     const EdgeId end = level.edge_after(block.block);
     for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
-      lattice.prefetch(slots, edge, 1, end);
+      if (end - edge > 1) lattice.prefetch(slots, edge + 1);
       lattice.gather(slots, edge);
       visit({lattice.point(0, 0)->data(), 3 * lattice.stride(), lattice.side() / 2,
              blocks_->mesh().edges[edge].is_border(), reinterpret_cast<float*>(lattice.spare())},

@@ -44,7 +44,7 @@ class SweepWindow {
   Session session_;
   std::vector<PinnedLevel> levels_;  ///< for each access, from coarse to fine
   std::vector<std::size_t>
-      first_of_;      ///< [access] index of its first level in levels_; then the end
+      first_of_;                    ///< [access] index of its first level in levels_; then the end
   std::vector<EdgeId> ahead_ = {};  ///< [level] the blocks of all edges before are prefetched
   SweepView view_;
 };
