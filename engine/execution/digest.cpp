@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -48,7 +49,7 @@ class SlotHasher {
 };
 
 /// The accesses of one pass for each level of each attribute.
-std::vector<std::vector<LevelAccess>> by_levels(const Store& store, int wanted_level) {
+std::vector<std::vector<LevelAccess>> passes_by_levels(const Store& store, int wanted_level) {
   std::vector<std::vector<LevelAccess>> passes;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
@@ -63,20 +64,58 @@ bool has_context(const Store& store, const LevelAccess& access) {
   return file.backend->needs_base_records() || file.is_fixed;
 }
 
-/// The accesses of each pass. Levels that are decoded from each other are read together, as far as
-/// the budget allows: then each block is decoded once, and not again for each level and attribute
-/// that needs it.
-std::vector<std::vector<LevelAccess>> plan_passes(Store& store, const DigestOptions& options) {
-  std::vector<std::vector<LevelAccess>> passes = by_levels(store, options.level);
-  SweepPass together{"digest", {}, {}};
-  for (const auto& accesses : passes)
-    together.accesses.insert(together.accesses.end(), accesses.begin(), accesses.end());
+using Passes = std::vector<std::vector<LevelAccess>>;
+
+/// One pass for all levels, if some are decoded from others, and nothing otherwise. Then each block
+/// is decoded once, and not again for each level and attribute that needs it.
+std::optional<Passes> all_together(const Store& store, const Passes& by_levels) {
+  std::vector<LevelAccess> together;
+  for (const auto& accesses : by_levels)
+    together.insert(together.end(), accesses.begin(), accesses.end());
   const bool coded = std::ranges::any_of(
-      together.accesses, [&](const LevelAccess& access) { return has_context(store, access); });
-  if (coded && passes.size() > 1 &&
-      sweep_window_bytes(store, together, options.threads) <= store.options().budget_bytes / 2)
-    return {together.accesses};
-  return passes;
+      together, [&](const LevelAccess& access) { return has_context(store, access); });
+  if (!coded || together.size() < 2) return std::nullopt;
+  return Passes{std::move(together)};
+}
+
+Digest digest_of_base(Store& store) {
+  SlotHasher hasher;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const AttributeSchema& schema = store.attributes()[id].schema;
+    const std::size_t record_bytes = schema.record_bytes();
+    const std::span<const std::byte> records = std::as_const(store).base_bytes(id);
+    for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
+      hasher.add(vertex, vertex, store.base_level(), schema.name,
+                 records.subspan(vertex * record_bytes, record_bytes));
+  }
+  return hasher.sum();
+}
+
+/// The sum of the hashes of all slots that the passes read.
+Digest digest_of_levels(Store& store, const Passes& passes, const DigestOptions& options) {
+  std::vector<SlotHasher> hashers(static_cast<std::size_t>(options.threads));
+  const std::span<const Edge> edges = store.base().edges();
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    SweepPass pass{"digest", passes[i], {}};
+    pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+      for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
+        const LevelAccess& access = pass.accesses[at];
+        hashers[static_cast<std::size_t>(worker)].add(
+            edges[edge].start, edges[edge].end, access.first_level,
+            store.attributes()[access.attribute].schema.name,
+            view.slot(at, access.first_level, edge));
+      }
+    };
+    SweepOptions sweep_options;
+    sweep_options.threads = options.threads;
+    if (options.proceed)
+      sweep_options.proceed = [&](std::uint64_t done, std::uint64_t) {
+        return options.proceed(i * edges.size() + done, passes.size() * edges.size());
+      };
+    sweep(store, pass, sweep_options);
+  }
+  for (std::size_t i = 1; i < hashers.size(); ++i) hashers[0].add(hashers[i].sum());
+  return hashers[0].sum();
 }
 
 }  // namespace
@@ -92,39 +131,20 @@ Digest digest(Store& store, const DigestOptions& options) {
   if (options.threads < 1 || options.threads > 1024)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("digest: {} threads, expected 1 to 1024", options.threads));
-  std::vector<SlotHasher> hashers(static_cast<std::size_t>(options.threads));
-  const std::span<const Edge> edges = store.base().edges();
-  if (options.level == -1 || options.level == store.base_level()) {
-    for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-      const AttributeSchema& schema = store.attributes()[id].schema;
-      const std::size_t record_bytes = schema.record_bytes();
-      const std::span<const std::byte> records = std::as_const(store).base_bytes(id);
-      for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
-        hashers[0].add(vertex, vertex, store.base_level(), schema.name,
-                       records.subspan(vertex * record_bytes, record_bytes));
+  SlotHasher sum;
+  if (options.level == -1 || options.level == store.base_level()) sum.add(digest_of_base(store));
+  const Passes by_levels = passes_by_levels(store, options.level);
+  if (const auto together = all_together(store, by_levels)) {
+    try {
+      sum.add(digest_of_levels(store, *together, options));
+      return sum.sum();
+    } catch (const Error& error) {
+      // So many blocks at once, each with its context, are more than the budget holds.
+      if (error.code() != ErrorCode::kBudget) throw;
     }
   }
-  const std::vector<std::vector<LevelAccess>> passes = plan_passes(store, options);
-  for (std::size_t i = 0; i < passes.size(); ++i) {
-    SweepPass pass{"digest", passes[i], {}};
-    pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-      for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
-        const auto& [attribute, level, last, access, reach] = pass.accesses[at];
-        hashers[static_cast<std::size_t>(worker)].add(edges[edge].start, edges[edge].end, level,
-                                                      store.attributes()[attribute].schema.name,
-                                                      view.slot(at, level, edge));
-      }
-    };
-    SweepOptions sweep_options;
-    sweep_options.threads = options.threads;
-    if (options.proceed)
-      sweep_options.proceed = [&](std::uint64_t done, std::uint64_t) {
-        return options.proceed(i * edges.size() + done, passes.size() * edges.size());
-      };
-    sweep(store, pass, sweep_options);
-  }
-  for (std::size_t i = 1; i < hashers.size(); ++i) hashers[0].add(hashers[i].sum());
-  return hashers[0].sum();
+  sum.add(digest_of_levels(store, by_levels, options));
+  return sum.sum();
 }
 
 PLAIT_END_NAMESPACE

@@ -102,14 +102,13 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
   while (true) {
     // Begins all reads that need not wait for others. This thread reads the last block itself.
     Frame* here = nullptr;
-    Frame* to_wait_for = nullptr;
+    PinBatch::Entry* earliest = nullptr;  // of those that wait for another block
     bool gave_up = false;
     for (PinBatch::Entry& entry : batch_) {
       if (!is_missing(entry)) continue;
       if (Frame* const absent = absent_context(entry)) {
         if (absent->content.state != State::kDetached) {
-          // What this call has still to begin does not come by waiting.
-          if (absent->content.state != State::kClaimed || !claimed(*absent)) to_wait_for = absent;
+          if (!earliest || comes_before(*entry.level, *earliest->level)) earliest = &entry;
           continue;
         }
         entry.frame->content.read_error = nullptr;  // reading the context failed, not this read
@@ -130,8 +129,10 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
       pager_.transfers_.start(lock_, *here);
     } else if (gave_up) {
       continue;  // blocks that are decoded with that one
-    } else if (to_wait_for) {
-      pager_.wait_while(lock_, session_, *to_wait_for, is_not_filled);
+    } else if (earliest) {
+      // This call has begun to read all that comes earlier, so the wait is for another call, which
+      // waits for a block that comes still earlier, if it waits: all waits end.
+      pager_.wait_while(lock_, session_, *absent_context(*earliest), is_not_filled);
     } else {
       return;
     }

@@ -101,6 +101,43 @@ TEST_CASE("PredictedStore_LevelsAndBaseRecordsThatOthersNeed_CannotBeChanged") {
   CHECK(verify(again).damaged_count == 0);
 }
 
+TEST_CASE("PredictedStore_Digest_DecodesEachBlockOnce_AndIsTheSumOfTheLevelsUnderAnyBudget") {
+  PredictedSurface surface;
+  surface.write_all();
+  surface.store.commit();
+  unsigned __int128 expected = 0;
+  for (int level = 0; level <= kFinest; ++level) {
+    DigestOptions options;
+    options.level = level;
+    const Digest one = digest(surface.store, options);
+    expected += (static_cast<unsigned __int128>(one.high) << 64) + one.low;
+  }
+  surface.store.close();
+  int fitted = 0, refused = 0;
+  for (std::uint64_t budget = 1 << 20; budget >= 1 << 16; budget = budget * 3 / 4) {
+    CAPTURE(budget);
+    OpenOptions open;
+    open.budget_bytes = budget;
+    Store store = Store::open(surface.path, open, default_backends());
+    try {
+      DigestOptions options;
+      options.threads = 2;
+      const Digest found = digest(store, options);
+      CHECK(((static_cast<unsigned __int128>(found.high) << 64) + found.low == expected));
+      if (fitted++ > 0) continue;
+      std::uint64_t blocks = 0;
+      for (int level = 1; level <= kFinest; ++level)
+        blocks += store.level_file(0, level).geometry.block_count();
+      CHECK(store.statistics().blocks_read == blocks);
+    } catch (const Error& error) {
+      CHECK(error.code() == ErrorCode::kBudget);
+      ++refused;
+    }
+  }
+  CHECK(fitted > 3);
+  CHECK(refused > 0);
+}
+
 TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
   PredictedSurface surface;
   surface.store.add_level(surface.position);

@@ -320,6 +320,46 @@ TEST_CASE("ContextPrefetch_WhileWhatItIsCodedByIsRead_DoesNotBegin") {
   CHECK(holds_its_values(session.pin(f.level(3), 0), 3, 0));
 }
 
+TEST_CASE("ContextPin_WhileTheCoarsestBlockIsRead_WaitsForItAndEnds") {
+  ContextFixture f(8, 2);
+  Session ahead = f.pager.open_session(), session = f.pager.open_session();
+  HeldTransfer held(f.levels.log, Transfer::Direction::kRead, 1);
+  REQUIRE(ahead.prefetch(f.level(1), 0));
+  held.wait_until_begun();
+  // The pin can begin no read: each block of its own waits for a coarser one, and the coarsest is
+  // being read already.
+  auto pinned = std::async(std::launch::async,
+                           [&] { return holds_its_values(session.pin(f.level(3), 0), 3, 0); });
+  CHECK(pinned.wait_for(std::chrono::milliseconds(30)) == std::future_status::timeout);
+  held.let_go();
+  CHECK(pinned.get());
+}
+
+TEST_CASE("ContextPin_OfSeveralBlocks_ReadsOneWhileAnotherTakesLong") {
+  ContextFixture f(16, 2);
+  Session session = f.pager.open_session();
+  HeldTransfer held(f.levels.log, Transfer::Direction::kRead, 2);
+  constexpr std::uint64_t kOther = 31;
+  auto pinned = std::async(std::launch::async, [&] {
+    const std::vector<BlockRequest> requests = {{f.level(3), 0}, {f.level(3), kOther}};
+    std::vector<PinnedBlock> both(2);
+    session.pin_many(requests, both);
+    return holds_its_values(both[0], 3, 0) && holds_its_values(both[1], 3, kOther);
+  });
+  held.wait_until_begun();
+  const auto other_is_read = [&] {
+    const std::lock_guard lock(f.levels.log.mutex);
+    return std::ranges::any_of(f.levels.log.reads, [](const ContextBlock& read) {
+      return read.level == 3 && read.block == kOther;
+    });
+  };
+  for (int tries = 0; tries < 1000 && !other_is_read(); ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  CHECK(other_is_read());
+  held.let_go();
+  CHECK(pinned.get());
+}
+
 TEST_CASE("ContextPrefetch_WithoutRoom_HoldsNothing") {
   ContextFixture f(2, 1);
   Session session = f.pager.open_session();
