@@ -7,6 +7,7 @@
 #include <string>
 
 #include "compressed/block_coder.h"
+#include "chosen.h"
 #include "input_bytes.h"
 
 namespace plait::fuzz {
@@ -23,7 +24,7 @@ struct CodingInput {
 inline CodingInput take_coding(InputBytes& input) {
   constexpr std::array codecs = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19", "bitpack"};
   constexpr std::array filters = {"none", "shuffle", "bytedelta"};
-  const std::string codec = codecs[input.take_below(codecs.size())];
+  const std::string codec = codecs[take_choice(input, codecs)];
   const std::string filter = filters[input.take_below(filters.size())];
   constexpr std::array types = {ComponentType::kInt8, ComponentType::kInt16,
                                 ComponentType::kFloat32, ComponentType::kFloat64};
