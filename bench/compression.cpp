@@ -1,7 +1,7 @@
 // How small does a level get, and how fast is it encoded and decoded?
 //
 //   plait_bench_compression [--mesh FILE] [--level 5] [--blocks 32] [--block 256] [--runs 5]
-//                           [--surface NAME]... [--only PIPELINE]... [--json FILE]
+//                           [--surface NAME]... [--only PIPELINE]... [--every-target] [--json FILE]
 //
 // Four surfaces: a Loop surface; the same with noise of 3e-7 diagonals; with a fractal of 0.005
 // diagonals; and the noisy one with normals that another rule made. Of each, some blocks of the
@@ -26,6 +26,7 @@
 #include "plait/kernels/block_makers.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "rows/every_target.h"
 #include "support.h"
 
 namespace {
@@ -38,6 +39,7 @@ struct Settings {
   int runs = 5, refinements = 4;
   std::string mesh, json;
   std::vector<std::string> surfaces, only;  ///< empty: all
+  bool every_target = false;                ///< with each instruction set of the processor
 
   static bool has(const std::vector<std::string>& chosen, const std::string& name) {
     return chosen.empty() || std::ranges::find(chosen, name) != chosen.end();
@@ -131,8 +133,12 @@ int run(const Settings& settings) {
     for (const char* name : {"position", "normal"})
       attributes.push_back(read_attribute(settings.surface, store, name, read));
     const auto add = [&](const std::string& name, const Way& way) {
-      if (name == "memcpy" || Settings::has(settings.only, name))
-        measure(settings, surface, name, attributes, way, figures);
+      if (name != "memcpy" && !Settings::has(settings.only, name)) return;
+      if (!settings.every_target) return measure(settings, surface, name, attributes, way, figures);
+      fused_rows::on_every_target([&](const char* target) {
+        measure(settings, surface, fmt::format("{} with {}", name, target), attributes, way,
+                figures);
+      });
     };
     add("memcpy", [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
       run_copies(of, sizes, times);
@@ -170,6 +176,8 @@ int main(int count, char** words) {
             ->allow_extra_args(false);
         app.add_option("--only", settings.only, "Only this way; may be repeated")
             ->allow_extra_args(false);
+        app.add_flag("--every-target", settings.every_target,
+                     "Measure with each instruction set of this processor");
         add_runs_option(app, settings.runs);
         add_json_option(app, settings.json);
       },

@@ -97,6 +97,9 @@ Digest digest_of_levels(Store& store, const Passes& passes, const DigestOptions&
   const std::span<const Edge> edges = store.base().edges();
   for (std::size_t i = 0; i < passes.size(); ++i) {
     SweepPass pass{"digest", passes[i], {}};
+    if (const LevelAccess& only = pass.accesses.front(); pass.accesses.size() == 1)
+      pass.name = fmt::format("digest of '{}', level {}",
+                              store.attributes()[only.attribute].schema.name, only.first_level);
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
       for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
         const LevelAccess& access = pass.accesses[at];

@@ -119,10 +119,12 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
       }
       begin_read_with_context(entry);
       Frame* const before = std::exchange(here, entry.frame);
-      if (before && pager_.transfers_.has_threads())
+      if (before && pager_.transfers_.has_threads()) {
         pager_.transfers_.submit(*before);
-      else if (before)
+      } else if (before) {
+        const Wait waiting(pager_, &session_, Direction::kRead);
         pager_.transfers_.start(lock_, *before);
+      }
     }
     if (here) {
       const Wait waiting(pager_, &session_, Direction::kRead);
@@ -130,8 +132,8 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
     } else if (gave_up) {
       continue;  // blocks that are decoded with that one
     } else if (earliest) {
-      // This call has begun to read all that comes earlier, so the wait is for another call, which
-      // waits for a block that comes still earlier, if it waits: all waits end.
+      // That block is being read, or another call has claimed it. The other call waits, if at all,
+      // for a block that comes still earlier. So all waits end.
       pager_.wait_while(lock_, session_, *absent_context(*earliest), is_not_filled);
     } else {
       return;

@@ -52,7 +52,11 @@ void Pager::Implementation::hold(SessionState& session, Frame& frame, EdgeId ord
 
 void Pager::Implementation::add_writer(Frame& frame) noexcept {
   ++frame.content.writers;
-  if (frame.content.state != State::kDirty) become(frame, State::kDirty);
+  if (frame.content.state == State::kDirty) return;
+  const bool was_claimed = frame.content.state == State::kClaimed;
+  become(frame, State::kDirty);
+  // Another call may wait until the block is filled.
+  if (was_claimed) tell_of_change_of(frame);
 }
 
 void Pager::Implementation::forget_outdated(Frame& frame) noexcept {

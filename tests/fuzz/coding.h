@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "compressed/block_coder.h"
 #include "chosen.h"
+#include "compressed/block_coder.h"
 #include "input_bytes.h"
 
 namespace plait::fuzz {

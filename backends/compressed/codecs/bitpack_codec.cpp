@@ -129,8 +129,13 @@ class BitpackCodec final : public Codec {
   };
 
   void make_room(const Cut& cut) {
-    widths_of_widths_.assign(cut.width_groups(), 0);
-    widths_.assign(cut.width_groups() * kGroupWords, 0);
+    fill_with_zeros(widths_of_widths_, cut.width_groups());
+    fill_with_zeros(widths_, cut.width_groups() * kGroupWords);
+  }
+  /// The former memory goes before the new one comes, so that memory_bytes() is the peak.
+  static void fill_with_zeros(std::vector<std::uint32_t>& widths, std::size_t count) {
+    if (widths.capacity() < count) widths = {};
+    widths.assign(count, 0);
   }
   static void expect_at_least(std::size_t bytes, std::span<const std::byte> stored) {
     if (stored.size() < bytes)

@@ -25,10 +25,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr std::size_t kGroupBytes = kGroupWords * sizeof(std::uint32_t);
 
-/// A group is read as two halves of 32 bytes, of which the second begins behind the first one's
-/// bits: so many bytes behind a group's begin may be read.
-constexpr std::size_t kReadAhead = 64;
-
 using Tag = hn::CappedTag<std::uint32_t, kGroupWords>;
 constexpr std::size_t kLanes = hn::MaxLanes(Tag());
 
@@ -37,6 +33,10 @@ constexpr bool kHasWideVectors = kLanes == 8 || kLanes == 16;
 #else
 constexpr bool kHasWideVectors = false;
 #endif
+
+/// So many bytes behind a group's begin may be read: two halves of 32 bytes, of which the second
+/// begins behind the first one's bits; or 8 bytes from the byte on where the last word begins.
+constexpr std::size_t kReadAhead = kHasWideVectors ? 64 : 68;
 
 /// For each width: the word of 32 bits where the bits of a lane begin, the word that has the rest
 /// of them, and how far they are shifted.
@@ -134,9 +134,9 @@ constexpr auto packers_of(std::index_sequence<kWidths...>) {
   return std::array{&pack_group<kWidths>...};
 }
 
-inline void widths(const std::byte* words, std::size_t groups, std::uint32_t* found) {
+inline void group_widths(const std::byte* words, std::size_t groups, std::uint32_t* widths) {
   for (std::size_t group = 0; group < groups; ++group)
-    found[group] = width_of(words + group * kGroupBytes);
+    widths[group] = width_of(words + group * kGroupBytes);
 }
 
 inline void pack(const std::byte* words, std::size_t groups, const std::uint32_t* widths,

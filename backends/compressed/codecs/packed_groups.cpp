@@ -10,7 +10,7 @@
 #if HWY_ONCE
 namespace plait::packed_groups {
 
-HWY_EXPORT(widths);
+HWY_EXPORT(group_widths);
 HWY_EXPORT(pack);
 HWY_EXPORT(unpack);
 
@@ -20,8 +20,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 using namespace packed_groups;
 
-void find_widths(const std::byte* words, std::size_t groups, std::uint32_t* found) {
-  HWY_DYNAMIC_DISPATCH(widths)(words, groups, found);
+void find_widths(const std::byte* words, std::size_t groups, std::uint32_t* widths) {
+  HWY_DYNAMIC_DISPATCH(group_widths)(words, groups, widths);
 }
 void pack_groups(const std::byte* words, std::size_t groups, const std::uint32_t* widths,
                  std::byte* packed) {

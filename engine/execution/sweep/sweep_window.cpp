@@ -53,17 +53,27 @@ std::uint64_t SweepWindow::planned_bytes() const {
 }
 
 void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
+  if (levels_.empty()) return;
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;
   const auto edge_count = static_cast<EdgeId>(store_.base().edge_count());
   const EdgeId end = edge_count - first > kRuns * chunk ? first + kRuns * chunk : edge_count;
-  // Each level by itself: blocks of one level may wait for blocks of another.
+  // Near edges first. A level whose block has to wait for another one does not stop the others.
   ahead_.resize(levels_.size());
-  for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
-    for (std::size_t i = first_of_[access]; i < first_of_[access + 1]; ++i)
-      for (EdgeId& ahead = ahead_[i] = std::max(ahead_[i], first); ahead < end; ++ahead)
-        if (levels_[i].can_be_announced() &&
-            !announce(levels_[i], pass_.accesses[access].reach, ahead))
-          break;
+  for (EdgeId& ahead : ahead_) ahead = std::max(ahead, first);
+  std::vector<bool> stopped(levels_.size());
+  for (EdgeId edge = *std::ranges::min_element(ahead_); edge < end; ++edge) {
+    bool any_goes_on = false;
+    for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
+      for (std::size_t i = first_of_[access]; i < first_of_[access + 1]; ++i) {
+        if (stopped[i]) continue;
+        any_goes_on = true;
+        if (ahead_[i] != edge) continue;
+        stopped[i] = levels_[i].can_be_announced() &&
+                     !announce(levels_[i], pass_.accesses[access].reach, edge);
+        if (!stopped[i]) ++ahead_[i];
+      }
+    if (!any_goes_on) return;
+  }
 }
 
 /// Returns false if the session has no free frame at the moment, or if a block has to wait for

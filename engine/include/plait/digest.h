@@ -24,7 +24,9 @@ struct DigestOptions {
   /// all vertices.
   int level = -1;
   int threads = 1;
-  std::function<bool(std::uint64_t done, std::uint64_t total)> proceed = {};  ///< false cancels
+  /// False cancels. May begin again from 0 with another total, if the budget holds fewer levels at
+  /// once than was tried first.
+  std::function<bool(std::uint64_t done, std::uint64_t total)> proceed = {};
 };
 
 /// The sum, modulo 2^128, of one XXH3-128 hash for each base vertex and each slot. The input of a
@@ -32,7 +34,7 @@ struct DigestOptions {
 /// name, a zero byte, and the decoded bytes. For a base vertex, both endpoints are the vertex and
 /// the level is the store's base level. The digest is equal for any backend, codec, block size,
 /// budget, executor, thread count and layout.
-/// Errors: kInvalidArgument for a level that does not exist; kCorruption; kIo; kCancelled.
+/// Errors: kInvalidArgument for a level that does not exist; kCorruption; kIo; kBudget; kCancelled.
 Digest digest(Store& store, const DigestOptions& options = {});
 
 PLAIT_END_NAMESPACE

@@ -4,8 +4,8 @@
 //
 //   PIPELINES = PIPELINE { ";@" LEVELS "=" PIPELINE }      LEVELS = FIRST ["-" [LAST]]
 //
-//   hierarchy+shuffle,zstd:1                          for all levels
-//   hierarchy+shuffle,zstd:1;@1-3=shuffle,zstd:19     another one for levels 1 to 3
+//   hierarchy,bitpack                                 for all levels
+//   hierarchy,bitpack;@1-3=shuffle,zstd:19            another one for levels 1 to 3
 //   lz4;@4=zstd:1;@6-=zstd:9                          for level 4; for level 6 and finer ones
 //
 // The ranges are in ascending order and do not overlap. Wherever an attribute is given a pipeline,

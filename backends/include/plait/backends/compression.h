@@ -21,9 +21,9 @@ struct CompressionPreset {
 /// fast, default, small, none.
 const std::vector<CompressionPreset>& compression_presets();
 
-/// The pipeline of a preset for records of this type: records of 1 to 4 floats are predicted from
-/// coarser levels, others are not. Errors: kInvalidArgument for an unknown preset; the message
-/// lists the known ones.
+/// The pipeline of a preset for records of this type: `default` and `small` predict records of 1 to
+/// 4 floats from coarser levels, `fast` predicts them inside their slots. Errors: kInvalidArgument
+/// for an unknown preset; the message lists the known ones.
 std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema);
 
 /// The pipeline for records that were rounded to multiples of `step` (plait/rounding.h):
