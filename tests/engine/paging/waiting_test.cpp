@@ -97,6 +97,29 @@ TEST_CASE("PagerPin_BlockNeverWrittenThatAnotherCallBringsIn_IsWaitedFor") {
   }
 }
 
+TEST_CASE("PagerPin_BlockThatAnotherCallOverwrites_IsWaitedForUntilThatCallEnds") {
+  Pager pager(4 * kBlockBytes, 1);
+  HeldLevel level(pager, 8);
+  Session other = pager.open_session();
+  level.backend->hold();
+  std::promise<void> may_unpin;
+  auto both = std::async(std::launch::async, [&] {
+    const std::array requests{BlockRequest(level.file, 3, Access::kOverwrite),
+                              BlockRequest(level.file, 2)};
+    std::array<PinnedBlock, 2> pinned;
+    level.session.pin_many(requests, pinned);
+    may_unpin.get_future().wait();
+  });
+  level.backend->wait_until_started(1, 0);
+  auto read = std::async(std::launch::async, [&] { other.pin(level.file, 3); });
+  CHECK(is_waiting(read));
+  level.backend->let_all_go();
+  CHECK(read.wait_for(std::chrono::seconds(10)) == std::future_status::ready);
+  may_unpin.set_value();
+  both.get();
+  read.get();
+}
+
 TEST_CASE("PagerPin_BlockOfACallThatFindsNoRoom_IsBroughtInByWhoWaitsForIt") {
   Pager pager(3 * kBlockBytes, 0);
   HeldLevel level(pager, 8);
