@@ -48,9 +48,12 @@ class SlotHasher {
   Digest sum_;
 };
 
-/// The accesses of one pass for each level of each attribute.
-std::vector<std::vector<LevelAccess>> passes_by_levels(const Store& store, int wanted_level) {
-  std::vector<std::vector<LevelAccess>> passes;
+/// The accesses of each pass.
+using Passes = std::vector<std::vector<LevelAccess>>;
+
+/// One pass for each level of each attribute.
+Passes passes_by_levels(const Store& store, int wanted_level) {
+  Passes passes;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
       if (wanted_level == -1 || wanted_level == level)
@@ -63,8 +66,6 @@ bool has_context(const Store& store, const LevelAccess& access) {
   const LevelFile& file = store.level_file(access.attribute, access.first_level);
   return file.backend->needs_base_records() || file.is_fixed;
 }
-
-using Passes = std::vector<std::vector<LevelAccess>>;
 
 /// One pass for all levels, if some are decoded from others, and nothing otherwise. Then each block
 /// is decoded once, and not again for each level and attribute that needs it.

@@ -41,8 +41,8 @@ struct Components {
   }
 };
 
-/// Each lane of the result has the lane before it, as many times `kDistance` lanes; the first ones
-/// have those of `former`, which is all one value.
+/// Lane i of the result is lane i - kDistance of `words`. The first lanes are those of `former`,
+/// which are all equal.
 template <std::size_t kDistance, class D>
 HWY_INLINE WordsOf<D> moved_up(D, WordsOf<D> words, WordsOf<D> former) {
   const Words<D> d;
