@@ -172,4 +172,14 @@ void File::close() {
   if (error != 0 && error != EINTR) throw system_error("close", path_.native(), error);
 }
 
+std::optional<File> open_if_present(const Directory& directory, const std::string& name,
+                                    OpenMode mode) {
+  try {
+    return File(directory, name, mode);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotFound) throw;
+    return std::nullopt;
+  }
+}
+
 PLAIT_END_NAMESPACE

@@ -32,8 +32,9 @@ struct Stored {
 std::optional<Stored> read_file(const Directory& store, std::uint32_t attribute,
                                 std::uint64_t face_count) {
   const std::string name = bounds_file_name(attribute);
-  if (!store.contains(name)) return std::nullopt;
-  const File file(store, name, OpenMode::kRead);
+  const std::optional<File> opened = open_if_present(store, name, OpenMode::kRead);
+  if (!opened) return std::nullopt;
+  const File& file = *opened;
   const auto refuse = [&](const std::string& reason) {
     return Error(ErrorCode::kCorruption, fmt::format("read {}: {}", file.path().native(), reason));
   };

@@ -101,8 +101,9 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   if (!directory.contains(left_over.name)) return true;
   if (!left_over.is_directory) {
-    File file(directory, left_over.name, OpenMode::kRead);
-    if (!file.lock(true)) return false;
+    std::optional<File> file = open_if_present(directory, left_over.name, OpenMode::kRead);
+    if (!file) return true;
+    if (!file->lock(true)) return false;
     directory.remove(left_over.name);
     return true;
   }

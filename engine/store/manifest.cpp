@@ -152,11 +152,10 @@ void begin_manifest_again(const Directory& store) {
 }
 
 bool is_begun_manifest(const Directory& store) {
-  if (!store.contains(kManifestName)) return false;
-  const File file(store, kManifestName, OpenMode::kRead);
+  const std::optional<File> file = open_if_present(store, kManifestName, OpenMode::kRead);
   BothSlots bytes{};
-  if (file.size() != bytes.size()) return false;
-  file.read_at(0, bytes);
+  if (!file || file->size() != bytes.size()) return false;
+  file->read_at(0, bytes);
   return bytes == begun_manifest();
 }
 
@@ -176,8 +175,8 @@ bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot) {
 }
 
 bool has_whole_slot(const Directory& store) {
-  if (!store.contains(kManifestName)) return false;
-  return !read_slots(File(store, kManifestName, OpenMode::kRead)).empty();
+  const std::optional<File> file = open_if_present(store, kManifestName, OpenMode::kRead);
+  return file && !read_slots(*file).empty();
 }
 
 void write_manifest(File& file, const Manifest& manifest) {

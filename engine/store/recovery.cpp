@@ -29,10 +29,6 @@ constexpr std::chrono::milliseconds kPause{20};
 /// version at that moment.
 constexpr int kMostVersions = 100'000;
 
-bool must_be_undone(const Directory& store, const Manifest& newest) {
-  return store.contains(kJournalName) && is_hot_journal(store, newest.uuid, newest.sequence);
-}
-
 /// The levels with their block tables. If the tables are damaged, the geometry of the levels is
 /// enough: after the blocks are restored, repair may make the tables again.
 std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh& base) {
@@ -45,12 +41,10 @@ std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh&
   return levels;
 }
 
-/// Restores the blocks that a hot journal has saved. A journal of another version has no meaning,
-/// and is removed.
+/// Restores the blocks that a hot journal has saved, if the store has one, and removes it.
 void undo(const Directory& store) {
-  if (!store.contains(kJournalName)) return;
   const Manifest manifest = read_manifest(store);
-  if (!is_hot_journal(store, manifest.uuid, manifest.sequence)) return remove_journal(store);
+  if (!is_hot_journal(store, manifest.uuid, manifest.sequence)) return;
   const StoredVersion version(store, open_newest_version(store));
   const BaseMesh base = version.read_base_mesh();
   roll_back(store, manifest.uuid, manifest.sequence, levels_of(version, base));
@@ -101,12 +95,13 @@ OpenVersion open_for_reading(const Directory& store) {
     try {
       std::optional<OpenVersion> version = share_newest_version(store);
       if (!version) continue;
-      if (!must_be_undone(store, version->manifest)) return std::move(*version);
+      const Manifest& newest = version->manifest;
+      if (!is_hot_journal(store, newest.uuid, newest.sequence)) return std::move(*version);
       version.reset();
       // The journal may belong to the version before the newest one, if a writer has left a slot
       // that may not be durable. Only the next writer may remove that journal.
       const StoreLock lock(store, LockFor::kRecovering);
-      if (must_be_undone(store, read_manifest(store))) undo(store);
+      undo(store);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kBusy) throw_busy_or(error, store);
       // Without a journal, no process can be restoring blocks.
@@ -127,6 +122,8 @@ StoreLock lock_for_writing(const Directory& store, Durability durability) {
   if (durability == Durability::kCommit || store.contains(kJournalName))
     write_newest_slot_again(store);
   undo(store);
+  // A journal of another version has no meaning.
+  if (store.contains(kJournalName)) remove_journal(store);
   return lock;
 }
 
@@ -140,11 +137,8 @@ void remove_if_never_committed(const Directory& store) {
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
         !is_version_file_name(name) && !is_bounds_file_name(name))
       return;
-  std::optional<File> lock;
-  if (store.contains(kLockName)) {
-    lock.emplace(store, kLockName, OpenMode::kRead);
-    if (!lock->lock(true)) return;
-  }
+  std::optional<File> lock = open_if_present(store, kLockName, OpenMode::kRead);
+  if (lock && !lock->lock(true)) return;
   remove_uncommitted(store);
 }
 

@@ -178,12 +178,13 @@ class JournaledLevels {
   std::map<std::pair<std::uint32_t, std::uint32_t>, Level> levels_;
 };
 
-/// The journal, if it is one of this version of this store.
+/// The journal, if there is one and it is of this version of this store.
 std::optional<File> open_hot_journal(const Directory& store, const StoreUuid& uuid,
                                      std::uint64_t sequence) {
-  File journal(store, kJournalName, OpenMode::kRead);
+  std::optional<File> journal = open_if_present(store, kJournalName, OpenMode::kRead);
+  if (!journal) return {};
   Header header{};
-  if (journal.size() >= kJournalHeaderBytes) journal.read_at(0, header);
+  if (journal->size() >= kJournalHeaderBytes) journal->read_at(0, header);
   if (header != make_header(uuid, sequence)) return {};
   return journal;
 }

@@ -55,7 +55,8 @@ class RollbackJournal {
   std::vector<std::byte> buffer_;
 };
 
-/// Whether the store has a journal of version `sequence`. Errors: kIo.
+/// Whether the store has a journal of version `sequence`. Another process may remove the journal
+/// meanwhile. Errors: kIo; kCorruption for anything but a regular file.
 bool is_hot_journal(const Directory& store, const StoreUuid& uuid, std::uint64_t sequence);
 
 /// Puts back what the store's journal holds of version `sequence`, its newest one, makes that

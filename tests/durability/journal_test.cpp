@@ -1,12 +1,14 @@
 // The rollback journal, from outside: when there is one, what it puts back, and what a damaged one
 // does. Hostile ones: tests/fuzz/journal.cpp.
 #include <catch2/catch.hpp>
+#include <fstream>
 
 #include "durability/faults.h"
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
 #include "plait/backends/registry.h"
 #include "plait/verify.h"
+#include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 
@@ -75,6 +77,21 @@ TEST_CASE("Journal_OfAnAbandonedStore_IsWhatBringsItBack") {
     const fs::path read = store.copy();
     CHECK(Store::open(read, {}, default_backends()).sequence() == store.last_version());
     CHECK_FALSE(fs::exists(read / "journal"));
+  }
+}
+
+TEST_CASE("Journal_RemovedAsAReaderOpensIt_IsNoError") {
+  for (const Setup& setup : setups_in_place()) {
+    CAPTURE(setup.label());
+    const TemporaryDirectory here;
+    const fs::path path = here.path() / "s.plait", journal = path / "journal";
+    small_store(path, setup, Durability::kCommit).close();
+    // A journal of another version has no meaning. A writer removes it.
+    std::ofstream(journal) << "of another version";
+    const BeforeOperation writer(FileOperation::Kind::kOpen, "journal",
+                                 [&] { fs::remove(journal); });
+    CHECK_NOTHROW(Store::open(path, {}, default_backends()));
+    CHECK(writer.was_done());
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -79,5 +80,11 @@ class File {
   std::filesystem::path path_;
   int descriptor_ = -1;
 };
+
+/// Opens the file `name` of a directory, or returns nothing if the directory has no such entry: for
+/// a file that another process may remove at any moment. Errors: as File's constructor has them,
+/// without kNotFound.
+std::optional<File> open_if_present(const Directory& directory, const std::string& name,
+                                    OpenMode mode);
 
 PLAIT_END_NAMESPACE

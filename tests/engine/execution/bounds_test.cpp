@@ -16,6 +16,7 @@
 #include "plait/backends/registry.h"
 #include "plait/check_store.h"
 #include "plait/reader.h"
+#include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -322,6 +323,16 @@ TEST_CASE("WriteBounds_ChangedPositions_MakeTheFileStale") {
   write_bounds(store);
   CHECK(reads_no_block(store));
   check_boxes(Reader(store), boxes);
+}
+
+TEST_CASE("ReaderFacesInBox_BoundsRemovedAsTheyAreOpened_AreComputed") {
+  const Place place;
+  write_bounds(place.open());
+  const Store store = place.open();
+  const BeforeOperation writer(FileOperation::Kind::kOpen, "attribute0.bounds",
+                               [&] { fs::remove(place.file()); });
+  CHECK(all_of(store).size() == store.base().face_count());
+  CHECK(writer.was_done());
 }
 
 TEST_CASE("WriteBounds_OnlyBaseVerticesChange_TheFileIsStale") {

@@ -1,9 +1,7 @@
 // What happens to levels of a committed version that are written anew: a new file, or in place;
 // which files and extents stay for readers, and who is kept out.
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,10 +10,10 @@
 #include "maintenance/replace_file.h"
 #include "plait/backends/registry.h"
 #include "plait/check_store.h"
-#include "plait/file_operations.h"
 #include "plait/store_directory.h"
 #include "plait/verify.h"
 #include "store/generation_volume.h"
+#include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -73,32 +71,6 @@ void fill_level(Store& store, int level, std::byte value) {
   for (std::uint64_t block = 0; block < store.level_file(0, level).geometry.block_count(); ++block)
     fill_block(store, level, block, value);
 }
-
-/// Does `work` as somebody is about to lock a file of this name for the first time.
-class BeforeLock final : public FileOperationHook {
- public:
-  BeforeLock(std::string name, std::function<void()> work)
-      : name_(std::move(name)), work_(std::move(work)) {
-    set_file_operation_hook(this);
-  }
-  ~BeforeLock() { set_file_operation_hook(nullptr); }
-  BeforeLock(const BeforeLock&) = delete;
-  BeforeLock& operator=(const BeforeLock&) = delete;
-
-  Verdict before(const FileOperation& operation) noexcept override {
-    if (operation.kind == FileOperation::Kind::kLock && operation.path.filename() == name_ &&
-        !was_done_.exchange(true))
-      work_();
-    return {};
-  }
-  void after(const FileOperation&) noexcept override {}
-  bool was_done() const { return was_done_; }
-
- private:
-  const std::string name_;
-  const std::function<void()> work_;
-  std::atomic<bool> was_done_ = false;
-};
 
 bool is_filled(Store& store, int level, std::byte value) {
   return std::ranges::all_of(read_level(store, 0, level), [=](std::byte b) { return b == value; });
@@ -268,7 +240,8 @@ TEST_CASE("Reader_WhoseLockComesAfterACommit_OpensTheNewVersion") {
     const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
-    const BeforeLock commit("version.1", [&] { CHECK_NOTHROW(writer.commit()); });
+    const BeforeOperation commit(FileOperation::Kind::kLock, "version.1",
+                                 [&] { CHECK_NOTHROW(writer.commit()); });
     Store reader = place.open();
     CHECK(commit.was_done());
     CHECK(reader.sequence() == 2);
@@ -281,7 +254,8 @@ TEST_CASE("Reader_WhoseVersionFileIsReplacedBeforeItsLock_LocksTheNewOne") {
   const GenerationsPlace place("pread");
   const fs::path file = place.path / "version.1", copy = place.path / "copy";
   fs::copy_file(file, copy);
-  const BeforeLock replace("version.1", [&] { fs::rename(copy, file); });
+  const BeforeOperation replace(FileOperation::Kind::kLock, "version.1",
+                                [&] { fs::rename(copy, file); });
   const Store reader = place.open();
   CHECK(replace.was_done());
   CHECK(error_of([&] { place.open(true, Overwriting::kInPlace); }).code() == ErrorCode::kBusy);
