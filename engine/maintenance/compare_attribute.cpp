@@ -7,6 +7,7 @@
 #include <cstring>
 #include <span>
 
+#include "maintenance/source_session.h"
 #include "plait/error.h"
 #include "plait/level_cursor.h"
 
@@ -66,7 +67,8 @@ void compare_attribute(const Store& store, AttributeId attribute, const Store& o
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
        ++level) {
     const LevelGeometry& geometry = store.level_file(attribute, level).geometry;
-    LevelCursor from(store.open_session(), store.level_file(attribute, level));
+    LevelCursor from(open_source_session(store, store.level_file(attribute, level)),
+                     store.level_file(attribute, level));
     LevelCursor to(of_copy.open_session(), of_copy.level_file(copy, level));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       if (!is_right(from.slot(edge).bytes, to.slot(edge).bytes)) throw refuse(level, edge);

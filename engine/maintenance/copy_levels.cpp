@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "maintenance/source_session.h"
 #include "plait/attribute_levels.h"
 #include "plait/derivation.h"
 #include "plait/error.h"
@@ -44,7 +45,8 @@ class DerivedCopy {
   void compare(int level) {
     const auto edges = static_cast<EdgeId>(from_.base().edge_count());
     const LevelGeometry& geometry = from_.level_file(attribute_, level).geometry;
-    LevelCursor expected(from_.open_session(), from_.level_file(attribute_, level));
+    const LevelFile& stored = from_.level_file(attribute_, level);
+    LevelCursor expected(open_source_session(from_, stored), stored);
     LevelCursor found(to_.open_session(), to_.level_file(copy_, level));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       if (!std::ranges::equal(expected.slot(edge).bytes, found.slot(edge).bytes))
@@ -104,7 +106,8 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
     const LevelGeometry& geometry = from.level_file(attribute, level).geometry;
     UnfinishedLevels written;
     written.add(to.level_file(copy, level), Access::kOverwrite);
-    LevelCursor source(from.open_session(), from.level_file(attribute, level));
+    LevelCursor source(open_source_session(from, from.level_file(attribute, level)),
+                       std::as_const(from).level_file(attribute, level));
     LevelCursor target(to.open_session(), to.level_file(copy, level), Access::kOverwrite);
     for (EdgeId edge = 0; edge < edges; ++edge) {
       const std::span<std::byte> slot = target.slot(edge).bytes;

@@ -19,16 +19,16 @@ class Eviction {
 
 /// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
 /// levels have the same edge order, so the windows of all levels cover the same edges, and no level
-/// needs a share of its own. A block that was only needed as context counts with the place of the
-/// block that needed it: neighbours of a block may lie far behind it in layout order, and the next
-/// block needs them again.
+/// needs a share of its own. A block that was needed as context counts with the place of the
+/// block that needed it, and stays for a multiple of its own length after that: its neighbours may
+/// lie far away in layout order, and reading it again costs as much as decoding all that it needs.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }
   Frame* victim() noexcept override { return frames_.empty() ? nullptr : &*frames_.begin(); }
 
  private:
-  FrameOrder frames_;
+  FrameWindow frames_;
 };
 
 /// EvictionPolicy::kClock (second chance): a frame that was pinned again since the hand last passed

@@ -3,6 +3,13 @@
 #include <cassert>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// How many of its own lengths a window keeps a block that is context of others. Most of its
+/// neighbours come within so many lengths, on every level. docs/paging.md has figures.
+constexpr std::uint64_t kContextLengths = 32;
+
+}  // namespace
 
 bool may_become(Frame::State from, Frame::State to) noexcept {
   using State = Frame::State;
@@ -29,6 +36,14 @@ bool may_become(Frame::State from, Frame::State to) noexcept {
       return to == State::kVacant;
   }
   return false;
+}
+
+void keep_as_context(Frame& frame) noexcept {
+  Frame::Content& content = frame.content;
+  if (content.kept_edges > 0) return;
+  const LevelGeometry& geometry = content.level->geometry;
+  content.kept_edges = kContextLengths * std::uint64_t{geometry.edge_after(content.block) -
+                                                       geometry.first_edge(content.block)};
 }
 
 void become(Frame& frame, Frame::State state) noexcept {

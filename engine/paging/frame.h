@@ -52,6 +52,7 @@ struct Frame {
     /// The block ends before this edge; or, if it was last used as context, the block that needed
     /// it does.
     EdgeId order = 0;
+    std::uint64_t kept_edges = 0;     ///< how far behind `order` a window keeps the block
     SessionState* session = nullptr;  ///< the last one that used it, if that is still open
     std::array<Frame*, kMostContextBlocks>
         context{};  ///< pinned until this block is read or written
@@ -85,6 +86,9 @@ constexpr bool is_on_its_way(Frame::State state) {
 void become(Frame& frame, Frame::State state) noexcept;
 /// Whether the diagram has this arrow.
 bool may_become(Frame::State from, Frame::State to) noexcept;
+/// Marks a block as context of others. A window keeps it for a multiple of its own length, from the
+/// last block on that needed it.
+void keep_as_context(Frame& frame) noexcept;
 
 template <ListLink Frame::*Link>
 using FrameListBy =
@@ -101,9 +105,21 @@ struct EarlierEdge {
   }
 };
 
-using FrameOrder =
+/// The order in which a window loses its frames.
+struct LeavesEarlier {
+  bool operator()(const Frame& a, const Frame& b) const {
+    const std::uint64_t of_a = a.content.order + a.content.kept_edges,
+                        of_b = b.content.order + b.content.kept_edges;
+    return of_a != of_b ? of_a < of_b : a.index < b.index;
+  }
+};
+
+template <class Compare>
+using FrameSet =
     boost::intrusive::set<Frame, boost::intrusive::member_hook<Frame, OrderLink, &Frame::in_order>,
-                          boost::intrusive::compare<EarlierEdge>,
+                          boost::intrusive::compare<Compare>,
                           boost::intrusive::constant_time_size<false>>;
+using FrameOrder = FrameSet<EarlierEdge>;
+using FrameWindow = FrameSet<LeavesEarlier>;
 
 PLAIT_END_NAMESPACE

@@ -120,7 +120,10 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
       static_cast<void>(begin_prefetch(lock, session, *other, needed[i].block, order));
     if (!context[i] || !is_filled(context[i]->content.state)) return false;
   }
-  for (std::size_t i = 0; i < context_count; ++i) hold(session, *context[i], order);
+  for (std::size_t i = 0; i < context_count; ++i) {
+    hold(session, *context[i], order);
+    keep_as_context(*context[i]);
+  }
   Frame* frame = nullptr;
   try {
     while (!table_.find(level, block) && !(frame = take_frame(session, level, block))) {

@@ -115,6 +115,7 @@ bool Pager::Implementation::PinCall::take_frames() {
         return false;
       }
     }
+    if (at >= batch_.request_count()) keep_as_context(*batch_[at].frame);
     add_context(at);
   }
   return true;

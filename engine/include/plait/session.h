@@ -32,9 +32,9 @@ PLAIT_BEGIN_NAMESPACE
 
 enum class EvictionPolicy : std::uint8_t {
   /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
-  /// cover the same edges and move forward together (the paper's circular buffer). A block that was
-  /// needed to decode another one counts with that other one's place. Writes a dirty
-  /// block as soon as it is unpinned.
+  /// cover the same edges and move forward together (the paper's circular buffer). A block that
+  /// others are decoded or encoded from stays longer: from the last one that needed it on, 32 of
+  /// its own lengths. Writes a dirty block as soon as it is unpinned.
   kLayoutOrder,
   /// Second chance, for random reads. Writes a dirty block when it is evicted.
   kClock,
