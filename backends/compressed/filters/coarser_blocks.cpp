@@ -122,12 +122,20 @@ CoarserChoice CoarserBlocks::choose(std::uint64_t block) const noexcept {
 CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   CoarserChoice choice;
   const std::size_t count = levels_.size();
-  if (count == 0) return choice;
   const EdgeId first = own_->first_edge(block), end = own_->edge_after(block);
+  choice.own_edge = first;
+  if (count == 0) return choice;
   std::array<Needs, kMostContextBlocks> needs;
-  for (std::size_t i = 0; i < count; ++i) needs[i].begin(levels_[i]->block_of(first));
+  // Edges whose slots are in the blocks of the first edge need no others: most edges.
+  EdgeId begin_of_own = 0, end_of_own = kNoId;
+  for (std::size_t i = 0; i < count; ++i) {
+    needs[i].begin(levels_[i]->block_of(first));
+    begin_of_own = std::max(begin_of_own, levels_[i]->first_edge(needs[i].own_block()));
+    end_of_own = std::min(end_of_own, levels_[i]->edge_after(needs[i].own_block()));
+  }
   const auto add = [&](FaceId face, std::uint32_t weight) {
     for (const EdgeId edge : mesh_.face_edges[face]) {
+      if (edge >= begin_of_own && edge < end_of_own) continue;
       for (std::size_t i = 0; i < count; ++i) needs[i].add(levels_[i]->block_of(edge), weight);
     }
   };
@@ -164,7 +172,11 @@ CoarserSlots::CoarserSlots(const CoarserBlocks& blocks, const CoarserChoice& cho
     const LevelGeometry& level = blocks.level(refinement);
     parts_[i] = {level.first_edge(block), level.edge_after(block), context[i].data(),
                  level.block_offset(block)};
-    begin_[static_cast<std::size_t>(refinement)] = i + 1;
+    const auto at = static_cast<std::size_t>(refinement);
+    // Most slots are in the block of the same edges, so it comes first.
+    if (choice.own_edge >= parts_[i].first && choice.own_edge < parts_[i].end)
+      std::swap(parts_[i], parts_[begin_[at - 1]]);
+    begin_[at] = i + 1;
   }
 }
 

@@ -27,6 +27,7 @@ struct CoarserBlock {
 struct CoarserChoice {
   std::array<CoarserBlock, kMostContextBlocks> blocks = {};
   std::size_t count = 0;
+  EdgeId own_edge = 0;  ///< the first edge of the block that is predicted
 };
 
 /// Immutable and safe from any number of threads.

@@ -18,6 +18,7 @@
 // Pinned by tests/backends/compressed/filters/hierarchy_filter_test.cpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,13 +27,14 @@
 
 #include "compressed/filters/coarser_blocks.h"
 #include "compressed/filters/lattice_places.h"
+#include "compressed/filters/surrounding_edges.h"
 #include "plait/edge_index.h"
 #include "plait/namespace.h"
 #include "plait/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// For one thread; used for one edge after another.
+/// For one thread: it visits every edge of a range in turn.
 template <class Number, std::size_t kComponents>
 class EdgeLattice {
  public:
@@ -45,57 +47,39 @@ class EdgeLattice {
   }
 
   /// From the levels before places.refinement(), the levels of the slots. `memory` has bytes()
-  /// bytes. `base` are the records of the base vertices.
-  EdgeLattice(const CoarserBlocks& levels, const LatticePlaces& places,
-              std::span<const std::byte> base, std::span<std::byte> memory)
+  /// bytes. `base` are the records of the base vertices. Without `has_wings` the row around the
+  /// points is not filled.
+  EdgeLattice(const CoarserBlocks& levels, const CoarserSlots& slots, const LatticePlaces& places,
+              std::span<const std::byte> base, std::span<std::byte> memory, const EdgeRange& edges,
+              bool has_wings)
       : mesh_(levels.mesh()),
+        slots_(slots),
         places_(places),
         base_(reinterpret_cast<const Record*>(base.data())),
         refinement_(places.refinement()),
         size_(slot_side(refinement_)),
         stride_(size_ + 3),
-        points_(reinterpret_cast<Record*>(memory.data())) {}
+        points_(reinterpret_cast<Record*>(memory.data())),
+        has_wings_(has_wings),
+        edges_(mesh_, edges, base.data(), sizeof(Record),
+               !has_wings         ? SurroundingEdgesAhead::Beyond::kNothing
+               : refinement_ == 1 ? SurroundingEdgesAhead::Beyond::kCorner
+                                  : SurroundingEdgesAhead::Beyond::kStrips) {
+    for (std::size_t at = 0; at < kComplete; ++at) find_slots(at);
+  }
 
-  /// Has the processor fetch what gather() will read for this edge: most of it is in the slots of
-  /// the last level. Their lines are read in too many orders for the processor to foresee.
-  void prefetch(const CoarserSlots& slots, EdgeId edge) const {
-    const int last = refinement_ - 1;
-    const auto bytes_of_slot =
-        static_cast<std::int64_t>(sizeof(Record)) * (size_ / 2) * (size_ / 2);
-    if (last < 1 || bytes_of_slot < kLeastFetched) return;
-    for (const FaceSide side : {mesh_.edges[edge].own, mesh_.edges[edge].other}) {
-      if (!side.exists()) continue;
-      for (const EdgeId each : mesh_.face_edges[side.face()])
-        if (const std::byte* const bytes = slots.slot(last, each); bytes != nullptr)
-          for (std::int64_t i = 0; i < bytes_of_slot; i += kCacheLine)
-            __builtin_prefetch(bytes + i);
-    }
+  /// Fills the points around the next edge. Returns false after the last one.
+  bool next() {
+    if (next_ == edges_.count()) return false;
+    edges_.advance_to(next_);
+    find_slots(next_ + kComplete);
+    gather(edges_[next_], found_[next_ % kFound]);
+    ++next_;
+    return true;
   }
-  /// Fills the points around the edge, but not the row around them.
-  void gather(const CoarserSlots& slots, EdgeId edge) {
-    std::array<Side, 5> sides;
-    std::size_t count = 0;
-    // The edge itself comes first. Its whole slot lies between the two faces.
-    const bool border = mesh_.edges[edge].is_border();
-    sides[count++] = {edge, {false, 0, border ? SlotView::kHalf : SlotView::kWhole}};
-    for (const bool turned : {false, true}) {
-      const FaceSide side = turned ? mesh_.edges[edge].other : mesh_.edges[edge].own;
-      if (!side.exists()) continue;
-      gather_corners(side, turned);
-      for (int turn = 1; turn < 3; ++turn) sides[count++] = side_of(side, turned, turn);
-    }
-    // A vertex that is not known is replaced by coarser ones, so those come first.
-    for (int refinement = 1; refinement < refinement_; ++refinement)
-      for (const Side& side : std::span(sides).first(count)) gather_slot(slots, side, refinement);
-  }
-  /// Fills the row around the points. REQUIRES: gather() has filled the points.
-  void gather_wings(const CoarserSlots& slots, EdgeId edge) {
-    for (const bool turned : {false, true}) {
-      const FaceSide side = turned ? mesh_.edges[edge].other : mesh_.edges[edge].own;
-      if (!side.exists()) continue;
-      for (const bool beyond_start : {true, false}) gather_wings(slots, side, turned, beyond_start);
-    }
-  }
+  /// The edge whose points are filled, and whether it is a border.
+  EdgeId edge() const { return edges_[next_ - 1].edge; }
+  bool is_border() const { return edges_[next_ - 1].is_border; }
   const Record* point(std::int64_t p, std::int64_t q) const {
     return points_ + (p + 1) * stride_ + (q + 1);
   }
@@ -105,13 +89,73 @@ class EdgeLattice {
   Record* spare() { return points_ + stride_ * stride_; }
 
  private:
-  static constexpr std::int64_t kCacheLine = 64, kLeastFetched = 4 * kCacheLine;
+  static constexpr std::size_t kComplete = SurroundingEdgesAhead::kComplete, kFound = 4;
+  static_assert(kComplete < kFound);
 
-  /// One of the sides of the two faces.
-  struct Side {
-    EdgeId edge;
-    SidePlace place;
+  using Side = SurroundingEdges::Side;
+  using Strip = SurroundingEdges::Strip;
+
+  /// Slots around an edge; null where they are in no chosen block.
+  struct FoundSlots {
+    /// [refinement - 1][0 for the edge itself, 1 + its place among the sides]
+    std::array<std::array<const std::byte*, 5>, kMostContextBlocks> of_level;
+    std::array<std::array<const std::byte*, 2>, 4> strips;  ///< of the last level: [side][strip]
   };
+
+  /// The processor foresees by itself what is behind the first bytes of a large slot.
+  static constexpr std::int64_t kCacheLine = 64, kMostFetched = 64 * kCacheLine;
+  static void fetch(const std::byte* slot, std::int64_t slot_bytes) {
+    if (slot == nullptr) return;
+    for (std::int64_t i = 0; i < std::min(slot_bytes, kMostFetched); i += kCacheLine)
+      __builtin_prefetch(slot + i);
+  }
+  static std::int64_t slot_bytes(int refinement) {
+    return static_cast<std::int64_t>(sizeof(Record)) << (2 * (refinement - 1));
+  }
+  /// Finds the slots of an edge that comes soon, and has the processor fetch what gather() will
+  /// read: their lines are read in too many orders for the processor to foresee.
+  void find_slots(std::size_t at) {
+    if (at >= edges_.count()) return;
+    const SurroundingEdges& around = edges_[at];
+    FoundSlots& found = found_[at % kFound];
+    for (int refinement = 1; refinement < refinement_; ++refinement) {
+      auto& slots = found.of_level[static_cast<std::size_t>(refinement - 1)];
+      const std::int64_t bytes = slot_bytes(refinement);
+      slots[0] = slots_.slot(refinement, around.edge);
+      fetch(slots[0], bytes);
+      for (std::size_t i = 0; i < around.sides().size(); ++i) {
+        slots[1 + i] = slots_.slot(refinement, around.all_sides[i].edge);
+        fetch(slots[1 + i], bytes);
+      }
+    }
+    if (!has_wings_ || refinement_ == 1) return;
+    for (std::size_t i = 0; i < around.sides().size(); ++i) {
+      const Side& side = around.all_sides[i];
+      if (!side.beyond.exists()) continue;
+      for (std::size_t strip = 0; strip < 2; ++strip) {
+        const std::byte* const bytes = slots_.slot(refinement_ - 1, side.strips[strip].edge);
+        found.strips[i][strip] = bytes;
+        fetch(bytes, slot_bytes(refinement_ - 1));
+      }
+    }
+  }
+
+  void gather(const SurroundingEdges& around, const FoundSlots& found) {
+    for (const FaceSide side : around.faces)
+      if (side.exists()) gather_corners(side, side != around.faces[0]);
+    // A vertex that is not known is replaced by coarser ones, so those come first. The edge itself
+    // has its whole slot between the two faces.
+    const SidePlace own{false, 0, around.is_border ? SlotView::kHalf : SlotView::kWhole};
+    for (int refinement = 1; refinement < refinement_; ++refinement) {
+      const auto& slots = found.of_level[static_cast<std::size_t>(refinement - 1)];
+      gather_slot(slots[0], own, refinement);
+      for (std::size_t i = 0; i < around.sides().size(); ++i)
+        gather_slot(slots[1 + i], around.all_sides[i].place, refinement);
+    }
+    if (!has_wings_) return;
+    for (std::size_t i = 0; i < around.sides().size(); ++i)
+      gather_wing(around.all_sides[i], found.strips[i]);
+  }
 
   Record* at(std::int64_t p, std::int64_t q) { return points_ + (p + 1) * stride_ + (q + 1); }
 
@@ -124,41 +168,33 @@ class EdgeLattice {
     *at(turned ? 0 : size_, turned ? size_ : 0) = corner(1);
     *at(turned ? size_ : 0, turned ? 0 : size_) = corner(2);
   }
-  Side side_of(FaceSide side, bool turned, int turn) const {
-    const int slots_of = (side.side() + turn) % 3;
-    const EdgeId edge = mesh_.face_edges[side.face()][static_cast<std::size_t>(slots_of)];
-    const Edge& there = mesh_.edges[edge];
-    const SlotView view = there.is_border()                              ? SlotView::kHalf
-                          : there.own == FaceSide(side.face(), slots_of) ? SlotView::kOwn
-                                                                         : SlotView::kOther;
-    return {edge, {turned, turn, view}};
-  }
-
   /// Copies the vertices of one face that are in the slot of one of its sides.
-  void gather_slot(const CoarserSlots& slots, const Side& side, int refinement) {
-    const std::byte* const bytes = slots.slot(refinement, side.edge);
+  void gather_slot(const std::byte* bytes, const SidePlace& side, int refinement) {
     Record* const points = at(0, 0);
     if (bytes == nullptr) [[unlikely]] {
-      const std::int64_t to_neighbour = places_.rows(side.place, refinement).to_neighbour;
-      return places_.visit(side.place, refinement, [&](std::int64_t to, std::int64_t) {
+      const std::int64_t to_neighbour = places_.rows(side, refinement).to_neighbour;
+      return places_.visit(side, refinement, [&](std::int64_t to, std::int64_t) {
         for (std::size_t k = 0; k < kComponents; ++k)
           points[to][k] =
               Number(0.5) * (points[to + to_neighbour][k] + points[to - to_neighbour][k]);
       });
     }
     const auto* const from = reinterpret_cast<const Record*>(bytes);
+    auto* const to_bytes = reinterpret_cast<std::byte*>(points);
     if (refinement <= LatticePlaces::kMostListed)
-      for (const auto& place : places_.listed(side.place, refinement))
-        points[place.to] = from[place.from];
+      for (const auto& place : places_.listed(side, refinement))
+        std::memcpy(to_bytes + place.to, bytes + place.from, sizeof(Record));
     else
-      places_.visit(side.place, refinement,
+      places_.visit(side, refinement,
                     [&](std::int64_t to, std::int64_t at_slot) { points[to] = from[at_slot]; });
   }
 
   /// Fills the points (-1, k) or (k, -1), 1 <= k <= N, beyond a face, in the face's own frame. They
   /// are the points with weight 1 of the next face's apex, and have the weights k - 1 and N - k of
   /// the ends of the edge between. Of this edge, k counts from the apex of the lattice on.
-  void gather_wings(const CoarserSlots& slots, FaceSide side, bool turned, bool beyond_start) {
+  void gather_wing(const Side& side, const std::array<const std::byte*, 2>& strips) {
+    // The side opposite the start is the one after the edge's side.
+    const bool turned = side.place.turned, beyond_start = side.place.turn == 1;
     const auto place = [&](std::int64_t p, std::int64_t q) -> Record& {
       return turned ? *at(size_ - p, size_ - q) : *at(p, q);
     };
@@ -171,9 +207,7 @@ class EdgeLattice {
       const Record& inside = beyond_start ? place(1, k - 1) : place(k - 1, 1);
       for (std::size_t c = 0; c < kComponents; ++c) wing(k)[c] = (end0[c] + end1[c]) - inside[c];
     };
-    // The side opposite the start is the one after the edge's side.
-    const FaceSide beyond =
-        mesh_.across(FaceSide(side.face(), (side.side() + (beyond_start ? 1 : 2)) % 3));
+    const FaceSide beyond = side.beyond;
     if (!beyond.exists()) {
       for (std::int64_t k = 1; k <= size_; ++k) continue_at(k);
       return;
@@ -193,38 +227,42 @@ class EdgeLattice {
       // slot of the side between these two corners.
       const bool far_is_odd = first == 2;
       const int odd_corner = far_is_odd ? far_corner : 3 - far_corner;
-      const int slots_of = (beyond.side() + 3 - odd_corner) % 3;
-      const EdgeId edge_id = mesh_.face_edges[beyond.face()][static_cast<std::size_t>(slots_of)];
-      const Edge& edge = mesh_.edges[edge_id];
-      const std::byte* const bytes = slots.slot(refinement, edge_id);
+      const auto which = static_cast<std::size_t>(odd_corner - 1);
+      const Strip& strip = side.strips[which];
+      const std::byte* const bytes = strips[which];
       if (bytes == nullptr) [[unlikely]] {
         for (std::int64_t k = first; k <= size_; k += 2) continue_at(k);
         continue;
       }
       // The frame of a side starts at the corner after it: at the odd corner, or at the apex. So
       // the vertices are column 0 of the slot, or row 0, from its end on or from its start.
-      const bool own = edge.own == FaceSide(beyond.face(), slots_of), by_row = odd_corner == 2;
+      const bool by_row = odd_corner == 2;
       const Record* from = reinterpret_cast<const Record*>(bytes);
       Record* to = &wing(first);
       const std::int64_t to_step = (turned ? -2 : 2) * (beyond_start ? 1 : stride_);
-      if (by_row && edge.is_border()) {
+      if (by_row && strip.is_border) {
         for (std::int64_t i = 0; i < n; ++i, to += to_step)
           *to = from[slot_position(refinement, true, far_is_odd ? i : n - 1 - i, 0)];
         continue;
       }
       std::int64_t step = by_row ? n : 1;
-      if (!own) from += n * n - 1, step = -step;
+      if (!strip.is_own) from += n * n - 1, step = -step;
       if (!far_is_odd) from += (n - 1) * step, step = -step;
       for (std::int64_t i = 0; i < n; ++i, from += step, to += to_step) *to = *from;
     }
   }
 
   Topology mesh_;
+  const CoarserSlots& slots_;
   const LatticePlaces& places_;
   const Record* base_;
   int refinement_;
   std::int64_t size_, stride_;
   Record* points_;
+  bool has_wings_;
+  SurroundingEdgesAhead edges_;
+  std::size_t next_ = 0;  ///< in the range of edges
+  std::array<FoundSlots, kFound> found_ = {};
 };
 
 PLAIT_END_NAMESPACE

@@ -45,7 +45,7 @@ class HierarchyFilter final : public Filter {
                       std::vector(attribute.levels.begin(),
                                   attribute.levels.begin() + static_cast<std::ptrdiff_t>(coarser)),
                       *level.geometry);
-      places_.emplace(level.geometry->level().refinements);
+      places_.emplace(level.geometry->level().refinements, kComponents * sizeof(Number));
     }
   }
 
@@ -132,18 +132,14 @@ class HierarchyFilter final : public Filter {
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
     const LevelGeometry& level = blocks_->own();
-    Lattice lattice(*blocks_, *places_, base_, block.scratch);
+    const EdgeRange edges{level.first_edge(block.block), level.edge_after(block.block), step};
+    Lattice lattice(*blocks_, slots, *places_, base_, block.scratch, edges,
+                    rule != PredictionRule::kMidpoint);
     const std::uint64_t start = level.block_offset(block.block);
-    const EdgeId end = level.edge_after(block.block);
-    for (EdgeId edge = level.first_edge(block.block); edge < end;
-         edge += std::min(step, end - edge)) {
-      const Slot slot = level.slot(edge);
-      if (end - edge > step) lattice.prefetch(slots, edge + step);
-      lattice.gather(slots, edge);
-      if (rule != PredictionRule::kMidpoint) lattice.gather_wings(slots, edge);
+    while (lattice.next()) {
+      const Slot slot = level.slot(lattice.edge());
       visit(Rows{lattice.point(0, 0)->data(), lattice.stride() * std::int64_t{kComponents},
-                 lattice.side(), std::int64_t{kComponents}, blocks_->mesh().edges[edge].is_border(),
-                 rule},
+                 lattice.side(), std::int64_t{kComponents}, lattice.is_border(), rule},
             (slot.offset - start) / sizeof(Number), slot.bytes / sizeof(Number));
     }
   }

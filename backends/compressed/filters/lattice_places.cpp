@@ -7,7 +7,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-LatticePlaces::LatticePlaces(int refinement)
+LatticePlaces::LatticePlaces(int refinement, std::size_t record_bytes)
     : refinement_(refinement), size_(slot_side(refinement)), stride_(size_ + 3) {
   const int listed = std::min(refinement - 1, kMostListed);
   std::array<std::array<std::pair<std::size_t, std::size_t>, kMostListed>, 24> ranges{};
@@ -24,7 +24,9 @@ LatticePlaces::LatticePlaces(int refinement)
   for_each_list([&](const SidePlace& side, int coarser) {
     const std::size_t begin = places_.size();
     visit(side, coarser, [&](std::int64_t to, std::int64_t from) {
-      places_.push_back({static_cast<std::int32_t>(to), static_cast<std::int32_t>(from)});
+      const auto bytes = static_cast<std::int64_t>(record_bytes);
+      places_.push_back(
+          {static_cast<std::int32_t>(bytes * to), static_cast<std::int32_t>(bytes * from)});
     });
     ranges[index(side)][static_cast<std::size_t>(coarser - 1)] = {begin, places_.size()};
   });

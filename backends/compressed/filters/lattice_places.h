@@ -33,7 +33,7 @@ class LatticePlaces {
   /// Slots of these refinements have lists; larger ones are long enough for loops.
   static constexpr int kMostListed = 5;
 
-  /// One vertex: its point, counted from the point (0, 0), and its place in the slot, in records.
+  /// One vertex: its point, counted from the point (0, 0), and its place in the slot, in bytes.
   struct Place {
     std::int32_t to, from;
   };
@@ -44,8 +44,8 @@ class LatticePlaces {
     std::int64_t to_neighbour;  ///< to the coarser neighbours of a vertex, in both directions
   };
 
-  /// For the slots of `refinement`.
-  explicit LatticePlaces(int refinement);
+  /// For the slots of `refinement`, with records of this size.
+  LatticePlaces(int refinement, std::size_t record_bytes);
 
   int refinement() const noexcept { return refinement_; }
 

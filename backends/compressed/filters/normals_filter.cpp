@@ -29,7 +29,7 @@ class NormalsFilter final : public Filter {
                     std::vector(positions->levels.begin(),
                                 positions->levels.begin() + static_cast<std::ptrdiff_t>(count)),
                     *level.geometry);
-    places_.emplace(level.geometry->level().refinements + 1);
+    places_.emplace(level.geometry->level().refinements + 1, 3 * sizeof(Real));
   }
 
   bool needs_other_blocks() const noexcept override { return true; }
@@ -79,16 +79,13 @@ class NormalsFilter final : public Filter {
     const CoarserChoice choice = blocks_->choose(block.block);
     const CoarserSlots slots(*blocks_, choice, block.context);
     const LevelGeometry& level = blocks_->own();
-    Lattice lattice(*blocks_, *places_, base_, block.scratch);
+    const EdgeRange edges{level.first_edge(block.block), level.edge_after(block.block), 1};
+    Lattice lattice(*blocks_, slots, *places_, base_, block.scratch, edges, false);
     const std::uint64_t start = level.block_offset(block.block);
-    const EdgeId end = level.edge_after(block.block);
-    for (EdgeId edge = level.first_edge(block.block); edge < end; ++edge) {
-      if (end - edge > 1) lattice.prefetch(slots, edge + 1);
-      lattice.gather(slots, edge);
+    while (lattice.next())
       visit({lattice.point(0, 0)->data(), 3 * lattice.stride(), lattice.side() / 2,
-             blocks_->mesh().edges[edge].is_border(), reinterpret_cast<float*>(lattice.spare())},
-            (level.slot(edge).offset - start) / sizeof(float));
-    }
+             lattice.is_border(), reinterpret_cast<float*>(lattice.spare())},
+            (level.slot(lattice.edge()).offset - start) / sizeof(float));
   }
 
   std::uint32_t attribute_ = kNoId;

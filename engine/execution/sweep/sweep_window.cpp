@@ -61,18 +61,18 @@ void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   ahead_.resize(levels_.size());
   for (EdgeId& ahead : ahead_) ahead = std::max(ahead, first);
   std::vector<bool> stopped(levels_.size());
-  for (EdgeId edge = *std::ranges::min_element(ahead_); edge < end; ++edge) {
-    bool any_goes_on = false;
+  while (true) {
+    EdgeId edge = end;
+    for (std::size_t i = 0; i < levels_.size(); ++i)
+      if (!stopped[i]) edge = std::min(edge, ahead_[i]);
+    if (edge == end) return;
     for (std::size_t access = 0; access < pass_.accesses.size(); ++access)
       for (std::size_t i = first_of_[access]; i < first_of_[access + 1]; ++i) {
-        if (stopped[i]) continue;
-        any_goes_on = true;
-        if (ahead_[i] != edge) continue;
+        if (stopped[i] || ahead_[i] != edge) continue;
         stopped[i] = levels_[i].can_be_announced() &&
                      !announce(levels_[i], pass_.accesses[access].reach, edge);
         if (!stopped[i]) ++ahead_[i];
       }
-    if (!any_goes_on) return;
   }
 }
 
