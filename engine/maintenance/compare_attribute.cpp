@@ -66,9 +66,9 @@ void compare_attribute(const Store& store, AttributeId attribute, const Store& o
   const auto edges = static_cast<EdgeId>(store.base().edge_count());
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
        ++level) {
-    const LevelGeometry& geometry = store.level_file(attribute, level).geometry;
-    LevelCursor from(open_source_session(store, store.level_file(attribute, level)),
-                     store.level_file(attribute, level));
+    const LevelFile& stored = store.level_file(attribute, level);
+    const LevelGeometry& geometry = stored.geometry;
+    LevelCursor from(open_source_session(store, stored), stored);
     LevelCursor to(of_copy.open_session(), of_copy.level_file(copy, level));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       if (!is_right(from.slot(edge).bytes, to.slot(edge).bytes)) throw refuse(level, edge);

@@ -44,8 +44,8 @@ class DerivedCopy {
  private:
   void compare(int level) {
     const auto edges = static_cast<EdgeId>(from_.base().edge_count());
-    const LevelGeometry& geometry = from_.level_file(attribute_, level).geometry;
     const LevelFile& stored = from_.level_file(attribute_, level);
+    const LevelGeometry& geometry = stored.geometry;
     LevelCursor expected(open_source_session(from_, stored), stored);
     LevelCursor found(to_.open_session(), to_.level_file(copy_, level));
     for (EdgeId edge = 0; edge < edges; ++edge) {
@@ -103,11 +103,11 @@ void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId c
   to.plan_levels(copy, finest, from.attributes()[attribute].schema.name);
   for (int level = from.base_level() + 1; level <= finest; ++level) {
     to.add_level(copy);
-    const LevelGeometry& geometry = from.level_file(attribute, level).geometry;
+    const LevelFile& stored = from.level_file(attribute, level);
+    const LevelGeometry& geometry = stored.geometry;
     UnfinishedLevels written;
     written.add(to.level_file(copy, level), Access::kOverwrite);
-    LevelCursor source(open_source_session(from, from.level_file(attribute, level)),
-                       std::as_const(from).level_file(attribute, level));
+    LevelCursor source(open_source_session(from, stored), stored);
     LevelCursor target(to.open_session(), to.level_file(copy, level), Access::kOverwrite);
     for (EdgeId edge = 0; edge < edges; ++edge) {
       const std::span<std::byte> slot = target.slot(edge).bytes;

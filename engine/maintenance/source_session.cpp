@@ -1,7 +1,9 @@
 #include "maintenance/source_session.h"
 
+#include <algorithm>
 #include <array>
 
+#include "paging/frame_pool.h"
 #include "plait/backend.h"
 #include "plait/pager.h"
 
@@ -18,8 +20,10 @@ bool needs_others(const LevelFile& level) {
 
 Session open_source_session(const Store& store, const LevelFile& level) {
   if (needs_others(level)) return store.open_session();
-  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // one is pinned, one has just been
-  return store.open_session({.share_bytes = kBlocks * level.geometry.max_block_bytes()});
+  constexpr std::uint64_t kBlocks = Pager::kInFlight + 2;  // one is pinned, one was before
+  const std::uint64_t frame_bytes = FramePool::frame_bytes(level.geometry.max_block_bytes());
+  const std::uint64_t half = store.pager().budget_bytes() / 2;
+  return store.open_session({.share_bytes = std::min(kBlocks * frame_bytes, half)});
 }
 
 PLAIT_END_NAMESPACE

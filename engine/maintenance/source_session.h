@@ -8,7 +8,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// If the blocks of the level need no others to be read, the session has a small share: enough for
-/// reading ahead. The other session then has the rest of the budget, for the context of its blocks.
+/// reading ahead. Another session of the same store then has the rest of the budget, for the
+/// context of its blocks.
 /// Errors: kOutOfMemory.
 Session open_source_session(const Store& store, const LevelFile& level);
 

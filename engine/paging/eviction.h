@@ -11,7 +11,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 class Eviction {
  public:
   virtual ~Eviction() = default;
-  /// Adds a frame that has no pin any more. Its place in layout order is `content.order`.
+  /// Adds a frame that has no pin any more. Its place is `content.order`, and
+  /// `content.kept_edges` behind that.
   virtual void insert(Frame& frame) noexcept = 0;
   /// The frame to evict next, or nullptr. The frame stays in the policy until it is unlinked.
   virtual Frame* victim() noexcept = 0;
@@ -20,8 +21,9 @@ class Eviction {
 /// EvictionPolicy::kLayoutOrder: evicts the block whose last edge comes first in layout order. All
 /// levels have the same edge order, so the windows of all levels cover the same edges, and no level
 /// needs a share of its own. A block that was needed as context counts with the place of the
-/// block that needed it, and stays for a multiple of its own length after that: its neighbours may
-/// lie far away in layout order, and reading it again costs as much as decoding all that it needs.
+/// block that needed it, and stays for a multiple of its own number of edges after that: its
+/// neighbours may lie far away in layout order, and reading it again costs as much as decoding all
+/// that it needs.
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }

@@ -5,8 +5,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// How many of its own lengths a window keeps a block that is context of others. Most of its
-/// neighbours come within so many lengths, on every level. docs/paging.md has figures.
+/// For how many times as many edges as it has itself a window keeps a block that is context of
+/// others. docs/benchmarks.md has figures for other numbers.
 constexpr std::uint64_t kContextLengths = 32;
 
 }  // namespace

@@ -92,25 +92,32 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
     const std::optional<std::string_view> final_name = final_name_of(name);
     if (!final_name || (!of.empty() && *final_name != of)) continue;
     const struct stat status = status_of(directory, name);
-    if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
+    if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) continue;
+    try {
       found.push_back(examine(directory, name));
+    } catch (const Error& error) {  // another process may have removed it
+      if (error.code() != ErrorCode::kNotFound) throw;
+    }
   }
   return found;
 }
 
 bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
-  if (!directory.contains(left_over.name)) return true;
-  if (!left_over.is_directory) {
-    std::optional<File> file = open_if_present(directory, left_over.name, OpenMode::kRead);
-    if (!file) return true;
-    if (!file->lock(true)) return false;
-    directory.remove(left_over.name);
-    return true;
+  try {
+    if (!left_over.is_directory) {
+      File file(directory, left_over.name, OpenMode::kRead);
+      if (!file.lock(true)) return false;
+      directory.remove(left_over.name);
+      return true;
+    }
+    const Directory inner(directory, left_over.name);
+    if (!inner.lock(true)) return false;
+    remove_made_files(inner);
+    return directory.remove_directory(left_over.name);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotFound) throw;
+    return true;  // another process has removed it
   }
-  const Directory inner(directory, left_over.name);
-  if (!inner.lock(true)) return false;
-  remove_made_files(inner);
-  return directory.remove_directory(left_over.name);
 }
 
 void remove_made_files(const Directory& directory) {

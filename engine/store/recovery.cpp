@@ -64,8 +64,12 @@ void write_newest_slot_again(const Directory& store) {
 /// A store that another process is making has no version yet. Then the error is kBusy, and names
 /// this process.
 [[noreturn]] void throw_busy_or(const Error& error, const Directory& store) {
-  if (error.code() == ErrorCode::kCorruption && store.contains(kLockName))
-    StoreLock(store, LockFor::kReading);  // throws kBusy, which names the writer
+  if (error.code() != ErrorCode::kCorruption) throw error;
+  try {
+    const StoreLock free_now(store, LockFor::kReading);
+  } catch (const Error& of_lock) {
+    if (of_lock.code() == ErrorCode::kBusy) throw;
+  }
   throw error;
 }
 

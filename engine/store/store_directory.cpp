@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "plait/error.h"
 #include "store/file_names.h"
 #include "store/lock.h"
 #include "store/manifest.h"
@@ -13,8 +14,12 @@ bool is_store(const Directory& directory) { return has_whole_slot(directory); }
 
 std::vector<File> hold_store(const Directory& store) {
   std::vector<File> held;
-  if (!store.contains(kLockName)) return held;
-  held.push_back(StoreLock(store, LockFor::kRecovering).release());
+  try {
+    held.push_back(StoreLock(store, LockFor::kRecovering).release());
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotFound) throw;
+    return held;
+  }
   for (File& version : keep_all_readers_out(store)) held.push_back(std::move(version));
   return held;
 }

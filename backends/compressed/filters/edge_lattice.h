@@ -18,7 +18,6 @@
 // Pinned by tests/backends/compressed/filters/hierarchy_filter_test.cpp.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -102,12 +101,11 @@ class EdgeLattice {
     std::array<std::array<const std::byte*, 2>, 4> strips;  ///< of the last level: [side][strip]
   };
 
-  /// The processor foresees by itself what is behind the first bytes of a large slot.
+  /// Larger slots have long rows, whose lines the processor foresees by itself.
   static constexpr std::int64_t kCacheLine = 64, kMostFetched = 64 * kCacheLine;
   static void fetch(const std::byte* slot, std::int64_t slot_bytes) {
-    if (slot == nullptr) return;
-    for (std::int64_t i = 0; i < std::min(slot_bytes, kMostFetched); i += kCacheLine)
-      __builtin_prefetch(slot + i);
+    if (slot == nullptr || slot_bytes > kMostFetched) return;
+    for (std::int64_t i = 0; i < slot_bytes; i += kCacheLine) __builtin_prefetch(slot + i);
   }
   static std::int64_t slot_bytes(int refinement) {
     return static_cast<std::int64_t>(sizeof(Record)) << (2 * (refinement - 1));
@@ -181,7 +179,7 @@ class EdgeLattice {
     }
     const auto* const from = reinterpret_cast<const Record*>(bytes);
     auto* const to_bytes = reinterpret_cast<std::byte*>(points);
-    if (refinement <= LatticePlaces::kMostListed)
+    if (places_.is_listed(refinement))
       for (const auto& place : places_.listed(side, refinement))
         std::memcpy(to_bytes + place.to, bytes + place.from, sizeof(Record));
     else

@@ -8,11 +8,13 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 LatticePlaces::LatticePlaces(int refinement, std::size_t record_bytes)
-    : refinement_(refinement), size_(slot_side(refinement)), stride_(size_ + 3) {
-  const int listed = std::min(refinement - 1, kMostListed);
+    : refinement_(refinement),
+      listed_(refinement > kLargestLattice ? 0 : std::min(refinement - 1, kMostListed)),
+      size_(slot_side(refinement)),
+      stride_(size_ + 3) {
   std::array<std::array<std::pair<std::size_t, std::size_t>, kMostListed>, 24> ranges{};
   const auto for_each_list = [&](auto visit) {
-    for (int coarser = 1; coarser <= listed; ++coarser) {
+    for (int coarser = 1; coarser <= listed_; ++coarser) {
       for (const SlotView view : {SlotView::kHalf, SlotView::kWhole})
         visit(SidePlace{false, 0, view}, coarser);
       for (const bool turned : {false, true})

@@ -30,8 +30,9 @@ struct SidePlace {
 /// For lattices of slots of one level. Immutable and safe from any number of threads.
 class LatticePlaces {
  public:
-  /// Slots of these refinements have lists; larger ones are long enough for loops.
-  static constexpr int kMostListed = 5;
+  /// Slots of these refinements have lists, if the lattice is not huge; larger slots are long
+  /// enough for loops.
+  static constexpr int kMostListed = 5, kLargestLattice = 12;
 
   /// One vertex: its point, counted from the point (0, 0), and its place in the slot, in bytes.
   struct Place {
@@ -49,8 +50,8 @@ class LatticePlaces {
 
   int refinement() const noexcept { return refinement_; }
 
-  /// The vertices of a side that are born at a coarser refinement. REQUIRES: refinement <=
-  /// kMostListed.
+  bool is_listed(int refinement) const noexcept { return refinement <= listed_; }
+  /// The vertices of a side that are born at a coarser refinement. REQUIRES: is_listed(refinement).
   std::span<const Place> listed(const SidePlace& side, int refinement) const noexcept {
     return lists_[index(side)][static_cast<std::size_t>(refinement - 1)];
   }
@@ -77,7 +78,7 @@ class LatticePlaces {
     return static_cast<std::size_t>(index);
   }
 
-  int refinement_;
+  int refinement_, listed_;
   std::int64_t size_, stride_;
   std::vector<Place> places_;
   std::array<std::array<std::span<const Place>, kMostListed>, 24> lists_;  ///< [index()]

@@ -88,7 +88,8 @@ class SurroundingEdgesAhead {
   /// Makes edge `at` of the range the current one. REQUIRES: it is the first one, or the one after
   /// the current one.
   void advance_to(std::size_t at) noexcept { look_up(at + kFirst); }
-  /// REQUIRES: the edge is the current one, or at most kComplete later and in the range.
+  /// REQUIRES: the edge is in the range, and is the current one or one of the next kComplete;
+  /// before the first advance_to(), one of the first kComplete.
   const SurroundingEdges& operator[](std::size_t at) const noexcept { return ring_[at % kRing]; }
 
  private:

@@ -33,8 +33,9 @@ PLAIT_BEGIN_NAMESPACE
 enum class EvictionPolicy : std::uint8_t {
   /// Evicts the block whose last edge comes first in layout order. So the windows of all levels
   /// cover the same edges and move forward together (the paper's circular buffer). A block that
-  /// others are decoded or encoded from stays longer: from the last one that needed it on, 32 of
-  /// its own lengths. Writes a dirty block as soon as it is unpinned.
+  /// others are decoded or encoded from stays longer: until the window has passed the last block
+  /// that needed it by 32 times as many edges as the block itself has. Writes a dirty block as soon
+  /// as it is unpinned. A session of this policy is for one pass over the edges.
   kLayoutOrder,
   /// Second chance, for random reads. Writes a dirty block when it is evicted.
   kClock,

@@ -10,6 +10,7 @@
 
 #include "plait/error.h"
 #include "plait/left_overs.h"
+#include "support/before_operation.h"
 #include "support/killing_operations.h"
 #include "support/temporary_directory.h"
 
@@ -53,6 +54,25 @@ std::vector<std::string> names_after_clean(const fs::path& path) {
 }
 
 }  // namespace
+
+TEST_CASE("LeftOver_RemovedByAnotherProcessMeanwhile_IsNoError") {
+  const TemporaryDirectory here;
+  const Directory directory(here.path());
+  const std::string name = "mesh.ply.partial-12";
+  const auto make = [&] { std::ofstream(here.path() / name) << "part"; };
+  make();
+  const std::vector<LeftOver> found = find_left_overs(directory);
+  REQUIRE(found.size() == 1);
+  const auto removed = [&](const auto& call) {
+    make();
+    const BeforeOperation other(FileOperation::Kind::kOpen, name,
+                                [&] { fs::remove(here.path() / name); });
+    call();
+    CHECK(other.was_done());
+  };
+  removed([&] { CHECK(find_left_overs(directory).empty()); });
+  removed([&] { CHECK(remove_left_over(directory, found[0])); });
+}
 
 TEST_CASE("PartialFile_KilledBeforeAnyOperation_LeavesTheOldFileOrTheNew") {
   for (const bool replaces : {false, true}) {

@@ -279,38 +279,97 @@ struct LeftOut {
   double own_faces = 0, next_faces = 0;
 };
 
+/// The slots of coarser levels that a block's context has.
+class Known {
+ public:
+  Known(const PredictedLevels<float>& levels, const Filter& filter, int level, std::uint64_t block)
+      : levels_(levels), level_(level) {
+    std::array<ContextBlock, kMostContextBlocks> needed;
+    const std::size_t count = filter.context(block, needed);
+    for (std::size_t i = 0; i < count; ++i) blocks_.emplace(needed[i].level, needed[i].block);
+  }
+  bool has(int coarser, EdgeId edge) const {
+    return blocks_.contains({coarser, levels_.geometry(coarser).block_of(edge)});
+  }
+  /// Calls visit(coarser level, edge, distance) for the slots in the faces at the edge, distance 0,
+  /// and in the next faces, distance 1.
+  template <class Visit>
+  void visit_around(EdgeId edge, Visit visit) const {
+    const Topology mesh = levels_.surroundings.mesh;
+    const auto visit_face = [&](FaceId face, int distance) {
+      for (const EdgeId each : mesh.face_edges[face])
+        for (int coarser = 1; coarser < level_; ++coarser) visit(coarser, each, distance);
+    };
+    for (const FaceSide side : {mesh.edges[edge].own, mesh.edges[edge].other}) {
+      if (!side.exists()) continue;
+      visit_face(side.face(), 0);
+      for (int turn = 1; turn < 3; ++turn) {
+        const FaceSide next = mesh.across(FaceSide(side.face(), (side.side() + turn) % 3));
+        if (next.exists()) visit_face(next.face(), 1);
+      }
+    }
+  }
+  bool are_all_around(EdgeId edge) const {
+    bool all = true;
+    visit_around(edge, [&](int coarser, EdgeId each, int) { all = all && has(coarser, each); });
+    return all;
+  }
+
+ private:
+  const PredictedLevels<float>& levels_;
+  int level_;
+  std::set<std::pair<int, std::uint64_t>> blocks_;
+};
+
 LeftOut left_out(const PredictedLevels<float>& levels, int level) {
-  const Topology mesh = levels.surroundings.mesh;
   const auto filter = hierarchy(levels.filter_level(level));
   const LevelGeometry& own = levels.geometry(level);
   double slots[2] = {}, outside[2] = {};
   for (std::uint64_t block = 0; block < own.block_count(); ++block) {
-    std::array<ContextBlock, kMostContextBlocks> needed;
-    const std::size_t count = filter->context(block, needed);
-    std::set<std::pair<int, std::uint64_t>> blocks;
-    for (std::size_t i = 0; i < count; ++i) blocks.emplace(needed[i].level, needed[i].block);
-    const auto add = [&](FaceId face, int distance) {
-      for (const EdgeId edge : mesh.face_edges[face])
-        for (int coarser = 1; coarser < level; ++coarser) {
-          ++slots[distance];
-          if (!blocks.contains({coarser, levels.geometry(coarser).block_of(edge)}))
-            ++outside[distance];
-        }
-    };
+    const Known known(levels, *filter, level, block);
     for (EdgeId edge = own.first_edge(block); edge < own.edge_after(block); ++edge)
-      for (const FaceSide side : {mesh.edges[edge].own, mesh.edges[edge].other}) {
-        if (!side.exists()) continue;
-        add(side.face(), 0);
-        for (int turn = 1; turn < 3; ++turn) {
-          const FaceSide next = mesh.across(FaceSide(side.face(), (side.side() + turn) % 3));
-          if (next.exists()) add(next.face(), 1);
-        }
-      }
+      known.visit_around(edge, [&](int coarser, EdgeId each, int distance) {
+        ++slots[distance];
+        if (!known.has(coarser, each)) ++outside[distance];
+      });
   }
   return {1000 * outside[0] / slots[0], 1000 * outside[1] / slots[1]};
 }
 
 }  // namespace
+
+TEST_CASE("Hierarchy_LevelsInManyBlocks_HasTheResidualsOfOneBlockWhereAllIsKnown") {
+  const std::string rule = GENERATE("midpoint", "butterfly", "loop");
+  const BaseMesh mesh = lay_out(BaseMesh::build(random_sheet(4, 600)), LayoutKind::kAutomatic).mesh;
+  PredictedLevels<float> whole(mesh, 4, kAllInOneBlock), divided(mesh, 4, 8192);
+  for (PredictedLevels<float>* const levels : {&whole, &divided}) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> next(-2, 2);
+    levels->fill([&] { return next(random); });
+  }
+  for (int level = 2; level <= 4; ++level) {
+    CAPTURE(level);
+    const auto filter = hierarchy(divided.filter_level(level), rule.c_str());
+    const FilteredBlock expected =
+        encode_and_decode(*hierarchy(whole.filter_level(level), rule.c_str()), whole, level, 0);
+    const LevelGeometry& own = divided.geometry(level);
+    std::size_t known = 0, wrong = 0;
+    for (std::uint64_t block = 0; block < own.block_count(); ++block) {
+      const FilteredBlock made = encode_and_decode(*filter, divided, level, block);
+      const Known known_slots(divided, *filter, level, block);
+      for (EdgeId edge = own.first_edge(block); edge < own.edge_after(block); ++edge) {
+        if (!known_slots.are_all_around(edge)) continue;
+        ++known;
+        const Slot slot = own.slot(edge), other = whole.geometry(level).slot(edge);
+        wrong += std::memcmp(&made.filtered[slot.offset - own.block_offset(block)],
+                             &expected.filtered[other.offset], slot.bytes) != 0;
+      }
+    }
+    CHECK(own.block_count() > 1);
+    CHECK(known > mesh.edge_count() / 2);
+    CHECK(wrong == 0);
+  }
+}
 
 TEST_CASE("Hierarchy_FacesOfABlock_AreNearlyAllInItsContext") {
   // As docs/filters/hierarchy.md says, of a mesh of 8,000 vertices in the order of a store.
