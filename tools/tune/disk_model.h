@@ -21,6 +21,8 @@ struct BlockRate {
 struct Disk {
   std::string name;
   double read = 0, write = 0;             ///< long runs, cold and durable
+  double burst_bytes = 0;                 ///< after a pause the disk reads so many faster
+  double burst_read = 0;                  ///< how fast
   double latency = 0;                     ///< seconds until the first byte of a random read comes
   double random_read = 0;                 ///< then, bytes of one random read a second
   double unwritten_bytes = 0;             ///< the system holds so much before it begins to write
@@ -33,6 +35,19 @@ std::vector<Disk> classes_of_disks();
 /// The rates for blocks of this size: between two measured sizes on a line over the logarithm of
 /// the size, beyond them those of the nearest.
 BlockRate rate_of(const Disk& disk, double block_bytes);
+
+/// Seconds to read the bytes from `before` to `before + bytes` of a run without a pause, in blocks
+/// of this size.
+double seconds_to_read(const Disk& disk, double block_bytes, double before, double bytes);
+
+/// How a disk reads: it lets a burst pass, and then has a lasting rate.
+struct Burst {
+  double bytes = 0, rate = 0;  ///< 0: there is no burst
+  double lasting_rate = 0;
+};
+/// From the seconds of both halves of a run of `bytes`. Halves that differ by less than a quarter
+/// show no burst.
+Burst burst_of(double bytes, double first_half_seconds, double second_half_seconds);
 
 /// How the times of the disk and of the processors add up in a read: factor * (the longer one +
 /// added * the shorter one). Perfect overlap is {0, 1}. docs/tune.md, "The model".
@@ -64,7 +79,7 @@ struct Predicted {
 };
 
 Predicted predict(const std::vector<Work>& attributes, const Machine& machine);
-/// The seconds of a full read of one attribute, without Work::read_factor.
-double modelled_read(const Work& work, const Machine& machine);
+/// The seconds of a full read of each attribute, one after another, without Work::read_factor.
+std::vector<double> modelled_reads(const std::vector<Work>& attributes, const Machine& machine);
 
 }  // namespace plait::tune

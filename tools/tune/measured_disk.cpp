@@ -67,23 +67,27 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
     one.threads = kind == instrument::FloorKind::kRandomRead ? 1 : threads;
     const instrument::FloorResult result = own_floor(one);
     measured.is_cold = measured.is_cold && result.cold;
-    return result.seconds;
+    return result;
   };
   using enum instrument::FloorKind;
   const auto bytes = static_cast<double>(measured.bytes);
-  std::vector<std::vector<double>> read(block_sizes.size()), write(block_sizes.size());
+  std::vector<std::vector<double>> first_half(block_sizes.size()), second_half(block_sizes.size()),
+      write(block_sizes.size());
   std::vector<double> page, block;
   const std::uint64_t blocks = std::min<std::uint64_t>(kRandomReads, measured.bytes / largest);
   const auto one_round = [&] {
     for (std::size_t i = 0; i < block_sizes.size(); ++i) {
       if (!proceed()) return false;
-      write[i].push_back(bytes / run(kWrite, measured.bytes, block_sizes[i]));
+      write[i].push_back(bytes / run(kWrite, measured.bytes, block_sizes[i]).seconds);
       if (!proceed()) return false;
-      read[i].push_back(bytes / run(kRead, measured.bytes, block_sizes[i]));
+      const instrument::FloorResult read = run(kRead, measured.bytes, block_sizes[i]);
+      first_half[i].push_back(read.first_half_seconds);
+      second_half[i].push_back(read.seconds - read.first_half_seconds);
     }
     if (!proceed()) return false;
-    page.push_back(run(kRandomRead, kRandomReads * kPage, kPage) / kRandomReads);
-    block.push_back(run(kRandomRead, blocks * largest, largest) / static_cast<double>(blocks));
+    page.push_back(run(kRandomRead, kRandomReads * kPage, kPage).seconds / kRandomReads);
+    block.push_back(run(kRandomRead, blocks * largest, largest).seconds /
+                    static_cast<double>(blocks));
     return true;
   };
   while (measured.runs < kMostRuns && (measured.runs == 0 || clock.seconds() < seconds)) {
@@ -91,8 +95,16 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
     ++measured.runs;
   }
   if (measured.runs == 0) throw Error(ErrorCode::kCancelled, "measure the disk: cancelled");
+  const Burst burst = burst_of(bytes, instrument::median(first_half.back()),
+                               instrument::median(second_half.back()));
+  measured.disk.burst_bytes = burst.bytes;
+  measured.disk.burst_read = burst.rate;
   for (std::size_t i = 0; i < block_sizes.size(); ++i) {
-    const BlockFloor floor{block_sizes[i], figure_of(read[i]), figure_of(write[i])};
+    std::vector<double> read;
+    for (std::size_t turn = 0; turn < first_half[i].size(); ++turn)
+      read.push_back(burst.bytes > 0 ? bytes / 2 / second_half[i][turn]
+                                     : bytes / (first_half[i][turn] + second_half[i][turn]));
+    const BlockFloor floor{block_sizes[i], figure_of(read), figure_of(write[i])};
     measured.floors.push_back(floor);
     measured.disk.of_blocks.push_back(
         {static_cast<double>(floor.block_bytes), floor.read.value, floor.write.value});

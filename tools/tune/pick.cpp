@@ -82,6 +82,7 @@ Goal goal_from_name(std::string_view name) {
 Machine with_speed(Machine machine, double bytes_per_second) {
   machine.disk.read = machine.disk.write = machine.disk.random_read = bytes_per_second;
   machine.disk.of_blocks.clear();
+  machine.disk.burst_bytes = 0;
   machine.disk.is_measured = false;
   return machine;
 }

@@ -16,8 +16,9 @@ ReadFit fit_reads(const std::vector<ReadProbe>& probes, Machine machine) {
     for (const ReadProbe& probe : probes) {
       double all = 0;
       for (const double seconds : probe.seconds) all += seconds;
+      const std::vector<double> reads = modelled_reads(probe.works, machine);
       for (std::size_t id = 0; id < probe.works.size(); ++id) {
-        const double modelled = modelled_read(probe.works[id], machine);
+        const double modelled = reads[id];
         if (!(modelled > 0) || !(probe.seconds[id] > 0)) continue;
         // Each probe counts the same, and its attributes by their time.
         const double weight = probe.seconds[id] / all;
@@ -45,8 +46,9 @@ std::vector<ReadCorrection> corrections_of(const Trials& trials,
   for (const ReadProbe& probe : probes) {
     ReadCorrection correction{
         probe.choice.block_bytes, probe.choice.trials, stores_raw(trials, probe.choice), {}};
+    const std::vector<double> reads = modelled_reads(probe.works, machine);
     for (std::size_t id = 0; id < probe.works.size(); ++id) {
-      const double modelled = modelled_read(probe.works[id], machine);
+      const double modelled = reads[id];
       correction.factors.push_back(
           modelled > 0 ? std::clamp(probe.seconds[id] / modelled, 0.1, 10.0) : 1.0);
     }

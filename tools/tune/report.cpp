@@ -65,6 +65,9 @@ std::string floors_text(const MeasuredDisk& disk) {
     text += fmt::format("  in blocks of {:<7} reads {} GB/s, writes {} GB/s durably\n",
                         size_argument(floor.block_bytes), rate_text(floor.read),
                         rate_text(floor.write));
+  if (disk.disk.burst_bytes > 0)
+    text += fmt::format("  after a pause, {:.0f} MB at {:.2f} GB/s before these rates\n",
+                        disk.disk.burst_bytes / 1e6, disk.disk.burst_read / 1e9);
   return text;
 }
 
@@ -177,6 +180,8 @@ Json disk_json(const Disk& disk) {
   return {{"name", disk.name},
           {"read_bytes_a_second", disk.read},
           {"write_bytes_a_second", disk.write},
+          {"burst_bytes", disk.burst_bytes},
+          {"burst_read_bytes_a_second", disk.burst_read},
           {"latency_seconds", disk.latency},
           {"random_read_bytes_a_second", disk.random_read},
           {"unwritten_bytes", disk.unwritten_bytes},

@@ -7,7 +7,14 @@ namespace plait::tune {
 namespace {
 
 /// 1 GB/s to read, 500 MB/s to write.
-Disk disk() { return {"made up", 1e9, 5e8, 1e-3, 1e8, 0, {}, true}; }
+Disk disk() {
+  return {.name = "made up",
+          .read = 1e9,
+          .write = 5e8,
+          .latency = 1e-3,
+          .random_read = 1e8,
+          .is_measured = true};
+}
 
 /// 2e9 stored bytes.
 Work work(double encode_seconds, double decode_seconds) {
@@ -22,6 +29,34 @@ TEST_CASE("Read_IsTheLongerOfDiskAndProcessors_AttributeByAttribute") {
   CHECK(predict({work(0, 6)}, {disk(), 2, {}}).read == Approx(3));
   // One attribute waits for the disk, the other one for the processor: neither helps the other.
   CHECK(predict({work(0, 0), work(0, 6)}, {disk(), 1, {}}).read == Approx(2 + 6));
+}
+
+TEST_CASE("Read_OfADiskThatLetsABurstPass_IsFasterAtTheBeginning") {
+  Disk bursting = disk();
+  bursting.burst_bytes = 1e9;
+  bursting.burst_read = 4e9;
+  // At 4 GB/s until the burst and the lasting rate meet: (x - 1e9) / 1e9 = x / 4e9 at x = 4/3 e9.
+  CHECK(seconds_to_read(bursting, 1e5, 0, 1e9) == Approx(0.25));
+  CHECK(seconds_to_read(bursting, 1e5, 0, 3e9) == Approx(2));
+  CHECK(seconds_to_read(bursting, 1e5, 1e9, 2e9) == Approx(1.75));
+  CHECK(seconds_to_read(bursting, 1e5, 3e9, 2e9) == Approx(2));
+  // The second attribute of 2e9 bytes has nothing left of it.
+  const std::vector<double> reads = modelled_reads({work(0, 0), work(0, 0)}, {bursting, 1, {}});
+  REQUIRE(reads.size() == 2);
+  CHECK(reads[0] == Approx(1));
+  CHECK(reads[1] == Approx(2));
+}
+
+TEST_CASE("Burst_FollowsFromTheHalvesOfARun") {
+  const Burst none = burst_of(8e9, 2, 2.5);
+  CHECK(none.bytes == 0);
+  CHECK(none.lasting_rate == Approx(8e9 / 4.5));
+  // The second half at 1 GB/s; the first one took half as long, so 2e9 bytes passed at once.
+  const Burst found = burst_of(8e9, 2, 4);
+  CHECK(found.bytes == Approx(2e9));
+  CHECK(found.rate == Approx(2e9));
+  CHECK(found.lasting_rate == Approx(1e9));
+  CHECK(burst_of(8e9, 0, 4).bytes == 0);
 }
 
 TEST_CASE("Write_BeginsWhenTheSystemWrites") {

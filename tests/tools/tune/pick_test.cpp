@@ -42,7 +42,14 @@ Trials usual() {
 }
 
 Machine machine(double speed) {
-  return {{"made up", speed, speed, 1e-4, speed, 0, {}, true}, 1, {}};
+  return {{.name = "made up",
+           .read = speed,
+           .write = speed,
+           .latency = 1e-4,
+           .random_read = speed,
+           .is_measured = true},
+          1,
+          {}};
 }
 
 std::string picked(const Trials& from, Goal goal, double speed) {

@@ -11,7 +11,11 @@ namespace {
 constexpr std::uint64_t kFitBlock = 1 << 20;
 
 /// 1 GB/s and one processor.
-Machine fit_machine() { return {{"made up", 1e9, 1e9, 0, 1e9, 0, {}, true}, 1, {}}; }
+Machine fit_machine() {
+  return {{.name = "made up", .read = 1e9, .write = 1e9, .random_read = 1e9, .is_measured = true},
+          1,
+          {}};
+}
 
 /// Two pipelines of one attribute: as it is, 1 s of disk; and a half of it, 2 s to decode.
 Trials fit_trials() {

@@ -16,7 +16,12 @@ Findings findings() {
   made.finest_level = 5;
   made.own_block_bytes = 1 << 20;
   made.own_pipelines = {{"shuffle,lz4"}};
-  made.disk.disk = {"made up", 1e8, 1e8, 1e-4, 1e8, 0, {}, true};
+  made.disk.disk = {.name = "made up",
+                    .read = 1e8,
+                    .write = 1e8,
+                    .latency = 1e-4,
+                    .random_read = 1e8,
+                    .is_measured = true};
   made.disk.floors = {{1 << 20, {1e8, 9e7, 1.1e8}, {1e8, 9e7, 1.1e8}}};
   made.disk.runs = 3;
   made.trials.attributes.push_back({{"position"}, 1e9, 2, false});
@@ -70,6 +75,17 @@ TEST_CASE("Json_HasWhatTheTableHas") {
   CHECK(text.find("  -  ") != std::string::npos);
   CHECK(text.find(json["advice"].get<std::string>()) != std::string::npos);
   CHECK(text.find(json["command"].get<std::string>()) != std::string::npos);
+}
+
+TEST_CASE("Text_OfADiskThatLetsABurstPass_NamesTheBurst") {
+  Findings made = findings();
+  const auto burst = [&] {
+    return to_text(made, advise(made)).find("after a pause, 30 MB at 1.50");
+  };
+  CHECK(burst() == std::string::npos);
+  made.disk.disk.burst_bytes = 3e7;
+  made.disk.disk.burst_read = 1.5e9;
+  CHECK(burst() != std::string::npos);
 }
 
 TEST_CASE("Command_NamesEachAttribute_OrStoresRaw") {

@@ -47,7 +47,16 @@ void make_up_times(Trials& trials) {
       part.encode_seconds = part.decode_seconds = trial.pipeline == "none" ? 1e-9 : 1e-8;
 }
 
-Machine trial_machine() { return {{"made up", 1e8, 1e8, 1e-4, 1e8, 0, {}, true}, 2, {}}; }
+Machine trial_machine() {
+  return {{.name = "made up",
+           .read = 1e8,
+           .write = 1e8,
+           .latency = 1e-4,
+           .random_read = 1e8,
+           .is_measured = true},
+          2,
+          {}};
+}
 
 }  // namespace
 
