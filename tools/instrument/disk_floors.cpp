@@ -82,16 +82,16 @@ void in_threads(int count, Work work) {
 }
 
 /// Moves the blocks of one thread: every `threads`-th one, so that all threads stay close together.
-/// Calls begin_half() before its first block of the second half.
-template <class BeginHalf>
+/// Calls before_block(block, blocks) before each block.
+template <class BeforeBlock>
 void move_share(const FloorRequest& request, File& file, std::size_t thread,
-                std::span<std::byte> memory, BeginHalf begin_half) {
+                std::span<std::byte> memory, BeforeBlock before_block) {
   const std::uint64_t blocks = moved_blocks(request);
   const std::uint64_t in_file = file_bytes(request) / request.block_bytes;
-  const auto step = static_cast<std::uint64_t>(request.threads);
   std::mt19937_64 random(request.seed * 1000 + thread);
-  for (std::uint64_t block = thread; block < blocks; block += step) {
-    if (2 * block >= blocks && (block < step || 2 * (block - step) < blocks)) begin_half();
+  for (std::uint64_t block = thread; block < blocks;
+       block += static_cast<std::uint64_t>(request.threads)) {
+    before_block(block, blocks);
     const std::uint64_t at =
         request.kind == FloorKind::kRandomRead ? random() % in_file : block % in_file;
     if (request.kind != FloorKind::kWrite) file.read_at(at * request.block_bytes, memory);
@@ -184,9 +184,12 @@ FloorResult own_floor(const FloorRequest& request) {
               request.direct ? Caching::kNone : Caching::kPageCache);
     if (fresh && request.direct) file.preallocate(moved_blocks(request) * request.block_bytes);
     in_threads(request.threads, [&](std::size_t thread) {
-      move_share(request, file, thread, {memory[thread].get(), request.block_bytes}, [&] {
-        if (thread == 0) result.first_half_seconds = clock.seconds();
-      });
+      move_share(request, file, thread, {memory[thread].get(), request.block_bytes},
+                 [&](std::uint64_t block, std::uint64_t blocks) {
+                   if (thread != 0) return;
+                   if (16 * block <= blocks) result.first_sixteenth_seconds = clock.seconds();
+                   if (2 * block <= blocks) result.first_half_seconds = clock.seconds();
+                 });
     });
     if (writes(request.kind) && request.durable) file.sync();
     file.close();

@@ -38,9 +38,11 @@ struct FloorRequest {
 struct FloorResult {
   double seconds = 0;
   std::uint64_t bytes_read = 0, bytes_written = 0;
-  std::string method;             ///< "pwrite + fdatasync", "fio psync"
-  bool cold = true;               ///< proved by mincore before a read; also true where direct
-  double first_half_seconds = 0;  ///< about, by own_floor(); others leave 0
+  std::string method;  ///< "pwrite + fdatasync", "fio psync"
+  bool cold = true;    ///< proved by mincore before a read; also true where direct
+  /// How long the first sixteenth and the first half of the bytes took, about, by own_floor();
+  /// others leave 0.
+  double first_sixteenth_seconds = 0, first_half_seconds = 0;
   /// Both directions together.
   double bytes_per_second() const {
     return static_cast<double>(bytes_read + bytes_written) / seconds;

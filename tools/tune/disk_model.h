@@ -45,9 +45,10 @@ struct Burst {
   double bytes = 0, rate = 0;  ///< 0: there is no burst
   double lasting_rate = 0;
 };
-/// From the seconds of both halves of a run of `bytes`. Halves that differ by less than a quarter
-/// show no burst.
-Burst burst_of(double bytes, double first_half_seconds, double second_half_seconds);
+/// From the seconds of parts of a run of `bytes`. Halves that differ by less than a quarter show no
+/// burst.
+Burst burst_of(double bytes, double first_sixteenth_seconds, double first_half_seconds,
+               double second_half_seconds);
 
 /// How the times of the disk and of the processors add up in a read: factor * (the longer one +
 /// added * the shorter one). Perfect overlap is {0, 1}. docs/tune.md, "The model".

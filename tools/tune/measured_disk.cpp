@@ -71,6 +71,7 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
   };
   using enum instrument::FloorKind;
   const auto bytes = static_cast<double>(measured.bytes);
+  std::vector<double> sixteenth;
   std::vector<std::vector<double>> first_half(block_sizes.size()), second_half(block_sizes.size()),
       write(block_sizes.size());
   std::vector<double> page, block;
@@ -81,6 +82,7 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
       write[i].push_back(bytes / run(kWrite, measured.bytes, block_sizes[i]).seconds);
       if (!proceed()) return false;
       const instrument::FloorResult read = run(kRead, measured.bytes, block_sizes[i]);
+      if (i + 1 == block_sizes.size()) sixteenth.push_back(read.first_sixteenth_seconds);
       first_half[i].push_back(read.first_half_seconds);
       second_half[i].push_back(read.seconds - read.first_half_seconds);
     }
@@ -95,8 +97,9 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
     ++measured.runs;
   }
   if (measured.runs == 0) throw Error(ErrorCode::kCancelled, "measure the disk: cancelled");
-  const Burst burst = burst_of(bytes, instrument::median(first_half.back()),
-                               instrument::median(second_half.back()));
+  const Burst burst =
+      burst_of(bytes, instrument::median(sixteenth), instrument::median(first_half.back()),
+               instrument::median(second_half.back()));
   measured.disk.burst_bytes = burst.bytes;
   measured.disk.burst_read = burst.rate;
   for (std::size_t i = 0; i < block_sizes.size(); ++i) {
