@@ -65,7 +65,7 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
     one.block_bytes = unit;
     one.seed = static_cast<std::uint64_t>(measured.runs) + 1;
     one.threads = kind == instrument::FloorKind::kRandomRead ? 1 : threads;
-    const instrument::FloorResult result = own_floor(one);
+    instrument::FloorResult result = own_floor(one);
     measured.is_cold = measured.is_cold && result.cold;
     return result;
   };

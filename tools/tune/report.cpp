@@ -49,6 +49,7 @@ std::vector<const Trial*> trials_of(const Trials& trials, std::size_t attribute,
       found.emplace_back(rates_of(trials, trial).stored.value, &trial);
   std::ranges::stable_sort(found, {}, &std::pair<double, const Trial*>::first);
   std::vector<const Trial*> sorted;
+  sorted.reserve(found.size());
   for (const auto& [stored, trial] : found) sorted.push_back(trial);
   return sorted;
 }
