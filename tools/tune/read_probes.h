@@ -13,7 +13,9 @@ namespace plait::tune {
 
 struct ProbeOptions {
   std::filesystem::path directory;  ///< on the measured disk; a directory in it is made and removed
-  std::uint64_t most_bytes = 64u << 20;  ///< of records; of larger stores, coarser levels are taken
+  /// Of records; of larger stores, coarser levels are taken. A copy within a disk's burst would not
+  /// show how the disk reads the whole store.
+  std::uint64_t most_bytes = 256u << 20;
   int most_probes = 16;
   int reads = 3;  ///< of each
   /// Called often. False ends the probes; those that are complete stay.

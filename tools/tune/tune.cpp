@@ -132,9 +132,6 @@ Findings measure_store(const Store& store, const PipelineRegistry& registry,
   if (options.probes > 0 && !findings.is_interrupted) {
     ProbeOptions probes;
     probes.directory = options.directory;
-    // A copy within a burst would not show how the disk reads the whole store.
-    const double bursts = 8 * findings.disk.disk.burst_bytes;
-    probes.most_bytes = std::max(probes.most_bytes, static_cast<std::uint64_t>(bursts));
     probes.most_probes = options.probes;
     probes.proceed = [&] {
       if (!proceed("reads", clock.seconds() / options.seconds)) return false;
