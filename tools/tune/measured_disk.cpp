@@ -97,9 +97,13 @@ MeasuredDisk measure_disk(const fs::path& directory, std::uint64_t most_bytes,
     ++measured.runs;
   }
   if (measured.runs == 0) throw Error(ErrorCode::kCancelled, "measure the disk: cancelled");
+  // A thread notes the time before one of its blocks, so of few blocks there are no halves.
+  constexpr std::uint64_t kFewestBlocks = 32;
   const Burst burst =
-      burst_of(bytes, instrument::median(sixteenth), instrument::median(first_half.back()),
-               instrument::median(second_half.back()));
+      measured.bytes / largest < kFewestBlocks
+          ? Burst()
+          : burst_of(bytes, instrument::median(sixteenth), instrument::median(first_half.back()),
+                     instrument::median(second_half.back()));
   measured.disk.burst_bytes = burst.bytes;
   measured.disk.burst_read = burst.rate;
   for (std::size_t i = 0; i < block_sizes.size(); ++i) {
