@@ -173,6 +173,7 @@ FloorResult own_floor(const FloorRequest& request) {
     prepare_floor_file(request);
   if (!fresh) result.cold = is_cold(make_cold({path})) || request.direct;
   std::vector<AlignedBytes> memory;
+  memory.reserve(static_cast<std::size_t>(request.threads));
   for (int thread = 0; thread < request.threads; ++thread)
     memory.push_back(filled(request.block_bytes, static_cast<std::uint64_t>(thread)));
   const Stopwatch clock;
