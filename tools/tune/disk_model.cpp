@@ -41,13 +41,12 @@ double seconds_to_read(const Disk& disk, double block_bytes, double before, doub
 
 Burst burst_of(double bytes, double first_sixteenth_seconds, double first_half_seconds,
                double second_half_seconds) {
-  const double half = bytes / 2, all = first_half_seconds + second_half_seconds;
-  if (!(first_half_seconds > 0) || first_half_seconds > 0.75 * second_half_seconds)
-    return {0, 0, bytes / all};
+  const double half = bytes / 2;
+  if (!(first_half_seconds > 0) || first_half_seconds > 0.75 * second_half_seconds) return {};
   const double lasting = half / second_half_seconds;
   const double first = std::min(first_sixteenth_seconds, first_half_seconds / 8);
   return {half - lasting * first_half_seconds,
-          first > 0 ? bytes / 16 / first : half / first_half_seconds, lasting};
+          first > 0 ? bytes / 16 / first : half / first_half_seconds};
 }
 
 std::vector<double> modelled_reads(const std::vector<Work>& attributes, const Machine& machine) {

@@ -40,10 +40,9 @@ BlockRate rate_of(const Disk& disk, double block_bytes);
 /// of this size.
 double seconds_to_read(const Disk& disk, double block_bytes, double before, double bytes);
 
-/// How a disk reads: it lets a burst pass, and then has a lasting rate.
+/// What a disk reads faster after a pause, and how fast; 0: there is no burst.
 struct Burst {
-  double bytes = 0, rate = 0;  ///< 0: there is no burst
-  double lasting_rate = 0;
+  double bytes = 0, rate = 0;
 };
 /// From the seconds of parts of a run of `bytes`. Halves that differ by less than a quarter show no
 /// burst.

@@ -108,7 +108,6 @@ HWY_INLINE void loop_row(D d, const PredictedRows<Number>& rows, std::int64_t ro
 
 template <class Number, class Finish>
 HWY_INLINE void finish_rows(const PredictedRows<Number>& rows, Finish finish) {
-  // Of a point's many loads, those of 64 bytes would nearly all cross a cache line.
   const hn::ScalableTag<Number> d;
   for (std::int64_t row = 0; row < rows.side; ++row) {
     const std::int64_t records = rows.border ? rows.side - row : rows.side;
