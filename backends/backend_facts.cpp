@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <filesystem>
 #include <system_error>
 
-#include "plait/backends/choose_backend.h"
+#include "choose_backend.h"
+#include "io/machine.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -18,8 +20,7 @@ namespace {
 
 std::string kernel_refusal(const BackendRegistry& backends) {
   try {
-    const BackendRegistry::Entry& uring = backends.find("uring");
-    if (uring.validate) uring.validate({});
+    backends.find("uring").check_machine();
   } catch (const Error& error) {
     return error.what();
   }
@@ -53,14 +54,18 @@ std::string direct_refusal(const std::filesystem::path& directory) {
 
 }  // namespace
 
-BackendFacts backend_facts(const BackendRegistry& backends, const std::filesystem::path& path,
-                           std::uint64_t raw_bytes, std::uint64_t available_bytes) {
-  const std::filesystem::path directory = path.parent_path().empty() ? "." : path.parent_path();
-  return {.raw_bytes = raw_bytes,
-          .available_bytes = available_bytes,
-          .medium = medium_of(directory),
-          .no_uring = kernel_refusal(backends),
-          .no_direct = direct_refusal(directory)};
+BackendFacts backend_facts(const BackendRegistry& backends, const NewStore& store) {
+  BackendFacts facts{.level_bytes = store.level_bytes,
+                     .available_bytes = store.available_bytes.value_or(available_memory_bytes()),
+                     .in_memory = store.path.empty(),
+                     .has_pipelines = store.has_pipelines};
+  if (facts.in_memory || facts.has_pipelines) return facts;
+  const std::filesystem::path parent = store.path.parent_path();
+  const std::filesystem::path directory = parent.empty() ? "." : parent;
+  facts.medium = medium_of(directory);
+  facts.no_uring = kernel_refusal(backends);
+  facts.no_direct = direct_refusal(directory);
+  return facts;
 }
 
 PLAIT_END_NAMESPACE

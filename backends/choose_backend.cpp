@@ -1,4 +1,4 @@
-#include "plait/backends/choose_backend.h"
+#include "choose_backend.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,8 @@ namespace {
 
 constexpr const char* kUring = "uring";
 constexpr const char* kPread = "pread";
+constexpr const char* kMemory = "memory";
+constexpr const char* kCompressed = "compressed";
 
 std::string mebibytes(std::uint64_t bytes) {
   return bytes == ~std::uint64_t{0} ? "an unknown amount" : fmt::format("{} MiB", bytes >> 20);
@@ -30,10 +32,12 @@ const char* medium_reason(StoreMedium medium) {
 }  // namespace
 
 BackendChoice choose_backend(const BackendFacts& facts) {
-  const bool large = facts.raw_bytes > facts.available_bytes / kLargeStoreDivisor;
+  if (facts.in_memory) return {kMemory, "the store has no path, so it is only in memory"};
+  if (facts.has_pipelines) return {kCompressed, "the store has pipelines"};
+  const bool large = facts.level_bytes > facts.available_bytes / kLargeStoreDivisor;
   const std::string size = fmt::format(
       "the store is {} compared with the memory ({} of levels, {} of memory available)",
-      large ? "large" : "small", mebibytes(facts.raw_bytes), mebibytes(facts.available_bytes));
+      large ? "large" : "small", mebibytes(facts.level_bytes), mebibytes(facts.available_bytes));
   if (const std::string medium = medium_reason(facts.medium); !medium.empty())
     return {kPread, fmt::format("{}{} {}", size, large ? ", but" : ", and", medium)};
   if (!large) return {kPread, size + ", so the page cache keeps it"};
@@ -42,9 +46,8 @@ BackendChoice choose_backend(const BackendFacts& facts) {
   return {kUring, size + ", so it goes past the page cache"};
 }
 
-BackendChoice choose_backend(const BackendRegistry& backends, const std::filesystem::path& path,
-                             std::uint64_t raw_bytes, std::uint64_t available_bytes) {
-  return choose_backend(backend_facts(backends, path, raw_bytes, available_bytes));
+BackendChoice choose_backend(const BackendRegistry& backends, const NewStore& store) {
+  return choose_backend(backend_facts(backends, store));
 }
 
 PLAIT_END_NAMESPACE

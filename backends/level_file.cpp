@@ -45,12 +45,13 @@ File open_fixed_file(const LevelSpec& level) {
   if (level.mode != OpenMode::kCreate) {
     if (file.size() != bytes)
       throw Error(ErrorCode::kCorruption, fmt::format("open {}: expected {} bytes, found {}",
-                                                      level.path().native(), bytes, file.size()));
+                                                      level.path().native(), bytes, file.size()))
+          .about(level.path());
     return file;
   }
   try {
     file.resize(bytes);
-    file.preallocate(bytes);
+    if (!level.is_sparse) file.preallocate(bytes);
   } catch (...) {
     level.directory.remove_if_possible(level.name);
     throw;
@@ -137,25 +138,8 @@ void start_writing(const File& file, ByteRange bytes) {
     throw system_error("write", file.path().native(), errno);
 }
 
-void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept {
-  if (bytes.count == 0) return;  // posix_fadvise takes 0 as the whole file
-  int value = POSIX_FADV_NORMAL;
-  switch (advice) {
-    case Advice::kWillNeed:
-      value = POSIX_FADV_WILLNEED;
-      break;
-    case Advice::kDontNeed:
-      value = POSIX_FADV_DONTNEED;
-      break;
-    case Advice::kSequential:
-      value = POSIX_FADV_SEQUENTIAL;
-      break;
-    case Advice::kRandom:
-      value = POSIX_FADV_RANDOM;
-      break;
-  }
-  ::posix_fadvise(file.descriptor(), static_cast<off_t>(bytes.first),
-                  static_cast<off_t>(bytes.count), value);
+void advise_sequential(const File& file) noexcept {
+  ::posix_fadvise(file.descriptor(), 0, 0, POSIX_FADV_SEQUENTIAL);  // 0 bytes: the whole file
 }
 
 PLAIT_END_NAMESPACE

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <span>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -19,10 +19,10 @@ constexpr std::uint64_t kPageBytes = 4096;
 /// The size of the file of a fixed-offset level, in bytes.
 std::uint64_t fixed_file_bytes(const LevelGeometry& geometry);
 
-/// Creates or opens the level's file. A new file gets its full size, and its space is allocated on
-/// the disk; if that fails, the file is removed. For an existing file, the function checks its size
-/// and every entry of the block table.
-/// Errors: kCorruption, kIo, kNoSpace; kInvalidArgument as check_level.
+/// Creates or opens the level's file. A new file gets its full size, and, unless it is sparse, its
+/// space is allocated on the disk; if that fails, the file is removed. For an existing file, the
+/// function checks its size and every entry of the block table. Errors: kCorruption, kIo, kNoSpace;
+/// kInvalidArgument as check_level.
 File open_fixed_file(const LevelSpec& level);
 
 /// Throws kInvalidArgument if the table does not have one entry per block of the level, or if a
@@ -66,7 +66,7 @@ void copy_unless_same(const std::byte* from, std::byte* to, std::size_t bytes);
 /// Errors: kIo naming the file.
 void start_writing(const File& file, ByteRange bytes);
 
-/// Calls posix_fadvise. On Linux, kSequential and kRandom apply to the whole descriptor.
-void advise_file(const File& file, ByteRange bytes, Advice advice) noexcept;
+/// Tells the system that the file is read in order: it reads ahead farther.
+void advise_sequential(const File& file) noexcept;
 
 PLAIT_END_NAMESPACE

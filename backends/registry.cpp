@@ -1,9 +1,9 @@
-#include "plait/backends/registry.h"
+#include "plait/registry.h"
 
+#include "choose_backend.h"
 #include "compressed/compressed_backend.h"
 #include "memory/memory_backend.h"
 #include "mmap/mmap_backend.h"
-#include "plait/derivation.h"
 #include "pread/pread_backend.h"
 #include "uring/uring_backend.h"
 
@@ -16,11 +16,13 @@ BackendRegistry default_backends(const PipelineRegistry& pipelines) {
   registry.add({"pread", "raw files, explicit reads and writes; works everywhere", kPreadTraits,
                 open_each_level(open_pread_backend)});
   registry.add({"uring", "raw files past the page cache, by io_uring and O_DIRECT (Linux)",
-                kUringTraits, open_uring_volume, validate_uring});
+                kUringTraits, open_uring_volume, check_uring});
   registry.add({"mmap", "raw files, mapped when they are only read", kMmapTraits,
                 open_each_level(open_mmap_backend)});
   registry.add(compressed_backend(pipelines));
-  registry.set_derivations(library_derivations());
+  registry.set_chooser([](const BackendRegistry& backends, const NewStore& store) {
+    return choose_backend(backends, store);
+  });
   return registry;
 }
 

@@ -4,8 +4,9 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
-#include "plait/level_file.h"
-#include "plait/session.h"
+#include "plait/detail/level_file.h"
+#include "plait/extend/session.h"
+#include "plait/extend/store_access.h"
 
 namespace plait::c {
 namespace {
@@ -13,8 +14,10 @@ namespace {
 void apply(Store& store, AttributeId attribute, int level, Access access, plait_edit edit,
            void* user) {
   const std::size_t record_bytes = store.attributes()[attribute].schema.record_bytes();
-  LevelFile& file = store.level_file(attribute, level);
-  Session session = store.open_session();
+  LevelFile& file = StoreAccess::level_file(store, attribute, level);
+  if (access == Access::kUpdate) StoreAccess::check_readable(store, attribute, level);
+  const StorePass under_way(store, "apply to");
+  Session session = StoreAccess::open_session(store);
   UnfinishedLevels unfinished;
   unfinished.add(file, access);
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
@@ -56,13 +59,16 @@ plait_status plait_store_apply(plait_store* store, const char* name, int32_t lev
     check_given(edit, "edit");
     if (!store->writable)
       throw plait::Error(plait::ErrorCode::kBadState,
-                         fmt::format("{}: opened for reading", changed.path().native()));
+                         fmt::format("apply to {}: the store was opened for reading; open it with "
+                                     "writable = 1",
+                                     changed.path().native()));
     if (level > changed.base_level())
       return apply(
           changed, attribute, level,
           access == PLAIT_ACCESS_UPDATE ? plait::Access::kUpdate : plait::Access::kOverwrite, edit,
           user);
     const std::span<std::byte> bytes = changed.base_bytes(attribute);
+    const plait::StorePass under_way(changed, "apply to");
     if (edit(bytes.data(), 0, changed.base().vertex_count(), user) == 0) refuse_cancelled("apply");
   });
 }

@@ -5,8 +5,8 @@
 #include "handles.h"
 #include "plait.h"
 #include "plait/attribute.h"
-#include "plait/edge_index.h"
-#include "plait/recode_attribute.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/recode_attribute.h"
 
 namespace plait::c {
 namespace {
@@ -36,6 +36,15 @@ std::uint64_t record_count(const Store& store, AttributeId attribute, std::size_
 }
 
 }  // namespace
+
+std::vector<std::string> names_in(const char* const* attributes, std::uint64_t count) {
+  std::vector<std::string> names;
+  for (std::uint64_t at = 0; attributes != nullptr && at < count; ++at) {
+    check_given(attributes[at], "attributes");
+    names.emplace_back(attributes[at]);
+  }
+  return names;
+}
 }  // namespace plait::c
 
 using namespace plait::c;
@@ -114,7 +123,9 @@ plait_status plait_store_edit_base_records(plait_store* store, const char* name,
     plait::Store& changed = changed_store(store);
     if (!store->writable)
       throw plait::Error(plait::ErrorCode::kBadState,
-                         fmt::format("{}: opened for reading", changed.path().native()));
+                         fmt::format("change {}: the store was opened for reading; open it with "
+                                     "writable = 1",
+                                     changed.path().native()));
     const plait::AttributeId attribute = attribute_named(changed, name);
     const std::span<std::byte> bytes = changed.base_bytes(attribute);
     if (records != nullptr) *records = bytes.data();

@@ -4,21 +4,31 @@
 
 #include <exception>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 namespace plait::c {
 namespace {
 
-/// The message of the last failed call of a thread.
-class LastMessage {
+/// What the last failed call of a thread has said.
+class LastError {
  public:
-  const char* get() const noexcept { return fixed_ != nullptr ? fixed_ : text_.c_str(); }
+  const char* message() const noexcept { return fixed_ != nullptr ? fixed_ : text_.c_str(); }
+  const char* path() const noexcept { return path_.c_str(); }
+  std::uint64_t offset() const noexcept { return offset_; }
   /// Keeps a text that is valid for ever. Needs no memory.
-  void keep_fixed(const char* text) noexcept { fixed_ = text; }
-  void keep(const char* call, const char* reason) noexcept {
+  void keep_fixed(const char* text) noexcept {
+    fixed_ = text;
+    path_.clear();
+    offset_ = PLAIT_NO_OFFSET;
+  }
+  void keep(const char* call, const char* reason, const std::string& path = {},
+            std::optional<std::uint64_t> offset = {}) noexcept {
     try {
       text_ = fmt::format("{}: {}", call, reason);
+      path_ = path;
+      offset_ = offset.value_or(PLAIT_NO_OFFSET);
       fixed_ = nullptr;
     } catch (...) {
       keep_fixed("no memory for the message");
@@ -26,13 +36,14 @@ class LastMessage {
   }
 
  private:
-  std::string text_;
+  std::string text_, path_;
+  std::uint64_t offset_ = PLAIT_NO_OFFSET;
   const char* fixed_ = nullptr;
 };
 
-LastMessage& last_message() noexcept {
-  thread_local LastMessage message;
-  return message;
+LastError& last_error() noexcept {
+  thread_local LastError error;
+  return error;
 }
 
 plait_status status_of(ErrorCode code) noexcept {
@@ -69,19 +80,19 @@ plait_status keep_current_error(const char* call) noexcept {
   try {
     throw;
   } catch (const Error& error) {
-    last_message().keep(call, error.what());
+    last_error().keep(call, error.what(), error.path().native(), error.offset());
     return status_of(error.code());
   } catch (const std::bad_alloc&) {
-    last_message().keep_fixed("an allocation failed");
+    last_error().keep_fixed("an allocation failed");
     return PLAIT_ERROR_OUT_OF_MEMORY;
   } catch (const std::length_error&) {
-    last_message().keep_fixed("an allocation failed: a count is too large");
+    last_error().keep_fixed("an allocation failed: a count is too large");
     return PLAIT_ERROR_OUT_OF_MEMORY;
   } catch (const std::exception& error) {
-    last_message().keep(call, error.what());
+    last_error().keep(call, error.what());
     return PLAIT_ERROR_INTERNAL;
   } catch (...) {
-    last_message().keep(call, "an exception of an unknown type");
+    last_error().keep(call, "an exception of an unknown type");
     return PLAIT_ERROR_INTERNAL;
   }
 }
@@ -109,7 +120,9 @@ void refuse_cancelled(const char* what) {
 
 }  // namespace plait::c
 
-const char* plait_error_message(void) { return plait::c::last_message().get(); }
+const char* plait_error_message(void) { return plait::c::last_error().message(); }
+const char* plait_error_path(void) { return plait::c::last_error().path(); }
+uint64_t plait_error_offset(void) { return plait::c::last_error().offset(); }
 
 const char* plait_status_name(plait_status status) {
   if (status == PLAIT_OK) return "ok";

@@ -5,8 +5,8 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
-#include "plait/base_relative_level.h"
-#include "plait/edge_index.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/edge_index.h"
 #include "sized.h"
 #include "statistics.h"
 
@@ -22,8 +22,8 @@ plait_store_info info_of(const plait_store& handle) {
   plait_store_info info = PLAIT_STORE_INFO_INIT;
   info.path = store.path().c_str();
   info.backend = options.backend.c_str();
-  info.pipeline = options.pipeline.c_str();
-  info.layout = options.layout.c_str();
+  info.pipeline = handle.pipeline.c_str();
+  info.layout = store.provenance().layout.c_str();
   info.scheme = store.provenance().scheme.c_str();
   info.program = store.provenance().program.c_str();
   info.sequence = store.sequence();

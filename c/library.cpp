@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "plait.h"
-#include "plait/backends/registry.h"
-#include "plait/kernels/scheme.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/detail/scheme.h"
+#include "plait/extend/provenance.h"
 #include "plait/layout.h"
-#include "plait/provenance.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 
 namespace {
 
@@ -20,8 +20,8 @@ std::string build_info() {
   using namespace plait;
   std::vector<std::string_view> scheme_list, executors, layouts;
   for (const SchemeTraits& scheme : schemes()) scheme_list.push_back(scheme.name);
-  for (const ExecutorKind kind :
-       {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
+  for (const ExecutorKind kind : {ExecutorKind::kAuto, ExecutorKind::kFused, ExecutorKind::kSweep,
+                                  ExecutorKind::kTransparent})
     executors.push_back(to_string(kind));
   for (const LayoutKind kind : {LayoutKind::kGiven, LayoutKind::kSpatial, LayoutKind::kHilbert,
                                 LayoutKind::kRcm, LayoutKind::kAutomatic})

@@ -5,7 +5,7 @@
 
 #include "guard.h"
 #include "plait.h"
-#include "plait/backends/plugins.h"
+#include "plait/extend/plugins.h"
 
 namespace plait::c {
 namespace {

@@ -1,7 +1,7 @@
 // plugins.h: the backends with which the C interface makes and opens stores.
 #pragma once
 
-#include "plait/backend.h"
+#include "plait/extend/backend_registry.h"
 
 namespace plait::c {
 

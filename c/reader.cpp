@@ -27,11 +27,7 @@ ReaderOptions reader_options(const plait_reader_options& wanted) {
   check_reserved(wanted.reserved);
   check_choice("eviction", wanted.eviction, 2);
   ReaderOptions options;
-  if (wanted.attributes != nullptr)
-    for (std::uint64_t at = 0; at < wanted.attribute_count; ++at) {
-      check_given(wanted.attributes[at], "attributes");
-      options.attributes.emplace_back(wanted.attributes[at]);
-    }
+  options.attributes = names_in(wanted.attributes, wanted.attribute_count);
   options.policy = wanted.eviction == PLAIT_EVICTION_CLOCK ? EvictionPolicy::kClock
                                                            : EvictionPolicy::kLayoutOrder;
   options.share_bytes = wanted.share_bytes;
@@ -78,7 +74,7 @@ plait_status plait_reader_read_patch(const plait_reader* reader, uint32_t face, 
   return guarded("plait_reader_read_patch", [&] {
     const plait::Reader& from = reader_of(reader);
     check_given(view, "view");
-    *view = new plait_view(from.read_patch(face, level), *reader);
+    *view = new plait_view(from.read_patch(face, level));
   });
 }
 
@@ -94,6 +90,20 @@ plait_status plait_reader_visit_patches(const plait_reader* reader, const uint32
       if (visit(&lent, user) == 0) refuse_cancelled("visit patches");
     });
   });
+}
+
+plait_status plait_reader_prefetch(const plait_reader* reader, const uint32_t* faces,
+                                   uint64_t face_count, int32_t level, uint64_t* begun) {
+  return guarded("plait_reader_prefetch", [&] {
+    const plait::Reader& from = reader_of(reader);
+    check_given(faces, "faces");
+    const std::size_t count = from.prefetch(std::span(faces, face_count), level);
+    if (begun != nullptr) *begun = count;
+  });
+}
+
+plait_status plait_reader_end_prefetch(const plait_reader* reader) {
+  return guarded("plait_reader_end_prefetch", [&] { reader_of(reader).end_prefetch(); });
 }
 
 plait_status plait_reader_faces_in_box(const plait_reader* reader, const char* attribute,

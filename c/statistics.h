@@ -2,7 +2,7 @@
 #pragma once
 
 #include "plait.h"
-#include "plait/session.h"
+#include "plait/extend/session.h"
 
 namespace plait::c {
 

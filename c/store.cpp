@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,9 +13,9 @@
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
-#include "plait/edge_index.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/edge_index.h"
 #include "plait/mesh_io.h"
+#include "plait/subdivide.h"
 #include "plugins.h"
 #include "sized.h"
 
@@ -31,22 +32,36 @@ Durability durability_of(std::int32_t number) {
   return number == PLAIT_DURABILITY_COMMIT ? Durability::kCommit : Durability::kNone;
 }
 
-Overwriting overwriting_of(std::int32_t number) {
-  check_choice("overwriting", number, 2);
-  return number == PLAIT_OVERWRITE_NEW_GENERATION ? Overwriting::kNewGeneration
-                                                  : Overwriting::kInPlace;
+StoreEvents events_of(plait_event_callback callback, void* user, std::uint64_t slow_read_ns) {
+  if (callback == nullptr) return {};
+  const auto call = [=](const StoreEvent& event) {
+    // Texts of C end with a zero byte.
+    const std::string store(event.store), attribute(event.attribute);
+    const plait_event told = {sizeof(told),      store.c_str(),
+                              attribute.c_str(), event.version,
+                              event.duration_ns, event.block,
+                              event.bytes,       static_cast<plait_event_kind>(event.kind),
+                              event.level};
+    callback(&told, user);
+  };
+  return {call, slow_read_ns != 0 ? slow_read_ns : StoreEvents().slow_read_ns};
 }
+static_assert(PLAIT_EVENT_OPENED == static_cast<int>(StoreEvent::Kind::kOpened));
+static_assert(PLAIT_EVENT_COMMITTED == static_cast<int>(StoreEvent::Kind::kCommitted));
+static_assert(PLAIT_EVENT_EVICTED == static_cast<int>(StoreEvent::Kind::kEvicted));
+static_assert(PLAIT_EVENT_SLOW_READ == static_cast<int>(StoreEvent::Kind::kSlowRead));
 
 StoreOptions store_options(const plait_store_options& given) {
   StoreOptions options;
   options.backend = text_or(given.backend, options.backend);
-  options.pipeline = text_or(given.pipeline, "");
-  options.base_level = given.base_level;
+  if (const std::string pipeline = text_or(given.pipeline, ""); !pipeline.empty())
+    options.pipeline = pipeline;
   options.durability = durability_of(given.durability);
-  options.overwriting = overwriting_of(given.overwriting);
   options.block_bytes = given.block_bytes;
   options.budget_bytes = given.budget_bytes;
+  options.expected_bytes = given.expected_bytes;
   options.io_threads = threads_of(given.io_threads);
+  options.events = events_of(given.event, given.event_user, given.slow_read_ns);
   return options;
 }
 
@@ -54,9 +69,8 @@ StoreOptions store_options(const plait_store_options& given) {
 template <class MakeMesh>
 plait_store* create(const char* path, const plait_store_options* given, const MakeMesh& make_mesh) {
   check_given(path, "path");
-  const plait_store_options wanted =
-      options_of(given, plait_store_options PLAIT_STORE_OPTIONS_INIT);
-  check_reserved(wanted.reserved);
+  const plait_store_options wanted = options_of(given, plait_store_options PLAIT_STORE_OPTIONS_INIT,
+                                                offsetof(plait_store_options, event));
   const StoreOptions options = store_options(wanted);
   if (wanted.position_type != PLAIT_NO_POSITIONS && wanted.position_type != PLAIT_FLOAT32 &&
       wanted.position_type != PLAIT_FLOAT64)
@@ -69,16 +83,18 @@ plait_store* create(const char* path, const plait_store_options* given, const Ma
                                                          kMaxLevel, wanted.base_level));
   const LayoutKind layout =
       layout_from_name(text_or(wanted.layout, to_string(LayoutKind::kAutomatic)));
-  const Scheme scheme = scheme_from_name(text_or(wanted.base_scheme, to_string(kDefaultScheme)));
-  const bool double_precision = wanted.position_type == PLAIT_FLOAT64;
+  const Scheme scheme = scheme_from_name(text_or(wanted.base_scheme, to_string(Scheme())));
+  const ComponentType precision =
+      wanted.position_type == PLAIT_FLOAT64 ? ComponentType::kFloat64 : ComponentType::kFloat32;
 
   std::vector<std::string> warnings;
   BaseMesh mesh = make_mesh(&warnings);
   if (wanted.warn != nullptr)
     for (const std::string& warning : warnings) wanted.warn(warning.c_str(), wanted.user);
-  if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, double_precision);
-  Store store = Store::create(path, lay_out(mesh, layout), options, known_backends());
-  if (wanted.position_type != PLAIT_NO_POSITIONS) add_base_positions(store, double_precision);
+  if (wanted.base_level > 0) mesh = rebase(mesh, wanted.base_level, scheme, precision);
+  Store store = Store::create(path, lay_out(mesh, layout), options, known_backends(),
+                              {.base_level = wanted.base_level});
+  if (wanted.position_type != PLAIT_NO_POSITIONS) add_base_positions(store, precision);
   return new plait_store(std::move(store), true);
 }
 
@@ -100,11 +116,6 @@ BaseMesh mesh_of(const double* positions, std::uint64_t vertex_count,
 
 Store& changed_store(plait_store* handle) {
   check_given(handle, "store");
-  const std::uint64_t readers = handle->users->readers, views = handle->users->views;
-  if (readers > 0 || views > 0)
-    throw Error(ErrorCode::kBusy,
-                fmt::format("{}: expected no reader of this store, found {} and {} open views",
-                            handle->store.path().native(), readers, views));
   return handle->store;
 }
 
@@ -146,14 +157,16 @@ plait_status plait_store_open(const char* path, const plait_open_options* option
   return guarded("plait_store_open", [&] {
     check_given(path, "path");
     check_given(store, "store");
-    const plait_open_options wanted =
-        options_of(options, plait_open_options PLAIT_OPEN_OPTIONS_INIT);
+    const plait_open_options wanted = options_of(
+        options, plait_open_options PLAIT_OPEN_OPTIONS_INIT, offsetof(plait_open_options, event));
+    check_reserved(wanted.reserved);
     plait::OpenOptions opening;
+    check_choice("writable", wanted.writable, 2);
     opening.writable = wanted.writable != 0;
     opening.budget_bytes = wanted.budget_bytes;
     opening.io_threads = threads_of(wanted.io_threads);
     opening.durability = durability_of(wanted.durability);
-    opening.overwriting = overwriting_of(wanted.overwriting);
+    opening.events = events_of(wanted.event, wanted.event_user, wanted.slow_read_ns);
     *store = new plait_store(plait::Store::open(path, opening, known_backends()), opening.writable);
   });
 }
@@ -168,6 +181,10 @@ plait_status plait_store_has_commit(const char* path, int32_t* has_commit) {
 
 plait_status plait_store_commit(plait_store* store) {
   return guarded("plait_store_commit", [&] { changed_store(store).commit(); });
+}
+
+plait_status plait_store_roll_back(plait_store* store) {
+  return guarded("plait_store_roll_back", [&] { changed_store(store).roll_back(); });
 }
 
 plait_status plait_store_close(plait_store* store) {

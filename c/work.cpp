@@ -1,6 +1,5 @@
 // Work on a whole store: subdivide, digest, bounds, verify.
 #include <cstring>
-#include <functional>
 #include <string>
 
 #include "guard.h"
@@ -8,24 +7,18 @@
 #include "plait.h"
 #include "plait/bounds.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "sized.h"
 
 namespace plait::c {
 namespace {
 
-/// The callback of a C program as the library calls it: false cancels.
-std::function<bool(std::uint64_t, std::uint64_t)> proceed_by(plait_progress progress,
-                                                             const char* phase, void* user) {
-  if (progress == nullptr) return {};
-  return [=](std::uint64_t done, std::uint64_t total) {
-    return progress(phase, done, total, user) != 0;
-  };
-}
-
 SubdivideOptions subdivide_options(Store& store, const plait_subdivide_options& wanted) {
   check_reserved(wanted.reserved);
+  check_choice("normals", wanted.normals, 2);
+  check_choice("limit", wanted.limit, 2);
+  check_choice("commit_levels", wanted.commit_levels, 2);
   SubdivideOptions options;
   options.scheme = scheme_from_name(text_or(wanted.scheme, to_string(options.scheme)));
   options.executor = executor_from_name(text_or(wanted.executor, to_string(options.executor)));
@@ -33,12 +26,7 @@ SubdivideOptions subdivide_options(Store& store, const plait_subdivide_options& 
   options.normals = wanted.normals != 0;
   options.limit = wanted.limit != 0;
   options.threads = wanted.threads;
-  if (wanted.progress != nullptr)
-    options.proceed = [progress = wanted.progress,
-                       user = wanted.user](const SubdivideProgress& now) {
-      const std::string phase(now.phase);
-      return progress(phase.c_str(), now.vertices_done, now.vertices_total, user) != 0;
-    };
+  options.progress = progress_by(wanted.progress, wanted.user);
   if (wanted.commit_levels != 0) {
     if (options.executor == ExecutorKind::kFused)
       throw Error(ErrorCode::kInvalidArgument,
@@ -50,6 +38,15 @@ SubdivideOptions subdivide_options(Store& store, const plait_subdivide_options& 
 }
 
 }  // namespace
+
+ProgressCallback progress_by(plait_progress progress, void* user) {
+  if (progress == nullptr) return {};
+  return [=](const Progress& now) {
+    const std::string phase(now.phase);
+    return progress(phase.c_str(), now.done, now.total, user) != 0;
+  };
+}
+
 }  // namespace plait::c
 
 using namespace plait::c;
@@ -70,9 +67,8 @@ plait_status plait_store_digest(plait_store* store, int32_t level, int32_t threa
     check_given(store, "store");
     check_given(text, "text");
     const std::string digits =
-        plait::digest(
-            store->store,
-            {.level = level, .threads = threads, .proceed = proceed_by(progress, "digest", user)})
+        plait::digest(store->store,
+                      {.level = level, .threads = threads, .progress = progress_by(progress, user)})
             .to_string();
     std::memcpy(text, digits.c_str(), PLAIT_DIGEST_BYTES);
   });
@@ -90,8 +86,7 @@ plait_status plait_store_verify(plait_store* store, plait_progress progress, pla
   return guarded("plait_store_verify", [&] {
     check_given(store, "store");
     if (report != nullptr) check_result(report, "report");
-    const plait::VerifyReport found =
-        plait::verify(store->store, proceed_by(progress, "verify", user));
+    const plait::VerifyReport found = plait::verify(store->store, progress_by(progress, user));
     if (damage != nullptr)
       for (const plait::DamagedBlock& block : found.damaged) {
         const plait_damaged_block told = {sizeof(told),

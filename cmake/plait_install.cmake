@@ -12,11 +12,11 @@ install(TARGETS plait EXPORT plaitTargets
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 foreach(part IN LISTS plait_parts)
   install(TARGETS plait_component_${part} EXPORT plaitTargets)
-  install(DIRECTORY ${part}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+endforeach()
+foreach(includes IN LISTS plait_public_headers)
+  install(DIRECTORY ${includes}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
     COMPONENT development FILES_MATCHING PATTERN "*.h")
 endforeach()
-install(DIRECTORY ${plait_generated_headers}/plait DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  COMPONENT development FILES_MATCHING PATTERN "*.h")
 # In a file of its own, because only who links it needs the libraries that it names.
 install(TARGETS plait_static EXPORT plaitStaticTargets ARCHIVE COMPONENT development
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})

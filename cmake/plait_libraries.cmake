@@ -1,6 +1,6 @@
 # The library that programs link: one shared library, and a static one of the same objects.
 #
-#   plait::plait, plait::engine, plait::backends, plait::kernels, plait::c    the shared library
+#   plait::plait, plait::engine, plait::backends, plait::kernels, plait::jobs, plait::c    the shared library
 #   plait::plait_static                                                       its static twin
 #
 # The installed package has targets of the same names (cmake/plaitConfig.cmake.in).
@@ -12,18 +12,15 @@ foreach(part IN LISTS plait_parts)
   list(APPEND plait_link_libraries ${linked})
 endforeach()
 list(REMOVE_DUPLICATES plait_link_libraries)
-list(FILTER plait_link_libraries EXCLUDE REGEX "plait_(engine|backends|kernels|c|build_rules)|headers$")
+list(FILTER plait_link_libraries EXCLUDE REGEX "plait_(engine|backends|kernels|scans|jobs|c|build_rules)|headers$")
 
 add_library(plait SHARED)
 add_library(plait_static STATIC)
 foreach(library plait plait_static)
   foreach(part IN LISTS plait_parts)
     target_sources(${library} PRIVATE $<TARGET_OBJECTS:plait_${part}>)
-    target_include_directories(${library} INTERFACE
-      $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/${part}/include>)
   endforeach()
-  target_include_directories(${library} INTERFACE
-    $<BUILD_INTERFACE:${plait_generated_headers}>)
+  target_include_directories(${library} INTERFACE "$<BUILD_INTERFACE:${plait_public_headers}>")
   target_compile_features(${library} INTERFACE cxx_std_20)
   # Rules that a program of somebody else's writes get the same bits on every machine and by every
   # compiler. The library's own rules do without this option: none is inline in a public header.
@@ -60,6 +57,8 @@ endforeach()
 
 # A project around this one builds the twin that it links, and not the other.
 if(NOT PROJECT_IS_TOP_LEVEL AND NOT PLAIT_INSTALL)
-  set_target_properties(plait plait_static plait_engine plait_backends plait_kernels plait_c PROPERTIES
+  set_target_properties(plait plait_static plait_engine plait_backends plait_kernels plait_scans plait_jobs
+    plait_c
+    PROPERTIES
     EXCLUDE_FROM_ALL ON)
 endif()

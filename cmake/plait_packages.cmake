@@ -3,6 +3,7 @@
 #   libplait0     the shared library
 #   libplait-dev  headers, static library, CMake package, pkg-config file
 #   plait         the program, its manual pages and its bash completion
+#   python3-plait the Python package
 set(PLAIT_PACKAGE_MAINTAINER "The plait developers <plait@example.org>" CACHE STRING
   "Who answers for the Debian packages: Name <address>")
 
@@ -11,7 +12,7 @@ set(CPACK_PACKAGE_NAME plait)
 set(CPACK_PACKAGE_VENDOR plait)
 set(CPACK_PACKAGE_CONTACT ${PLAIT_PACKAGE_MAINTAINER})
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_COMPONENTS_ALL runtime development)
+set(CPACK_COMPONENTS_ALL runtime development python)
 if(PLAIT_TOOLS)
   list(APPEND CPACK_COMPONENTS_ALL program)
 endif()
@@ -54,6 +55,24 @@ set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${PROJECT_DESCRIPTION} (program)
 ${plait_about}
 This package has the program: it refines meshes into stores, and checks,
 repairs, converts, exports and renders stores.")
+
+# Plain Python that loads the library by its name. A plain cmake --install leaves it out: pip installs it.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/python/plait DESTINATION lib/python3/dist-packages COMPONENT python
+  EXCLUDE_FROM_ALL FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed"
+  PATTERN "__pycache__" EXCLUDE)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-plait)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "${plait_runtime} (>= ${PROJECT_VERSION}), python3 (>= 3.9), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+  ${PROJECT_SOURCE_DIR}/packaging/python/postinst ${PROJECT_SOURCE_DIR}/packaging/python/prerm)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-dask, python3-matplotlib")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${PROJECT_DESCRIPTION} (Python)
+${plait_about}
+This package has the Python package: levels, patches and meshes of a store as
+numpy arrays.")
 
 # Before version 1.0 each minor version may change the interface, so a package that is built against
 # this version wants no later minor version.

@@ -9,12 +9,12 @@
 #include <cstdlib>
 #include <vector>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/kernels/visit_vertices.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
+#include "plait/visit_vertices.h"
 
 using plait::VertexRun;
 using Point = plait::Vector3<float>;
@@ -85,8 +85,7 @@ int main(int count, char** words) try {
   plait::Store store = plait::Store::create(
       words[1], plait::lay_out(mesh, plait::LayoutKind::kHilbert), {}, plait::default_backends());
   plait::add_base_positions(store);
-  plait::subdivide(store,
-                   {.executor = plait::ExecutorKind::kFused, .levels = level, .normals = true});
+  plait::subdivide(store, {.levels = level, .normals = true});
   double size = 0;
   for (const auto& p : mesh.positions())
     size = std::max({size, std::abs(p.x), std::abs(p.y), std::abs(p.z)});

@@ -1,10 +1,10 @@
 #include <cstdio>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 
 int main() {
   plait::Store store = plait::Store::create(
@@ -12,7 +12,7 @@ int main() {
       plait::lay_out(plait::read_base_mesh("molecule.ply"), plait::LayoutKind::kAutomatic),
       {.budget_bytes = 64 << 20}, plait::default_backends());
   plait::add_base_positions(store);
-  plait::subdivide(store, {.executor = plait::ExecutorKind::kFused, .levels = 3, .normals = true});
+  plait::subdivide(store, {.levels = 3, .normals = true});
   store.commit();
 
   const plait::Reader reader(store);                       // one for all threads

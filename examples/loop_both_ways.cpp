@@ -21,14 +21,14 @@
 #include <filesystem>
 #include <string>
 
-#include "plait/backends/registry.h"
-#include "plait/in_core_mesh.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/rule_patches.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
-#include "plait/patch.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace {
 
@@ -70,7 +70,7 @@ double surface_area(Mesh& mesh, int level) {
   return sum;
 }
 
-// 2. The library's Loop subdivision is written in the same way: plait/kernels/rule_patches.h.
+// 2. The library's Loop subdivision is written in the same way: plait/extend/rule_patches.h.
 template <plait::PatchMesh Mesh>
 void refine(Mesh& mesh, int level) {
   plait::refine_patches(mesh, level, plait::loop_scheme().rule<float>());

@@ -10,10 +10,10 @@
 #include <thread>
 #include <vector>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/sweep.h"
 #include "plait/reader.h"
-#include "plait/sweep.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 
 using Point = plait::Vector3<float>;
 
@@ -46,7 +46,7 @@ void double_positions(plait::Store& store) {
   pass.accesses = {{position, 1, kLevel, plait::Access::kUpdate}};
   pass.kernel = [](const plait::SweepView& view, plait::EdgeId edge, int) {
     for (int level = 1; level <= kLevel; ++level) {
-      const std::span<std::byte> slot = view.slot(0, level, edge);
+      const std::span<std::byte> slot = view.slot(0, level, edge).bytes;
       auto* const numbers = reinterpret_cast<float*>(slot.data());
       for (std::size_t i = 0; i < slot.size() / sizeof(float); ++i) numbers[i] *= 2;
     }

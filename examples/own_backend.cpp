@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/plugin_in_cpp.h"
 #include "plait/error.h"
+#include "plait/extend/plugin_in_cpp.h"
 
 namespace {
 using plait::BlockRange, plait::Error, plait::ErrorCode, plait::LevelSpec;
@@ -92,8 +92,8 @@ class MapBackend final : public plait::Backend {
 extern "C" PLAIT_PLUGIN_EXPORT std::int32_t plait_plugin_v1(const plait_host* host) {
   return plait::add_in_cpp(host, [](plait::PluginRegistry& registry) {
     const auto open = [](const LevelSpec& level) { return std::make_unique<MapBackend>(level); };
-    registry.add(plait::BackendRegistry::Entry{.name = "x-map",
-                                               .summary = "keys and values in memory",
-                                               .open = plait::open_each_level(open)});
+    registry.add(plait::RegisteredBackend{.name = "x-map",
+                                          .summary = "keys and values in memory",
+                                          .open = plait::open_each_level(open)});
   });
 }

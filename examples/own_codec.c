@@ -10,7 +10,7 @@
  * from 128 on and one byte that stands for n - 126 of its kind (PackBits, Apple 1996). */
 #include <string.h>
 
-#include "plait/plugin.h"
+#include "plait/extend/plugin.h"
 
 static size_t bound(const void* state, size_t raw_bytes) {
   (void)state;

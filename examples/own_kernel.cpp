@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <string>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/kernels/visit_vertices.h"
 #include "plait/layout.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
+#include "plait/visit_vertices.h"
 
 using Point = plait::Vector3<float>;
 
@@ -74,10 +74,11 @@ std::string run(const char* path, plait::StoreOptions options, int threads) {
   plait::IndexedMesh mesh;  // a tetrahedron
   mesh.positions = {{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
   mesh.faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  options.base_level = 4;  // patches are the 1024 faces of this level
   const auto base = plait::rebase(plait::BaseMesh::build(mesh), 4, plait::Scheme::kMidpoint);
   plait::Store store = plait::Store::create(path, plait::lay_out(base, plait::LayoutKind::kHilbert),
-                                            options, plait::default_backends());
+                                            options, plait::default_backends(),
+                                            // Patches are the 1024 faces of level 4.
+                                            {.base_level = 4});
   plait::add_base_positions(store);
   plait::subdivide(store, {.scheme = plait::Scheme::kMidpoint, .levels = 8});
   set_anchors(store);

@@ -6,17 +6,17 @@
 // docs/schemes.md says what a rule must promise.
 //
 //   own_rule [W [LEVELS]]        W is the tension, 0.125 for Loop's own; without it 0.08, level 6
-#include "plait/kernels/own_rule.h"
+#include "plait/own_rule.h"
 
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <string>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace {
 
@@ -59,7 +59,7 @@ std::string refine(const plait::OneRingScheme& scheme, plait::ExecutorKind execu
   plait::Store store = plait::Store::create({}, octahedron(), in_memory, plait::default_backends());
   plait::add_base_positions(store);
   plait::SubdivideOptions options;
-  options.own_scheme = &scheme;
+  options.scheme = scheme;
   options.executor = executor;
   options.levels = levels;
   options.normals = true;

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <numbers>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/rule_patches.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 
 using Point = plait::Vector3<double>;
 
@@ -77,8 +77,9 @@ int main() {
   const plait::StoreOptions options{.backend = "memory"};
   plait::Store store = plait::Store::create({}, cup, options, plait::default_backends());
   plait::Store expected = plait::Store::create({}, cup, options, plait::default_backends());
-  for (plait::Store* each : {&store, &expected}) plait::add_base_positions(*each, true);
-  plait::subdivide(expected, {.executor = plait::ExecutorKind::kFused, .levels = kLevels});
+  for (plait::Store* each : {&store, &expected})
+    plait::add_base_positions(*each, plait::ComponentType::kFloat64);
+  plait::subdivide(expected, {.levels = kLevels});
 
   for (int level = 1; level <= kLevels; ++level) {
     store.add_level(store.attribute("position"));

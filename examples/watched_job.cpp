@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <exception>
 
-#include "plait/backends/registry.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivision_job.h"
+#include "plait/registry.h"
+#include "plait/subdivision_job.h"
 
 int main(int count, char** arguments) try {
   if (count < 4) return std::puts("watched_job MESH.ply STORE LEVELS [SECONDS]"), 2;
@@ -27,7 +27,7 @@ int main(int count, char** arguments) try {
   const auto start = std::chrono::steady_clock::now();
   const std::chrono::duration<double> most(count > 4 ? std::atof(arguments[4]) : 1e9);
   plait::SubdivisionWatch watch;
-  watch.progress = [&](const plait::SubdivisionProgress& now) {
+  watch.progress = [&](const plait::Progress& now) {
     std::printf("\r%-30.*s %3.0f %%", int(now.phase.size()), now.phase.data(),
                 now.total == 0 ? 0 : 100 * double(now.done) / double(now.total));
     return std::chrono::steady_clock::now() - start < most;  // false cancels

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <numeric>
+#include <string>
 
 #include "plait/error.h"
 
@@ -142,6 +144,17 @@ std::string shell_word(std::string_view word) {
     else
       text += character;
   return text + "'";
+}
+
+std::string command_text() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::string text = "plait", word;
+  std::getline(file, word, '\0');  // the program, by whatever path
+  while (std::getline(file, word, '\0')) {
+    text += ' ';
+    text += shell_word(word);
+  }
+  return text;
 }
 
 }  // namespace plait

@@ -46,4 +46,7 @@ std::string format_count(std::uint64_t count);
 /// Pinned by tests/tools/arguments_test.cpp.
 std::string shell_word(std::string_view word);
 
+/// The command that this process runs, as shell words, with "plait" as the program.
+std::string command_text();
+
 }  // namespace plait

@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <thread>
 
+#include "base/byte_text.h"
 #include "compress_arguments.h"
-#include "plait/backends/pipeline.h"
-#include "plait/byte_text.h"
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/pipeline_registry.h"
+#include "plait/registry.h"
 
 namespace plait {
 
@@ -89,8 +90,7 @@ Option* add_max_error_option(CommandLine& command, std::vector<std::string>& tex
       ->type_name("BOUND[rel][,euclidean]");
 }
 
-std::function<std::string(const AttributeSchema&)> pipelines_of(
-    const std::vector<std::string>& texts) {
+PipelinesOf pipelines_of(const std::vector<std::string>& texts) {
   return [compression = compression_of(texts)](const AttributeSchema& schema) {
     return compression.pipeline_of(schema);
   };
@@ -101,12 +101,12 @@ std::string compression_help() {
   position.name = "position";
   std::string text = "\nPresets of --compress, and what they choose for positions:\n";
   for (const CompressionPreset& preset : compression_presets())
-    text += fmt::format("  {:<12} {}: {}\n", preset.name, preset_pipeline(preset.name, position),
-                        preset.summary);
+    text += fmt::format("  {:<12} {}: {}\n", preset.name,
+                        preset_pipeline(preset.name, position).to_text(), preset.summary);
   const PipelineRegistry& pipelines = default_pipelines();
   text +=
-      "normal=derived, with any backend: normals are not stored; reading computes them from the\n"
-      "positions.\n";
+      "With default and small, what a scheme made takes no bytes, nor do normals that follow from\n"
+      "the positions: reading makes them again.\n";
   text += fmt::format("Filters: {}. Codecs: {}. Plug-ins add others.\n",
                       fmt::join(pipelines.filter_names(), ", "),
                       fmt::join(pipelines.codec_names(), ", "));

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,7 @@
 #include "argument_text.h"
 #include "command.h"
 #include "command_line/command_line.h"
-#include "plait/attribute.h"
+#include "plait/options.h"
 
 namespace plait {
 
@@ -36,12 +35,11 @@ Option* add_output_option(CommandLine& command, const std::string& name,
 /// --plugin FILE, for commands that open or make a store. The program loads the plug-ins before it
 /// runs a command that has this option.
 Option* add_plugin_option(CommandLine& command, CommandContext& context);
-/// --compress TEXT, which may be repeated (plait/backends/compression.h).
+/// --compress TEXT, which may be repeated (plait/compression.h).
 Option* add_compress_option(CommandLine& command, std::vector<std::string>& texts);
 /// The pipelines that the texts of --compress name. Errors: as Compression::add().
-std::function<std::string(const AttributeSchema&)> pipelines_of(
-    const std::vector<std::string>& texts);
-/// --max-error TEXT, which may be repeated (plait/rounding.h).
+PipelinesOf pipelines_of(const std::vector<std::string>& texts);
+/// --max-error TEXT, which may be repeated (plait/extend/rounding.h).
 Option* add_max_error_option(CommandLine& command, std::vector<std::string>& texts);
 /// The text about --compress for --help.
 std::string compression_help();

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "plait/detail/scheme.h"
 #include "plait/error.h"
-#include "plait/kernels/scheme.h"
 #include "plait/version.h"
 
 namespace plait {
@@ -19,10 +19,10 @@ constexpr const char* kCompiler = "gcc " __VERSION__;
 constexpr const char* kCompiler = "unknown";
 #endif
 
-Json backend_json(const BackendRegistry::Entry& backend) {
+Json backend_json(const RegisteredBackend& backend) {
   Json json = {{"name", backend.name}, {"summary", backend.summary}, {"available", true}};
   try {
-    if (backend.validate) backend.validate({});
+    backend.check_machine();
   } catch (const Error& error) {
     json["available"] = false;
     json["reason"] = error.what();

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "plait/backends/plugins.h"
+#include "plait/extend/plugins.h"
 
 namespace plait {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "command_line/command_line.h"
-#include "plait/backends/plugins.h"
+#include "plait/extend/plugins.h"
 
 namespace plait {
 
@@ -22,6 +22,7 @@ struct CommandContext {
 
 void add_generate_command(CommandLine& program, CommandContext& context);
 void add_subdivide_command(CommandLine& program, CommandContext& context);
+void add_import_command(CommandLine& program, CommandContext& context);
 void add_info_command(CommandLine& program, CommandContext& context);
 void add_verify_command(CommandLine& program, CommandContext& context);
 void add_repair_command(CommandLine& program, CommandContext& context);
@@ -29,11 +30,14 @@ void add_digest_command(CommandLine& program, CommandContext& context);
 void add_bench_command(CommandLine& program, CommandContext& context);
 void add_bounds_command(CommandLine& program, CommandContext& context);
 void add_export_command(CommandLine& program, CommandContext& context);
+void add_check_command(CommandLine& program, CommandContext& context);
 void add_clean_command(CommandLine& program, CommandContext& context);
+void add_compare_command(CommandLine& program, CommandContext& context);
 void add_convert_command(CommandLine& program, CommandContext& context);
 void add_displace_command(CommandLine& program, CommandContext& context);
 void add_layout_command(CommandLine& program, CommandContext& context);
 void add_paper_command(CommandLine& program, CommandContext& context);
+void add_remesh_command(CommandLine& program, CommandContext& context);
 void add_render_command(CommandLine& program, CommandContext& context);
 void add_tune_command(CommandLine& program, CommandContext& context);
 

@@ -1,6 +1,8 @@
 // plait bench: measures backends on disks. This file has `plait bench list`, and chooses between
 // the other commands.
 
+#include "command_bench.h"
+
 #include <fmt/format.h>
 
 #include <memory>
@@ -9,8 +11,7 @@
 #include <utility>
 
 #include "arguments.h"
-#include "bench/bench_commands.h"
-#include "bench/workloads.h"
+#include "backends/workloads.h"
 #include "command.h"
 #include "console.h"
 
@@ -54,9 +55,8 @@ void add_bench_command(CommandLine& program, CommandContext& context) {
   add_bench_report_command(*command, context);
   add_bench_compare_command(*command, context);
   command->footer(
-      "docs/choosing-a-backend.md has advice, docs/bench-report.md says how to read a report, and\n"
-      "docs/bench-records.md explains the records. --quick writes them beside its page; after\n"
-      "Ctrl-C, page and verdict are of what there is.\n"
+      "docs/backends.md has advice, and docs/bench.md explains reports and records. --quick\n"
+      "writes records beside its page; after Ctrl-C, page and verdict are of what there is.\n"
       "\n"
       "Examples:\n"
       "  plait bench --quick /mnt/nvme /mnt/share\n"

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "arguments.h"
-#include "bench/bench_commands.h"
-#include "bench/comparison.h"
+#include "backends/comparison.h"
+#include "command_bench.h"
 #include "console.h"
 #include "plait/error.h"
 
@@ -43,7 +43,7 @@ double parse_threshold(std::string text) {
 int run_compare(const BenchCompareArguments& arguments, const CommandContext& context) {
   const bench::RunSet before = bench::read_runs({arguments.before});
   const bench::RunSet after = bench::read_runs({arguments.after});
-  const bench::Comparison comparison = bench::compare(before, after, arguments.threshold);
+  const bench::SetComparison comparison = bench::compare(before, after, arguments.threshold);
   if (context.json)
     print(bench::to_json(comparison)
               .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
@@ -70,9 +70,10 @@ void add_bench_compare_command(CommandLine& bench, CommandContext& context) {
       ->default_str("5%");
   add_json_option(*command, context);
   command->footer(
-      "Compares cell by cell: ratios to the floor where both have them, else seconds. A "
-      "difference\n"
-      "counts if a rank test shows it among all cells; its factor stands with its 95 % interval.\n"
+      "Compares cell by cell and in strata (all cells, each backend, workload and disk): ratios "
+      "to\n"
+      "the floor where both have them, else seconds. A difference counts if it is shown among all\n"
+      "of these; factors stand with intervals that say the same.\n"
       "\"No difference shown\" is an answer: more rounds may show one.\n"
       "\n"
       "Exit status: 1 for a regression over the threshold, for digests that differ, and for a "

@@ -1,21 +1,22 @@
 // plait bench floors: what disks can do without plait.
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
-#include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "argument_text.h"
 #include "arguments.h"
-#include "bench/bench_commands.h"
-#include "bench/floor_table.h"
+#include "backends/floor_table.h"
 #include "command.h"
+#include "command_bench.h"
 #include "console.h"
 #include "instrument/disk.h"
+#include "instrument/environment.h"
+#include "instrument/scratch_directory.h"
 #include "interrupt.h"
 #include "plait/error.h"
 
@@ -39,19 +40,23 @@ int run_floors(const BenchFloorsArguments& arguments, const CommandContext& cont
                   fmt::format("measure {}: a tenth of the disk must stay free; give a smaller "
                               "--bytes",
                               directory.native()));
-    throw_if_interrupted();
-    std::string name = (directory / "plait-bench-XXXXXX").native();
-    if (::mkdtemp(name.data()) == nullptr) throw system_error("create", name, errno);
-    for (nlohmann::ordered_json& floor : bench::measure_floors(
-             name, arguments.floor_bytes, arguments.block_bytes, !arguments.no_fio)) {
+    const instrument::ScratchDirectory scratch(directory);
+    for (nlohmann::ordered_json& floor :
+         bench::measure_floors(scratch.path(), arguments.floor_bytes, arguments.block_bytes,
+                               !arguments.no_fio, [] { throw_if_interrupted(); })) {
       floor["directory"] = directory.native();
       floors.push_back(std::move(floor));
     }
-    std::error_code ignored;
-    std::filesystem::remove_all(name, ignored);
   }
-  print(context.json ? nlohmann::ordered_json{{"floors", floors}}.dump(2) + "\n"
-                     : bench::floor_table(floors));
+  print(context.json
+            ? nlohmann::ordered_json{{"command", command_text()},
+                                     {"date", instrument::date_text()},
+                                     {"environment", instrument::environment(instrument::disk_facts(
+                                                         directories.front()))},
+                                     {"floors", floors}}
+                      .dump(2) +
+                  "\n"
+            : bench::floor_table(floors));
   return kExitDone;
 }
 

@@ -9,20 +9,25 @@
 #include <vector>
 
 #include "arguments.h"
-#include "bench/bench_commands.h"
+#include "backends/mesh_subject.h"
 #include "command.h"
+#include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
 #include "plait/error.h"
-#include "plait/left_overs.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
 
+/// The levels of --mesh are as fine as this allows.
+constexpr int kMostLevels = 6;
+constexpr std::uint64_t kMostOfMemory = 3;
+
 struct BenchQuickArguments {
   bench::PlanRequest request;
   std::vector<std::filesystem::path> directories;
-  std::filesystem::path out, html = "report.html";
+  std::filesystem::path out, mesh, html = "report.html";
   double seconds = 105;  ///< a run that has begun ends, and the page is written
   bool force = false;
 };
@@ -46,6 +51,9 @@ int run_quick(const BenchQuickArguments& arguments, const CommandContext& contex
   if (!arguments.directories.empty()) request.disks.clear();
   for (const std::filesystem::path& directory : arguments.directories)
     request.disks.push_back({directory});
+  if (!arguments.mesh.empty())
+    request.mesh = bench::mesh_subject(arguments.mesh, kMostLevels,
+                                       kMostOfMemory * request.memory.front(), &request.levels);
   const bench::Plan plan = bench::make_plan(request, context.backends);
   refuse_full_disk(plan, 0);
   bench::RecordFile file(place_of_records(arguments, existing));
@@ -67,10 +75,16 @@ std::function<int()> add_bench_quick_options(CommandLine& bench, CommandContext&
   const auto arguments = std::make_shared<BenchQuickArguments>();
   arguments->request.memory = {96u << 20};
   arguments->request.sizes = {2};
+  arguments->request.backends = {"all", "auto"};
   arguments->request.workloads = {"build", "sweep-read", "patch-random"};
   bench.add_option("DIR", arguments->directories,
                    "With --quick: directories on the disks; default: the working one");
   add_bench_subject_options(bench, arguments->request);
+  bench
+      .add_option("--mesh", arguments->mesh,
+                  "A surface of your own: a base mesh (PLY, OBJ, OFF), refined until its levels\n"
+                  "have three times the memory, six times at most")
+      ->type_name("FILE");
   bench.add_parsed_option(
       "--time", [arguments](const std::string& text) { arguments->seconds = parse_seconds(text); },
       "After this no run begins; default 105s");

@@ -10,13 +10,13 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "bench/bench_commands.h"
-#include "bench/findings.h"
-#include "bench/read_runs.h"
+#include "backends/findings.h"
+#include "backends/read_runs.h"
+#include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
-#include "plait/left_overs.h"
-#include "plait/partial_output.h"
+#include "io/partial_output.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -70,8 +70,8 @@ void add_bench_report_command(CommandLine& bench, CommandContext& context) {
   add_json_option(*command, context);
   command->footer(
       "The ratio is the time of a run over that of its floor: a plain program that moves the same\n"
-      "bytes in the same round. A backend is the fastest only if the 95 % interval of its median\n"
-      "time overlaps with no other's; everything else is undecided.\n"
+      "bytes in the same round. Backends are compared in pairs by round; what is not shown to be\n"
+      "slower or equal is not decided, and the report says how many more minutes would.\n"
       "\n"
       "Exit status: 1 if runs that did the same work left different data.\n"
       "\n"

@@ -10,12 +10,12 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "bench/bench_commands.h"
-#include "bench/mesh_subject.h"
+#include "backends/mesh_subject.h"
+#include "base/byte_text.h"
 #include "command.h"
+#include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
-#include "plait/byte_text.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -120,11 +120,11 @@ void add_rounds(CommandLine& command, const std::shared_ptr<BenchRunArguments>& 
         arguments->runner.rounds =
             text == "auto" ? 0 : static_cast<int>(parse_whole_number(text, 1, 200));
       },
-      "auto (default): five, then until the intervals are under 5 % or the time is up; or N");
+      "auto (default): four, then more of what is not decided until the time is up; or N");
   command.add_parsed_option(
       "--time",
       [arguments](const std::string& text) { arguments->runner.seconds = parse_seconds(text); },
-      "After this no round begins beyond the fifth: 90s, 10m (default), 2h");
+      "After this no round begins beyond the fourth: 90s, 10m (default), 2h");
   command
       .add_option("--rate", arguments->request.rate,
                   "Requests a second of patch workloads (an open loop); default: closed loop")

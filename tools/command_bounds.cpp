@@ -8,11 +8,11 @@
 #include <string>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
 #include "measure.h"
 #include "plait/bounds.h"
-#include "plait/byte_text.h"
 #include "plait/store.h"
 #include "progress.h"
 
@@ -30,10 +30,9 @@ int run_bounds(const BoundsArguments& arguments, const CommandContext& context) 
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   const Store store = Store::open(arguments.store, open, context.open_backends);
-  Progress progress("bounds", ProgressUnit::kBytes);
-  write_bounds(store, arguments.attribute, [&](std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total);
-  });
+  ProgressBar progress("bounds", ProgressUnit::kBytes);
+  write_bounds(store, arguments.attribute,
+               [&](const Progress& now) { return progress.update(now.done, now.total); });
   progress.clear();
   const std::uint64_t faces = store.base().face_count();
   if (context.json) {

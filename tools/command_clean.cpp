@@ -9,11 +9,13 @@
 #include <vector>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
-#include "plait/byte_text.h"
-#include "plait/directory.h"
-#include "plait/left_overs.h"
+#include "instrument/memory_limit.h"
+#include "instrument/scratch_directory.h"
+#include "plait/extend/directory.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -37,21 +39,35 @@ std::string cleaned_text(const Cleaned& cleaned, bool dry_run) {
                      fmt::join(left_over.foreign, ", "));
 }
 
+/// What measurements left: scratch directories here, and control groups of the machine.
+std::vector<Cleaned> clean_measurements(const CleanArguments& arguments) {
+  std::vector<Cleaned> all;
+  for (const instrument::FoundScratch& found :
+       instrument::find_scratch(arguments.directory, !arguments.dry_run))
+    all.push_back({{found.name, found.in_use, found.bytes, {}},
+                   arguments.dry_run ? !found.in_use : found.removed});
+  for (const std::filesystem::path& group :
+       instrument::MemoryLimit::dead_groups(!arguments.dry_run))
+    all.push_back({{group.native(), false, 0, {}}, true});
+  return all;
+}
+
 int run_clean(const CleanArguments& arguments, const CommandContext& context) {
   const Directory directory(arguments.directory);
-  std::vector<Cleaned> all;
+  std::vector<Cleaned> all = clean_measurements(arguments);
   std::uint64_t removed_bytes = 0, removed_count = 0;
   for (LeftOver& left_over : find_left_overs(directory)) {
     Cleaned& cleaned = all.emplace_back();
     if (!left_over.in_use)
       cleaned.removed =
           arguments.dry_run ? left_over.foreign.empty() : remove_left_over(directory, left_over);
-    if (cleaned.removed) {
-      removed_bytes += left_over.bytes;
-      ++removed_count;
-    }
     cleaned.left_over = std::move(left_over);
   }
+  for (const Cleaned& cleaned : all)
+    if (cleaned.removed) {
+      removed_bytes += cleaned.left_over.bytes;
+      ++removed_count;
+    }
   if (context.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const Cleaned& cleaned : all)
@@ -86,10 +102,15 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
   add_json_option(*command, context);
   command->footer(
-      "While plait makes an output, its name is NAME.partial-PID; repair works in\n"
-      "STORE.repair-PID. If a run is killed, these files stay. The next run with the same output\n"
-      "removes them. This command removes those of all outputs. It does not remove files that a\n"
-      "running process has locked, and no files that plait did not make.\n"
+      "plait makes an output in a directory NAME.partial-PID; repair works in STORE.repair-PID. "
+      "If a\n"
+      "run is killed, these directories stay. The next run with the same output removes them. "
+      "bench,\n"
+      "tune and paper work in plait-scratch-XXXXXX and in control groups. This command removes "
+      "those\n"
+      "of all outputs and of all killed runs. It removes no directory that a running process has\n"
+      "locked, and only directories that prove by their content that plait made them: by the file\n"
+      "plait-made or by the manifest of a store. An empty one is removed too.\n"
       "\n"
       "Examples:\n"
       "  plait clean . --dry-run\n"

@@ -4,162 +4,112 @@
 
 #include <filesystem>
 #include <functional>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "base/byte_text.h"
 #include "command.h"
 #include "compress_arguments.h"
 #include "console.h"
+#include "conversion/conversion_job.h"
 #include "copy_arguments.h"
-#include "derived_attributes.h"
 #include "interrupt.h"
+#include "made_blocks.h"
 #include "measure.h"
-#include "plait/attribute_levels.h"
-#include "plait/backends/compression.h"
-#include "plait/byte_text.h"
-#include "plait/copy_levels.h"
-#include "plait/derivation.h"
-#include "plait/left_overs.h"
-#include "plait/partial_store.h"
-#include "plait/rounding.h"
+#include "plait/extend/rounding.h"
 #include "plait/store.h"
 #include "progress.h"
-#include "read_back.h"
 #include "rounding_report.h"
 
 namespace plait {
 namespace {
 
-using PipelineOf = std::function<std::string(const AttributeSchema&)>;
-
 struct ConvertArguments : CopyArguments {
   bool verify = false;
-  std::set<std::string> derived, stored;  ///< ATTRIBUTE=derived and =stored among `compress`
   std::vector<std::string> max_errors;
   ErrorBounds bounds;  ///< of max_errors
 };
 
-struct Target {
-  StoreOptions options;
-  std::string backend_reason;
-};
-
-BackendChoice backend_of_copy(const ConvertArguments& arguments, const Store& source,
-                              const BackendRegistry& backends) {
-  if (!arguments.bounds.empty() && arguments.backend.empty() && arguments.compress.empty() &&
-      !source.backend_traits().compressed)
-    return {"compressed", "because of --max-error"};
-  return choose_backend_of_copy(arguments, source, backends);
+ConversionRequest request_of(const ConvertArguments& arguments, const BackendRegistry& backends) {
+  choices_of(arguments, "convert", backends);
+  ConversionRequest request;
+  request.from = arguments.from;
+  request.to = arguments.to;
+  request.backend = arguments.backend;
+  request.compression = compression_of(arguments.compress);
+  request.max_errors = arguments.bounds;
+  request.block_bytes = arguments.block_bytes;
+  request.budget_bytes = arguments.memory_bytes;
+  request.threads = arguments.threads;
+  request.verify = arguments.verify;
+  request.replace = arguments.force;
+  return request;
 }
 
-/// The pipelines of the copy, with the steps of the attributes that are rounded.
-PipelineOf with_steps(const PipelineOf& pipeline_of, const ErrorBounds& bounds,
-                      const Store& source) {
-  std::map<std::string, double> steps;
-  for (const auto& [name, bound] : bounds.all()) {
-    const AttributeId id = source.attribute(name);
-    steps[name] = Rounder(source.attributes()[id].schema, bound, source.base_bytes(id)).step();
-  }
-  return [=](const AttributeSchema& schema) {
-    const std::string pipeline = pipeline_of(schema);
-    const auto step = steps.find(schema.name);
-    return step == steps.end() ? pipeline : pipeline_of_rounded(pipeline, step->second);
+/// Draws a progress bar for each step, and lets a signal cancel the job.
+ConversionResult run_job(const ConvertArguments& arguments, const CommandContext& context) {
+  std::optional<ProgressBar> bar;
+  ConversionWatch watch;
+  watch.step = [&](ConversionStep step) {
+    bar.emplace(std::string(to_string(step)),
+                step == ConversionStep::kCopy ? ProgressUnit::kBytes : ProgressUnit::kNone);
   };
+  watch.progress = [&](const Progress& now) { return bar->update(now.done, now.total, now.phase); };
+  watch.warn = [&](const std::string& warning) {
+    if (bar) bar->clear();
+    report_warning(warning);
+  };
+  watch.before_publish = [&] {
+    bar.reset();
+    throw_if_interrupted();
+  };
+  return convert(request_of(arguments, context.backends), context.open_backends, context.backends,
+                 watch);
 }
 
-Target target_of(const ConvertArguments& arguments, const Store& source,
-                 const BackendRegistry& backends) {
-  StoreOptions options = source.options();
-  BackendChoice choice = backend_of_copy(arguments, source, backends);
-  options.backend = choice.name;
-  const BackendRegistry::Entry& backend =
-      find_backend_of_copy(arguments, options.backend, "convert", backends);
-  const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
-  if (!stays_compressed) options.pipeline = backend.default_pipeline;
-  if ((!arguments.compress.empty() && backend.traits.compressed) ||
-      (!arguments.bounds.empty() && !stays_compressed && backend.traits.compressed))
-    options.pipeline_of = pipelines_of(arguments.compress, source);
-  else if (stays_compressed)
-    options.pipeline_of = [&source](const AttributeSchema& schema) {
-      return pipelines_of_levels(source, source.attribute(schema.name));
-    };
-  if (!arguments.bounds.empty() && options.pipeline_of)
-    options.pipeline_of = with_steps(options.pipeline_of, arguments.bounds, source);
-  PipelineOf stored = options.pipeline_of;
-  if (!stored) stored = [pipeline = options.pipeline](const AttributeSchema&) { return pipeline; };
-  options.pipeline_of = with_derived(source, arguments.derived, arguments.stored,
-                                     arguments.compress, backends, std::move(stored));
-  for (const AttributeInfo& info : source.attributes())
-    if (const std::string pipeline = options.pipeline_of(info.schema); !is_derived(pipeline))
-      backend.validate_pipeline(pipeline, info.schema);
-  set_common_options(arguments, options);
-  return {options, std::move(choice.reason)};
+/// What the finished copy makes again when it is read.
+std::string made_blocks_of(const std::filesystem::path& path, const BackendRegistry& backends) {
+  const Store store = Store::open(path, {}, backends);
+  std::string text;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    text += made_blocks_text(store, id);
+  return text;
 }
 
 int run_convert(const ConvertArguments& arguments, const CommandContext& context) {
-  Stopwatch clock;
-  Store source = open_source(arguments, context);
-  OpenOptions open;
-  open.budget_bytes = arguments.memory_bytes / 2;
-  const Target target = target_of(arguments, source, context.backends);
-  const StoreOptions& options = target.options;
-  PartialStore output(arguments.to, arguments.force ? Existing::kReplace : Existing::kRefuse);
-  remove_left_overs_of(arguments.to, report_warning);
-
-  const std::uint64_t from_bytes = source.stored_bytes();
-  std::uint64_t to_bytes = 0;
-  std::string word;
-  std::map<std::string, Rounding> roundings;
-  build_output(output, [&] {
-    Store copy = Store::create(output.make(), source.base(), options, context.backends);
-    {
-      Progress progress("convert", ProgressUnit::kBytes);
-      copy_levels(
-          source, copy,
-          [&](std::uint64_t done, std::uint64_t total) { return progress.update(done, total); },
-          arguments.bounds);
-    }
-    for (const auto& [name, bound] : arguments.bounds.all())
-      roundings[name] = *copy.rounding(copy.attribute(name));
-    copy.commit();
-    to_bytes = copy.stored_bytes();
-    copy.close();
-    if (arguments.verify)
-      word = arguments.bounds.empty()
-                 ? compare_copy(source, output.path(), open, arguments.threads, context.backends)
-                 : compare_rounded_copy(source, output.path(), open, arguments.threads,
-                                        context.backends, arguments.bounds);
-  });
-  throw_if_interrupted();
-  output.publish(true, report_warning);
-
-  const double ratio = static_cast<double>(from_bytes) / static_cast<double>(to_bytes);
+  const Stopwatch clock;
+  const ConversionResult done = run_job(arguments, context);
+  const double seconds = clock.seconds();
+  const double ratio =
+      static_cast<double>(done.from_stored_bytes) / static_cast<double>(done.stored_bytes);
   if (!context.json) {
     print(fmt::format("{}: {} by backend {} ({}), was {} by {} ({:.2f} to 1), {:.2f} s\n",
-                      output.final_path().native(), format_bytes(to_bytes), options.backend,
-                      target.backend_reason, format_bytes(from_bytes), source.options().backend,
-                      ratio, clock.seconds()));
-    for (const auto& [name, rounding] : roundings)
+                      done.store.native(), format_bytes(done.stored_bytes), done.options.backend,
+                      done.backend_reason, format_bytes(done.from_stored_bytes), done.from_backend,
+                      ratio, seconds) +
+          made_blocks_of(done.store, context.backends));
+    for (const auto& [name, rounding] : done.roundings)
       print(fmt::format("{}: {}\n", name, to_text(rounding)));
-    if (!word.empty())
-      print(fmt::format("read back: digest {}, {}\n", word,
-                        roundings.empty() ? "equal to that of the source"
-                                          : "every record within its bound of the source"));
+    if (!done.digest.empty())
+      print(fmt::format("read back: digest {}, {}\n", done.digest,
+                        done.roundings.empty() ? "equal to that of the source"
+                                               : "every record within its bound of the source"));
     return kExitDone;
   }
-  nlohmann::ordered_json report = {
-      {"from", arguments.from.string()},    {"store", output.final_path().string()},
-      {"backend", options.backend},         {"backend_reason", target.backend_reason},
-      {"block_bytes", options.block_bytes}, {"from_stored_bytes", from_bytes},
-      {"stored_bytes", to_bytes},           {"ratio", ratio},
-      {"seconds", clock.seconds()}};
-  for (const auto& [name, rounding] : roundings) report["max_error"][name] = to_json(rounding);
-  if (!word.empty()) report["digest"] = word;
+  nlohmann::ordered_json report = {{"from", arguments.from.string()},
+                                   {"store", done.store.string()},
+                                   {"backend", done.options.backend},
+                                   {"backend_reason", done.backend_reason},
+                                   {"block_bytes", done.options.block_bytes},
+                                   {"from_stored_bytes", done.from_stored_bytes},
+                                   {"stored_bytes", done.stored_bytes},
+                                   {"ratio", ratio},
+                                   {"seconds", seconds}};
+  for (const auto& [name, rounding] : done.roundings) report["max_error"][name] = to_json(rounding);
+  if (!done.digest.empty()) report["digest"] = done.digest;
   print(report.dump(2) + "\n");
   return kExitDone;
 }
@@ -179,9 +129,8 @@ void add_convert_command(CommandLine& program, CommandContext& context) {
       "\n"
       "The copy is like STORE in everything that no option changes.\n"
       "\n"
-      "--compress normal=derived, with any backend, makes a copy without normals: reading\n"
-      "computes them from the positions. The command compares them with those of STORE, and\n"
-      "refuses if they differ. --compress normal=stored stores them again, as a pipeline does.\n"
+      "The presets default and small make normals again from the positions, instead of storing\n"
+      "them, wherever that gives the same bits: plait info counts such blocks as predicted.\n"
       "\n" +
       max_error_help() +
       " --verify then compares\n"
@@ -191,12 +140,9 @@ void add_convert_command(CommandLine& program, CommandContext& context) {
       "  plait convert surface.plait small.plait --compress small\n"
       "  plait convert surface.plait mixed.plait --compress default --compress @5-=fast\n"
       "  plait convert surface.plait lossy.plait --max-error 1e-6rel --max-error normal=1e-3\n"
-      "  plait convert surface.plait lean.plait --compress normal=derived\n"
       "  plait convert small.plait fast.plait --backend mmap --block 256KiB --verify");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] {
-      arguments->derived = take_derived(arguments->compress);
-      arguments->stored = take_stored(arguments->compress);
       for (const std::string& text : arguments->max_errors) arguments->bounds.add(text);
       return run_convert(*arguments, context);
     };

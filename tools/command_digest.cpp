@@ -30,13 +30,11 @@ int run_digest(const DigestArguments& arguments, const CommandContext& context) 
   OpenOptions open;
   open.budget_bytes = arguments.memory_bytes;
   Store store = Store::open(arguments.store, open, context.open_backends);
-  Progress progress("digest", ProgressUnit::kNone);
+  ProgressBar progress("digest", ProgressUnit::kNone);
   DigestOptions options;
   options.level = arguments.level;
   options.threads = arguments.threads;
-  options.proceed = [&](std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total);
-  };
+  options.progress = [&](const Progress& now) { return progress.update(now.done, now.total); };
   const std::string word = digest(store, options).to_string();
   progress.clear();
   if (!context.json) {

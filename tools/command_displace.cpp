@@ -12,22 +12,22 @@
 #include <string>
 #include <vector>
 
+#include "base/byte_text.h"
 #include "command.h"
 #include "compress_arguments.h"
 #include "console.h"
+#include "conversion/copy_options.h"
 #include "copy_arguments.h"
-#include "derived_attributes.h"
+#include "displace/displace.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "plait/attribute_levels.h"
-#include "plait/byte_text.h"
-#include "plait/copy_levels.h"
-#include "plait/kernels/displace.h"
-#include "plait/left_overs.h"
-#include "plait/partial_store.h"
-#include "plait/recode_attribute.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/extend/recode_attribute.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "store/attribute_levels.h"
+#include "store/left_overs.h"
+#include "store/partial_store.h"
 
 namespace plait {
 namespace {
@@ -41,66 +41,62 @@ struct DisplaceArguments : CopyArguments {
 // Noise as that of a fine scanner: 5 to 8 units in the last place of a float32.
 constexpr double kNoiseAmplitude = 3e-7, kFractalAmplitude = 0.005;
 
-DisplaceOptions displacement(const DisplaceArguments& arguments, Progress& progress) {
+DisplaceOptions displacement(const DisplaceArguments& arguments, ProgressBar& progress) {
   DisplaceOptions options;
   options.kind = displacement_from_name(arguments.kind);
   options.amplitude = arguments.amplitude.value_or(
       options.kind == DisplacementKind::kNoise ? kNoiseAmplitude : kFractalAmplitude);
   options.seed = arguments.seed;
   options.threads = arguments.threads;
-  options.proceed = [&progress](std::string_view phase, std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total, phase);
+  options.progress = [&progress](const Progress& now) {
+    return progress.update(now.done, now.total, now.phase);
   };
   return options;
 }
-
-using PipelineOfAttribute = std::function<std::string(const AttributeSchema&)>;
 
 /// The options of the copy: those of the source, unless an argument changes them. Until the
 /// vertices have moved, its levels have the backend's own pipeline, which needs no other blocks.
 StoreOptions options_of_copy(const DisplaceArguments& arguments, const Store& source,
                              const BackendRegistry& backends) {
   StoreOptions options = source.options();
-  options.backend = choose_backend_of_copy(arguments, source, backends).name;
+  const CopyChoices choices = choices_of(arguments, "displace", backends);
+  options.backend = choose_backend_of_copy(choices, source, backends).name;
   options.pipeline =
-      find_backend_of_copy(arguments, options.backend, "displace", backends).default_pipeline;
+      find_backend_of_copy(choices, options.backend, "displace", backends).default_pipeline;
   options.pipeline_of = {};
-  set_common_options(arguments, options);
+  set_common_options(choices, options);
   return options;
 }
 
 /// The pipelines of the finished copy, by the names of attributes.
-std::map<std::string, std::string> pipelines_of_copy(const DisplaceArguments& arguments,
-                                                     const Store& source,
-                                                     const BackendRegistry::Entry& backend) {
-  std::map<std::string, std::string> pipelines;
+std::map<std::string, LevelPipelines> pipelines_of_copy(const DisplaceArguments& arguments,
+                                                        const Store& source,
+                                                        const RegisteredBackend& backend) {
+  std::map<std::string, LevelPipelines> pipelines;
   if (!backend.traits.compressed) return pipelines;
-  PipelineOfAttribute chosen;
+  PipelinesOf chosen;
   if (!arguments.compress.empty()) chosen = pipelines_of(arguments.compress, source);
   for (AttributeId id = 0; id < source.attributes().size(); ++id) {
     const auto& [schema, finest] = source.attributes()[id];
     if (finest == source.base_level()) continue;
-    // The copy derives what the source derives.
-    if (!source.derivation(id).empty() && !is_compressed_by(arguments.compress, schema.name))
-      continue;
-    std::string& pipeline = pipelines[schema.name];
+    LevelPipelines& pipeline = pipelines[schema.name];
     pipeline = chosen                               ? chosen(schema)
                : source.backend_traits().compressed ? pipelines_of_levels(source, id)
                                                     : backend.default_pipeline;
-    backend.validate_pipeline(pipeline, schema);
+    backend.check_pipelines(pipeline, schema);
   }
   return pipelines;
 }
 
-void encode_anew(Store& store, const std::map<std::string, std::string>& pipelines,
-                 Progress& progress) {
+void encode_anew(Store& store, const std::map<std::string, LevelPipelines>& pipelines,
+                 ProgressBar& progress) {
   // Normals are encoded from positions, which come earlier.
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const auto pipeline = pipelines.find(store.attributes()[id].schema.name);
     if (pipeline == pipelines.end() || pipelines_of_levels(store, id) == pipeline->second) continue;
     RecodeOptions options;
-    options.proceed = [&](std::uint64_t done, std::uint64_t total) {
-      return progress.update(done, total, "encode");
+    options.progress = [&](const Progress& now) {
+      return progress.update(now.done, now.total, "encode");
     };
     recode_attribute(store, id, pipeline->second, options);
   }
@@ -136,7 +132,7 @@ nlohmann::ordered_json displace_json(const DisplaceArguments& arguments,
 
 int run_displace(const DisplaceArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
-  Progress progress("displace", ProgressUnit::kNone);
+  ProgressBar progress("displace", ProgressUnit::kNone);
   const DisplaceOptions how = displacement(arguments, progress);
   Store source = open_source(arguments, context);
   const StoreOptions options = options_of_copy(arguments, source, context.backends);
@@ -148,10 +144,10 @@ int run_displace(const DisplaceArguments& arguments, const CommandContext& conte
   Displaced displaced;
   std::uint64_t stored_bytes = 0;
   build_output(output, [&] {
-    Store copy = Store::create(output.make(), source.base(), options, context.backends);
-    copy_levels(source, copy, [&](std::uint64_t done, std::uint64_t total) {
-      return progress.update(done, total, "copy");
-    });
+    Store copy =
+        Store::create(output.make(), source.base(), options, context.backends, source.provenance());
+    copy_levels(source, copy,
+                [&](const Progress& now) { return progress.update(now.done, now.total, "copy"); });
     source.close();
     displaced = displace(copy, how);
     encode_anew(copy, pipelines, progress);

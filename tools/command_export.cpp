@@ -9,16 +9,16 @@
 #include <vector>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
 #include "export/mesh_export.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "measure.h"
-#include "plait/byte_text.h"
-#include "plait/left_overs.h"
-#include "plait/partial_output.h"
 #include "plait/store.h"
 #include "progress.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -26,7 +26,7 @@ namespace {
 struct ExportArguments {
   std::filesystem::path store, output;
   int level = -1;
-  std::vector<std::string> attributes;
+  std::vector<std::string> attributes, face_attributes;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
 };
 
@@ -35,6 +35,7 @@ int run_export(const ExportArguments& arguments, const CommandContext& context) 
   ExportOptions options;
   options.format = export_format(arguments.output);
   options.attributes = arguments.attributes;
+  options.face_attributes = arguments.face_attributes;
   PartialFile::check(arguments.output, Existing::kReplace);
   remove_left_overs_of(arguments.output, report_warning);
   PartialFile output(arguments.output, Existing::kReplace);
@@ -46,10 +47,8 @@ int run_export(const ExportArguments& arguments, const CommandContext& context) 
                       : store.attributes()[store.attribute("position")].finest_level;
   ExportResult result;
   {
-    Progress progress("export", ProgressUnit::kNone);
-    options.proceed = [&](std::uint64_t done, std::uint64_t total) {
-      return progress.update(done, total);
-    };
+    ProgressBar progress("export", ProgressUnit::kNone);
+    options.progress = [&](const Progress& now) { return progress.update(now.done, now.total); };
     result = build_output(output, [&] { return export_mesh(store, output.file(), options); });
   }
   throw_if_interrupted();
@@ -90,14 +89,24 @@ void add_export_command(CommandLine& program, CommandContext& context) {
           "Also write this attribute, such as normal; for more, repeat the option or give a,b")
       ->delimiter(',')
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--face-attribute", arguments->face_attributes,
+          "Also write this attribute of the base faces as a property of the triangles (PLY "
+          "only); for more, repeat the option or give a,b")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
       "The command needs only the memory of its budget, for any level. The file has base vertices\n"
       "first, then vertices by level in slot order, then triangles. Vertices of a coarser level\n"
-      "have the positions that the finest level gives them. PLY is binary; PLY and OBJ can have\n"
-      "normals.\n"
+      "have the positions that the finest level gives them. PLY is binary and can\n"
+      "have every attribute but 64-bit integers: normal as nx ny nz, color as red green blue "
+      "alpha,\n"
+      "texture as s t, others as NAME or NAME_0 NAME_1 ...; plait import reads them back. OBJ can\n"
+      "have normals.\n"
       "\n"
       "Examples:\n"
       "  plait export surface.plait surface.ply --attribute normal\n"

@@ -14,11 +14,11 @@
 #include "console.h"
 #include "generate/generate.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "measure.h"
-#include "plait/left_overs.h"
 #include "plait/mesh_io.h"
-#include "plait/partial_output.h"
 #include "progress.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -33,7 +33,7 @@ struct GenerateArguments {
 IndexedMesh generate_with_progress(GeneratorKind kind, const GenerateArguments& arguments,
                                    const CommandContext& context) {
   const EndAtOnce nothing_is_made_yet(context.json);
-  Progress progress("generate", ProgressUnit::kNone);
+  ProgressBar progress("generate", ProgressUnit::kNone);
   constexpr std::uint64_t kSteps = 1000;
   return generate(kind, arguments.vertices, arguments.seed, [&](double fraction) {
     progress.update(static_cast<std::uint64_t>(fraction * kSteps), kSteps);

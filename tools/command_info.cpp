@@ -5,16 +5,19 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "build_report.h"
 #include "command.h"
 #include "console.h"
-#include "plait/backends/choose_backend.h"
-#include "plait/byte_text.h"
+#include "made_blocks.h"
+#include "plait/extend/check_store.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "rounding_report.h"
 
@@ -43,10 +46,10 @@ Json level_report(const LevelFile& file, int level) {
   for (const BlockEntry& entry : file.table.entries()) {
     never_written += entry.encoding == BlockEncoding::kNeverWritten ? 1 : 0;
     raw += entry.encoding == BlockEncoding::kRaw ? 1 : 0;
-    predicted += entry.encoding == BlockEncoding::kPredicted && !file.is_derived ? 1 : 0;
+    predicted += entry.encoding == BlockEncoding::kPredicted ? 1 : 0;
   }
   return {{"level", level},
-          {"pipeline", file.pipeline},
+          {"pipeline", file.pipeline.to_text()},
           {"vertices", raw_bytes / file.geometry.record_bytes()},
           {"raw_bytes", raw_bytes},
           {"stored_bytes", stored_bytes},
@@ -62,7 +65,7 @@ Json level_report(const LevelFile& file, int level) {
 Json pipelines_report(Store& store, AttributeId id) {
   Json pipelines = Json::array();
   for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level) {
-    const std::string& pipeline = store.level_file(id, level).pipeline;
+    const std::string pipeline = StoreAccess::level_file(store, id, level).pipeline.to_text();
     if (pipelines.empty() || pipelines.back()["pipeline"] != pipeline)
       pipelines.push_back({{"first_level", level}, {"last_level", level}, {"pipeline", pipeline}});
     pipelines.back()["last_level"] = level;
@@ -70,21 +73,74 @@ Json pipelines_report(Store& store, AttributeId id) {
   return pipelines;
 }
 
+Json texts_report(const Texts& texts) {
+  Json report = Json::object();
+  for (const auto& [name, text] : texts) report[name] = text;
+  return report;
+}
+
+Json face_attributes_report(std::span<const AttributeSchema> schemas) {
+  Json report = Json::array();
+  for (const AttributeSchema& schema : schemas)
+    report.push_back({{"name", schema.name}, {"type", to_string(schema.type)}});
+  return report;
+}
+
+/// What a store says of itself that this program cannot open: `why`.
+Json closed_store_report(const StoreDescription& store, const std::filesystem::path& path,
+                         const std::string& why) {
+  Json attributes = Json::array();
+  for (const StoreDescription::Attribute& attribute : store.attributes) {
+    Json pipelines = Json::array();
+    int level = store.provenance.base_level;
+    for (const Pipeline& pipeline : attribute.pipelines) {
+      ++level;
+      if (pipelines.empty() || pipelines.back()["pipeline"] != pipeline.to_text())
+        pipelines.push_back(
+            {{"first_level", level}, {"last_level", level}, {"pipeline", pipeline.to_text()}});
+      pipelines.back()["last_level"] = level;
+    }
+    attributes.push_back({{"name", attribute.schema.name},
+                          {"type", to_string(attribute.schema.type)},
+                          {"components", attribute.schema.components},
+                          {"record_bytes", attribute.schema.record_bytes()},
+                          {"finest_level", attribute.finest_level},
+                          {"pipelines", std::move(pipelines)}});
+  }
+  return {{"store", path.string()},
+          {"uuid", uuid_text(store.uuid)},
+          {"sequence", store.sequence},
+          {"cannot_be_opened", why},
+          {"backend", store.options.backend},
+          {"pipeline", store.options.pipeline->to_text()},
+          {"block_bytes", store.options.block_bytes},
+          {"layout", store.provenance.layout},
+          {"scheme", store.provenance.scheme},
+          {"program", store.provenance.program},
+          {"base_level", store.provenance.base_level},
+          {"base",
+           {{"vertices", store.vertex_count},
+            {"edges", store.edge_count},
+            {"faces", store.face_count},
+            {"border_edges", store.border_edge_count}}},
+          {"texts", texts_report(store.texts)},
+          {"face_attributes", face_attributes_report(store.face_attributes)},
+          {"attributes", std::move(attributes)}};
+}
+
 Json attribute_report(Store& store, AttributeId id) {
   const AttributeInfo& info = store.attributes()[id];
   Json levels = Json::array();
   for (int level = store.base_level() + 1; level <= info.finest_level; ++level)
-    levels.push_back(level_report(store.level_file(id, level), level));
-  Json report = {
-      {"name", info.schema.name},
-      {"type", to_string(info.schema.type)},
-      {"components", info.schema.components},
-      {"record_bytes", info.schema.record_bytes()},
-      {"finest_level", info.finest_level},
-      {"derivation", store.derivation(id)},
-      {"base_bytes", store.derivation(id).empty() ? std::as_const(store).base_bytes(id).size() : 0},
-      {"pipelines", pipelines_report(store, id)},
-      {"levels", std::move(levels)}};
+    levels.push_back(level_report(StoreAccess::level_file(store, id, level), level));
+  Json report = {{"name", info.schema.name},
+                 {"type", to_string(info.schema.type)},
+                 {"components", info.schema.components},
+                 {"record_bytes", info.schema.record_bytes()},
+                 {"finest_level", info.finest_level},
+                 {"base_bytes", std::as_const(store).base_bytes(id).size()},
+                 {"pipelines", pipelines_report(store, id)},
+                 {"levels", std::move(levels)}};
   if (const auto& rounding = store.rounding(id)) report["max_error"] = to_json(*rounding);
   return report;
 }
@@ -104,11 +160,10 @@ Json store_report(Store& store, const BackendRegistry& backends) {
     for (const Json& level : attributes.back()["levels"]) {
       raw_bytes += level["raw_bytes"].get<std::uint64_t>();
       stored_bytes += level["stored_bytes"].get<std::uint64_t>();
-      if (store.derivation(id).empty())
-        table_bytes += level["blocks"].get<std::uint64_t>() * sizeof(BlockEntry);
+      table_bytes += level["blocks"].get<std::uint64_t>() * sizeof(BlockEntry);
     }
   }
-  const BackendChoice automatic = choose_backend(backends, store.path(), raw_bytes);
+  const BackendChoice automatic = backends.choose({store.path(), raw_bytes, false, {}});
   return {
       {"store", store.path().string()},
       {"uuid", uuid_text(store.uuid())},
@@ -118,7 +173,7 @@ Json store_report(Store& store, const BackendRegistry& backends) {
       {"auto_backend", compressed ? Json(nullptr) : Json(automatic.name)},
       {"auto_reason", compressed ? Json(nullptr) : Json(automatic.reason)},
       {"block_bytes", options.block_bytes},
-      {"layout", options.layout},
+      {"layout", store.provenance().layout},
       {"scheme", store.provenance().scheme},
       {"limit", store.provenance().limit},
       {"precision", to_string(store.provenance().precision)},
@@ -132,6 +187,8 @@ Json store_report(Store& store, const BackendRegistry& backends) {
         {"border_edges", base.border_edge_count()},
         {"memory_bytes", base.memory_bytes()}}},
       {"finest", {{"vertices", finest.vertices}, {"edges", finest.edges}, {"faces", finest.faces}}},
+      {"texts", texts_report(store.texts())},
+      {"face_attributes", face_attributes_report(store.face_attributes())},
       {"stored_bytes", store.stored_bytes()},
       {"levels_raw_bytes", raw_bytes},
       {"levels_stored_bytes", stored_bytes},
@@ -153,6 +210,43 @@ std::string level_ratio(const Json& level) {
 std::string levels_of(const Json& range) {
   const int first = range["first_level"].get<int>(), last = range["last_level"].get<int>();
   return first == last ? fmt::format("level {}", first) : fmt::format("levels {}-{}", first, last);
+}
+
+/// Texts have line feeds and tabs, and the terminal shows no other control characters.
+void print_notes(const Json& report) {
+  for (const auto& [name, text] : report["texts"].items()) {
+    std::string shown = text_of(text);
+    for (std::size_t at = 0; (at = shown.find('\n', at)) != std::string::npos; at += 12)
+      shown.replace(at, 1, "\n           ");
+    print(fmt::format("text       {}: {}\n", name, shown));
+  }
+  for (const Json& attribute : report["face_attributes"])
+    print(
+        fmt::format("faces      {}: {}\n", text_of(attribute["name"]), text_of(attribute["type"])));
+}
+
+void print_closed_store(const Json& report) {
+  const Json& base = report["base"];
+  print(fmt::format("store      {}\nuuid       {}, version {}\n", text_of(report["store"]),
+                    text_of(report["uuid"]), report["sequence"].get<std::uint64_t>()));
+  print(fmt::format("closed     {}\n", text_of(report["cannot_be_opened"])));
+  print(fmt::format("backend    {}, blocks of {}, pipelines {}\n", text_of(report["backend"]),
+                    bytes_of(report["block_bytes"]), text_of(report["pipeline"])));
+  print(
+      fmt::format("layout     {}\nscheme     {}\n", text_of(report["layout"]),
+                  text_of(report["scheme"]).empty() ? "not recorded" : text_of(report["scheme"])));
+  print(fmt::format("base       level {}: {} vertices, {} edges ({} border), {} faces\n",
+                    report["base_level"].get<int>(), count_of(base["vertices"]),
+                    count_of(base["edges"]), count_of(base["border_edges"]),
+                    count_of(base["faces"])));
+  print_notes(report);
+  for (const Json& attribute : report["attributes"]) {
+    print(fmt::format("\n{}: {} x {}, to level {}\n", text_of(attribute["name"]),
+                      text_of(attribute["type"]), attribute["components"].get<int>(),
+                      attribute["finest_level"].get<int>()));
+    for (const Json& range : attribute["pipelines"])
+      print(fmt::format("  {:<12}{}\n", levels_of(range), text_of(range["pipeline"])));
+  }
 }
 
 void print_info(const Json& report, const Store& store) {
@@ -182,14 +276,15 @@ void print_info(const Json& report, const Store& store) {
   print(fmt::format("stored     {}; levels {} of {} raw, {:.2f} to 1\n",
                     bytes_of(report["stored_bytes"]), bytes_of(report["levels_stored_bytes"]),
                     bytes_of(report["levels_raw_bytes"]), report["ratio"].get<double>()));
+  print_notes(report);
   for (const Json& attribute : report["attributes"]) {
     print(fmt::format("\n{}: {} x {}, base records {}\n", text_of(attribute["name"]),
                       text_of(attribute["type"]), attribute["components"].get<int>(),
                       bytes_of(attribute["base_bytes"])));
     const AttributeId id = store.attribute(text_of(attribute["name"]));
     if (const auto& rounding = store.rounding(id)) print(fmt::format("  {}\n", to_text(*rounding)));
-    if (const std::string_view derivation = store.derivation(id); !derivation.empty())
-      print(fmt::format("  derived: 0 bytes are stored; reading computes {}\n", derivation));
+    if (const std::string made = made_blocks_text(store, id); !made.empty())
+      print(fmt::format("  {}", made));
     for (const Json& range : attribute["pipelines"])
       print(fmt::format("  {:<12}{}\n", levels_of(range), text_of(range["pipeline"])));
     print(
@@ -205,7 +300,7 @@ void print_info(const Json& report, const Store& store) {
   if (report["compressed"].get<bool>())
     print(
         "\nA block is stored raw if compression would save less than an eighth of it. A predicted\n"
-        "block takes no bytes: reading makes it again from the base mesh.\n");
+        "block takes no bytes: reading makes it again from the base mesh or from positions.\n");
 }
 
 }  // namespace
@@ -228,7 +323,8 @@ void add_info_command(CommandLine& program, CommandContext& context) {
   command->footer(
       "Reads the manifest and the tables, but no vertices. The ratio is raw bytes divided by\n"
       "stored bytes. A compressed store has a block raw if compression would save less than an\n"
-      "eighth of it. A predicted block takes no bytes: reading makes it again from the base mesh.\n"
+      "eighth of it. A predicted block takes no bytes: reading makes it again. Of a store whose\n"
+      "plug-in is missing, the command prints what can be read without it, and exits with 2.\n"
       "\n"
       "Examples:\n"
       "  plait info surface.plait\n"
@@ -244,13 +340,27 @@ void add_info_command(CommandLine& program, CommandContext& context) {
         print(context.json ? report.dump(2) + "\n" : build_text(report));
         return kExitDone;
       }
-      Store store = Store::open(arguments->path, OpenOptions(), context.open_backends);
-      const Json report = store_report(store, context.backends);
-      if (context.json)
-        print(report.dump(2) + "\n");
-      else
-        print_info(report, store);
-      return kExitDone;
+      try {
+        Store store = Store::open(arguments->path, OpenOptions(), context.open_backends);
+        const Json report = store_report(store, context.backends);
+        if (context.json)
+          print(report.dump(2) + "\n");
+        else
+          print_info(report, store);
+        return kExitDone;
+      } catch (const Error& error) {
+        // A plug-in may be missing. What the store says of itself can be read without it.
+        if (error.code() != ErrorCode::kNotSupported) throw;
+        const Json report =
+            closed_store_report(describe_store(arguments->path), arguments->path, error.what());
+        if (!context.json) {
+          print_closed_store(report);
+          throw;
+        }
+        print(report.dump(2) + "\n");  // has the error too: one object is all of the output
+        report_error(to_string(error.code()), error.what(), false);
+        return exit_status(error.code());
+      }
     };
   });
 }

@@ -9,16 +9,16 @@
 #include <vector>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "measure.h"
 #include "picture/span_diagram.h"
-#include "plait/byte_text.h"
 #include "plait/layout.h"
-#include "plait/left_overs.h"
 #include "plait/mesh_io.h"
-#include "plait/partial_output.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {

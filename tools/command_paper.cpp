@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,12 +13,11 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "instrument/scratch_directory.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "paper/chapter.h"
 #include "paper/report.h"
-#include "plait/byte_text.h"
-#include "plait/left_overs.h"
-#include "plait/partial_output.h"
 #include "progress.h"
 
 namespace plait {
@@ -29,9 +29,9 @@ using Json = nlohmann::ordered_json;
 struct PaperArguments {
   paper::ReportRequest request;
   std::vector<std::string> memory;
-  fs::path markdown, html, pictures;
+  fs::path markdown, pictures;
   std::string remark;
-  bool no_runs = false, dry_run = false, force = false;
+  bool no_runs = false, force = false;
 };
 
 constexpr const char* kBackendsThatAreLeft = "all that work on this machine";
@@ -44,63 +44,32 @@ paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
   for (const std::string& text : arguments.memory) request.budgets.push_back(parse_size(text));
   request.runs = !arguments.no_runs;
   if (!arguments.markdown.empty()) require_extension("write", arguments.markdown, ".md");
-  if (!arguments.html.empty()) require_extension("write", arguments.html, ".html");
-  const Existing existing = arguments.force ? Existing::kReplace : Existing::kRefuse;
-  for (const fs::path& path : {arguments.markdown, arguments.html})
-    if (!path.empty()) PartialFile::check(path, existing);
+  if (!arguments.markdown.empty())
+    PartialFile::check(arguments.markdown,
+                       arguments.force ? Existing::kReplace : Existing::kRefuse);
   request.pictures_directory = arguments.pictures;
   if (!arguments.markdown.empty() && arguments.pictures.empty())
     request.pictures_directory = arguments.markdown.parent_path() / "images";
-  request.pictures = !request.pictures_directory.empty() || !arguments.html.empty();
-  for (const fs::path& directory : {request.directory, request.pictures_directory})
+  if (!arguments.markdown.empty())
+    fs::create_directories(arguments.pictures.empty()
+                               ? request.pictures_directory
+                               : fs::absolute(arguments.markdown).parent_path());
+  for (const fs::path& directory : {request.directory, arguments.pictures})
     if (!directory.empty() && !fs::is_directory(directory))
       refuse("paper: " + directory.native() + ": expected a directory, found none");
-  for (const char* name : {"plait-paper.plait", "plait-paper-mesh.ply"})
-    remove_left_overs_of(request.directory / name, report_warning);
   return request;
-}
-
-void write_file(const fs::path& path, const std::string& text, bool force) {
-  PartialFile output(path, force ? Existing::kReplace : Existing::kRefuse);
-  build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
-  output.publish();
-}
-
-std::string plan_text(const Json& plan) {
-  std::string text;
-  for (const Json& model : plan["models"]) {
-    text += fmt::format("{}: level {}, {} vertices, {} runs\n", model["name"].get<std::string>(),
-                        model["levels"].get<int>(),
-                        format_count(model["vertices"].get<std::uint64_t>()), model["runs"].size());
-    for (const Json& run : model["runs"])
-      text += fmt::format("  {:<12} {:<12} {:>12}  about {}\n", run["executor"].get<std::string>(),
-                          run["backend"].get<std::string>(),
-                          format_bytes(run["budget_bytes"].get<std::uint64_t>()),
-                          paper::clock_text(run["seconds"].get<double>()));
-  }
-  return text + fmt::format("disk: {} at a time, removed after each run\ntime: about {} in all\n",
-                            format_bytes(plan["disk_bytes"].get<std::uint64_t>()),
-                            paper::clock_text(plan["seconds"].get<double>()));
-}
-
-void print_plan(const Json& plan, bool json) {
-  print(json ? plan.dump(2) + "\n" : plan_text(plan));
 }
 
 int run_paper(const PaperArguments& arguments, const CommandContext& context) {
   const paper::ReportRequest request = paper_request_of(arguments);
-  if (arguments.dry_run) {
-    print_plan(paper::plan_report(request, context.backends), context.json);
-    return kExitDone;
-  }
-  paper::MadeFiles files;
-  Progress progress("paper", ProgressUnit::kNone);
+  const instrument::ScratchDirectory scratch(request.directory);
+  ProgressBar progress("paper", ProgressUnit::kNone);
   Json report = paper::make_report(
       request, context.backends,
       [&](std::size_t done, std::size_t total, const std::string& next) {
         progress.update(done, total, next);
       },
-      files);
+      scratch.path());
   progress.clear();
   report["remark"] = arguments.remark;
 
@@ -108,13 +77,12 @@ int run_paper(const PaperArguments& arguments, const CommandContext& context) {
   const bool interrupted = report["interrupted"].get<bool>();
   if (!arguments.markdown.empty()) {
     const fs::path directory = arguments.markdown.parent_path();
-    write_file(arguments.markdown, paper::to_markdown(chapter, directory.empty() ? "." : directory),
-               arguments.force);
+    const std::string text = paper::to_markdown(chapter, directory.empty() ? "." : directory);
+    PartialFile output(arguments.markdown,
+                       arguments.force ? Existing::kReplace : Existing::kRefuse);
+    build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
+    output.publish();
   }
-  if (!arguments.html.empty())
-    write_file(arguments.html,
-               paper::to_html(chapter, report["machine"].get<std::string>(), report.dump()),
-               arguments.force);
   print(context.json ? report.dump(2) + "\n" : paper::to_text(chapter));
   if (interrupted) return kExitSignalBase + interrupt_signal();
   return report["failed"].get<bool>() ? kExitFailed : kExitDone;
@@ -159,14 +127,13 @@ void add_output(CommandLine& command, PaperArguments& arguments) {
       ->type_name("DIR")
       ->capture_default_str();
   add_output_option(command, "--markdown", arguments.markdown, "Write the chapter: NAME.md");
-  add_output_option(command, "--html", arguments.html, "Write one self-contained page: NAME.html");
   command
-      .add_option("--pictures", arguments.pictures,
-                  "Draw the figures into DIR; default with --markdown: images beside it")
+      .add_option(
+          "--pictures", arguments.pictures,
+          "Draw the figures into DIR; default with --markdown: images beside it, made if absent")
       ->type_name("DIR");
   command.add_option("--remark", arguments.remark, "A sentence for the chapter, about the machine");
-  command.add_flag("--dry-run", arguments.dry_run, "Say what would run, and how long");
-  command.add_flag("--force", arguments.force, "Replace NAME.md and NAME.html if they exist");
+  command.add_flag("--force", arguments.force, "Replace NAME.md if it exists");
 }
 
 }  // namespace
@@ -190,9 +157,8 @@ void add_paper_command(CommandLine& program, CommandContext& context) {
       "the command reports what it has.\n"
       "\n"
       "Examples:\n"
-      "  plait paper --dry-run --model deo,david,buddha\n"
       "  plait paper --no-runs --mesh deo.ply --pictures .\n"
-      "  plait paper --model deo --backend pread,uring --html paper.html\n"
+      "  plait paper --model deo --backend pread,uring --markdown paper.md\n"
       "  plait paper --vertices 500 --levels 3");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run_paper(*arguments, context); };

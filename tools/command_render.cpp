@@ -12,14 +12,14 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "measure.h"
 #include "picture/png_file.h"
-#include "plait/left_overs.h"
-#include "plait/partial_output.h"
 #include "plait/store.h"
 #include "progress.h"
 #include "render/shading.h"
 #include "render/surface.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -54,10 +54,9 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
   const Camera camera = fitting_camera(store, level, view, axis_from_name(arguments.up),
                                        samples.width(), samples.height());
   {
-    Progress progress("render", ProgressUnit::kNone);
-    draw_surface(store, level, camera, samples, [&](std::uint64_t done, std::uint64_t total) {
-      return progress.update(done, total);
-    });
+    ProgressBar progress("render", ProgressUnit::kNone);
+    draw_surface(store, level, camera, samples,
+                 [&](const Progress& now) { return progress.update(now.done, now.total); });
   }
   const Image image = [&] {
     const EndAtOnce nothing_is_made_yet(context.json);

@@ -8,15 +8,14 @@
 #include <string>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
 #include "measure.h"
-#include "plait/byte_text.h"
-#include "plait/kernels/recompute_subdivision.h"
-#include "plait/left_overs.h"
-#include "plait/repair.h"
+#include "plait/verify.h"
 #include "progress.h"
+#include "store/left_overs.h"
 
 namespace plait {
 namespace {
@@ -25,7 +24,6 @@ struct RepairArguments {
   std::filesystem::path store;
   bool dry_run = false;
   std::uint64_t memory_bytes = RepairOptions().budget_bytes;
-  int threads = default_thread_count();
 };
 
 nlohmann::ordered_json json_files(const std::vector<RepairedFile>& files) {
@@ -93,18 +91,16 @@ std::string repair_text(const RepairArguments& arguments, const RepairReport& re
 
 int run_repair(const RepairArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
-  Progress progress("repair", ProgressUnit::kNone);
+  ProgressBar progress("repair", ProgressUnit::kNone);
   RepairOptions options;
   options.dry_run = arguments.dry_run;
   options.budget_bytes = arguments.memory_bytes;
-  options.threads = arguments.threads;
-  options.proceed = [&](std::string_view phase, std::uint64_t done, std::uint64_t total) {
-    return progress.update(done, total, phase);
+  options.progress = [&](const Progress& now) {
+    return progress.update(now.done, now.total, now.phase);
   };
   // The user may give the store as ".". Only the absolute path has its name.
   remove_left_overs_of(std::filesystem::absolute(arguments.store), report_warning);
-  const RepairReport report =
-      repair(arguments.store, options, context.open_backends, recompute_subdivision());
+  const RepairReport report = repair(arguments.store, options, context.open_backends);
   progress.clear();
   print(context.json ? repair_json(arguments, report, clock.seconds()).dump(2) + "\n"
                      : repair_text(arguments, report, clock.seconds()));
@@ -120,17 +116,16 @@ void add_repair_command(CommandLine& program, CommandContext& context) {
   command->add_option("STORE", arguments->store, "The store")->required();
   command->add_flag("--dry-run", arguments->dry_run,
                     "Print what repair would do, and change nothing");
-  add_size_option(*command, "--memory", arguments->memory_bytes,
-                  "Budget for blocks in memory; half of it is for recomputed levels");
-  add_threads_option(*command, arguments->threads, "Threads that compute");
+  add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_plugin_option(*command, context);
   add_json_option(*command, context);
   command->footer(
-      "If `plait subdivide` made the positions and normals, repair computes them again from the "
+      "What `plait subdivide` made by loop or midpoint is made again, block by block, from the "
       "base\n"
-      "mesh. It replaces a damaged block only if the new bytes have the checksum that the store\n"
+      "mesh. Repair replaces a damaged block only if the new bytes have the checksum that the "
+      "store\n"
       "records for the block. All other damaged parts are lost: repair lists them and does not\n"
-      "change them. Levels that do not fit into memory are computed in STORE.repair-PID.\n"
+      "change them.\n"
       "Exit status 0: the store has no damage (with --dry-run: would have none). Status 1:\n"
       "something is lost.\n"
       "\n"

@@ -13,13 +13,12 @@
 #include "command.h"
 #include "compress_arguments.h"
 #include "console.h"
-#include "derived_attributes.h"
 #include "interrupt.h"
+#include "made_blocks.h"
 #include "measure.h"
-#include "plait/backends/choose_backend.h"
-#include "plait/edge_index.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivision_job.h"
+#include "plait/extend/edge_index.h"
+#include "plait/subdivision_job.h"
 #include "progress.h"
 #include "subdivision_report.h"
 
@@ -40,33 +39,21 @@ SubdivisionRequest request_of(const SubdivideArguments& arguments,
                               const BackendRegistry& backends) {
   SubdivisionRequest request = arguments.request;
   request.mesh = arguments.mesh;
-  if (arguments.backend != "auto") request.backend = arguments.backend;
-  std::vector<std::string> compress = arguments.compress;
-  for (const std::string& derived : take_derived(compress)) {
-    if (derived != "normal")
-      throw Error(
-          ErrorCode::kInvalidArgument,
-          fmt::format("subdivide: expected --compress normal=derived, found {}=derived", derived));
-    request.normals = request.derive_normals = true;
-  }
+  request.backend = arguments.backend;
   for (const std::string& text : arguments.max_errors) request.max_errors.add(text);
-  request.round_pipelines = pipeline_of_rounded;
-  const bool rounds = !request.max_errors.empty(), chooses = !compress.empty();
-  if (!request.backend && (chooses || (rounds && !arguments.backend)))
-    request.backend = "compressed";
-  const bool compresses = request.backend && backends.find(*request.backend).traits.compressed;
-  if (chooses || (rounds && compresses)) request.pipeline_of = pipelines_of(compress);
+  const bool rounds = !request.max_errors.empty(), chooses = !arguments.compress.empty();
+  const bool compresses = request.backend ? *request.backend != kAutomaticBackend &&
+                                                backends.find(*request.backend).traits.compressed
+                                          : rounds;
+  if (chooses || (rounds && compresses)) request.pipeline_of = pipelines_of(arguments.compress);
   if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
   if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
   if (arguments.precision)
     request.precision =
         *arguments.precision == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
-  if (arguments.executor != "auto") request.executor = executor_from_name(arguments.executor);
+  request.executor = executor_from_name(arguments.executor);
   if (arguments.force) request.existing = ExistingStore::kReplace;
   if (arguments.resume) request.existing = ExistingStore::kResume;
-  request.choose_backend = [&](const std::filesystem::path& path, std::uint64_t raw_bytes) {
-    return choose_backend(backends, path, raw_bytes);
-  };
   return request;
 }
 
@@ -75,27 +62,40 @@ std::string advice(const Error& error, const SubdivisionPlan& plan) {
   if (error.code() == ErrorCode::kCancelled && plan.commits_levels)
     return "; --resume continues from the last commit";
   if (plan.refusals.empty()) return {};
-  const std::string_view refused = plan.refusals.front().field;
-  if (refused == "backend" && !plan.commits_levels) return "; add --backend compressed";
-  constexpr std::pair<std::string_view, const char*> kAdvice[] = {
-      {"backend", " (--backend)"},
-      {"block_bytes", " (--block)"},
-      {"executor", " (--executor)"},
-      {"existing", "; --force replaces a store"},
-      {"ignore_size", "; --ignore-size starts anyway"},
-      {"layout", " (--layout)"},
-      {"levels", " (--levels)"},
-      {"max_errors", " (--max-error)"},
-      {"limit", " (--limit)"},
-      {"max_slot_bytes", " (--max-slot)"},
-      {"normals", " (--normals)"},
-      {"pipeline_of", " (--compress)"},
-      {"precision", " (--precision)"},
-      {"scheme", " (--scheme)"},
-      {"verify", " (--max-error)"},
-  };
-  for (const auto& [field, words] : kAdvice)
-    if (field == refused) return words;
+  switch (plan.refusals.front().field) {
+    case SubdivisionField::kBackend:
+      return plan.commits_levels ? " (--backend)" : "; add --backend compressed";
+    case SubdivisionField::kBlockBytes:
+      return " (--block)";
+    case SubdivisionField::kExecutor:
+      return " (--executor)";
+    case SubdivisionField::kExisting:
+      return "; --force replaces a store";
+    case SubdivisionField::kSize:
+      return "; --ignore-size starts anyway";
+    case SubdivisionField::kLayout:
+      return " (--layout)";
+    case SubdivisionField::kLevels:
+      return " (--levels)";
+    case SubdivisionField::kMaxErrors:
+    case SubdivisionField::kVerify:
+      return " (--max-error)";
+    case SubdivisionField::kLimit:
+      return " (--limit)";
+    case SubdivisionField::kMaxSlotBytes:
+      return " (--max-slot)";
+    case SubdivisionField::kNormals:
+      return " (--normals)";
+    case SubdivisionField::kPipelines:
+      return " (--compress)";
+    case SubdivisionField::kPrecision:
+      return " (--precision)";
+    case SubdivisionField::kScheme:
+      return " (--scheme)";
+    case SubdivisionField::kMesh:
+    case SubdivisionField::kStore:
+      return {};
+  }
   return {};
 }
 
@@ -106,33 +106,39 @@ class Watcher {
 
   /// REQUIRES: this object outlives the run of the job.
   SubdivisionWatch watch() {
-    return {[this](const SubdivisionProgress& now) { return update(now); },
-            [this](const std::string& warning) {
-              progress_.reset();
-              report_warning(warning);
-            }};
+    return {
+        [this](SubdivisionStep step) { enter(step); },
+        [this](const Progress& now) { return progress_->update(now.done, now.total, now.phase); },
+        [this](const std::string& warning) {
+          if (progress_) progress_->clear();
+          report_warning(warning);
+        }};
   }
 
  private:
-  bool update(const SubdivisionProgress& now) {
-    if (now.step >= SubdivisionStep::kLevels) nothing_is_made_yet_.end();
-    if (!progress_ || now.step != step_) {
-      progress_.reset();
-      const bool levels = now.step == SubdivisionStep::kLevels;
-      const bool bytes = now.step == SubdivisionStep::kEncode;
-      progress_.emplace(levels ? "subdivide" : std::string(to_string(now.step)),
-                        levels  ? ProgressUnit::kVertices
-                        : bytes ? ProgressUnit::kBytes
-                                : ProgressUnit::kNone);
-      step_ = now.step;
-    }
-    return progress_->update(now.done, now.total, now.phase);
+  void enter(SubdivisionStep step) {
+    if (step >= SubdivisionStep::kLevels) nothing_is_made_yet_.end();
+    const bool levels = step == SubdivisionStep::kLevels;
+    const bool bytes = step == SubdivisionStep::kEncode;
+    progress_.emplace(levels ? "subdivide" : std::string(to_string(step)),
+                      levels  ? ProgressUnit::kVertices
+                      : bytes ? ProgressUnit::kBytes
+                              : ProgressUnit::kNone);
   }
 
   EndAtOnce nothing_is_made_yet_;
-  SubdivisionStep step_ = SubdivisionStep::kBaseMesh;
-  std::optional<Progress> progress_;
+  std::optional<ProgressBar> progress_;
 };
+
+/// What the finished store makes again when it is read; empty for a store that is only in memory.
+std::string made_blocks_of(const std::filesystem::path& path, const BackendRegistry& backends) {
+  if (path.empty()) return {};
+  const Store store = Store::open(path, {}, backends);
+  std::string text;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    text += made_blocks_text(store, id);
+  return text;
+}
 
 int run_subdivide(const SubdivideArguments& arguments, const CommandContext& context) {
   SubdivisionReport report;
@@ -141,18 +147,21 @@ int run_subdivide(const SubdivideArguments& arguments, const CommandContext& con
     Watcher watcher(context.json);
     SubdivisionJob job(request_of(arguments, context.backends), context.backends);
     compression_of(arguments.compress)
-        .check_levels(job.plan().store.base_level, arguments.request.levels);
+        .check_levels(job.plan().base_level, arguments.request.levels);
     for (const std::string& warning : job.plan().warnings) report_warning(warning);
     try {
       report.result = job.run(watcher.watch());
     } catch (const Error& error) {
-      throw Error(error.code(), error.what() + advice(error, job.plan()));
+      throw Error(error, error.what() + advice(error, job.plan()));
     }
   }
   report.peak_rss_bytes = peak_rss_bytes();
   report.cpu_seconds = cpu_seconds();
   report.seconds = seconds_since_start();
-  print(context.json ? to_json(report).dump(2) + "\n" : to_text(report));
+  if (context.json)
+    print(to_json(report).dump(2) + "\n");
+  else  // the digest, if there is one, is the last line
+    print(made_blocks_of(report.result.store, context.backends) + to_text(report));
   return kExitDone;
 }
 
@@ -161,7 +170,7 @@ void add_surface_options(CommandLine& command, SubdivideArguments& arguments) {
                    fmt::format("The level to reach, 1 to {}", kMaxLevel))
       ->required();
   command.add_option("--scheme", arguments.scheme,
-                     fmt::format("{}; default {}", scheme_names(), to_string(kDefaultScheme)));
+                     fmt::format("{}; default {}", scheme_names(), to_string(Scheme())));
   command
       .add_option("--precision", arguments.precision,
                   "Type of the positions: float32 or float64; default float32")
@@ -263,7 +272,6 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
       "  plait subdivide bunny.ply bunny.plait --levels 4 --compress fast --memory 64MiB\n"
       "  plait subdivide bunny.ply lossy.plait --levels 6 --max-error 1e-6rel --verify\n"
       "  plait subdivide bunny.ply mixed.plait --levels 6 --compress small --compress @6=fast\n"
-      "  plait subdivide bunny.ply bunny.plait --levels 4 --compress normal=derived\n"
       "  plait subdivide spot.ply --levels 3 --backend memory --digest --json\n"
       "  plait subdivide statue.ply statue.plait --levels 6 --resume    again after a "
       "crash\n"

@@ -10,13 +10,13 @@
 #include <string>
 
 #include "arguments.h"
+#include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
 #include "damage_report.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "plait/byte_text.h"
-#include "plait/check_store.h"
+#include "plait/extend/check_store.h"
 #include "plait/store.h"
 #include "plait/verify.h"
 #include "progress.h"
@@ -86,15 +86,16 @@ int run_verify(const VerifyArguments& arguments, const CommandContext& context) 
   const Stopwatch clock;
   Findings found;
   found.check = check_store(arguments.store, context.open_backends);
+  if (!found.check.lock.empty())
+    found.check.notes.push_back(found.check.lock + "; plait repair makes a new one");
   throw_if_interrupted();
   if (found.check.damaged.empty()) {
     found.check.base = BaseMesh();  // frees memory: the store has its own base mesh
     Store store = Store::open(arguments.store, OpenOptions(), context.open_backends);
-    Progress progress("verify", ProgressUnit::kBytes);
+    ProgressBar progress("verify", ProgressUnit::kBytes);
     if (!arguments.fast)
-      found.blocks = verify(store, [&](std::uint64_t done, std::uint64_t total) {
-        return progress.update(done, total);
-      });
+      found.blocks =
+          verify(store, [&](const Progress& now) { return progress.update(now.done, now.total); });
   }
   found.seconds = clock.seconds();
   print(context.json ? verify_json(arguments, found).dump(2) + "\n"

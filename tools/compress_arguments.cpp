@@ -10,8 +10,7 @@ Compression compression_of(const std::vector<std::string>& texts) {
   return compression;
 }
 
-std::function<std::string(const AttributeSchema&)> pipelines_of(
-    const std::vector<std::string>& texts, const Store& store) {
+PipelinesOf pipelines_of(const std::vector<std::string>& texts, const Store& store) {
   compression_of(texts).check_levels(store.base_level(), store.finest_level());
   return pipelines_of(texts);
 }

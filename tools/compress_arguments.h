@@ -2,12 +2,11 @@
 // store.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "plait/attribute.h"
-#include "plait/backends/compression.h"
+#include "plait/compression.h"
+#include "plait/options.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -16,8 +15,7 @@ namespace plait {
 Compression compression_of(const std::vector<std::string>& texts);
 /// The pipelines that they choose for a store with the levels of `store`. Errors: also as
 /// Compression::check_levels().
-std::function<std::string(const AttributeSchema&)> pipelines_of(
-    const std::vector<std::string>& texts, const Store& store);
+PipelinesOf pipelines_of(const std::vector<std::string>& texts, const Store& store);
 /// The text about --max-error for --help.
 std::string max_error_help();
 

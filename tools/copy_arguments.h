@@ -9,8 +9,8 @@
 
 #include "arguments.h"
 #include "command.h"
-#include "plait/backend.h"
-#include "plait/backend_choice.h"
+#include "conversion/copy_options.h"
+#include "plait/extend/backend_registry.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -34,17 +34,9 @@ void add_copy_options(CommandLine& command, CommandContext& context, CopyArgumen
 /// Opens the source for reading.
 Store open_source(const CopyArguments& arguments, const CommandContext& context);
 
-/// What the copy's backend is called, and why.
-BackendChoice choose_backend_of_copy(const CopyArguments& arguments, const Store& source,
-                                     const BackendRegistry& backends);
-/// The backend of that name. Errors: those of BackendRegistry::find; kInvalidArgument if it writes
-/// no files, or if it does not compress and --compress is given, and if source and copy are the
-/// same.
-const BackendRegistry::Entry& find_backend_of_copy(const CopyArguments& arguments,
-                                                   const std::string& backend, const char* command,
-                                                   const BackendRegistry& backends);
-
-/// Sets the block size, the budget and the durability of the copy.
-void set_common_options(const CopyArguments& arguments, StoreOptions& options);
+/// The choices for the copy. Errors: kInvalidArgument for --compress with a --backend that does not
+/// compress; those of BackendRegistry::find. `verb` begins the message.
+CopyChoices choices_of(const CopyArguments& arguments, const char* verb,
+                       const BackendRegistry& backends);
 
 }  // namespace plait

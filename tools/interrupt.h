@@ -1,5 +1,5 @@
 // tools/interrupt.h: turns Ctrl-C and similar signals into a flag that long work checks. Only the
-// program installs signal handlers. The library stops when its `proceed` callback returns false.
+// program installs signal handlers. The library stops when its progress callback returns false.
 #pragma once
 
 namespace plait {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "plait/stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace plait {
 

@@ -17,8 +17,8 @@
 #include "console.h"
 #include "interrupt.h"
 #include "nearest_name.h"
-#include "plait/backends/plugins.h"
 #include "plait/error.h"
+#include "plait/extend/plugins.h"
 #include "plait/version.h"
 #include "stand_ins.h"
 
@@ -97,6 +97,10 @@ int run_program(int argument_count, char** arguments) {
   program.footer(kFooter);
   add_generate_command(program, context);
   add_subdivide_command(program, context);
+  add_import_command(program, context);
+  add_check_command(program, context);
+  add_remesh_command(program, context);
+  add_compare_command(program, context);
   add_info_command(program, context);
   add_verify_command(program, context);
   add_repair_command(program, context);
@@ -136,7 +140,7 @@ int run_program(int argument_count, char** arguments) {
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(system_error(error.what(), error.path1().native(), error.code().value()), json);
   } catch (const std::bad_alloc&) {
-    return fail(Error(ErrorCode::kOutOfMemory, "out of memory"), json);
+    return fail(out_of_memory("plait"), json);
   } catch (const std::exception& error) {
     report_error("internal", error.what(), json);
     return kExitFailed;

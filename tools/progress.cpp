@@ -57,16 +57,16 @@ std::string progress_line(std::string_view task, std::string_view phase, Progres
   return line;
 }
 
-Progress::Progress(std::string task, ProgressUnit unit)
+ProgressBar::ProgressBar(std::string task, ProgressUnit unit)
     : task_(std::move(task)),
       unit_(unit),
       terminal_(::isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
       last_(start_) {}
 
-Progress::~Progress() { clear(); }
+ProgressBar::~ProgressBar() { clear(); }
 
-bool Progress::update(std::uint64_t done, std::uint64_t total, std::string_view phase) {
+bool ProgressBar::update(std::uint64_t done, std::uint64_t total, std::string_view phase) {
   if (interrupted()) return false;
   if (!terminal_) return true;
   const Clock::time_point now = Clock::now();
@@ -81,7 +81,7 @@ bool Progress::update(std::uint64_t done, std::uint64_t total, std::string_view 
   return true;
 }
 
-void Progress::clear() {
+void ProgressBar::clear() {
   if (!drawn_) return;
   std::fputs("\r\033[K", stderr);
   std::fflush(stderr);

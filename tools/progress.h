@@ -13,14 +13,14 @@ namespace plait {
 enum class ProgressUnit : std::uint8_t { kVertices, kBytes, kNone };
 
 /// For one thread. The bar is drawn at most ten times per second, and removed at the end.
-class Progress {
+class ProgressBar {
  public:
-  Progress(std::string task, ProgressUnit unit);
-  ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  ProgressBar(std::string task, ProgressUnit unit);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Returns false after a signal, as a `proceed` callback should.
+  /// Returns false after a signal, as a progress callback should.
   bool update(std::uint64_t done, std::uint64_t total, std::string_view phase = {});
   /// Removes the bar. Call this before printing anything else.
   void clear();

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "plait/rounding.h"
+#include "plait/extend/rounding.h"
 
 namespace plait {
 

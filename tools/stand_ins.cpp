@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "plait/error.h"
@@ -14,15 +13,14 @@ namespace {
 
 /// An entry that tries `wanted` when the first store is opened, and uses `wanted` or `other` from
 /// then on.
-BackendRegistry::Entry with_stand_in(const BackendRegistry::Entry& wanted,
-                                     const BackendRegistry::Entry& other,
-                                     const std::function<void(const std::string&)>& warn) {
+RegisteredBackend with_stand_in(const RegisteredBackend& wanted, const RegisteredBackend& other,
+                                const std::function<void(const std::string&)>& warn) {
   const auto refused = std::make_shared<std::optional<bool>>();
-  BackendRegistry::Entry entry = wanted;
-  entry.validate = [=](std::string_view options) {
+  RegisteredBackend entry = wanted;
+  entry.check_machine = [=] {
     if (refused->has_value()) return;
     try {
-      if (wanted.validate) wanted.validate(options);
+      wanted.check_machine();
       *refused = false;
     } catch (const Error& error) {
       if (error.code() != ErrorCode::kNotSupported) throw;
@@ -44,7 +42,7 @@ BackendRegistry with_stand_ins(const BackendRegistry& backends,
   for (const std::string& name : backends.names())
     result.add(name == "uring" ? with_stand_in(backends.find(name), backends.find("pread"), warn)
                                : backends.find(name));
-  result.set_derivations(backends.derivations());
+  result.set_chooser(backends.chooser());
   return result;
 }
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "plait/backend.h"
+#include "plait/extend/backend_registry.h"
 
 namespace plait {
 

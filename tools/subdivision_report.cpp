@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "arguments.h"
-#include "plait/byte_text.h"
+#include "base/byte_text.h"
 #include "rounding_report.h"
 
 namespace plait {
@@ -58,7 +58,7 @@ Json to_json(const SubdivisionReport& report) {
                {"store", result.store.empty() ? Json(nullptr) : Json(result.store.string())},
                {"input", mesh_json(plan.input)},
                {"base", mesh_json(result.base)},
-               {"base_level", plan.store.base_level},
+               {"base_level", plan.base_level},
                {"levels", plan.subdivide.levels},
                {"resumed_level", result.resumed_level},
                {"vertices", finest.vertices},
@@ -91,7 +91,7 @@ Json to_json(const SubdivisionReport& report) {
                {"precision", to_string(plan.precision)},
                {"normals", plan.subdivide.normals},
                {"limit", plan.subdivide.limit},
-               {"layout", plan.store.layout},
+               {"layout", to_string(plan.layout)},
                {"span", result.spans.loop.span},
                {"face_span", result.spans.face.span},
                {"paging", paging_json(result.paging)}};
@@ -108,9 +108,9 @@ std::string to_text(const SubdivisionReport& report) {
   const SubdivisionPlan& plan = result.plan;
   const LevelCounts& finest = plan.level_counts.back();
   std::string text = fmt::format("input      {}\n", mesh_text(plan.input));
-  if (plan.store.base_level > 0)
+  if (plan.base_level > 0)
     text += fmt::format("base       {}, refined {} times in memory\n", mesh_text(result.base),
-                        plan.store.base_level);
+                        plan.base_level);
   text += fmt::format("level {:<2}   {} vertices, {} edges, {} faces\n", plan.subdivide.levels,
                       format_count(finest.vertices), format_count(finest.edges),
                       format_count(finest.faces));
@@ -120,7 +120,7 @@ std::string to_text(const SubdivisionReport& report) {
                       plan.subdivide.normals ? " with normals" : "", to_string(plan.precision),
                       to_string(plan.subdivide.executor), plan.subdivide.threads,
                       plan.subdivide.threads == 1 ? "" : "s");
-  text += fmt::format("layout     {}, span {} edges\n", plan.store.layout,
+  text += fmt::format("layout     {}, span {} edges\n", to_string(plan.layout),
                       format_count(result.spans.loop.span));
   text += fmt::format(
       "time       {:.2f} s: import {:.2f}, layout {:.2f}, refine {:.2f}, commit {:.2f}{}; {:.1f} "

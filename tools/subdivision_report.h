@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "plait/kernels/subdivision_job.h"
+#include "plait/subdivision_job.h"
 
 namespace plait {
 

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs missing packages, builds, and runs all tests. The output ends with CTest's summary.
 #
-#   tools/test.sh [--preset NAME] [--target NAME]... [--label REGEX] [--exclude-label REGEX]
+#   tools/test.sh [--preset NAME] [--target NAME]... [--threads] [--label REGEX] [--exclude-label REGEX]
 #                 [CTEST OPTION...]
 #
 #   --preset NAME           a preset of CMakePresets.json; default release
 #   --target NAME           builds and runs only the test of this name; may be repeated
+#   --threads               builds and runs only the tests of code with threads (label threads)
 #   --label REGEX           only tests with such a label: fast (under a minute in all), slow
 #   --exclude-label REGEX   only tests without such a label
 #   anything else           is passed to ctest: -R NAME, --verbose, --rerun-failed ...
@@ -32,6 +33,7 @@ value_of() {
 preset=release
 ctest_options=()
 targets=()
+build_options=()
 while [ $# -gt 0 ]; do
   case $1 in
     --preset)
@@ -43,6 +45,11 @@ while [ $# -gt 0 ]; do
       value_of "$@"
       targets+=("$2")
       shift 2
+      ;;
+    --threads)
+      build_options+=(--target tests_with_threads)
+      ctest_options+=(--label-regex '^threads$')
+      shift
       ;;
     --label)
       value_of "$@"
@@ -78,6 +85,6 @@ if [ ${#targets[@]} -gt 0 ]; then
   cmake --build --preset "$preset" --parallel "$jobs" --target "${targets[@]}"
   ctest_options+=(--tests-regex "^($(IFS='|' && echo "${targets[*]}"))$")
 else
-  cmake --build --preset "$preset" --parallel "$jobs"
+  cmake --build --preset "$preset" --parallel "$jobs" "${build_options[@]}"
 fi
 ctest --preset "$preset" --parallel "$jobs" "${ctest_options[@]}"

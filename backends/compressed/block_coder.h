@@ -12,8 +12,9 @@
 #include <span>
 #include <vector>
 
-#include "plait/backends/pipeline.h"
-#include "plait/block_table.h"
+#include "plait/extend/block_table.h"
+#include "plait/extend/codec.h"
+#include "plait/extend/filter.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

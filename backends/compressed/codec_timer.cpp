@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include "plait/backends/codec_time.h"
+#include "compressed/codec_time.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -14,7 +14,7 @@ void CoderPool::make_room_for(const Coding& coding, std::uint64_t raw_bytes) {
     idle_.clear();
     max_raw_bytes_ = raw_bytes;
   }
-  const BlockCoder sample(pipelines_.make_codec(coding.pipeline), max_raw_bytes_, coding.buffers,
+  const BlockCoder sample(pipelines_.make_codec(coding.codec), max_raw_bytes_, coding.buffers,
                           coding.scratch_bytes);
   coder_bytes_ = std::max(coder_bytes_, sample.memory_bytes() + coding.maker_bytes);
   most_coders_ = static_cast<std::size_t>(
@@ -56,7 +56,7 @@ KeptCoder CoderPool::take(const Coding& coding) {
     max_raw_bytes = max_raw_bytes_;
   }
   try {
-    kept.coder = std::make_unique<BlockCoder>(pipelines_.make_codec(coding.pipeline), max_raw_bytes,
+    kept.coder = std::make_unique<BlockCoder>(pipelines_.make_codec(coding.codec), max_raw_bytes,
                                               coding.buffers, coding.scratch_bytes);
     return kept;
   } catch (...) {

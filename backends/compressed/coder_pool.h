@@ -6,17 +6,17 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "compressed/block_coder.h"
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/pipeline_registry.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The properties that a coder is made for. Levels with the same Coding share coders.
 struct Coding {
-  std::string pipeline;     ///< see plait/backends/pipeline.h; only its codec counts
+  PipelineStage codec;
   std::size_t buffers = 0;  ///< as in BlockCoder
   std::size_t scratch_bytes = 0;
   std::uint64_t maker_bytes = 0;  ///< what a BlockMaker uses beside the coder
@@ -38,7 +38,7 @@ class CoderPool {
   CoderPool(const PipelineRegistry& pipelines, const VolumeSpec& volume);
 
   /// Prepares for blocks of up to `raw_bytes` with this coding. Coders for smaller blocks are freed
-  /// when their users return them. Errors: as PipelineRegistry::make.
+  /// when their users return them. Errors: as PipelineRegistry::open().
   void make_room_for(const Coding& coding, std::uint64_t raw_bytes);
   /// The most memory that all coders together take, but not more than `most_scratch_bytes`. The
   /// pool always has one coder; if that coder alone takes more, the rest is not counted here.

@@ -1,10 +1,12 @@
-#include "plait/backends/compression.h"
+#include "plait/compression.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
+#include "base/message_text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -32,41 +34,32 @@ bool is_made_by_schemes(const AttributeSchema& schema) {
          (schema.name == "position" && schema.components == 3 && can_be_predicted(schema));
 }
 
-/// The rule of a filter `hierarchy`, and a colon; empty if it names none.
-std::string_view rule_of(std::string_view filter) {
-  if (!filter.starts_with("hierarchy:")) return {};
-  for (const std::string_view rule : {"butterfly:", "loop:", "midpoint:"})
-    if (filter.find(rule.substr(0, rule.size() - 1)) != std::string_view::npos) return rule;
+/// The rule that the options of a filter `hierarchy` name, and a colon; empty if they name none.
+std::string_view rule_of(const PipelineStage& filter) {
+  if (filter.name == "hierarchy")
+    for (const std::string_view rule : {"butterfly:", "loop:", "midpoint:"})
+      if (filter.options.find(rule.substr(0, rule.size() - 1)) != std::string::npos) return rule;
   return {};
 }
 
-/// The pipeline of one level.
-std::string with_step(std::string_view pipeline, double step) {
-  const std::size_t comma = pipeline.find(',');
-  if (comma == std::string_view::npos) return std::string(pipeline);
+void count_in_steps(Pipeline& pipeline, double step) {
   // A plus sign would end the filter.
   std::string text = fmt::format("{}", step);
   std::erase(text, '+');
-  std::string made;
-  const auto add = [&](std::string_view filter) {
-    if (!made.empty()) made += '+';
-    made += filter;
-  };
-  for (std::string_view filters = pipeline.substr(0, comma); !filters.empty();) {
-    const std::string_view filter = filters.substr(0, filters.find('+'));
-    filters.remove_prefix(std::min(filter.size() + 1, filters.size()));
-    const std::string_view name = filter.substr(0, filter.find(':'));
-    if (name == "hierarchy" || name == "normals")
-      add(fmt::format("hierarchy:{}step={}", rule_of(filter), text));
-    else if (name == "parallelogram" || name == "columns")
-      add(fmt::format("lattice:{}+lorenzo", text));
-    else if (name == "lattice")
-      add(fmt::format("lattice:{}", text));
-    else if (name != "predicted")  // no scheme makes rounded records
-      add(filter);
-  }
-  if (made.empty()) return std::string(pipeline.substr(comma + 1));
-  return made += pipeline.substr(comma);
+  std::vector<PipelineStage> filters;
+  bool counts = false;  // `lattice` came
+  for (const PipelineStage& filter : pipeline.filters)
+    if (filter.name == "hierarchy" || filter.name == "normals") {
+      filters.push_back({"hierarchy", fmt::format("{}step={}", rule_of(filter), text)});
+    } else if (filter.name == "lattice") {
+      filters.push_back({"lattice", text});
+      counts = true;
+    } else {
+      if (filter.name == "columns" && !counts) filters.push_back({"lattice", text});
+      filters.push_back(filter);
+    }
+  pipeline.filters = std::move(filters);
+  pipeline = pipeline.without_predicted_stage();  // no scheme makes rounded records
 }
 
 int level_count(const LevelRange& levels) { return levels.last - levels.first + 1; }
@@ -76,39 +69,39 @@ int level_count(const LevelRange& levels) { return levels.last - levels.first + 
 const std::vector<CompressionPreset>& compression_presets() {
   static const std::vector<CompressionPreset> presets = {
       {"fast", "vertices predicted inside their slots; little processor time"},
-      {"default", "vertices predicted from coarser levels; what a scheme has made takes no bytes"},
-      {"small", "the same, with a slower codec that takes fewer bytes"},
+      {"default", "vertices predicted from coarser levels; what can be made again takes no bytes"},
+      {"small", "the same with a slower codec"},
       {"none", "blocks as they are, in a store that can hold compressed ones too"}};
   return presets;
 }
 
-std::string preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
-  if (preset == "none") return "none";
+Pipeline preset_pipeline(std::string_view preset, const AttributeSchema& schema) {
+  if (preset == "none") return {};
   const bool is_predicted = can_be_predicted(schema);
   // `bitpack` packs words of 32 bits, and no others.
   const bool is_packed = is_predicted && schema.type == ComponentType::kFloat32;
   if (preset == "fast")
-    return is_packed      ? "columns,bitpack"
-           : is_predicted ? "parallelogram+shuffle,lz4"
-                          : "shuffle,lz4";
-  const std::string_view stage = is_made_by_schemes(schema) ? "predicted+" : "";
-  const std::string_view filter = is_normal(schema) ? "normals"
-                                  : is_predicted    ? "hierarchy"
-                                                    : "shuffle";
-  const std::string_view grouped = is_predicted ? "+shuffle" : "";
-  if (preset == "default")
-    return is_packed ? fmt::format("{}{},bitpack", stage, filter)
-                     : fmt::format("{}{}{},zstd:1", stage, filter, grouped);
-  if (preset == "small") return fmt::format("{}{}{},zstd:9", stage, filter, grouped);
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("choose compression: expected fast, default, small or none, found \"{}\"",
-                          preset));
+    return is_packed ? "columns,bitpack" : is_predicted ? "columns+shuffle,lz4" : "shuffle,lz4";
+  if (preset != "default" && preset != "small")
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("choose compression: expected fast, default, small or none, found \"{}\"",
+                    text_for_message(preset)));
+  Pipeline pipeline;
+  if (is_made_by_schemes(schema)) pipeline.recipe = "";
+  if (is_predicted) pipeline.filters.push_back({is_normal(schema) ? "normals" : "hierarchy"});
+  if (preset == "default" && is_packed) {
+    pipeline.codec = {"bitpack"};
+  } else {
+    pipeline.filters.push_back({"shuffle"});
+    pipeline.codec = {"zstd", preset == "default" ? "1" : "9"};
+  }
+  return pipeline;
 }
 
-std::string pipeline_of_rounded(std::string_view pipeline, double step) {
-  return LevelPipelines::parse(pipeline)
-      .changed([step](std::string_view of_level) { return with_step(of_level, step); })
-      .to_text();
+LevelPipelines pipeline_of_rounded(LevelPipelines pipelines, double step) {
+  pipelines.for_each([step](Pipeline& pipeline) { count_in_steps(pipeline, step); });
+  return pipelines;
 }
 
 void Compression::add(std::string_view text) {
@@ -116,22 +109,26 @@ void Compression::add(std::string_view text) {
   const std::size_t equals = text.find('='), stage_end = text.find_first_of(":,+");
   const bool is_for_some = equals != std::string_view::npos && equals < stage_end;
   const std::string_view target = is_for_some ? text.substr(0, equals) : std::string_view();
+  const std::string_view chosen = is_for_some ? text.substr(equals + 1) : text;
   const std::size_t at = target.find('@');
-  Choice choice;
-  choice.attribute = target.substr(0, at);
-  choice.pipeline = is_for_some ? text.substr(equals + 1) : text;
   const auto refuse = [text](std::string_view reason) {
     return Error(ErrorCode::kInvalidArgument,
                  fmt::format("choose compression: expected a preset, a pipeline or "
                              "[ATTRIBUTE][@LEVELS]=PIPELINE, found \"{}\"{}",
-                             text, reason));
+                             text_for_message(text), reason));
   };
-  if (choice.pipeline.empty() || (is_for_some && target.empty())) throw refuse("");
+  if (chosen.empty() || (is_for_some && target.empty())) throw refuse("");
   if (text.substr(0, stage_end).find('@') != std::string_view::npos && !is_for_some)
     throw refuse(": no pipeline follows the levels");
-  if (choice.pipeline.find(';') != std::string::npos)
+  if (chosen.find(';') != std::string_view::npos)
     throw refuse(": give each range of levels a text of its own");
+  Choice choice;
+  choice.attribute = target.substr(0, at);
   if (at != std::string_view::npos) choice.levels = LevelRange::parse(target.substr(at + 1));
+  if (is_preset(chosen))
+    choice.preset = chosen;
+  else
+    choice.pipeline = chosen;
   put(std::move(choice));
 }
 
@@ -145,7 +142,8 @@ void Compression::put(Choice choice) {
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("choose compression of {}: expected ranges of levels that are apart "
                               "or one inside the other, found {} and {}",
-                              choice.attribute.empty() ? "all attributes" : choice.attribute,
+                              choice.attribute.empty() ? "all attributes"
+                                                       : text_for_message(choice.attribute),
                               other.levels.to_text(), choice.levels.to_text()));
   std::erase_if(choices_, is_same);
   const auto place = std::ranges::find_if(choices_, [&](const Choice& other) {
@@ -156,19 +154,18 @@ void Compression::put(Choice choice) {
   choices_.insert(place, std::move(choice));
 }
 
-std::string Compression::pipeline_of(const AttributeSchema& schema) const {
-  const auto pipeline = [&](std::string_view text) {
-    return is_preset(text) ? preset_pipeline(text, schema) : std::string(text);
-  };
-  LevelPipelines pipelines(pipeline("default"));
+LevelPipelines Compression::pipeline_of(const AttributeSchema& schema) const {
+  LevelPipelines pipelines = preset_pipeline("default", schema);
   for (const Choice& choice : choices_) {
     if (!choice.attribute.empty() && choice.attribute != schema.name) continue;
+    const Pipeline chosen =
+        choice.preset.empty() ? choice.pipeline : preset_pipeline(choice.preset, schema);
     if (choice.levels == LevelRange())
-      pipelines = LevelPipelines(pipeline(choice.pipeline));
+      pipelines = chosen;
     else
-      pipelines.set(choice.levels, pipeline(choice.pipeline));
+      pipelines.set(choice.levels, chosen);
   }
-  return pipelines.to_text();
+  return pipelines;
 }
 
 void Compression::check_levels(int base_level, int finest_level) const {

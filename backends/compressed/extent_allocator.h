@@ -19,8 +19,8 @@
 #include <utility>
 #include <vector>
 
-#include "plait/backend.h"
-#include "plait/block_table.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/block_table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

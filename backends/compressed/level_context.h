@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "compressed/block_coder.h"
-#include "plait/backend.h"
-#include "plait/block_table.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/block_table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

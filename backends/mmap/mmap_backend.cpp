@@ -7,9 +7,9 @@
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
 
+#include "io/file_operations.h"
 #include "level_file.h"
 #include "plait/error.h"
-#include "plait/file_operations.h"
 #include "pread/pread_backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -30,7 +30,8 @@ interprocess::mapped_region map_file(const File& file, std::uint64_t bytes) {
             interprocess::read_only, 0, bytes};
   } catch (const interprocess::interprocess_exception& failure) {
     throw Error(ErrorCode::kIo,
-                fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()));
+                fmt::format("map {}: {} bytes: {}", file.path().native(), bytes, failure.what()))
+        .about(file.path());
   }
 }
 
@@ -59,36 +60,22 @@ class MappedLevel final : public Backend {
     if (const std::uint64_t found = file_.size(); found < fixed_file_bytes(geometry_))
       throw Error(ErrorCode::kCorruption,
                   fmt::format("access {}: expected {} bytes, found {}: the file was cut short",
-                              file_.path().native(), fixed_file_bytes(geometry_), found));
+                              file_.path().native(), fixed_file_bytes(geometry_), found))
+          .about(file_.path(), found);
     return static_cast<std::byte*>(region_.get_address()) + geometry_.block_offset(block);
   }
 
   void advise(BlockRange blocks, Advice advice) noexcept override {
+    // MADV_SEQUENTIAL makes a sweep under a memory limit two to four times slower
+    // (docs/benchmarks.md).
+    if (advice != Advice::kDontNeed) return;
+    // The pages stay in the page cache. The range has only whole pages of these blocks, because the
+    // neighbouring blocks may still be in use.
     const ByteRange bytes = fixed_bytes(geometry_, blocks);
-    std::uint64_t first = bytes.first / kPageBytes * kPageBytes;
-    std::uint64_t end = bytes.first + bytes.count;
-    int value = MADV_NORMAL;
-    switch (advice) {
-      case Advice::kWillNeed:
-        value = MADV_WILLNEED;
-        break;
-      case Advice::kSequential:
-        // Like MADV_WILLNEED, MADV_SEQUENTIAL makes a sweep under a memory limit two to four times
-        // slower (docs/benchmarks.md). So neither is used.
-        break;
-      case Advice::kRandom:
-        value = MADV_RANDOM;
-        break;
-      case Advice::kDontNeed:
-        // The pages stay in the page cache. The range has only whole pages of this block, because
-        // the neighbouring block may still be in use.
-        value = MADV_DONTNEED;
-        first = (bytes.first + kPageBytes - 1) / kPageBytes * kPageBytes;
-        end = end / kPageBytes * kPageBytes;
-        break;
-    }
+    const std::uint64_t first = (bytes.first + kPageBytes - 1) / kPageBytes * kPageBytes;
+    const std::uint64_t end = (bytes.first + bytes.count) / kPageBytes * kPageBytes;
     if (first < end)
-      ::madvise(static_cast<std::byte*>(region_.get_address()) + first, end - first, value);
+      ::madvise(static_cast<std::byte*>(region_.get_address()) + first, end - first, MADV_DONTNEED);
   }
 
   void sync(bool) override {}  // nothing was written

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "base/message_text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -37,15 +38,15 @@ class State {
       : close_(functions.close) {
     if (functions.open == nullptr) {
       if (options.empty()) return;
-      throw Error(
-          ErrorCode::kInvalidArgument,
-          fmt::format("choose {} \"{}\": expected no options, found \"{}\"", kind, name, options));
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("choose {} \"{}\": expected no options, found \"{}\"", kind, name,
+                              text_for_message(options)));
     }
     state_ = functions.open(std::string(options).c_str());
     if (state_ == nullptr)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("choose {} \"{}\": the plug-in refuses the options \"{}\"", kind,
-                              name, options));
+                              name, text_for_message(options)));
   }
   ~State() {
     if (state_ != nullptr && close_ != nullptr) close_(state_);
@@ -124,7 +125,7 @@ class FunctionFilter final : public Filter {
 
 }  // namespace
 
-PipelineRegistry::CodecEntry entry_of(const plait_codec* codec) {
+RegisteredCodec entry_of(const plait_codec* codec) {
   const plait_codec functions = checked(codec, "codec");
   if (functions.bound == nullptr || functions.compress == nullptr ||
       functions.decompress == nullptr)
@@ -136,7 +137,7 @@ PipelineRegistry::CodecEntry entry_of(const plait_codec* codec) {
           }};
 }
 
-PipelineRegistry::FilterEntry entry_of(const plait_filter* filter) {
+RegisteredFilter entry_of(const plait_filter* filter) {
   const plait_filter functions = checked(filter, "filter");
   if (functions.encode == nullptr || functions.decode == nullptr)
     refuse_function("filter", functions.name, "the functions encode and decode, found NULL");

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/file.h"
+#include "plait/extend/file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -53,7 +53,7 @@ File open_plugin_file(const std::filesystem::path& path) {
   try {
     return File(path, OpenMode::kRead);
   } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("load plug-in: {}", error.what()));
+    throw Error(error, fmt::format("load plug-in: {}", error.what()));
   }
 }
 

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "plait/namespace.h"
-#include "plait/plugin.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/plugin.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

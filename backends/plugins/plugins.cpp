@@ -1,9 +1,9 @@
-#include "plait/backends/plugins.h"
+#include "plait/extend/plugins.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "plait/backends/registry.h"
+#include "plait/registry.h"
 #include "plugins/plugin_file.h"
 #include "plugins/registration.h"
 
@@ -21,10 +21,10 @@ const LoadedPlugin& Plugins::load(const std::filesystem::path& file) {
   // The backends that code blocks keep copies of the codecs, so they are made anew.
   PipelineRegistry pipelines = registration.pipelines();
   BackendRegistry backends = default_backends(pipelines);
-  std::vector<BackendRegistry::Entry> own_backends = own_backends_;
+  std::vector<RegisteredBackend> own_backends = own_backends_;
   own_backends.insert(own_backends.end(), registration.own_backends().begin(),
                       registration.own_backends().end());
-  for (const BackendRegistry::Entry& entry : own_backends) backends.add(entry);
+  for (const RegisteredBackend& entry : own_backends) backends.add(entry);
 
   handles_.reserve(handles_.size() + 1);
   loaded_.push_back(registration.added());

@@ -57,13 +57,10 @@ void Registration::run(PluginFunction entry) {
     throw Error(code_, fmt::format("load plug-in {}: {}", added_.file.native(), reason_));
 }
 
-void Registration::add(BackendRegistry::Entry entry) {
+void Registration::add(RegisteredBackend entry) {
   keep_error([&] {
     const std::string name = entry.name;
-    if (!std::ranges::all_of(name, [](char c) {
-          return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                 c == '_' || c == '-';
-        }))
+    if (!name.empty() && !is_stage_name(name))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("add backend \"{}\": expected a name of [A-Za-z0-9_-]", name));
     backends_.add(entry);
@@ -72,14 +69,14 @@ void Registration::add(BackendRegistry::Entry entry) {
   });
 }
 
-void Registration::add(PipelineRegistry::CodecEntry entry) {
+void Registration::add(RegisteredCodec entry) {
   keep_error([&] {
     added_.codecs.push_back(entry.name);
     pipelines_.add(std::move(entry));
   });
 }
 
-void Registration::add(PipelineRegistry::FilterEntry entry) {
+void Registration::add(RegisteredFilter entry) {
   keep_error([&] {
     added_.filters.push_back(entry.name);
     pipelines_.add(std::move(entry));

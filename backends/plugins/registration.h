@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/plugin_in_cpp.h"
-#include "plait/backends/plugins.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/plugin_in_cpp.h"
+#include "plait/extend/plugins.h"
 #include "plugins/plugin_file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -25,13 +25,13 @@ class Registration final : public PluginRegistry {
   /// refused addition, kNotSupported for a plug-in that cannot be used here.
   void run(PluginFunction entry);
 
-  void add(BackendRegistry::Entry entry) override;
-  void add(PipelineRegistry::CodecEntry entry) override;
-  void add(PipelineRegistry::FilterEntry entry) override;
+  void add(RegisteredBackend entry) override;
+  void add(RegisteredCodec entry) override;
+  void add(RegisteredFilter entry) override;
 
   const LoadedPlugin& added() const { return added_; }
   const PipelineRegistry& pipelines() const { return pipelines_; }
-  const std::vector<BackendRegistry::Entry>& own_backends() const { return own_backends_; }
+  const std::vector<RegisteredBackend>& own_backends() const { return own_backends_; }
 
  private:
   static std::int32_t add_codec(const plait_host* host, const plait_codec* codec) noexcept;
@@ -48,7 +48,7 @@ class Registration final : public PluginRegistry {
   plait_host host_;
   BackendRegistry backends_;
   PipelineRegistry pipelines_;
-  std::vector<BackendRegistry::Entry> own_backends_;
+  std::vector<RegisteredBackend> own_backends_;
   LoadedPlugin added_;
   bool failed_ = false;
   ErrorCode code_ = ErrorCode::kInvalidArgument;

@@ -50,8 +50,8 @@ class PreadBackend final : public Backend {
     seal_raw(geometry_, table_, blocks, from);
   }
 
-  void advise(BlockRange blocks, Advice advice) noexcept override {
-    advise_file(file_, fixed_bytes(geometry_, blocks), advice);
+  void advise(BlockRange, Advice advice) noexcept override {
+    if (advice == Advice::kSequential) advise_sequential(file_);
   }
 
   void sync(bool durable) override {

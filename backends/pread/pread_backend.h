@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "level_file.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -15,9 +15,9 @@
 #include <mutex>
 #include <vector>
 
+#include "io/file_operations.h"
 #include "level_file.h"
 #include "plait/error.h"
-#include "plait/file_operations.h"
 #include "uring/page_buffers.h"
 #include "uring/uring_ring.h"
 
@@ -280,11 +280,6 @@ std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume) {
   return std::make_unique<UringVolume>(volume);
 }
 
-void validate_uring(std::string_view options) {
-  if (!options.empty())
-    throw Error(ErrorCode::kInvalidArgument,
-                "open backend \"uring\": expected no options, found some");
-  UringRing::check_available();
-}
+void check_uring() { UringRing::check_available(); }
 
 PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -13,12 +13,11 @@ constexpr BackendTraits kUringTraits{.durable = true, .overwrites_in_place = tru
 
 /// All levels share one ring, and the page buffers for blocks whose memory is not aligned for
 /// O_DIRECT. A new file is preallocated.
-/// Errors: as validate_uring. open_level() throws as open_fixed_file does, and kNotSupported naming
+/// Errors: as check_uring(). open_level() throws as open_fixed_file does, and kNotSupported naming
 /// the file if its file system has no O_DIRECT.
 std::unique_ptr<Volume> open_uring_volume(const VolumeSpec& volume);
 
-/// Throws kInvalidArgument for any option, and kNotSupported if plait was built without liburing,
-/// or if the kernel refuses io_uring.
-void validate_uring(std::string_view options);
+/// Throws kNotSupported if plait was built without liburing, or if the kernel refuses io_uring.
+void check_uring();
 
 PLAIT_END_NAMESPACE

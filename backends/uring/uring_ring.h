@@ -9,7 +9,7 @@
 #include <span>
 #include <thread>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

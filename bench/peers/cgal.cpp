@@ -4,8 +4,8 @@
 #include <CGAL/subdivision_method_3.h>
 #include <CGAL/version.h>
 
+#include "micro/support.h"
 #include "peers/peer.h"
-#include "support.h"
 
 namespace plait::bench {
 namespace {

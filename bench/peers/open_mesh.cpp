@@ -4,8 +4,8 @@
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Subdivider/Uniform/LoopT.hh>
 
+#include "micro/support.h"
 #include "peers/peer.h"
-#include "support.h"
 
 namespace plait::bench {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <memory>
 
+#include "micro/support.h"
 #include "peers/peer.h"
-#include "support.h"
 
 namespace plait::bench {
 namespace {

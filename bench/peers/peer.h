@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/vector3.h"
+#include "plait/extend/vector3.h"
 
 namespace plait::bench {
 

@@ -10,9 +10,9 @@
  * A program makes options by the macro PLAIT_..._INIT, which sets struct_size and the defaults.
  *
  * Lifetimes: the program ends each handle once: a store by plait_store_close() or
- * plait_store_release(), a reader by plait_reader_close(), a view by plait_view_release(). These
- * calls accept NULL. A pointer that a call returns is valid until the handle ends, unless its
- * comment says otherwise.
+ * plait_store_release(), a reader by plait_reader_close(), a view by plait_view_release(), a patch
+ * writer by plait_patch_writer_close(). These calls accept NULL. A pointer that a call returns is
+ * valid until the handle ends, unless its comment says otherwise.
  *
  * Threads: any number of threads may call one reader or one view at the same time. While a thread
  * is in a call with a `plait_store*` that is not const, no other thread may use the store or its
@@ -20,7 +20,11 @@
  * PLAIT_ERROR_BUSY while the store has readers or views.
  *
  * Callbacks run in the thread that made the call. They must return: they must not throw or longjmp.
- * If the call has a `plait_store*` that is not const, its callbacks must not use that store. */
+ * A callback may read the store of its call. Calls that change, commit or close this store fail
+ * with PLAIT_ERROR_BAD_STATE there, and a callback must not release it.
+ *
+ * Processes: in a process that was forked from the one that has a store open, every call for the
+ * store, its readers and its views fails with PLAIT_ERROR_BAD_STATE (docs/threads.md). */
 #ifndef PLAIT_H
 #define PLAIT_H
 
@@ -60,6 +64,12 @@ enum {
 /* The reason of the last call in this thread that failed. Valid until another call fails in this
  * thread. Never NULL; empty if no call has failed. */
 PLAIT_API const char* plait_error_message(void);
+/* The file or directory that this error is about; empty if it is about none, or if no call has
+ * failed. Valid as the message. */
+PLAIT_API const char* plait_error_path(void);
+/* The byte of this file that the error is about, or PLAIT_NO_OFFSET. */
+#define PLAIT_NO_OFFSET UINT64_MAX
+PLAIT_API uint64_t plait_error_offset(void);
 /* "ok", "not_found", ...; "unknown" for a number that is no code. Valid for ever. */
 PLAIT_API const char* plait_status_name(plait_status status);
 
@@ -73,7 +83,7 @@ PLAIT_API const char* plait_version_string(void);
  * layouts. A line is a word, a colon, and names with blanks between them. */
 PLAIT_API const char* plait_build_info(void);
 
-/* Loads a plug-in: a shared library that adds backends, codecs and filters (plait/plugin.h,
+/* Loads a plug-in: a shared library that adds backends, codecs and filters (plait/extend/plugin.h,
  * docs/plugins.md). Stores that this process makes or opens later can use them. A plug-in stays
  * loaded until the process ends, and runs as a part of it, so load only files that you trust. The
  * call does nothing for a plug-in that was loaded before. After an error, nothing was added. */
@@ -84,6 +94,7 @@ PLAIT_API plait_status plait_plugin_load(const char* file);
 typedef struct plait_store plait_store;   /* a store that this process has opened */
 typedef struct plait_reader plait_reader; /* reads patches and vertices of a store */
 typedef struct plait_view plait_view;     /* the records of one patch, pinned in memory */
+typedef struct plait_patch_writer plait_patch_writer; /* fills levels patch by patch */
 
 typedef int32_t plait_component_type;
 enum {
@@ -111,38 +122,62 @@ enum {
   PLAIT_DURABILITY_COMMIT = 0, /* a commit returns when the version is on the disk */
   PLAIT_DURABILITY_NONE = 1    /* for temporary stores: never waits for the disk */
 };
-enum {
-  PLAIT_OVERWRITE_NEW_GENERATION = 0, /* a level that is overwritten gets a new file */
-  PLAIT_OVERWRITE_IN_PLACE = 1        /* blocks are overwritten where they are; for few blocks */
-};
 #define PLAIT_NO_POSITIONS 0         /* position_type: the program adds "position" itself */
 #define PLAIT_AUTOMATIC_THREADS (-1) /* io_threads: the library chooses */
 #define PLAIT_DEFAULT_BLOCK_BYTES (UINT64_C(1) << 20)
 #define PLAIT_DEFAULT_BUDGET_BYTES (UINT64_C(256) << 20)
 
+typedef int32_t plait_event_kind;
+enum {
+  PLAIT_EVENT_OPENED = 0,    /* a store was made or opened */
+  PLAIT_EVENT_COMMITTED = 1, /* a commit has made a version */
+  PLAIT_EVENT_EVICTED = 2,   /* a block left memory, because others needed its room */
+  PLAIT_EVENT_SLOW_READ = 3  /* a block was read, and that took long */
+};
+/* What a store tells a program's log or metrics. Texts are valid during the call. */
+typedef struct plait_event {
+  size_t struct_size;
+  const char* store;     /* its path; empty for a store in memory */
+  const char* attribute; /* evicted, slow read: its name when the store was opened */
+  uint64_t version;      /* opened, committed: commits so far */
+  uint64_t duration_ns;  /* all but evicted */
+  uint64_t block, bytes; /* evicted, slow read; before compression */
+  plait_event_kind kind;
+  int32_t level; /* evicted, slow read */
+} plait_event;
+/* Calls come from any thread that uses the store and from its I/O threads, several at the same
+ * time. A call should return soon, because a read waits for it. It may take
+ * plait_store_get_statistics(), and call no other function of the store. */
+typedef void (*plait_event_callback)(const plait_event* event, void* user);
+
 /* Options of plait_store_create(). */
 typedef struct plait_store_options {
   size_t struct_size;
-  const char* backend;     /* "name" or "name:key=value,..."; NULL: "pread" */
+  const char* backend;     /* a name, or "auto", which NULL also means: see expected_bytes */
   const char* pipeline;    /* such as "shuffle,zstd:1"; NULL: the default of the backend */
   const char* layout;      /* the order of the faces; NULL: "auto" */
   const char* base_scheme; /* the scheme that refines the mesh to base_level; NULL: "loop" */
   uint64_t block_bytes;    /* unit of I/O: 4 KiB to 1 GiB, a power of two */
   uint64_t budget_bytes;   /* the most memory for blocks; at least 64 KiB */
-  plait_warning warn;      /* NULL: changes of the mesh are not reported */
-  void* user;              /* for `warn` */
-  int32_t base_level;      /* so often the mesh is refined in memory, to make slots smaller */
-  int32_t io_threads;      /* 0 to 64, or PLAIT_AUTOMATIC_THREADS */
+  /* For backend "auto": the bytes that all levels will have, before compression; 0: few, or not
+   * known. A store without a path gets "memory", one with a pipeline "compressed", one that is
+   * large compared with the memory "uring" where it can run; others get "pread". */
+  uint64_t expected_bytes;
+  plait_warning warn; /* NULL: changes of the mesh are not reported */
+  void* user;         /* for `warn` */
+  int32_t base_level; /* so often the mesh is refined in memory, to make slots smaller */
+  int32_t io_threads; /* 0 to 64, or PLAIT_AUTOMATIC_THREADS */
   plait_component_type position_type; /* PLAIT_FLOAT32, PLAIT_FLOAT64 or PLAIT_NO_POSITIONS */
   int32_t durability;                 /* PLAIT_DURABILITY_... */
-  int32_t overwriting;                /* PLAIT_OVERWRITE_... */
-  int32_t reserved;                   /* 0 */
+  plait_event_callback event;         /* NULL: the store tells nothing */
+  void* event_user;                   /* for `event` */
+  uint64_t slow_read_ns;              /* a read that takes longer is slow; 0: 100 ms */
 } plait_store_options;
-#define PLAIT_STORE_OPTIONS_INIT                                                           \
-  {                                                                                        \
-    sizeof(plait_store_options), NULL, NULL, NULL, NULL, PLAIT_DEFAULT_BLOCK_BYTES,        \
-        PLAIT_DEFAULT_BUDGET_BYTES, NULL, NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, \
-        PLAIT_DURABILITY_COMMIT, PLAIT_OVERWRITE_NEW_GENERATION, 0                         \
+#define PLAIT_STORE_OPTIONS_INIT                                                              \
+  {                                                                                           \
+    sizeof(plait_store_options), NULL, NULL, NULL, NULL, PLAIT_DEFAULT_BLOCK_BYTES,           \
+        PLAIT_DEFAULT_BUDGET_BYTES, 0, NULL, NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, \
+        PLAIT_DURABILITY_COMMIT, NULL, NULL, 0                                                \
   }
 
 /* Options of plait_store_open(). */
@@ -152,22 +187,25 @@ typedef struct plait_open_options {
   int32_t writable; /* 1: for writing; 0: for reading */
   int32_t io_threads;
   int32_t durability;
-  int32_t overwriting;
+  int32_t reserved; /* 0 */
+  plait_event_callback event;
+  void* event_user;
+  uint64_t slow_read_ns;
 } plait_open_options;
 #define PLAIT_OPEN_OPTIONS_INIT                                                         \
   {                                                                                     \
     sizeof(plait_open_options), PLAIT_DEFAULT_BUDGET_BYTES, 0, PLAIT_AUTOMATIC_THREADS, \
-        PLAIT_DURABILITY_COMMIT, PLAIT_OVERWRITE_NEW_GENERATION                         \
+        PLAIT_DURABILITY_COMMIT, 0, NULL, NULL, 0                                       \
   }
 
 /* Makes a store of triangles, with attribute "position" at the base level. `positions` has three
  * numbers for each vertex. `triangles` has three vertices for each triangle, counterclockwise. The
  * mesh must be an oriented 2-manifold, with or without border. The store drops vertices that no
- * triangle uses, and puts the faces in the order of the layout: plait_store_get_faces() has the
- * result. `path` is a directory that does not exist; it is empty for backend "memory". The first
- * commit makes the store permanent.
- * Errors: INVALID_ARGUMENT also names the first bad vertex or triangle; NOT_SUPPORTED, IO,
- * NO_SPACE. */
+ * triangle uses, turns triangles to one orientation, and puts them in the order of the layout:
+ * plait_store_get_faces() has the result, and plait_store_get_input_maps() tells where everything
+ * was. `path` is a directory that does not exist; with an empty one, the store is only in
+ * memory, with a backend that writes no files. The first commit makes the store permanent. Errors:
+ * INVALID_ARGUMENT also names the first bad vertex or triangle; NOT_SUPPORTED, IO, NO_SPACE. */
 PLAIT_API plait_status plait_store_create(const char* path, const double* positions,
                                           uint64_t vertex_count, const uint32_t* triangles,
                                           uint64_t triangle_count,
@@ -183,9 +221,15 @@ PLAIT_API plait_status plait_store_open(const char* path, const plait_open_optio
 /* Sets *has_commit to 0 if the directory is empty, or if its writer was killed before the first
  * commit; otherwise to 1. */
 PLAIT_API plait_status plait_store_has_commit(const char* path, int32_t* has_commit);
-/* Publishes all levels and attributes as the next version. Errors: BAD_STATE, for example while a
- * level is unfinished because work on it was cancelled; IO, NO_SPACE. */
+/* Publishes all levels and attributes as the next version, if anything has changed. Errors:
+ * BAD_STATE, for example while a level is unfinished because work on it was cancelled; IO,
+ * NO_SPACE.
+ */
 PLAIT_API plait_status plait_store_commit(plait_store* store);
+/* Brings the store back to its last commit, or, before the first one, to a store without
+ * attributes: discards all changes, and what cancelled and failed work left. Errors: BAD_STATE
+ * after a failed commit; BUSY; those of plait_store_open(). */
+PLAIT_API plait_status plait_store_roll_back(plait_store* store);
 /* Ends the handle. Changes since the last commit are lost. Errors: BUSY with the number of readers
  * and views; then the handle stays valid. Does nothing for NULL. */
 PLAIT_API plait_status plait_store_close(plait_store* store);
@@ -275,9 +319,75 @@ typedef struct plait_paging_statistics {
 PLAIT_API plait_status plait_store_get_statistics(const plait_store* store,
                                                   plait_paging_statistics* statistics);
 
+/* ---- The program's own mesh ---- */
+
+/* Where the vertices and triangles of the base mesh are in the mesh from which the store was made
+ * (the input), and the other way round. So a program's own arrays and materials still fit. Each
+ * array has the number of entries that its comment names; UINT32_MAX stands for nothing. */
+typedef struct plait_input_maps {
+  size_t struct_size;
+  const uint32_t*
+      input_vertices; /* vertex_count: its number in the input; nothing: made by base_level */
+  const uint32_t* input_faces; /* face_count: the input's face that it is or is a part of */
+  const uint8_t* turned;       /* face_count: 1: second and third corner of it were exchanged */
+  const uint32_t* vertices;    /* input_vertex_count: the vertex; nothing: it was dropped */
+  const uint32_t* faces;       /* input_face_count: the face, or the first of its parts */
+  uint64_t vertex_count, face_count, input_vertex_count, input_face_count;
+} plait_input_maps;
+#define PLAIT_INPUT_MAPS_INIT \
+  { sizeof(plait_input_maps), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0 }
+/* Valid until the store ends. Errors: OUT_OF_MEMORY. */
+PLAIT_API plait_status plait_store_get_input_maps(const plait_store* store, plait_input_maps* maps);
+
+/* A point of the triangular grid of a base face. The corners are (0, 0), (size, 0) and (0, size),
+ * in the order of plait_store_get_faces(). */
+typedef struct plait_point {
+  uint32_t face;
+  int32_t i, j, size;
+} plait_point;
+/* Where the vertices `first` to `first` + `count` - 1 of those that `level` creates are, to sample
+ * height maps and textures: they are numbered as in plait_reader_read_vertices(). A vertex on an
+ * edge is in two faces, and a base vertex in many: this is a point of one of them. `level` may be
+ * any level from the base level on. */
+PLAIT_API plait_status plait_store_get_points(const plait_store* store, int32_t level,
+                                              uint64_t first, uint64_t count, plait_point* points);
+
+/* ---- Texts and attributes of base faces ---- */
+
+/* What people note about a store: units, coordinate system, author. Commits record them, and copies
+ * have them. `name` has 1 to 255 characters of [A-Za-z0-9_-]. `text` has at most 64 KiB, without
+ * control characters but tab and line feed; an empty one or NULL removes the text. */
+PLAIT_API plait_status plait_store_set_text(plait_store* store, const char* name, const char* text);
+/* Valid until the next call that changes the store. Errors: NOT_FOUND. */
+PLAIT_API plait_status plait_store_get_text(const plait_store* store, const char* name,
+                                            const char** text);
+/* The names, in ascending order. Errors: NOT_FOUND if the store has no more than `index` texts.
+ * Valid as the text. */
+PLAIT_API plait_status plait_store_get_text_name(const plait_store* store, uint32_t index,
+                                                 const char** name);
+
+/* Attributes of the faces of the base mesh (material, part number): one number for each face, of
+ * PLAIT_UINT8, PLAIT_UINT16 or PLAIT_UINT32, zero at first. Their names are apart from those of
+ * other attributes. Commits record them; copies and exports have them. */
+PLAIT_API plait_status plait_store_add_face_attribute(plait_store* store, const char* name,
+                                                      plait_component_type type);
+/* Errors: NOT_FOUND. */
+PLAIT_API plait_status plait_store_remove_face_attribute(plait_store* store, const char* name);
+/* Fills name, record_bytes, type, components (1) and index. Errors: NOT_FOUND if the store has no
+ * more than `index` face attributes. */
+PLAIT_API plait_status plait_store_get_face_attribute(const plait_store* store, uint32_t index,
+                                                      plait_attribute_info* info);
+/* The numbers, for reading. Valid until the next call that changes the attributes of the store. An
+ * output may be NULL, here and in the next call. */
+PLAIT_API plait_status plait_store_get_face_records(const plait_store* store, const char* name,
+                                                    const void** records, uint64_t* count);
+/* The same, for writing. The program writes before it opens a reader. */
+PLAIT_API plait_status plait_store_edit_face_records(plait_store* store, const char* name,
+                                                     void** records, uint64_t* count);
+
 /* ---- Attributes ---- */
 
-/* Adds an attribute whose levels go up to `finest_level`. All records are zero. `name` has 1 to 31
+/* Adds an attribute whose levels go up to `finest_level`. All records are zero. `name` has 1 to 255
  * characters of [A-Za-z0-9_-], `components` is 1 to 255. */
 PLAIT_API plait_status plait_store_add_attribute(plait_store* store, const char* name,
                                                  plait_component_type type, uint32_t components,
@@ -285,8 +395,7 @@ PLAIT_API plait_status plait_store_add_attribute(plait_store* store, const char*
 /* Adds the next finer level to an attribute. Its records are zero. */
 PLAIT_API plait_status plait_store_add_level(plait_store* store, const char* name);
 /* Sets the pipeline of levels that later calls add to the attribute. Ranges of levels may have
- * others: "shuffle,zstd:1;@1-3=lz4;@6-=none". With "derived", on every backend, the
- * attribute is not stored, but computed when it is read (docs/derived.md). */
+ * others: "shuffle,zstd:1;@1-3=lz4;@6-=none". */
 PLAIT_API plait_status plait_store_set_pipeline(plait_store* store, const char* name,
                                                 const char* pipeline);
 /* Removes attribute `name`. Attribute `replacement` gets its name. */
@@ -315,21 +424,23 @@ PLAIT_API plait_status plait_store_edit_base_records(plait_store* store, const c
 typedef struct plait_subdivide_options {
   size_t struct_size;
   const char* scheme;      /* "loop", "butterfly" or "midpoint"; NULL: "loop" */
-  const char* executor;    /* "fused", "sweep" or "transparent"; NULL: "sweep" */
+  const char* executor;    /* "auto", "fused", "sweep" or "transparent"; NULL: "auto" */
   plait_progress progress; /* may be NULL */
   void* user;              /* for `progress` */
   int32_t levels;          /* the level to reach */
-  int32_t threads;
-  int32_t normals;       /* 1: also makes attribute "normal": float32 x 3, unit length */
-  int32_t limit;         /* 1: projects positions to the limit surface */
-  int32_t commit_levels; /* 1: commits when a level is complete; not with "fused" */
-  int32_t reserved;      /* 0 */
+  int32_t threads;         /* 0: all processors */
+  int32_t normals;         /* 1: also makes attribute "normal": float32 x 3, unit length */
+  int32_t limit;           /* 1: projects positions to the limit surface */
+  int32_t commit_levels;   /* 1: commits when a level is complete; not with "fused" */
+  int32_t reserved;        /* 0 */
 } plait_subdivide_options;
 #define PLAIT_SUBDIVIDE_OPTIONS_INIT \
   { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
-/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
- * Errors: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme without them; "fused" in a
- * store that has levels); BUDGET with the needed bytes; CANCELLED, IO, NO_SPACE. */
+/* Refines attribute "position" from its finest level to `levels`. Makes levels that an earlier call
+ * left unfinished again. Does not commit at the end. Errors: INVALID_ARGUMENT; NOT_SUPPORTED (limit
+ * positions of a scheme without them; "fused" in a store that has levels); BUDGET with the budget
+ * that the whole work needs; BAD_STATE if only plait_store_roll_back() helps; CANCELLED, IO,
+ * NO_SPACE. */
 PLAIT_API plait_status plait_store_subdivide(plait_store* store,
                                              const plait_subdivide_options* options);
 
@@ -337,12 +448,13 @@ PLAIT_API plait_status plait_store_subdivide(plait_store* store,
  * the call. Returns 0 to cancel the work. */
 typedef int (*plait_edit)(void* records, uint64_t first, uint64_t count, void* user);
 enum {
-  PLAIT_ACCESS_UPDATE = 0,   /* the callback reads the old records and changes them */
-  PLAIT_ACCESS_OVERWRITE = 1 /* the callback writes every record; the old ones are not read */
+  PLAIT_ACCESS_UPDATE = 0,    /* the callback reads the old records and changes them */
+  PLAIT_ACCESS_OVERWRITE = 1, /* the callback writes every record; the old ones are not read */
+  PLAIT_ACCESS_READ = 2       /* the callback changes nothing; for plait_store_visit() */
 };
 /* Calls `edit` for each block of a level of an attribute, in ascending order. Vertices are numbered
- * as in plait_reader_read_vertices(). If `edit` cancels, the level stays unfinished: the store
- * cannot be committed until a later pass has overwritten the level. */
+ * as in plait_reader_read_vertices(). If `edit` cancels, the level stays unfinished: it
+ * cannot be read or committed until a later pass has overwritten it. */
 PLAIT_API plait_status plait_store_apply(plait_store* store, const char* name, int32_t level,
                                          int32_t access, plait_edit edit, void* user);
 
@@ -426,6 +538,14 @@ typedef int (*plait_visit_patch)(const plait_view* view, void* user);
 PLAIT_API plait_status plait_reader_visit_patches(const plait_reader* reader, const uint32_t* faces,
                                                   uint64_t face_count, int32_t level,
                                                   plait_visit_patch visit, void* user);
+/* Begins to read these patches, which the program will read soon: those in front first, as far as
+ * the budget and the I/O threads have room now, and 64 at most. Sets *begun, which may be NULL, to
+ * the number of patches that are in memory or on their way; call it again with the others later.
+ * The blocks stay in memory until the patch is read, or until plait_reader_end_prefetch(). */
+PLAIT_API plait_status plait_reader_prefetch(const plait_reader* reader, const uint32_t* faces,
+                                             uint64_t face_count, int32_t level, uint64_t* begun);
+/* The program does not need the patches that it has not read since. */
+PLAIT_API plait_status plait_reader_end_prefetch(const plait_reader* reader);
 /* The faces whose bounds meet the box or touch it, ascending. The bounds of a face contain all
  * vertices of its patch. `low` and `high` have three numbers each; they may be infinite.
  * `attribute` is float32 x 3 or float64 x 3, and one that the reader reads; NULL stands for
@@ -497,6 +617,247 @@ PLAIT_API plait_status plait_view_copy(const plait_view* view, const char* name,
                                        uint64_t bytes);
 /* Ends a view of plait_reader_read_patch(). Does nothing for NULL. */
 PLAIT_API void plait_view_release(plait_view* view);
+
+/* ---- Patch writers ---- */
+
+#define PLAIT_OUTERMOST_LEVEL (-1)
+/* Options of plait_patch_writer_open(). */
+typedef struct plait_patch_writer_options {
+  size_t struct_size;
+  const char* const* attributes; /* names; NULL: all attributes of the store */
+  uint64_t attribute_count;
+  uint64_t share_bytes; /* of blocks that are held between two calls; 0: 3/4 of the budget */
+  int32_t first_level;  /* the levels to fill; PLAIT_OUTERMOST_LEVEL: from the base level on, up */
+  int32_t last_level;   /* to the finest level of each attribute */
+  int32_t compare;      /* 1: refuses a record that differs from that of another patch */
+  int32_t reserved;     /* 0 */
+} plait_patch_writer_options;
+#define PLAIT_PATCH_WRITER_OPTIONS_INIT                                                           \
+  {                                                                                               \
+    sizeof(plait_patch_writer_options), NULL, 0, 0, PLAIT_OUTERMOST_LEVEL, PLAIT_OUTERMOST_LEVEL, \
+        0, 0                                                                                      \
+  }
+/* Begins to fill levels of a store, patch by patch. Every patch of these levels must be written;
+ * until plait_patch_writer_finish(), nobody can read the levels, and plait_store_commit() fails and
+ * names a face that nobody wrote. Any number of threads may write patches with one writer, in any
+ * order; no two of them the same face of the same attribute at the same time. Meanwhile no call may
+ * change the store. Errors: NOT_FOUND for an attribute, INVALID_ARGUMENT for levels that are not
+ * there; NOT_SUPPORTED for levels that are encoded from others (use plait_store_recode_attribute()
+ * after the work); BAD_STATE for a store that was opened for reading; BUSY. */
+PLAIT_API plait_status plait_patch_writer_open(plait_store* store,
+                                               const plait_patch_writer_options* options,
+                                               plait_patch_writer** writer);
+/* Writes a patch at `level` with all coarser levels of the writer. `records` are in the order of
+ * plait_view_copy(), and `bytes` is their size. A vertex on an edge is in the patches of two faces:
+ * the record of the face that owns the edge is kept. Errors: INVALID_ARGUMENT, with `compare` also
+ * for two different records of a vertex: the message has the faces, the place and the records;
+ * NOT_FOUND for an attribute; BUDGET, IO, NO_SPACE. */
+PLAIT_API plait_status plait_patch_writer_write_patch(plait_patch_writer* writer, const char* name,
+                                                      uint32_t face, int32_t level,
+                                                      const void* records, uint64_t bytes);
+/* The same for only the vertices that `level` creates. `records` has the whole patch, but those of
+ * coarser levels are not read. */
+PLAIT_API plait_status plait_patch_writer_write_level(plait_patch_writer* writer, const char* name,
+                                                      uint32_t face, int32_t level,
+                                                      const void* records, uint64_t bytes);
+/* Ends the work: the levels can be read and committed, and the writer writes no more. Errors:
+ * BAD_STATE if a patch is missing: the message names it, and the program may still write it. */
+PLAIT_API plait_status plait_patch_writer_finish(plait_patch_writer* writer);
+PLAIT_API plait_status plait_patch_writer_get_statistics(const plait_patch_writer* writer,
+                                                         plait_paging_statistics* statistics);
+/* Ends the handle. Without plait_patch_writer_finish() the levels stay unfinished. Does nothing for
+ * NULL. */
+PLAIT_API void plait_patch_writer_close(plait_patch_writer* writer);
+
+/* ---- Arrays: many patches, many vertices, and records where they are ---- */
+
+/* Copies the records of one attribute of these faces: patch after patch, each in row order. The
+ * reader reads the next patches ahead. `bytes` is the size of `records`: for each face, the
+ * vertices of a patch times the bytes of a record. Errors: those of plait_reader_read_patch();
+ * INVALID_ARGUMENT. */
+PLAIT_API plait_status plait_reader_copy_patches(const plait_reader* reader, const char* name,
+                                                 const uint32_t* faces, uint64_t face_count,
+                                                 int32_t level, void* records, uint64_t bytes);
+/* Numbers the vertices of these patches from 0 on, each vertex once, though patches share the
+ * vertices of their common sides. The number of the vertex at place p of patch k is written to
+ * numbers[k * (vertices of a patch) + p]. Numbers ascend in the order in which vertices first
+ * appear. `capacity` is the room of `numbers`: the vertices of all patches. Sets *vertex_count.
+ * Errors: INVALID_ARGUMENT, also for a face that is named twice, and for more than 2^32 - 1 places.
+ */
+PLAIT_API plait_status plait_reader_weld_patches(const plait_reader* reader, const uint32_t* faces,
+                                                 uint64_t face_count, int32_t level,
+                                                 uint32_t* numbers, uint64_t capacity,
+                                                 uint64_t* vertex_count);
+
+/* The first vertex of each block of a level, ascending: ranges that a program reads best in one
+ * call. The base level is one block. Sets *block_count, and fills `firsts` unless it is NULL.
+ * `capacity` is the room of `firsts`. Errors: NOT_FOUND; INVALID_ARGUMENT, also if the room is too
+ * small. */
+PLAIT_API plait_status plait_reader_get_blocks(const plait_reader* reader, const char* name,
+                                               int32_t level, uint64_t* firsts, uint64_t capacity,
+                                               uint64_t* block_count);
+
+typedef struct plait_pin plait_pin; /* records that stay at their addresses in memory */
+/* Pins the records of the vertices `first` to `first` + `count` - 1 of those that `level` creates
+ * where the store has them in memory, without a copy: as many as lie one after another, one block
+ * at least. Sets *pin, *records and *pinned_count. The program must not change the records. A pin
+ * counts as a view, and stays valid when reader and store end. Errors: NOT_SUPPORTED if the store
+ * has no addresses: they are those of backend "memory", and of "mmap" in a store opened for
+ * reading; INVALID_ARGUMENT, also for a count of 0. */
+PLAIT_API plait_status plait_reader_pin_vertices(const plait_reader* reader, const char* name,
+                                                 int32_t level, uint64_t first, uint64_t count,
+                                                 plait_pin** pin, const void** records,
+                                                 uint64_t* pinned_count);
+/* Ends a pin. Does nothing for NULL. */
+PLAIT_API void plait_pin_release(plait_pin* pin);
+
+/* An attribute that plait_store_visit() gives to its callback. */
+typedef struct plait_visit_attribute {
+  const char* name;
+  int32_t access; /* PLAIT_ACCESS_... */
+  int32_t rings;  /* 1, with PLAIT_ACCESS_READ: also the neighbours of each vertex */
+} plait_visit_attribute;
+/* The records of one attribute in a batch. */
+typedef struct plait_batch_records {
+  /* `count` records. With PLAIT_ACCESS_OVERWRITE they are zeros at first. */
+  void* records;
+  /* count * valence records: the neighbours of the first vertex, counterclockwise, then those of
+   * the next one; NULL unless the visit reads rings of the attribute. */
+  const void* neighbours;
+} plait_batch_records;
+/* Vertices with equally many neighbours, and all their records. Valid during the call. */
+typedef struct plait_vertex_batch {
+  size_t struct_size;
+  uint64_t count;
+  const int32_t* levels;  /* [count] the level that creates the vertex */
+  const uint64_t* places; /* [count] its number, as plait_reader_read_vertices() counts */
+  const plait_batch_records* attributes; /* in the order of the call */
+  uint64_t attribute_count;
+  int32_t valence; /* neighbours of each vertex at the finest level of the visit; 0 without rings */
+  int32_t border;  /* 1: all are on a border, and their first and last neighbours too; 0: none is */
+  int32_t base;    /* 1: all are base vertices; 0: none is */
+  int32_t reserved; /* 0 */
+} plait_vertex_batch;
+/* Computes on a batch. Returns 0 to cancel the work. */
+typedef int (*plait_visit_batch)(const plait_vertex_batch* batch, void* user);
+#define PLAIT_FINEST_LEVEL (-1)
+/* Gives every vertex of the levels up to `level` to `visit` once, in batches of about 65,000
+ * vertices, in one pass over the files. The base mesh alone decides which neighbour of an inner
+ * vertex is the first. With PLAIT_FINEST_LEVEL the attributes must have equally many levels. A pass
+ * that reads rings of an attribute writes to another one; no attribute may be named twice. Neither
+ * `visit` nor `progress` may call functions that change the store. `progress` may be NULL, and
+ * counts vertices. Errors: NOT_FOUND, INVALID_ARGUMENT, BAD_STATE for a store that was opened for
+ * reading, BUDGET with the budget that the pass needs, CANCELLED. After an error in the pass, the
+ * levels that it writes are unfinished, as after plait_store_apply(). */
+PLAIT_API plait_status plait_store_visit(plait_store* store,
+                                         const plait_visit_attribute* attributes,
+                                         uint64_t attribute_count, int32_t level,
+                                         plait_visit_batch visit, plait_progress progress,
+                                         void* user);
+
+/* ---- Jobs: whole works with a plan, progress and resume ---- */
+
+enum {
+  PLAIT_EXISTING_REFUSE = 0,
+  PLAIT_EXISTING_REPLACE = 1, /* when the new store is complete */
+  /* Continues from the last commit of the store; commits every level, so that a later job can
+   * resume. */
+  PLAIT_EXISTING_RESUME = 2
+};
+/* Options of plait_job_subdivide(): those of the command `plait subdivide`. Texts may be NULL, and
+ * numbers 0, for the defaults. */
+typedef struct plait_subdivision_request {
+  size_t struct_size;
+  const char* mesh_path;       /* PLY, OBJ or OFF, also .gz and .zst */
+  const char* store_path;      /* the store to make */
+  const char* backend;         /* "auto" */
+  const char* layout;          /* chosen by the executor */
+  const char* scheme;          /* "loop" */
+  const char* executor;        /* "auto" */
+  const char* const* compress; /* presets or pipelines, for attributes and levels: "@1-3=small" */
+  uint64_t compress_count;
+  const char* const* max_errors; /* "1e-5", "1e-6rel", "normal=1e-3" */
+  uint64_t max_error_count;
+  uint64_t block_bytes;    /* 1 MiB */
+  uint64_t max_slot_bytes; /* 16 KiB */
+  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress; /* may be NULL; counts of one step after another */
+  plait_warning warn;      /* may be NULL */
+  void* user;
+  int32_t levels;                                      /* the level to reach */
+  int32_t threads;                                     /* 1 */
+  plait_component_type precision;                      /* PLAIT_FLOAT32 */
+  int32_t existing;                                    /* PLAIT_EXISTING_... */
+  int32_t durability;                                  /* PLAIT_DURABILITY_... */
+  int32_t normals, limit, verify, digest, ignore_size; /* 1: yes */
+} plait_subdivision_request;
+#define PLAIT_SUBDIVISION_REQUEST_INIT                                                             \
+  {                                                                                                \
+    sizeof(plait_subdivision_request), NULL, NULL, NULL, NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, \
+        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0                                          \
+  }
+/* What a job did. */
+typedef struct plait_subdivision_result {
+  size_t struct_size;
+  uint64_t vertices, edges, faces; /* at the finest level */
+  uint64_t stored_bytes;
+  double import_seconds, layout_seconds;
+  double refine_seconds; /* base mesh and all levels */
+  double commit_seconds, digest_seconds;
+  int32_t levels, base_level, resumed_level;
+  char digest[36]; /* PLAIT_DIGEST_BYTES of text; empty unless it was asked for */
+} plait_subdivision_result;
+#define PLAIT_SUBDIVISION_RESULT_INIT                                           \
+  {                                                                             \
+    sizeof(plait_subdivision_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, { 0 } \
+  }
+/* Makes a store from the mesh of a file, commits it and closes it, as the command `plait subdivide`
+ * does. After an error or a cancel, nothing half-made is left: only commits that
+ * PLAIT_EXISTING_RESUME made stay. `result` may be NULL. Errors: INVALID_ARGUMENT for what the
+ * job refuses, BUDGET, CANCELLED, IO, NO_SPACE, and those of reading the mesh. */
+PLAIT_API plait_status plait_job_subdivide(const plait_subdivision_request* request,
+                                           plait_subdivision_result* result);
+
+/* Options of plait_job_convert(): those of the command `plait convert`. What is NULL or 0 stays as
+ * it is in the store. */
+typedef struct plait_conversion_request {
+  size_t struct_size;
+  const char* from_path; /* the store to copy */
+  const char* to_path;   /* the store to make */
+  const char* backend;
+  const char* const* compress;
+  uint64_t compress_count;
+  const char* const* max_errors;
+  uint64_t max_error_count;
+  uint64_t block_bytes;
+  uint64_t budget_bytes; /* for both stores together; PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress;
+  plait_warning warn;
+  void* user;
+  int32_t threads;  /* of verify */
+  int32_t existing; /* PLAIT_EXISTING_REFUSE or _REPLACE */
+  int32_t verify;   /* 1: reads the copy back from the disk and compares it */
+  int32_t reserved; /* 0 */
+} plait_conversion_request;
+#define PLAIT_CONVERSION_REQUEST_INIT                                                             \
+  {                                                                                               \
+    sizeof(plait_conversion_request), NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, NULL, NULL, NULL, \
+        0, 0, 0, 0                                                                                \
+  }
+/* What a conversion did. */
+typedef struct plait_conversion_result {
+  size_t struct_size;
+  uint64_t from_stored_bytes, stored_bytes;
+  char digest[36]; /* with verify */
+  int32_t reserved;
+} plait_conversion_result;
+#define PLAIT_CONVERSION_RESULT_INIT \
+  { sizeof(plait_conversion_result), 0, 0, {0}, 0 }
+/* Copies a store into another backend, compression or block size. After an error or a cancel, no
+ * copy is left. `result` may be NULL. Errors: those of plait_store_open(); INVALID_ARGUMENT,
+ * CANCELLED, IO, NO_SPACE; CORRUPTION if the copy is not equal. */
+PLAIT_API plait_status plait_job_convert(const plait_conversion_request* request,
+                                         plait_conversion_result* result);
 
 #ifdef __cplusplus
 }

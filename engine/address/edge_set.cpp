@@ -1,4 +1,4 @@
-#include "plait/edge_set.h"
+#include "plait/detail/edge_set.h"
 
 #include <fmt/format.h>
 
@@ -18,21 +18,21 @@ EdgeSet::EdgeSet(std::span<const EdgeId> edges) {
                             unordered[0], unordered[1]));
   size_ = edges.size();
   end_ = std::uint64_t{edges.back()} + 1;
-  std::vector<Part> parts((end_ + 63) / 64);
-  for (const EdgeId edge : edges) parts[edge / 64].members |= std::uint64_t{1} << edge % 64;
+  std::vector<EdgeGroup> groups((end_ + 63) / 64);
+  for (const EdgeId edge : edges) groups[edge / 64].members |= std::uint64_t{1} << edge % 64;
   std::uint64_t before = 0;
-  for (Part& part : parts) {
-    part.before = before;
-    before += static_cast<std::uint64_t>(std::popcount(part.members));
+  for (EdgeGroup& group : groups) {
+    group.before = before;
+    before += static_cast<std::uint64_t>(std::popcount(group.members));
   }
-  owned_ = std::make_shared<const std::vector<Part>>(std::move(parts));
-  parts_ = *owned_;
+  owned_ = std::make_shared<const std::vector<EdgeGroup>>(std::move(groups));
+  groups_ = *owned_;
 }
 
 bool EdgeSet::intersects(const EdgeSet& other) const noexcept {
-  const std::size_t common = std::min(parts_.size(), other.parts_.size());
-  for (std::size_t part = 0; part < common; ++part)
-    if ((parts_[part].members & other.parts_[part].members) != 0) return true;
+  const std::size_t common = std::min(groups_.size(), other.groups_.size());
+  for (std::size_t group = 0; group < common; ++group)
+    if ((groups_[group].members & other.groups_[group].members) != 0) return true;
   return false;
 }
 

@@ -1,4 +1,4 @@
-#include "plait/level_geometry.h"
+#include "plait/extend/level_geometry.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <limits>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -56,7 +56,8 @@ LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
 
   whole_bytes_ = checked_product(slot_records(level.refinements), record_bytes, side, edge_count);
   checked_product(whole_bytes_, edge_count, side, edge_count);
-  half_saving_bytes_ = whole_bytes_ - slot_records(level.refinements, true) * record_bytes;
+  half_saving_bytes_ =
+      whole_bytes_ - slot_records(level.refinements, SlotShape::kHalf) * record_bytes;
   total_bytes_ = offset_of(edge_count);
 
   const std::uint64_t slot_count = shapes.slot_count();

@@ -1,4 +1,4 @@
-#include "plait/patch_table.h"
+#include "plait/detail/patch_table.h"
 
 #include <fmt/format.h>
 

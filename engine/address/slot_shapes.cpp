@@ -1,4 +1,4 @@
-#include "plait/slot_shapes.h"
+#include "plait/detail/slot_shapes.h"
 
 #include <fmt/format.h>
 

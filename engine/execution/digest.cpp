@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/sweep.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/sweep.h"
+#include "plait/extend/thread_count.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -61,30 +63,25 @@ Passes passes_by_levels(const Store& store, int wanted_level) {
   return passes;
 }
 
-/// Whether blocks are decoded together with others.
-bool has_context(const Store& store, const LevelAccess& access) {
-  const LevelFile& file = store.level_file(access.attribute, access.first_level);
-  return file.backend->needs_base_records() || file.is_fixed;
-}
-
 /// One pass for all levels, if some are decoded from others, and nothing otherwise. Then each block
 /// is decoded once, and not again for each level and attribute that needs it.
 std::optional<Passes> all_together(const Store& store, const Passes& by_levels) {
   std::vector<LevelAccess> together;
   for (const auto& accesses : by_levels)
     together.insert(together.end(), accesses.begin(), accesses.end());
-  const bool coded = std::ranges::any_of(
-      together, [&](const LevelAccess& access) { return has_context(store, access); });
+  const bool coded = std::ranges::any_of(together, [&](const LevelAccess& access) {
+    return needs_other_blocks(StoreAccess::level_file(store, access.attribute, access.first_level));
+  });
   if (!coded || together.size() < 2) return std::nullopt;
   return Passes{std::move(together)};
 }
 
-Digest digest_of_base(Store& store) {
+Digest digest_of_base(const Store& store) {
   SlotHasher hasher;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const AttributeSchema& schema = store.attributes()[id].schema;
     const std::size_t record_bytes = schema.record_bytes();
-    const std::span<const std::byte> records = std::as_const(store).base_bytes(id);
+    const std::span<const std::byte> records = store.base_bytes(id);
     for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
       hasher.add(vertex, vertex, store.base_level(), schema.name,
                  records.subspan(vertex * record_bytes, record_bytes));
@@ -93,8 +90,9 @@ Digest digest_of_base(Store& store) {
 }
 
 /// The sum of the hashes of all slots that the passes read.
-Digest digest_of_levels(Store& store, const Passes& passes, const DigestOptions& options) {
-  std::vector<SlotHasher> hashers(static_cast<std::size_t>(options.threads));
+Digest digest_of_levels(const Store& store, const Passes& passes, const DigestOptions& options,
+                        int threads) {
+  std::vector<SlotHasher> hashers(static_cast<std::size_t>(threads));
   const std::span<const Edge> edges = store.base().edges();
   for (std::size_t i = 0; i < passes.size(); ++i) {
     SweepPass pass{"digest", passes[i], {}};
@@ -107,14 +105,15 @@ Digest digest_of_levels(Store& store, const Passes& passes, const DigestOptions&
         hashers[static_cast<std::size_t>(worker)].add(
             edges[edge].start, edges[edge].end, access.first_level,
             store.attributes()[access.attribute].schema.name,
-            view.slot(at, access.first_level, edge));
+            view.slot(at, access.first_level, edge).bytes);
       }
     };
     SweepOptions sweep_options;
-    sweep_options.threads = options.threads;
-    if (options.proceed)
-      sweep_options.proceed = [&](std::uint64_t done, std::uint64_t) {
-        return options.proceed(i * edges.size() + done, passes.size() * edges.size());
+    sweep_options.threads = threads;
+    if (options.progress)
+      sweep_options.progress = [&](const Progress& now) {
+        return options.progress(
+            {"digest", i * edges.size() + now.done, passes.size() * edges.size()});
       };
     sweep(store, pass, sweep_options);
   }
@@ -126,29 +125,34 @@ Digest digest_of_levels(Store& store, const Passes& passes, const DigestOptions&
 
 std::string Digest::to_string() const { return fmt::format("{:016x}{:016x}", high, low); }
 
-Digest digest(Store& store, const DigestOptions& options) {
+Digest digest(const Store& store, const DigestOptions& options) try {
   if (options.level != -1 &&
       (options.level < store.base_level() || options.level > store.finest_level()))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("digest level {}: expected {} to {}", options.level, store.base_level(),
                             store.finest_level()));
-  if (options.threads < 1 || options.threads > 1024)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("digest: {} threads, expected 1 to 1024", options.threads));
+  const int threads = thread_count(options.threads, "digest");
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+      if (options.level == -1 || options.level == level)
+        StoreAccess::check_readable(store, id, level);
+  const StorePass under_way(store);
   SlotHasher sum;
   if (options.level == -1 || options.level == store.base_level()) sum.add(digest_of_base(store));
   const Passes by_levels = passes_by_levels(store, options.level);
   if (const auto together = all_together(store, by_levels)) {
     try {
-      sum.add(digest_of_levels(store, *together, options));
+      sum.add(digest_of_levels(store, *together, options, threads));
       return sum.sum();
     } catch (const Error& error) {
       // So many blocks at once, each with its context, are more than the budget holds.
       if (error.code() != ErrorCode::kBudget) throw;
     }
   }
-  sum.add(digest_of_levels(store, by_levels, options));
+  sum.add(digest_of_levels(store, by_levels, options, threads));
   return sum.sum();
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("digest of " + store.path().native());
 }
 
 PLAIT_END_NAMESPACE

@@ -1,4 +1,4 @@
-#include "plait/pin_needs.h"
+#include "execution/pin_needs.h"
 
 #include <algorithm>
 #include <vector>
@@ -6,7 +6,8 @@
 #include "execution/sweep/stencil.h"
 #include "execution/sweep/sweep_chunks.h"
 #include "paging/frame_pool.h"
-#include "plait/level_geometry.h"
+#include "plait/extend/level_geometry.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -15,13 +16,9 @@ namespace {
 class NeededBlocks {
  public:
   NeededBlocks(const Store& store, const AccessedLevels& access) : reach_(access.reach) {
-    const BaseMesh& base = store.base();
     for (int level = std::max(access.first_level, store.base_level() + 1);
          level <= access.last_level; ++level)
-      levels_.push_back(
-          {LevelGeometry(base.slot_shapes(), relative_to_base(level, store.base_level()),
-                         access.record_bytes, store.options().block_bytes),
-           {}});
+      levels_.push_back({StoreAccess::geometry(store, access.record_bytes, level), {}});
     for (Level& level : levels_) level.needed_by.assign(level.geometry.block_count(), 0);
   }
 

@@ -42,7 +42,7 @@ void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t 
     const ssize_t readable =
         attempt({Kind::kRead, from.path(), offset, bytes},
                 [](std::uint64_t most_bytes) { return static_cast<ssize_t>(most_bytes); });
-    if (readable < 0) throw system_error("read", from.path().native(), errno);
+    if (readable < 0) throw system_error("read", from.path().native(), errno, offset);
     const FileOperation writing{Kind::kWrite, to.path(), offset,
                                 static_cast<std::uint64_t>(readable)};
     const ssize_t copied = attempt(writing, [&](std::uint64_t most_bytes) {
@@ -55,10 +55,24 @@ void copy_range(const File& from, File& to, std::uint64_t offset, std::uint64_t 
     if (copied == 0)
       throw Error(ErrorCode::kCorruption,
                   fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
-                              from.path().native(), offset, bytes));
+                              from.path().native(), offset, bytes))
+          .about(from.path(), offset);
     offset += static_cast<std::uint64_t>(copied);
     bytes -= static_cast<std::uint64_t>(copied);
   }
+}
+
+void link_file(const Directory& directory, const std::string& name, const Directory& other) {
+  const std::filesystem::path path = other.path_of(name);
+  if (attempt({Kind::kCreate, path}, [&](auto) {
+        return ::linkat(directory.descriptor(), name.c_str(), other.descriptor(), name.c_str(), 0);
+      }) >= 0)
+    return;
+  if (errno == EPERM || errno == ENOSYS || errno == ENOTSUP)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("create {}: its file system has no hard links", path.native()))
+        .about(path);
+  throw system_error("create", path.native(), errno);
 }
 
 PLAIT_END_NAMESPACE

@@ -1,4 +1,4 @@
-#include "plait/directory.h"
+#include "plait/extend/directory.h"
 
 #include <dirent.h>
 #include <fcntl.h>

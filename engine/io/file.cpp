@@ -1,4 +1,4 @@
-#include "plait/file.h"
+#include "plait/extend/file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,9 +10,10 @@
 #include <string_view>
 #include <utility>
 
+#include "io/process.h"
 #include "io/system_call.h"
-#include "plait/directory.h"
 #include "plait/error.h"
+#include "plait/extend/directory.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -45,7 +46,8 @@ void refuse_other_kinds(const struct stat& status, const std::filesystem::path& 
                         ErrorCode code) {
   if (S_ISREG(status.st_mode)) return;
   throw Error(code, fmt::format("open {}: expected a regular file, found {}", path.native(),
-                                kind_of(status.st_mode)));
+                                kind_of(status.st_mode)))
+      .about(path);
 }
 
 }  // namespace
@@ -59,27 +61,28 @@ File::File(const Directory& directory, const std::string& name, OpenMode mode, C
   open({directory.descriptor(), name.c_str(), O_NOFOLLOW, ErrorCode::kCorruption}, mode, caching);
 }
 
-void File::open(const Place& place, OpenMode mode, Caching caching) {
+void File::open(const OpenTarget& target, OpenMode mode, Caching caching) {
   // Without O_NONBLOCK, opening a FIFO blocks until another process opens its other end.
-  const int flags = opening_flags(mode) | place.flags | O_CLOEXEC | O_NONBLOCK |
+  const int flags = opening_flags(mode) | target.flags | O_CLOEXEC | O_NONBLOCK |
                     (caching == Caching::kNone ? O_DIRECT : 0);
   const FileOperation operation{mode == OpenMode::kCreate ? Kind::kCreate : Kind::kOpen, path_};
   File opened;
-  opened.descriptor_ = static_cast<int>(
-      attempt(operation, [&](auto) { return ::openat(place.directory, place.name, flags, 0644); }));
+  opened.descriptor_ = static_cast<int>(attempt(
+      operation, [&](auto) { return ::openat(target.directory, target.name, flags, 0644); }));
   struct stat status {};
   if (opened.descriptor_ < 0) {
     const int error = errno;
-    if (mode != OpenMode::kCreate && ::fstatat(place.directory, place.name, &status,
-                                               place.flags != 0 ? AT_SYMLINK_NOFOLLOW : 0) == 0)
-      refuse_other_kinds(status, path_, place.other_kinds);
+    if (mode != OpenMode::kCreate && ::fstatat(target.directory, target.name, &status,
+                                               target.flags != 0 ? AT_SYMLINK_NOFOLLOW : 0) == 0)
+      refuse_other_kinds(status, path_, target.other_kinds);
     if (error == EINVAL && caching == Caching::kNone)
       throw Error(ErrorCode::kNotSupported,
-                  fmt::format("open {}: its file system has no O_DIRECT", path_.native()));
+                  fmt::format("open {}: its file system has no O_DIRECT", path_.native()))
+          .about(path_);
     throw system_error(mode == OpenMode::kCreate ? "create" : "open", path_.native(), error);
   }
   if (::fstat(opened.descriptor_, &status) != 0) throw system_error("stat", path_.native(), errno);
-  refuse_other_kinds(status, path_, place.other_kinds);
+  refuse_other_kinds(status, path_, target.other_kinds);
   // With O_NONBLOCK, an io_uring request would fail with EAGAIN instead of waiting for the disk.
   if (const int found = ::fcntl(opened.descriptor_, F_GETFL);
       found < 0 || ::fcntl(opened.descriptor_, F_SETFL, found & ~O_NONBLOCK) < 0)
@@ -88,7 +91,9 @@ void File::open(const Place& place, OpenMode mode, Caching caching) {
 }
 
 File::~File() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  release_lock(descriptor_);
+  ::close(descriptor_);
 }
 
 File::File(File&& other) noexcept
@@ -105,11 +110,12 @@ void File::read_at(std::uint64_t offset, std::span<std::byte> into) const {
     const ssize_t got = attempt({Kind::kRead, path_, offset, into.size()}, [&](auto most_bytes) {
       return ::pread(descriptor_, into.data(), most_bytes, static_cast<off_t>(offset));
     });
-    if (got < 0) throw system_error("read", path_.native(), errno);
+    if (got < 0) throw system_error("read", path_.native(), errno, offset);
     if (got == 0)
       throw Error(ErrorCode::kCorruption,
                   fmt::format("read {}: the file ends at byte {}, expected {} more bytes there",
-                              path_.native(), offset, into.size()));
+                              path_.native(), offset, into.size()))
+          .about(path_, offset);
     into = into.subspan(static_cast<std::size_t>(got));
     offset += static_cast<std::uint64_t>(got);
   }
@@ -120,10 +126,11 @@ void File::write_at(std::uint64_t offset, std::span<const std::byte> from) {
     const ssize_t put = attempt({Kind::kWrite, path_, offset, from.size()}, [&](auto most_bytes) {
       return ::pwrite(descriptor_, from.data(), most_bytes, static_cast<off_t>(offset));
     });
-    if (put < 0) throw system_error("write", path_.native(), errno);
+    if (put < 0) throw system_error("write", path_.native(), errno, offset);
     if (put == 0)
       throw Error(ErrorCode::kIo, fmt::format("write {}: at byte {} none of {} bytes was written",
-                                              path_.native(), offset, from.size()));
+                                              path_.native(), offset, from.size()))
+          .about(path_, offset);
     from = from.subspan(static_cast<std::size_t>(put));
     offset += static_cast<std::uint64_t>(put);
   }
@@ -166,6 +173,7 @@ bool File::lock(bool exclusive) {
 void File::close() {
   if (descriptor_ < 0) return;
   const int verdict = before_operation({Kind::kClose, path_}).error;
+  release_lock(descriptor_);
   const int result = ::close(std::exchange(descriptor_, -1));
   // On Linux the descriptor is closed even after EINTR.
   const int error = verdict != 0 ? verdict : result != 0 ? errno : 0;

@@ -1,4 +1,4 @@
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 #include <atomic>
 

@@ -1,10 +1,12 @@
-#include "plait/partial_output.h"
+#include "io/partial_output.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <system_error>
 #include <utility>
+
+#include "io/made_mark.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -24,7 +26,21 @@ void refuse_what_is_there(const Directory& directory, const std::string& name,
                 fmt::format("create {}: it exists and is no regular file", path.native()));
 }
 
+Error complete_under_its_name(const Error& error, const std::filesystem::path& path) {
+  return {error.code(), fmt::format("{}: it is complete and has its name, but after a crash of the "
+                                    "machine it may not have it any more: {}",
+                                    path.native(), error.what())};
+}
+
 }  // namespace
+
+void sync_name(const Directory& parent, const std::filesystem::path& path) {
+  try {
+    parent.sync();
+  } catch (const Error& error) {
+    throw complete_under_its_name(error, path);
+  }
+}
 
 OutputName::OutputName(const std::filesystem::path& given) : path(given.lexically_normal()) {
   if (!path.has_filename()) path = path.parent_path();
@@ -82,49 +98,19 @@ bool TemporaryName::exchange(int descriptor, int other) {
   return false;
 }
 
-PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
-    : existing_(existing), name_(path, "partial") {
-  refuse_what_is_there(name_.parent(), name_.final_name(), final_path(), existing_);
-  // A program that removes left-overs may remove this file before it is locked; then the next
-  // attempt makes another one.
-  do {
-    const std::string& name = name_.next();
-    try {
-      file_ = File(name_.parent(), name, OpenMode::kCreate);
-    } catch (const Error& error) {
-      throw with_final_name(error, name_.parent().path_of(name), final_path());
-    }
-  } while (!file_.lock(true) || !name_.is_of(file_.descriptor()));
-}
-
-void PartialFile::check(const std::filesystem::path& path, Existing existing) {
-  const OutputName output(path);
-  refuse_what_is_there(output.directory, output.name, output.path, existing);
-}
-
-PartialFile::~PartialFile() {
-  try {
-    if (name_.is_of(file_.descriptor())) name_.parent().remove(name_.name());
-  } catch (const std::exception&) {  // the next run with this output removes it
-  }
-}
-
-void PartialFile::publish() {
-  file_.sync();
-  const Renaming renaming = existing_ == Existing::kRefuse ? Renaming::kRefuse : Renaming::kReplace;
-  if (!name_.give(file_.descriptor(), name_.final_name(), renaming)) throw name_taken(final_path());
-  file_.close();
-  name_.parent().sync();
-}
-
 PartialDirectory::PartialDirectory(std::filesystem::path final_path, std::string kind,
-                                   RemoveContent remove_content)
-    : final_path_(std::move(final_path)), kind_(std::move(kind)), remove_content_(remove_content) {}
+                                   MadeProof proof, RemoveContent remove_content)
+    : final_path_(std::move(final_path)),
+      kind_(std::move(kind)),
+      proof_(proof),
+      remove_content_(remove_content) {}
 
 PartialDirectory::~PartialDirectory() {
+  if (!process_.is_current()) return;
   try {
     if (!made_.is_open() || !name_->is_of(made_.descriptor())) return;
     remove_content_(made_);
+    if (proof_ == MadeProof::kMark) made_.remove(kMadeMarkName);
     name_->parent().remove_directory(name_->name());
   } catch (const std::exception&) {  // the next run with this output removes it
   }
@@ -134,7 +120,8 @@ const Directory& PartialDirectory::directory() {
   if (made_.is_open()) return made_;
   name_.emplace(final_path_, kind_);
   Directory made;
-  // As above. The lock is a shared one because Store::create takes it too.
+  // A program that removes left-overs may remove this directory before it is locked; then the next
+  // attempt makes another one. The lock is a shared one because Store::create takes it too.
   do {
     name_->next();
     try {
@@ -144,13 +131,18 @@ const Directory& PartialDirectory::directory() {
     }
   } while (!made.lock(false) || !name_->is_of(made.descriptor()));
   made_ = std::move(made);
+  if (proof_ == MadeProof::kMark) try {
+      write_made_mark(made_);
+    } catch (const Error& error) {
+      throw with_final_name(error, made_.path_of(kMadeMarkName), name_->final_path());
+    }
   return made_;
 }
 
 bool PartialDirectory::publish(bool durable) {
   if (durable) made_.sync();
   if (!name_->give(made_.descriptor(), name_->final_name(), Renaming::kRefuse)) return false;
-  if (durable) name_->parent().sync();
+  if (durable) sync_name(name_->parent(), final_path_);
   return true;
 }
 
@@ -160,6 +152,61 @@ std::filesystem::path PartialDirectory::keep_as(std::string kind) {
   }
   name_->parent().sync();
   return kept.path();
+}
+
+namespace {
+
+constexpr char kOutputName[] = "output";
+
+void remove_nothing(const Directory&) {}
+
+}  // namespace
+
+PartialFile::PartialFile(const std::filesystem::path& path, Existing existing)
+    : existing_(existing),
+      made_(OutputName(path).path, "partial", MadeProof::kMark, remove_nothing) {
+  check(path, existing_);
+  const Directory& directory = made_.directory();
+  try {
+    file_ = File(directory, kOutputName, OpenMode::kCreate);
+  } catch (const Error& error) {
+    throw with_final_name(error, directory.path_of(kOutputName), final_path());
+  }
+}
+
+void PartialFile::check(const std::filesystem::path& path, Existing existing) {
+  const OutputName output(path);
+  refuse_what_is_there(output.directory, output.name, output.path, existing);
+}
+
+bool PartialFile::has_its_name() const {
+  return made_.made().contains(kOutputName, file_.descriptor());
+}
+
+PartialFile::~PartialFile() {
+  if (!process_.is_current()) return;
+  try {
+    if (file_.is_open() && has_its_name()) made_.made().remove(kOutputName);
+  } catch (const std::exception&) {  // the next run with this output removes it
+  }
+}
+
+void PartialFile::publish() {
+  file_.sync();
+  if (!has_its_name())
+    throw Error(ErrorCode::kBadState,
+                fmt::format("rename to {}: the new output is not at {} any more",
+                            final_path().native(), path().native()));
+  const Directory& parent = made_.name().parent();
+  const Renaming renaming = existing_ == Existing::kRefuse ? Renaming::kRefuse : Renaming::kReplace;
+  if (!made_.made().rename(kOutputName, parent, made_.name().final_name(), renaming))
+    throw name_taken(final_path());
+  try {
+    file_.close();
+    parent.sync();
+  } catch (const Error& error) {
+    throw complete_under_its_name(error, final_path());
+  }
 }
 
 Error with_final_name(const Error& error, const std::filesystem::path& temporary,

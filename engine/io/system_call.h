@@ -1,4 +1,4 @@
-// Makes a system call on a file: calls the hook of plait/file_operations.h around it, and repeats
+// Makes a system call on a file: calls the hook of io/file_operations.h around it, and repeats
 // the call if a signal interrupted it.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstdint>
 
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

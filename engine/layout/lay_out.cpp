@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "layout/spans.h"
+#include "plait/error.h"
 #include "plait/layout.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -38,13 +39,15 @@ Candidate best_layout(const BaseMesh& mesh) {
 
 }  // namespace
 
-LaidOutMesh lay_out(const BaseMesh& mesh, LayoutKind kind) {
+LaidOutMesh lay_out(const BaseMesh& mesh, LayoutKind kind) try {
   if (kind == LayoutKind::kGiven) return {mesh, kind, measure_spans(mesh)};
   const Candidate chosen =
       kind == LayoutKind::kAutomatic ? best_layout(mesh) : Candidate{kind, face_order(mesh, kind)};
   LaidOutMesh result{mesh.with_face_order(chosen.order), chosen.kind, {}};
   result.spans = measure_spans(result.mesh);
   return result;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("lay out the mesh");
 }
 
 PLAIT_END_NAMESPACE

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "plait/topology.h"
+#include "plait/extend/topology.h"
 
 namespace plait::layout {
 

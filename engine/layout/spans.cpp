@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <numeric>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

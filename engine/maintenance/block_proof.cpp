@@ -22,13 +22,12 @@ struct BlockProof::Model {
   static constexpr const char* kName = "sealed";
 };
 
-BlockProof::BlockProof(const BackendRegistry::Entry& backend, std::string_view options,
-                       PartialDirectory& scratch)
-    : backend_(backend), options_(options), scratch_(scratch) {}
+BlockProof::BlockProof(const RegisteredBackend& backend, PartialDirectory& scratch)
+    : backend_(backend), scratch_(scratch) {}
 
 BlockProof::~BlockProof() = default;
 
-std::unique_ptr<Volume> BlockProof::open_volume() const { return backend_.open({options_}); }
+std::unique_ptr<Volume> BlockProof::open_volume() const { return backend_.open({}); }
 
 BlockProof::Model& BlockProof::model_of(const LevelFile& file, const AttributeSchema& schema) {
   if (model_ && model_->of == &file) return *model_;

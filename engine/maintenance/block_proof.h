@@ -1,4 +1,4 @@
-// Whether bytes are those that a damaged block had: they are if they get the same seal.
+// Proves that bytes are those of a damaged block: they have the checksum in the block table.
 #pragma once
 
 #include <cstddef>
@@ -6,41 +6,39 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
-#include "plait/backend.h"
-#include "plait/pager.h"
-#include "plait/partial_output.h"
+#include "io/partial_output.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class BlockProof {
  public:
-  /// `options` are the store's backend's. The other arguments outlive this object.
-  BlockProof(const BackendRegistry::Entry& backend, std::string_view options,
-             PartialDirectory& scratch);
+  /// The arguments outlive this object.
+  BlockProof(const RegisteredBackend& backend, PartialDirectory& scratch);
   ~BlockProof();
 
-  const BackendRegistry::Entry& backend() const { return backend_; }
+  const RegisteredBackend& backend() const { return backend_; }
   std::unique_ptr<Volume> open_volume() const;
 
-  /// What the level's file should hold for this block if `raw` is its content: stored bytes whose
-  /// checksum is the one in the level's table. Nothing if they have another one. Valid until the
-  /// next call. REQUIRES: `file` is the same object for all blocks of a level.
+  /// Encodes `raw` as the level's backend stores this block, and returns the result if it has the
+  /// checksum in the level's table. Otherwise returns nothing. The result is valid until the next
+  /// call. REQUIRES: `file` is the same object for all blocks of a level.
   std::optional<std::span<const std::byte>> stored_bytes(const LevelFile& file,
                                                          const AttributeSchema& schema,
                                                          std::uint64_t block,
                                                          std::span<const std::byte> raw);
 
  private:
-  /// A level of the same identity, where blocks are sealed to be looked at.
+  /// A level in the scratch directory, with the identity of the store's level. Blocks are written
+  /// there to learn their stored bytes and checksums.
   struct Model;
   Model& model_of(const LevelFile& file, const AttributeSchema& schema);
 
-  const BackendRegistry::Entry& backend_;
-  std::string options_;
+  const RegisteredBackend& backend_;
   PartialDirectory& scratch_;
   std::unique_ptr<Model> model_;
   std::vector<std::byte> stored_;

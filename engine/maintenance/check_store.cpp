@@ -1,4 +1,4 @@
-#include "plait/check_store.h"
+#include "plait/extend/check_store.h"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,12 @@
 #include <set>
 #include <utility>
 
+#include "format/base_mesh_file.h"
+#include "format/bounds_file.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
 #include "plait/error.h"
-#include "store/base_mesh_file.h"
-#include "store/bounds_file.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
-#include "store/manifest.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
 
@@ -36,7 +36,7 @@ DamagedFile named(StoreFile kind, std::string name, std::string attribute, Store
   return file;
 }
 
-/// Runs `check`; what it finds damaged or missing becomes a reason, other errors pass.
+/// Runs `check`. Returns the message of an error about damaged or missing data, and throws others.
 template <class Check>
 std::optional<std::string> reason_of(Check check) {
   try {
@@ -48,11 +48,11 @@ std::optional<std::string> reason_of(Check check) {
   }
 }
 
-/// The checks of one version, file after file: what Store::open does, going on where that ends.
+/// Checks one version, file after file, as Store::open does, but goes on after a damaged file.
 class StructureCheck {
  public:
   StructureCheck(const Directory& store, const StoredVersion& version,
-                 const BackendRegistry::Entry& backend, StoreCheck& result)
+                 const RegisteredBackend& backend, StoreCheck& result)
       : store_(store),
         version_(version),
         description_(version.description()),
@@ -74,20 +74,25 @@ class StructureCheck {
           else
             version_.check_version_file();
         });
+    for (const FaceAttributeRecord& attribute : description_.face_attributes) {
+      const std::uint64_t bytes = description_.face_count * attribute.schema.record_bytes();
+      check(named(StoreFile::kFaceRecords, version_.face_records_name(attribute),
+                  attribute.schema.name, StoredSize{bytes, attribute.checksum}),
+            [&] { version_.read_face_records(attribute); });
+    }
     for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
       const AttributeRecord& attribute = description_.attributes[at];
-      if (is_derived(attribute.pipeline)) continue;
       const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
       check(named(StoreFile::kBaseRecords, version_.base_records_name(attribute),
                   attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
             [&] { version_.read_base_records(attribute); });
       for (StoredLevel& level : levels)
-        if (level.attribute == at) check_level(level, base_known && tables_known);
+        if (level.attribute == at) check_files(level, base_known && tables_known);
     }
   }
 
  private:
-  /// Whether the file is what it should be; if not it is reported.
+  /// Returns whether the file is whole. Reports it otherwise.
   template <class Read>
   bool check(DamagedFile file, Read read) {
     ++result_.files;
@@ -98,10 +103,17 @@ class StructureCheck {
     return false;
   }
 
-  void check_level(StoredLevel& level, bool content_known) {
+  void check_files(const StoredLevel& level, bool content_known) {
+    const std::vector<std::string> names = level.file_names();
+    for (std::size_t file = 0; file < names.size(); ++file)
+      check_file(level, file, names[file], content_known);
+  }
+
+  void check_file(const StoredLevel& level, std::size_t file, const std::string& name,
+                  bool content_known) {
     const AttributeSchema& schema = description_.attributes[level.attribute].schema;
-    DamagedFile found = named(StoreFile::kLevel, level.file_name(), schema.name, level.level);
-    const std::string name = found.name;
+    DamagedFile found = named(StoreFile::kLevel, name, schema.name, level.level);
+    found.file = file;
     if (!content_known) {
       check(std::move(found), [&] { File(store_, name, OpenMode::kRead); });
       return;
@@ -109,25 +121,25 @@ class StructureCheck {
     found.expected_level = std::make_unique<LevelFile>();
     LevelFile& expected = *found.expected_level;
     expected.geometry = level.geometry;
-    expected.table = std::move(level.table);
+    expected.table = level.table;
     expected.path = store_.path_of(name);
     expected.pipeline = level.record.pipeline;
     expected.writable = false;
     check(std::move(found), [&] {
-      backend_.open({std::string(BackendRegistry::options_in(result_.options.backend))})
-          ->open_level({store_, name, OpenMode::kRead, expected.geometry, expected.table, schema,
-                        expected.pipeline});
+      backend_.open({})->open_level({store_, name, OpenMode::kRead, expected.geometry,
+                                     expected.table, schema, expected.pipeline});
     });
   }
 
   const Directory& store_;
   const StoredVersion& version_;
   const VersionDescription& description_;
-  const BackendRegistry::Entry& backend_;
+  const RegisteredBackend& backend_;
   StoreCheck& result_;
 };
 
-/// What the other slot of the manifest says: notes, and the older version where it names one.
+/// Reads the other slot of the manifest. Returns the older version that it names; adds a note if it
+/// is damaged.
 std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uint64_t newest,
                                                 StoreCheck& result) {
   const File file(store, kManifestName, OpenMode::kRead);
@@ -154,7 +166,7 @@ std::optional<std::uint64_t> look_at_other_slot(const Directory& store, std::uin
 void find_left_overs(const Directory& store, const StoredVersion& version,
                      std::optional<std::uint64_t> older, StoreCheck& result) {
   std::set<std::string> names = version.file_names();
-  names.insert({kManifestName, kBaseMeshName, kLockName, kJournalName});
+  names.insert({kManifestName, kBaseMeshName, kLockName});
   for (const AttributeRecord& attribute : version.description().attributes)
     names.insert(bounds_file_name(attribute.number));
   for (const std::string& name : store.names())
@@ -177,13 +189,15 @@ void look_at_bounds(const Directory& store, const VersionDescription& descriptio
 
 }  // namespace
 
-StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
+StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) try {
   const Directory store = open_store_directory(path);
   StoreCheck result;
   result.files = 1;
+  result.lock = why_unusable_lock(store).value_or("");
   const std::uint64_t newest = read_manifest(store).sequence;
   std::optional<StoredVersion> opened;
-  // Where there is a file, a refusal to open it is about the whole store: a forged journal, say.
+  // The capture calls open_for_reading() outside reason_of() on purpose: its errors concern the
+  // whole store.
   const std::string version_name = version_file_name(newest);
   const auto reason = store.contains(version_name)
                           ? reason_of([&, version = open_for_reading(store)]() mutable {
@@ -200,7 +214,7 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
   }
   const StoredVersion& version = *opened;
   const VersionDescription& description = version.description();
-  const BackendRegistry::Entry& backend = version.find_backend(backends);
+  const RegisteredBackend& backend = version.find_backend(backends);
   result.options = version.options();
   result.provenance = description.provenance;
   for (const AttributeRecord& attribute : description.attributes)
@@ -209,6 +223,34 @@ StoreCheck check_store(const fs::path& path, const BackendRegistry& backends) {
   find_left_overs(store, version, older, result);
   look_at_bounds(store, description, result);
   return result;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("check " + path.native());
+}
+
+StoreDescription describe_store(const fs::path& path) try {
+  const Directory store = open_store_directory(path);
+  const StoredVersion version(store, open_for_reading(store));
+  const VersionDescription& described = version.description();
+  StoreDescription result;
+  result.uuid = version.manifest().uuid;
+  result.sequence = version.manifest().sequence;
+  result.options = version.options();
+  result.provenance = described.provenance;
+  result.vertex_count = described.vertex_count;
+  result.edge_count = described.edge_count;
+  result.face_count = described.face_count;
+  result.border_edge_count = described.border_edge_count;
+  for (const AttributeRecord& attribute : described.attributes) {
+    result.attributes.push_back({attribute.schema, described.finest_level(attribute), {}});
+    for (const LevelRecord& level : attribute.levels)
+      result.attributes.back().pipelines.push_back(level.pipeline);
+  }
+  for (const FaceAttributeRecord& attribute : described.face_attributes)
+    result.face_attributes.push_back(attribute.schema);
+  result.texts = described.texts;
+  return result;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("describe " + path.native());
 }
 
 PLAIT_END_NAMESPACE

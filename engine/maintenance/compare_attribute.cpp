@@ -1,4 +1,4 @@
-#include "plait/compare_attribute.h"
+#include "maintenance/compare_attribute.h"
 
 #include <fmt/format.h>
 
@@ -6,16 +6,19 @@
 #include <cmath>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "maintenance/source_session.h"
+#include "paging/level_cursor.h"
 #include "plait/error.h"
-#include "plait/level_cursor.h"
+#include "plait/extend/store_access.h"
+#include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// Whether the errors of all records are within `most`. A number that kept its bits has no error,
-/// also if it is no number.
+/// even if it is NaN.
 template <class Number>
 bool is_within(std::span<const std::byte> before, std::span<const std::byte> after,
                std::size_t components, ErrorMetric metric, long double most) {
@@ -43,7 +46,7 @@ bool is_within(std::span<const std::byte> before, std::span<const std::byte> aft
 
 void compare_attribute(const Store& store, AttributeId attribute, const Store& of_copy,
                        AttributeId copy, const std::optional<ErrorBound>& bound,
-                       const std::function<bool(std::uint64_t)>& proceed) {
+                       const ProgressCallback& progress) try {
   const AttributeSchema& schema = store.attributes()[attribute].schema;
   const auto refuse = [&](int level, EdgeId edge) {
     return Error(ErrorCode::kCorruption,
@@ -63,21 +66,28 @@ void compare_attribute(const Store& store, AttributeId attribute, const Store& o
                : is_within<double>(before, after, schema.components, rounding.metric,
                                    rounding.bound);
   };
+  const StorePass under_way(std::as_const(store));
   const auto edges = static_cast<EdgeId>(store.base().edge_count());
+  const std::uint64_t total_bytes = bytes_of_levels(store, attribute);
+  std::uint64_t done_bytes = 0;
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
        ++level) {
-    const LevelFile& stored = store.level_file(attribute, level);
+    const LevelFile& stored = StoreAccess::level_file(store, attribute, level);
     const LevelGeometry& geometry = stored.geometry;
     LevelCursor from(open_source_session(store, stored), stored);
-    LevelCursor to(of_copy.open_session(), of_copy.level_file(copy, level));
+    LevelCursor to(StoreAccess::open_session(of_copy),
+                   StoreAccess::level_file(of_copy, copy, level));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       if (!is_right(from.slot(edge).bytes, to.slot(edge).bytes)) throw refuse(level, edge);
       const std::uint64_t block = geometry.block_of(edge);
       if (edge + 1 != geometry.edge_after(block)) continue;
-      if (proceed && !proceed(geometry.block_bytes(block)))
+      done_bytes += geometry.block_bytes(block);
+      if (progress && !progress({"compare", done_bytes, total_bytes}))
         throw Error(ErrorCode::kCancelled, "compare attribute: cancelled");
     }
   }
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("compare attribute");
 }
 
 PLAIT_END_NAMESPACE

@@ -1,167 +1,144 @@
-#include "plait/copy_levels.h"
-
-#include <fmt/format.h>
+#include "plait/extend/copy_levels.h"
 
 #include <algorithm>
+#include <array>
+#include <deque>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "maintenance/source_session.h"
-#include "plait/attribute_levels.h"
-#include "plait/derivation.h"
+#include "paging/level_cursor.h"
 #include "plait/error.h"
-#include "plait/level_cursor.h"
+#include "plait/extend/store_access.h"
+#include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
 
-using Proceed = std::function<bool(std::uint64_t copied)>;
+/// Whether blocks of the level are encoded from other levels of its own attribute.
+bool needs_own_levels(const LevelFile& level) {
+  if (!needs_other_blocks(level)) return false;
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  const std::size_t count = level.backend->context(0, needed);
+  return std::ranges::any_of(std::span(needed).first(count), [&](const ContextBlock& block) {
+    return block.attribute == level.table.attribute();
+  });
+}
 
-/// Adds the levels of a derived attribute, and compares their records with those of `attribute`, if
-/// wanted.
-class DerivedCopy {
- public:
-  DerivedCopy(Store& from, AttributeId attribute, Store& to, AttributeId copy,
-              const Proceed& proceed)
-      : from_(from), attribute_(attribute), to_(to), copy_(copy), proceed_(proceed) {}
+/// Whether all levels can be copied in one pass. Blocks of another attribute, from which blocks of
+/// several levels are made, are then read once. Levels that are encoded from each other are written
+/// one after another.
+bool can_be_copied_together(Store& from, AttributeId attribute, Store& to, AttributeId copy) {
+  const int finest = from.attributes()[attribute].finest_level;
+  for (int level = from.base_level() + 1; level <= finest; ++level)
+    if (const LevelFile& stored = StoreAccess::level_file(from, attribute, level);
+        !needs_other_blocks(stored) || needs_own_levels(stored) ||
+        needs_own_levels(StoreAccess::level_file(to, copy, level)))
+      return false;
+  return true;
+}
 
-  void add_levels() {
-    while (to_.attributes()[copy_].finest_level < from_.attributes()[attribute_].finest_level)
-      to_.add_level(copy_);
+/// A level that is being copied.
+struct CopiedLevel {
+  CopiedLevel(Store& from, const LevelFile& stored, Store& to, LevelFile& copy)
+      : geometry(stored.geometry),
+        source(open_source_session(from, stored), stored),
+        target(StoreAccess::open_session(to), copy, Access::kOverwrite) {
+    written.add(copy, Access::kOverwrite);
   }
-
-  void compare() {
-    if (!std::ranges::equal(std::as_const(from_).base_bytes(attribute_),
-                            std::as_const(to_).base_bytes(copy_)))
-      refuse("a base vertex");
-    const int finest = from_.attributes()[attribute_].finest_level;
-    for (int level = from_.base_level() + 1; level <= finest; ++level) compare(level);
-  }
-
- private:
-  void compare(int level) {
-    const auto edges = static_cast<EdgeId>(from_.base().edge_count());
-    const LevelFile& stored = from_.level_file(attribute_, level);
-    const LevelGeometry& geometry = stored.geometry;
-    LevelCursor expected(open_source_session(from_, stored), stored);
-    LevelCursor found(to_.open_session(), to_.level_file(copy_, level));
-    for (EdgeId edge = 0; edge < edges; ++edge) {
-      if (!std::ranges::equal(expected.slot(edge).bytes, found.slot(edge).bytes))
-        refuse(fmt::format("edge {} of level {}", edge, level));
-      const std::uint64_t block = geometry.block_of(edge);
-      if (edge + 1 != geometry.edge_after(block)) continue;
-      if (proceed_ && !proceed_(geometry.block_bytes(block)))
-        throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
-    }
-  }
-
-  [[noreturn]] void refuse(const std::string& where) {
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("derive '{}' as {}: expected the records that are stored, found others "
-                    "at {}; keep the attribute stored",
-                    from_.attributes()[attribute_].schema.name, to_.derivation(copy_), where));
-  }
-
-  Store& from_;
-  AttributeId attribute_;
-  Store& to_;
-  AttributeId copy_;
-  const Proceed& proceed_;
+  const LevelGeometry& geometry;
+  UnfinishedLevels written;
+  LevelCursor source, target;
 };
-
-[[noreturn]] void refuse_rounding(const Store& store, AttributeId attribute) {
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("round '{}': it is computed from another attribute, expected one that is "
-                          "stored",
-                          store.attributes()[attribute].schema.name));
-}
-
-/// The attribute that a derived one is computed from.
-std::string_view source_of(std::string_view derivation) {
-  return derivation.substr(derivation.find('/') + 1);
-}
 
 }  // namespace
 
 void copy_attribute(Store& from, AttributeId attribute, Store& to, AttributeId copy,
-                    const std::function<bool(std::uint64_t)>& proceed, Rounder* rounder) {
-  if (!to.derivation(copy).empty()) {
-    if (rounder != nullptr) refuse_rounding(to, copy);
-    DerivedCopy derived(from, attribute, to, copy, proceed);
-    derived.add_levels();
-    // The same rule makes the same records of the same source.
-    if (from.derivation(attribute) != to.derivation(copy)) derived.compare();
-    return;
-  }
+                    const ProgressCallback& progress, Rounder* rounder) try {
+  for (int level = from.base_level() + 1; level <= from.attributes()[attribute].finest_level;
+       ++level)
+    StoreAccess::check_readable(from, attribute, level);
   const auto edges = static_cast<EdgeId>(from.base().edge_count());
+  const std::uint64_t total_bytes = bytes_of_levels(from, attribute);
+  std::uint64_t done_bytes = 0;
   std::ranges::copy(std::as_const(from).base_bytes(attribute), to.base_bytes(copy).begin());
   const int finest = from.attributes()[attribute].finest_level;
-  to.plan_levels(copy, finest, from.attributes()[attribute].schema.name);
-  for (int level = from.base_level() + 1; level <= finest; ++level) {
-    to.add_level(copy);
-    const LevelFile& stored = from.level_file(attribute, level);
-    const LevelGeometry& geometry = stored.geometry;
-    UnfinishedLevels written;
-    written.add(to.level_file(copy, level), Access::kOverwrite);
-    LevelCursor source(open_source_session(from, stored), stored);
-    LevelCursor target(to.open_session(), to.level_file(copy, level), Access::kOverwrite);
-    for (EdgeId edge = 0; edge < edges; ++edge) {
-      const std::span<std::byte> slot = target.slot(edge).bytes;
-      std::ranges::copy(source.slot(edge).bytes, slot.begin());
-      if (rounder != nullptr) rounder->round(slot);
-      const std::uint64_t block = geometry.block_of(edge);
-      if (edge + 1 != geometry.edge_after(block)) continue;
-      if (proceed && !proceed(geometry.block_bytes(block)))
-        throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
+  StoreAccess::plan_levels(to, copy, finest, from.attributes()[attribute].schema.name);
+  const int first = from.base_level() + 1;
+  for (int level = first; level <= finest; ++level) to.add_level(copy);
+  const auto copy_levels_of = [&](int coarsest, int last) {
+    std::optional<StorePass> reading;
+    if (&from != &to) reading.emplace(std::as_const(from));
+    const StorePass writing(to, "copy levels to");
+    std::deque<CopiedLevel> levels;
+    for (int level = coarsest; level <= last; ++level)
+      levels.emplace_back(from, StoreAccess::level_file(from, attribute, level), to,
+                          StoreAccess::level_file(to, copy, level));
+    for (EdgeId edge = 0; edge < edges; ++edge)
+      for (CopiedLevel& level : levels) {
+        const std::span<std::byte> slot = level.target.slot(edge).bytes;
+        std::ranges::copy(level.source.slot(edge).bytes, slot.begin());
+        if (rounder != nullptr) rounder->round(slot);
+        const std::uint64_t block = level.geometry.block_of(edge);
+        if (edge + 1 != level.geometry.edge_after(block)) continue;
+        done_bytes += level.geometry.block_bytes(block);
+        if (progress && !progress({"copy", done_bytes, total_bytes}))
+          throw Error(ErrorCode::kCancelled, "copy levels: cancelled");
+      }
+    for (CopiedLevel& level : levels) level.written.finish();
+  };
+  if (rounder != nullptr || !can_be_copied_together(from, attribute, to, copy)) {
+    for (int level = first; level <= finest; ++level) copy_levels_of(level, level);
+  } else {
+    try {
+      copy_levels_of(first, finest);
+    } catch (const Error& error) {
+      // So many blocks at once, each with its context, are more than the budget holds.
+      if (error.code() != ErrorCode::kBudget) throw;
+      done_bytes = 0;
+      for (int level = first; level <= finest; ++level) copy_levels_of(level, level);
     }
-    written.finish();
   }
   const std::optional<Rounding>& earlier = from.rounding(attribute);
-  to.set_rounding(copy, rounder != nullptr ? rounder->result(earlier) : earlier);
+  StoreAccess::set_rounding(to, copy, rounder != nullptr ? rounder->result(earlier) : earlier);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("copy levels");
 }
 
-void copy_levels(Store& from, Store& to,
-                 const std::function<bool(std::uint64_t, std::uint64_t)>& proceed,
-                 const ErrorBounds& bounds) {
-  to.set_provenance(from.provenance());
+void copy_levels(Store& from, Store& to, const ProgressCallback& progress,
+                 const ErrorBounds& bounds) try {
+  StoreAccess::set_provenance(to, from.provenance());
   std::uint64_t total_bytes = 0, done_bytes = 0;
   for (AttributeId id = 0; id < from.attributes().size(); ++id)
     total_bytes += bytes_of_levels(from, id);
-  const auto count = [&](std::uint64_t copied) {
-    done_bytes += copied;
-    return !proceed || proceed(done_bytes, total_bytes);
+  const ProgressCallback count = [&](const Progress& now) {
+    return !progress || progress({now.phase, done_bytes + now.done, total_bytes});
   };
-  std::vector<AttributeId> copies;
-  for (AttributeId id = 0; id < from.attributes().size(); ++id) {
-    copies.push_back(to.add_attribute(from.attributes()[id].schema));
-    if (!from.derivation(id).empty() && !to.options().pipeline_of)
-      to.set_pipeline(copies.back(), derived_pipeline(from.derivation(id)));
+  for (const auto& [name, text] : from.texts()) to.set_text(name, text);
+  for (const AttributeSchema& schema : from.face_attributes()) {
+    to.add_face_attribute(schema);
+    std::ranges::copy(std::as_const(from).face_bytes(schema.name),
+                      to.face_bytes(schema.name).begin());
   }
-  // Attributes that are computed come after what they are computed from.
-  for (const bool derived : {false, true})
-    for (AttributeId id = 0; id < from.attributes().size(); ++id) {
-      const AttributeSchema& schema = from.attributes()[id].schema;
-      const std::string_view derivation = to.derivation(copies[id]);
-      if (derivation.empty() == derived) continue;
-      if (derived && !bounds.of(schema.name) && bounds.of(source_of(derivation))) {
-        DerivedCopy(from, id, to, copies[id], count).add_levels();
-        continue;
-      }
-      std::optional<Rounder> rounder;
-      if (const auto bound = bounds.of(schema.name)) {
-        if (derived) refuse_rounding(from, id);
-        rounder.emplace(schema, *bound, std::as_const(from).base_bytes(id));
-      }
-      copy_attribute(from, id, to, copies[id], count, rounder ? &*rounder : nullptr);
-    }
+  std::vector<AttributeId> copies;
+  for (const AttributeInfo& info : from.attributes())
+    copies.push_back(to.add_attribute(info.schema));
+  for (AttributeId id = 0; id < from.attributes().size(); ++id) {
+    const AttributeSchema& schema = from.attributes()[id].schema;
+    std::optional<Rounder> rounder;
+    if (const auto bound = bounds.of(schema.name))
+      rounder.emplace(schema, *bound, std::as_const(from).base_bytes(id));
+    copy_attribute(from, id, to, copies[id], count, rounder ? &*rounder : nullptr);
+    done_bytes += bytes_of_levels(from, id);
+  }
   if (!bounds.of("position")) return;
   Provenance provenance = to.provenance();
   provenance.scheme.clear();  // it would make other positions
-  to.set_provenance(provenance);
+  StoreAccess::set_provenance(to, provenance);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("copy levels");
 }
 
 PLAIT_END_NAMESPACE

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "plait/extend/store_access.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -22,40 +24,42 @@ class Waiting final : public TransferListener {
   std::promise<void> done_;
 };
 
-/// The attribute that a backend knows by the number that is in its block tables.
-AttributeId numbered(Store& store, const ContextBlock& needed) {
+/// Finds the attribute whose block tables have this number.
+AttributeId numbered(const Store& store, const ContextBlock& needed) {
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     if (store.attributes()[id].finest_level >= needed.level &&
-        store.level_file(id, needed.level).table.attribute() == needed.attribute)
+        StoreAccess::level_file(store, id, needed.level).table.attribute() == needed.attribute)
       return id;
   return kNoId;
 }
 
 }  // namespace
 
-void read_block(Store& store, AttributeId attribute, int level, std::uint64_t block,
-                std::span<std::byte> into) {
-  Backend& backend = *store.level_file(attribute, level).backend;
-  std::array<ContextBlock, kMostContextBlocks> needed;
-  const std::size_t count = backend.context(block, needed);
-  if (count == 0 || backend.reads_alone(block)) return backend.read({block, 1}, into);
-
-  Session session = store.open_session();
+PinnedContext::PinnedContext(const Store& store, std::span<const ContextBlock> needed)
+    : session_(StoreAccess::open_session(store)), pinned_(needed.size()) {
   std::vector<BlockRequest> requests;
-  for (const ContextBlock& other : std::span(needed).first(count))
-    requests.emplace_back(
-        static_cast<const Store&>(store).level_file(numbered(store, other), other.level),
-        other.block);
-  std::vector<PinnedBlock> pinned(count);
-  session.pin_many(requests, pinned);
-  std::vector<std::span<const std::byte>> context;
-  context.reserve(count);
-  for (const PinnedBlock& other : pinned) context.push_back(other.bytes());
+  for (const ContextBlock& block : needed)
+    requests.emplace_back(StoreAccess::level_file(store, block.attribute, block.level),
+                          block.block);
+  session_.pin_many(requests, pinned_);
+  for (const PinnedBlock& block : pinned_) bytes_.push_back(block.bytes());
+}
+
+void read_block(const Store& store, AttributeId attribute, int level, std::uint64_t block,
+                std::span<std::byte> into) {
+  Backend& backend = *StoreAccess::level_file(store, attribute, level).backend;
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  const std::size_t count = backend.read_context(block, needed);
+  if (count == 0) return backend.read({block, 1}, into);
+
+  for (ContextBlock& other : std::span(needed).first(count))
+    other.attribute = numbered(store, other);
+  const PinnedContext context(store, std::span(needed).first(count));
   Waiting waiting;
   Transfer transfer;
   transfer.block = block;
   transfer.memory = into;
-  transfer.context = context;
+  transfer.context = context.bytes();
   transfer.listener = &waiting;
   backend.start(transfer);
   waiting.wait();

@@ -1,17 +1,33 @@
-// Reads one block from where it is stored, whether or not the pager has it.
+// Reads one block from its file, even if the pager has it in memory.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
+#include "plait/extend/backend.h"
+#include "plait/extend/session.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The pager reads the blocks that are needed to decode it. REQUIRES: the pager holds no changes.
-/// Errors: those of Backend::read(); kBudget if the needed blocks do not fit.
-void read_block(Store& store, AttributeId attribute, int level, std::uint64_t block,
+/// Has the blocks in memory that another block is decoded or made from. Must not outlive the store.
+class PinnedContext {
+ public:
+  /// An attribute's number in `needed` is its AttributeId. Errors: those of Session::pin_many.
+  PinnedContext(const Store& store, std::span<const ContextBlock> needed);
+  std::span<const std::span<const std::byte>> bytes() const { return bytes_; }
+
+ private:
+  Session session_;
+  std::vector<PinnedBlock> pinned_;
+  std::vector<std::span<const std::byte>> bytes_;
+};
+
+/// If other blocks are needed to decode it, the pager reads these. REQUIRES: the pager has no
+/// changed blocks. Errors: those of Backend::read(); kBudget if the needed blocks do not fit.
+void read_block(const Store& store, AttributeId attribute, int level, std::uint64_t block,
                 std::span<std::byte> into);
 
 PLAIT_END_NAMESPACE

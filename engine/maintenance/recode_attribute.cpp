@@ -1,12 +1,14 @@
-#include "plait/recode_attribute.h"
+#include "plait/extend/recode_attribute.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
-#include "plait/attribute_levels.h"
-#include "plait/compare_attribute.h"
-#include "plait/copy_levels.h"
+#include "maintenance/compare_attribute.h"
+#include "plait/error.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/extend/store_access.h"
+#include "store/attribute_levels.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -18,26 +20,26 @@ std::string free_name(const Store& store) {
       return name;
 }
 
-/// Reading the levels then decodes what their files have.
+/// After this call, reading a level reads and decodes its file.
 void drop_from_memory(Store& store, AttributeId attribute) {
-  store.pager().flush();
+  StoreAccess::pager(store).flush();
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
        ++level) {
-    LevelFile& file = store.level_file(attribute, level);
-    store.pager().detach(file);
-    store.pager().attach(file);
+    LevelFile& file = StoreAccess::level_file(store, attribute, level);
+    StoreAccess::pager(store).detach(file);
+    StoreAccess::pager(store).attach(file);
   }
 }
 
 }  // namespace
 
-void recode_attribute(Store& store, AttributeId attribute, const std::string& pipelines,
-                      const RecodeOptions& options) {
-  const std::uint64_t total_bytes = bytes_of_levels(store, attribute) * (options.verify ? 2 : 1);
+void recode_attribute(Store& store, AttributeId attribute, const LevelPipelines& pipelines,
+                      const RecodeOptions& options) try {
+  const std::uint64_t level_bytes = bytes_of_levels(store, attribute);
   std::uint64_t done_bytes = 0;
-  const auto proceed = [&](std::uint64_t bytes) {
-    done_bytes += bytes;
-    return !options.proceed || options.proceed(done_bytes, total_bytes);
+  const ProgressCallback progress = [&](const Progress& now) {
+    return !options.progress || options.progress({now.phase, done_bytes + now.done,
+                                                  level_bytes * (options.verify ? 2 : 1)});
   };
   std::optional<Rounder> rounder;
   if (options.bound)
@@ -48,21 +50,24 @@ void recode_attribute(Store& store, AttributeId attribute, const std::string& pi
   const AttributeId copy = store.add_attribute(std::move(schema));
   try {
     store.set_pipeline(copy, pipelines);
-    copy_attribute(store, attribute, store, copy, proceed, rounder ? &*rounder : nullptr);
+    copy_attribute(store, attribute, store, copy, progress, rounder ? &*rounder : nullptr);
     if (options.verify) {
       drop_from_memory(store, copy);
-      compare_attribute(store, attribute, store, copy, options.bound, proceed);
+      done_bytes = level_bytes;
+      compare_attribute(store, attribute, store, copy, options.bound, progress);
     }
     if (options.bound && store.attributes()[attribute].schema.name == "position") {
       Provenance provenance = store.provenance();
       provenance.scheme.clear();  // it would make other records
-      store.set_provenance(provenance);
+      StoreAccess::set_provenance(store, provenance);
     }
     store.replace_attribute(attribute, copy);
   } catch (...) {
     store.remove_attribute(copy);
     throw;
   }
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("encode an attribute anew");
 }
 
 PLAIT_END_NAMESPACE

@@ -1,12 +1,14 @@
-#include "plait/repair.h"
-
 #include <fmt/format.h>
 
+#include "format/file_names.h"
 #include "maintenance/block_repair.h"
 #include "maintenance/file_repair.h"
 #include "maintenance/read_block.h"
 #include "plait/error.h"
-#include "plait/left_overs.h"
+#include "plait/extend/store_access.h"
+#include "plait/verify.h"
+#include "store/left_overs.h"
+#include "store/recovery.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -17,12 +19,12 @@ Store open_store(const std::filesystem::path& path, const RepairOptions& options
                  const BackendRegistry& backends) {
   OpenOptions open;
   open.writable = !options.dry_run;
-  open.budget_bytes = options.budget_bytes / 2;
+  open.budget_bytes = options.budget_bytes;
   return Store::open(path, open, backends);
 }
 
 DamagedBlock describe_block(const Store& store, const BlockAddress& at) {
-  const LevelFile& file = store.level_file(at.attribute, at.level);
+  const LevelFile& file = StoreAccess::level_file(store, at.attribute, at.level);
   return {store.attributes()[at.attribute].schema.name,
           at.level,
           at.block,
@@ -32,17 +34,18 @@ DamagedBlock describe_block(const Store& store, const BlockAddress& at) {
           {}};
 }
 
-/// The blocks that were written are what is stored now, as far as the operating system says.
+/// Reads rebuilt blocks from their files, and so checks their checksums. The bytes may come from
+/// the page cache.
 void read_back(Store& store, const std::vector<BlockAddress>& blocks) {
   std::vector<std::byte> buffer;
   for (const BlockAddress& at : blocks) {
-    LevelFile& file = store.level_file(at.attribute, at.level);
+    LevelFile& file = StoreAccess::level_file(store, at.attribute, at.level);
     buffer.resize(file.geometry.block_bytes(at.block));
     read_block(store, at.attribute, at.level, at.block, buffer);
   }
 }
 
-/// What is damaged all the same, by the rules of opening, was not rebuilt.
+/// A file that open() still refuses counts as not rebuilt.
 void check_rebuilt_files(const std::filesystem::path& path, const BackendRegistry& backends,
                          RepairReport& report) {
   if (report.rebuilt_files.empty()) return;
@@ -55,65 +58,83 @@ void check_rebuilt_files(const std::filesystem::path& path, const BackendRegistr
   }
 }
 
-void repair_blocks(Store& store, const RepairOptions& options, RecomputedStore& recomputed,
-                   BlockProof& proof, RepairReport& report) {
+void repair_blocks(Store& store, const RepairOptions& options, MadeAgain& made, BlockProof& proof,
+                   RepairReport& report) {
   std::vector<BlockAddress> damaged;
-  const VerifyReport found = verify(
-      store,
-      [&](std::uint64_t done, std::uint64_t total) {
-        return !options.proceed || options.proceed("verify", done, total);
-      },
-      [&](const BlockAddress& block) { damaged.push_back(block); });
+  const VerifyReport found =
+      verify(store, options.progress, [&](const BlockAddress& block) { damaged.push_back(block); });
   report.blocks_examined = true;
   report.blocks = found.blocks;
   report.bytes = found.bytes;
   report.version = store.sequence();
-  BlockRepair blocks(store, damaged, options, recomputed, proof);
-  blocks.run();
-
+  BlockRepair blocks(store, options, made, proof);
   std::vector<BlockAddress> rebuilt;
   for (std::size_t at = 0; at < damaged.size(); ++at) {
-    const bool is_rebuilt = blocks.rebuilt()[at];
-    if (is_rebuilt) rebuilt.push_back(damaged[at]);
-    ++(is_rebuilt ? report.rebuilt_count : report.lost_count);
-    std::vector<DamagedBlock>& named = is_rebuilt ? report.rebuilt : report.lost;
+    if (options.progress && !options.progress({"make again", at, damaged.size()}))
+      throw Error(ErrorCode::kCancelled,
+                  fmt::format("repair {}: cancelled", store.path().native()));
+    const std::optional<std::string> why_lost = blocks.why_lost(damaged[at]);
+    if (!why_lost) rebuilt.push_back(damaged[at]);
+    ++(why_lost ? report.lost_count : report.rebuilt_count);
+    std::vector<DamagedBlock>& named = why_lost ? report.lost : report.rebuilt;
     if (named.size() >= kMaxNamed) continue;
-    // Verify names as many; what it only counts is described without its reason.
+    // verify() gives a reason for its first blocks only. The others are described without one.
     named.push_back(at < found.damaged.size() ? found.damaged[at]
                                               : describe_block(store, damaged[at]));
-    if (!is_rebuilt)
-      named.back().reason +=
-          fmt::format("; it cannot be rebuilt: {}", blocks.why_lost(damaged[at]));
+    if (why_lost) named.back().reason += fmt::format("; it cannot be rebuilt: {}", *why_lost);
   }
   if (rebuilt.empty() || options.dry_run) return;
+  StoreAccess::pager(store).flush();
   store.commit();
   report.version = store.sequence();
   read_back(store, rebuilt);
 }
 
+/// The backend of the store. If the description that names it is lost, any backend with raw files,
+/// because no level is read then.
+std::string backend_of(const StoreCheck& check, const BackendRegistry& backends) {
+  if (check.options.backend != kAutomaticBackend) return check.options.backend;
+  for (const std::string& name : backends.names())
+    if (const BackendTraits traits = backends.find(name).traits;
+        traits.durable && !traits.compressed)
+      return name;
+  return check.options.backend;
+}
+
 }  // namespace
 
 RepairReport repair(const std::filesystem::path& path, const RepairOptions& options,
-                    const BackendRegistry& backends, const PlanRecomputation& recompute) {
+                    const BackendRegistry& backends,
+                    const std::shared_ptr<const BlockMakers>& makers) {
   RepairReport report;
-  // A store may be given as ".", whose name only the path from the root tells.
-  PartialDirectory scratch(std::filesystem::absolute(path), "repair", remove_made_files);
+  // The scratch directory is named after the store, and the path "." has no name.
+  PartialDirectory scratch(std::filesystem::absolute(path), "repair", MadeProof::kMark,
+                           remove_made_files);
   StoreCheck check = check_store(path, backends);
   report.files = check.files;
   report.left_over = check.left_over;
   report.notes = check.notes;
   report.version = check.sequence;
-  RecomputedStore recomputed(check, options, backends, scratch, recompute);
-  BlockProof proof(backends.find(check.options.backend),
-                   BackendRegistry::options_in(check.options.backend), scratch);
-  FileRepair(path, check, options, recomputed, proof, scratch, report).run();
+  MadeAgain made(check, makers);
+  BlockProof proof(backends.find(backend_of(check, backends)), scratch);
+  if (!check.lock.empty() && !options.dry_run) make_lock_anew(open_store_directory(path));
+  FileRepair files(path, check, options, made, proof, scratch, report);
+  files.run();
   if (!options.dry_run) check_rebuilt_files(path, backends, report);
-  if (!report.lost_files.empty() || (options.dry_run && !report.rebuilt_files.empty()))
-    return report;
+  std::filesystem::path readable = path;
+  if (options.dry_run && report.lost_files.empty() && !report.rebuilt_files.empty())
+    readable = files.make_view();
+  if (!check.lock.empty()) report.rebuilt_files.push_back({kLockName, check.lock});
+  if (!report.lost_files.empty()) return report;
 
-  Store store = open_store(path, options, backends);
-  repair_blocks(store, options, recomputed, proof, report);
+  Store store = open_store(readable, options, backends);
+  repair_blocks(store, options, made, proof, report);
   store.close();
+  for (std::vector<DamagedBlock>* blocks : {&report.rebuilt, &report.lost})
+    for (DamagedBlock& block : *blocks)
+      block.reason = with_final_name({ErrorCode::kCorruption, block.reason},
+                                     readable == path ? "" : readable, path)
+                         .what();
   return report;
 }
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
+#include "format/manifest.h"
 #include "plait/error.h"
-#include "plait/file.h"
-#include "store/manifest.h"
+#include "plait/extend/file.h"
 #include "store/recovery.h"
 #include "store/version_locks.h"
 

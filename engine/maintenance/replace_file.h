@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "plait/directory.h"
+#include "plait/extend/directory.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -2,14 +2,13 @@
 // once, beside another session that does the work.
 #pragma once
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// If the blocks of the level need no others to be read, the session has a small share: enough for
-/// reading ahead. Another session of the same store then has the rest of the budget, for the
-/// context of its blocks.
+/// If a block of the level can be read without other blocks, the session gets a small share of the
+/// budget, which is enough for reading ahead. The rest is for the session that does the work.
 /// Errors: kOutOfMemory.
 Session open_source_session(const Store& store, const LevelFile& level);
 

@@ -1,7 +1,9 @@
 #include "maintenance/tables_from_levels.h"
 
+#include <string>
+
+#include "format/checksum.h"
 #include "plait/error.h"
-#include "store/checksum.h"
 #include "store/stored_version.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -27,20 +29,21 @@ bool seal_level(const Directory& store, const std::string& name, const LevelGeom
 
 }  // namespace
 
-std::optional<std::vector<std::byte>> tables_from_levels(
-    const std::filesystem::path& path, const StoreCheck& check,
-    const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+std::optional<std::vector<std::byte>> tables_from_levels(const std::filesystem::path& path,
+                                                         const StoreCheck& check,
+                                                         const ProgressCallback& progress) {
   const Directory store(path);
   const StoredVersion version(store, open_newest_version(store));
   std::vector<StoredLevel> levels = version.levels(check.base);
   std::vector<const BlockTable*> tables;
   for (StoredLevel& level : levels) {
-    if (level.is_derived()) continue;
-    if (proceed && !proceed(tables.size(), levels.size()))
+    if (progress && !progress({"seal blocks", tables.size(), levels.size()}))
       throw Error(ErrorCode::kCancelled, "make block tables: cancelled");
     level.table = BlockTable(version.manifest().uuid, level.number, level.level,
                              level.geometry.block_count());
-    if (!seal_level(store, level.file_name(), level.geometry, level.table)) return std::nullopt;
+    const std::vector<std::string> files = level.file_names();
+    if (files.size() > 1) return std::nullopt;  // nothing else says which file has a block
+    if (!seal_level(store, files.front(), level.geometry, level.table)) return std::nullopt;
     tables.push_back(&level.table);
   }
   std::vector<std::byte> bytes = version.version_file_with(tables);

@@ -4,21 +4,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <vector>
 
-#include "plait/check_store.h"
+#include "plait/extend/check_store.h"
+#include "plait/progress.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The file version.S with block tables made again from the level files of a store that keeps
-/// blocks raw and at fixed places: every block is read and sealed. Nothing unless it has the
-/// checksum that the manifest names, which it has if every block was written and is whole.
-/// REQUIRES: such a store, its base mesh and its description whole. Errors: kIo; kCancelled where
-/// `proceed` returns false.
-std::optional<std::vector<std::byte>> tables_from_levels(
-    const std::filesystem::path& path, const StoreCheck& check,
-    const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed = {});
+/// Reads and seals every block, and returns the file version.S with these block tables. Returns
+/// nothing if the result does not have the checksum that the manifest names: then a block is
+/// damaged, or was never written. REQUIRES: the store keeps blocks raw and at fixed places; base
+/// mesh and description are whole. Errors: kIo; kCancelled.
+std::optional<std::vector<std::byte>> tables_from_levels(const std::filesystem::path& path,
+                                                         const StoreCheck& check,
+                                                         const ProgressCallback& progress = {});
 
 PLAIT_END_NAMESPACE

@@ -1,41 +1,46 @@
 #include "plait/verify.h"
 
+#include <utility>
 #include <vector>
 
 #include "maintenance/read_block.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::uint64_t)>& proceed,
-                    const std::function<void(const BlockAddress&)>& damaged) {
+VerifyReport verify(const Store& store, const ProgressCallback& progress,
+                    const std::function<void(const BlockAddress&)>& damaged) try {
   constexpr std::size_t kMaxReported = 1000;
   std::uint64_t total_bytes = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
-      total_bytes += store.level_file(id, level).geometry.total_bytes();
+      total_bytes += StoreAccess::level_file(store, id, level).geometry.total_bytes();
 
-  // Blocks are read past the pager: what it holds must be where they are kept.
-  store.pager().flush();
+  const StorePass under_way(store);
+  // Blocks are read from their files, so the pager must first write those that have changed.
+  // That changes no record.
+  StoreAccess::pager(const_cast<Store&>(store)).flush();
   VerifyReport report;
   std::vector<std::byte> buffer;
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     const AttributeInfo& info = store.attributes()[id];
     for (int level = store.base_level() + 1; level <= info.finest_level; ++level) {
-      LevelFile& file = store.level_file(id, level);
-      buffer.resize(file.geometry.max_block_bytes());
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
       for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
         const std::uint64_t bytes = file.geometry.block_bytes(block);
         ++report.blocks;
         report.bytes += bytes;
-        if (file.table[block].encoding == BlockEncoding::kNeverWritten) ++report.never_written;
+        const bool is_written = file.table[block].encoding != BlockEncoding::kNeverWritten;
+        if (!is_written) ++report.never_written;
         try {
-          read_block(store, id, level, block, std::span(buffer).first(bytes));
+          if (is_written) {
+            buffer.resize(bytes);
+            read_block(store, id, level, block, buffer);
+          }
         } catch (const Error& error) {
-          // A bad place on the disk is an error of reading; the blocks beside it may be whole.
+          // A bad place on the disk is kIo. The blocks beside it may be whole.
           if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;
-          // A derived block has no bytes that can be damaged, only those that it is computed from.
-          if (file.is_derived) continue;
           ++report.damaged_count;
           if (damaged) damaged({id, level, block});
           if (report.damaged.size() < kMaxReported)
@@ -43,12 +48,14 @@ VerifyReport verify(Store& store, const std::function<bool(std::uint64_t, std::u
                                       file.geometry.first_edge(block),
                                       file.geometry.edge_after(block), error.what()});
         }
-        if (proceed && !proceed(report.bytes, total_bytes))
+        if (progress && !progress({"verify", report.bytes, total_bytes}))
           throw Error(ErrorCode::kCancelled, "verify: cancelled");
       }
     }
   }
   return report;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("verify " + store.path().native());
 }
 
 PLAIT_END_NAMESPACE

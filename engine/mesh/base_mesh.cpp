@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "connectivity.h"
-#include "parallel_parts.h"
+#include "mesh/connectivity.h"
+#include "mesh/parallel_parts.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -36,39 +36,30 @@ void check_elements(const IndexedMesh& mesh, std::string_view source) {
                                    vertex, p.x, p.y, p.z));
     }
   });
-  for_parts(mesh.faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
-    for (std::size_t face = first; face < last; ++face) {
-      const FaceVertices& corners = mesh.faces[face];
-      for (const VertexId vertex : corners)
-        if (vertex >= mesh.positions.size())
-          refuse(source, fmt::format("face {}: expected vertices below {}, found {}", face,
-                                     mesh.positions.size(), vertex));
-      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
-        refuse(source, fmt::format("face {}: expected three different vertices, found {} {} {}",
-                                   face, corners[0], corners[1], corners[2]));
-    }
-  });
+  check_faces(mesh.faces, mesh.positions.size(), source);
 }
 
-/// Removes the vertices without a corner and renumbers the others. Returns the number of removed
-/// vertices.
-std::uint64_t drop_unused_vertices(IndexedMesh& mesh, std::vector<FaceSide>& vertex_corners) {
-  std::vector<VertexId> renumbered(vertex_corners.size());
+/// Removes the vertices without a corner and renumbers the others. Returns the former numbers of
+/// those that stay.
+std::vector<VertexId> drop_unused_vertices(IndexedMesh& mesh,
+                                           std::vector<FaceSide>& vertex_corners) {
+  std::vector<VertexId> renumbered(vertex_corners.size()), former;
   VertexId kept = 0;
   for (std::size_t vertex = 0; vertex < vertex_corners.size(); ++vertex) {
     renumbered[vertex] = kept;
     if (!vertex_corners[vertex].exists()) continue;
     vertex_corners[kept] = vertex_corners[vertex];
     mesh.positions[kept] = mesh.positions[vertex];
+    former.push_back(static_cast<VertexId>(vertex));
     ++kept;
   }
-  const std::uint64_t dropped = vertex_corners.size() - kept;
   vertex_corners.resize(kept);
   mesh.positions.resize(kept);
   mesh.positions.shrink_to_fit();
   for (FaceVertices& face : mesh.faces)
     for (VertexId& vertex : face) vertex = renumbered[vertex];
-  return dropped;
+  former.shrink_to_fit();
+  return former;
 }
 
 std::vector<EdgeId> find_border_edges(std::span<const Edge> edges, std::uint64_t count) {
@@ -87,37 +78,45 @@ void warn(std::vector<std::string>* warnings, std::string text) {
 }  // namespace
 
 BaseMesh BaseMesh::build(IndexedMesh mesh, std::string_view source,
-                         std::vector<std::string>* warnings) {
+                         std::vector<std::string>* warnings) try {
   check_sizes(mesh, source);
   check_elements(mesh, source);
 
+  BaseMesh result;
   MatchedSides sides = match_sides(mesh.faces, mesh.positions.size(), source);
   if (!sides.oriented) {
+    for (const FaceVertices& face : mesh.faces) result.input_faces_.push_back(face[1]);
     const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
+    for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+      std::uint32_t& entry = result.input_faces_[face];
+      entry = 2 * face + (mesh.faces[face][1] != entry ? 1 : 0);
+    }
     warn(warnings, fmt::format("{}: {} of {} faces flipped to the orientation of the first face of "
                                "their component",
                                source, flipped, mesh.faces.size()));
   }
 
-  BaseMesh result;
   result.vertex_corners_ =
       find_vertex_corners(mesh.faces, sides.twins, mesh.positions.size(), source);
+  result.input_vertex_count_ = mesh.positions.size();
   // Unused vertices are dropped only here, so that all messages above name vertices as the input
   // does.
   if (std::find(result.vertex_corners_.begin(), result.vertex_corners_.end(), FaceSide()) !=
       result.vertex_corners_.end()) {
     const std::size_t before = mesh.positions.size();
-    const std::uint64_t dropped = drop_unused_vertices(mesh, result.vertex_corners_);
-    warn(warnings,
-         fmt::format("{}: {} of {} vertices dropped: no face uses them", source, dropped, before));
+    result.input_vertices_ = drop_unused_vertices(mesh, result.vertex_corners_);
+    warn(warnings, fmt::format("{}: {} of {} vertices dropped: no face uses them", source,
+                               before - result.input_vertices_.size(), before));
   }
   result.positions_ = std::move(mesh.positions);
   result.faces_ = std::move(mesh.faces);
   result.edges_ = number_edges(result.faces_, sides.twins, sides.border_count);
   result.face_edges_ = std::move(sides.twins);
   result.border_edges_ = find_border_edges(result.edges_, sides.border_count);
-  result.slot_shapes_ = SlotShapes(result.edges_.size(), EdgeSet(result.border_edges_));
+  result.slot_shapes_ = SlotShapes(result.topology());
   return result;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory(std::string(source));
 }
 
 BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
@@ -140,6 +139,9 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
 
   BaseMesh result;
   result.positions_ = positions_;
+  result.input_vertices_ = input_vertices_;
+  result.input_vertex_count_ = input_vertex_count_;
+  result.input_faces_.resize(faces_.size());
   result.faces_.resize(faces_.size());
   result.face_edges_.resize(faces_.size());
   result.edges_.resize(edges_.size());
@@ -148,6 +150,8 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
     for (std::size_t face = first; face < last; ++face) {
       result.faces_[face] = faces_[order[face]];
       result.face_edges_[face] = face_edges_[order[face]];
+      result.input_faces_[face] =
+          input_faces_.empty() ? 2 * order[face] : input_faces_[order[face]];
     }
   });
   // One thread does this: which use of an edge is the first depends on all faces before it.
@@ -175,14 +179,15 @@ BaseMesh BaseMesh::with_face_order(std::span<const FaceId> order) const {
       result.vertex_corners_[vertex] = moved(vertex_corners_[vertex]);
   });
   result.border_edges_ = find_border_edges(result.edges_, border_edges_.size());
-  result.slot_shapes_ = SlotShapes(result.edges_.size(), EdgeSet(result.border_edges_));
+  result.slot_shapes_ = SlotShapes(result.topology());
   return result;
 }
 
 std::uint64_t BaseMesh::memory_bytes() const {
   const auto bytes = [](const auto& array) { return array.capacity() * sizeof(array[0]); };
   return bytes(positions_) + bytes(faces_) + bytes(face_edges_) + bytes(edges_) +
-         bytes(vertex_corners_) + bytes(border_edges_) + slot_shapes_.memory_bytes();
+         bytes(vertex_corners_) + bytes(border_edges_) + slot_shapes_.memory_bytes() +
+         bytes(input_vertices_) + bytes(input_faces_);
 }
 
 PLAIT_END_NAMESPACE

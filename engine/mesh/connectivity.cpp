@@ -1,4 +1,4 @@
-#include "connectivity.h"
+#include "mesh/connectivity.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "parallel_parts.h"
+#include "mesh/parallel_parts.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -97,6 +97,25 @@ bool match(std::span<const FaceVertices> faces, std::span<const std::uint64_t> s
 }
 
 }  // namespace
+
+void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
+                 std::string_view source) {
+  const auto refuse_face = [&](std::size_t face, const std::string& what) {
+    throw Error(ErrorCode::kInvalidArgument, fmt::format("{}: face {}: {}", source, face, what));
+  };
+  for_parts(faces.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    for (std::size_t face = first; face < last; ++face) {
+      const FaceVertices& corners = faces[face];
+      for (const VertexId vertex : corners)
+        if (vertex >= vertex_count)
+          refuse_face(face,
+                      fmt::format("expected vertices below {}, found {}", vertex_count, vertex));
+      if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0])
+        refuse_face(face, fmt::format("expected three different vertices, found {} {} {}",
+                                      corners[0], corners[1], corners[2]));
+    }
+  });
+}
 
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
                          std::string_view source) {

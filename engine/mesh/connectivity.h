@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plait/topology.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -26,6 +26,11 @@ constexpr std::uint64_t kMaxVertices = kNoId - 1;
 inline VertexId start_vertex(std::span<const FaceVertices> faces, FaceSide half_edge) {
   return faces[half_edge.face()][static_cast<std::size_t>((half_edge.side() + 1) % 3)];
 }
+
+/// Errors: kInvalidArgument for an index of `vertex_count` or more, and for a face that names a
+/// vertex twice.
+void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
+                 std::string_view source);
 
 struct MatchedSides {
   std::vector<SideCodes> twins;  ///< [face][side]

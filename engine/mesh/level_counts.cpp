@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "plait/base_mesh.h"
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

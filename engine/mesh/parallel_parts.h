@@ -9,7 +9,7 @@
 #include <exception>
 #include <vector>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -1,6 +1,7 @@
-#include "plait/budget.h"
+#include "plait/extend/budget.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <new>
@@ -8,6 +9,8 @@
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+Budget::Budget(std::uint64_t bytes) : bytes_(bytes), process_(::getpid()) {}
 
 std::uint64_t Budget::part_bytes() const noexcept {
   const std::lock_guard lock(mutex_);
@@ -34,12 +37,13 @@ bool Budget::add_part(std::uint64_t part_bytes) noexcept {
 }
 
 void Budget::join(Borrower& store, std::uint64_t part_bytes) {
+  if (process_ != ::getpid())
+    throw Error(ErrorCode::kBadState,
+                fmt::format("open store: the shared budget belongs to process {}, and this is "
+                            "process {}, which was forked from it: make another budget here",
+                            process_, ::getpid()));
   const std::lock_guard members(members_mutex_);
-  try {
-    members_.push_back(&store);
-  } catch (const std::bad_alloc&) {
-    throw Error(ErrorCode::kOutOfMemory, "open store: no memory for its entry in the budget");
-  }
+  with_memory_errors("open store", [&] { members_.push_back(&store); });
   if (add_part(part_bytes)) return;
   members_.pop_back();
   {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "paging/frame.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -6,13 +6,14 @@
 #include <array>
 #include <boost/intrusive/list.hpp>
 #include <boost/intrusive/set.hpp>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <span>
 
 #include "paging/io_queue.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -22,8 +23,8 @@ using OrderLink =
     boost::intrusive::set_member_hook<boost::intrusive::link_mode<boost::intrusive::auto_unlink>>;
 
 struct Frame {
-  /// plait/pager.h has a diagram. FrameTable::find() finds frames in all states except kVacant and
-  /// kDetached.
+  /// plait/extend/pager.h has a diagram. FrameTable::find() finds frames in all states except
+  /// kVacant and kDetached.
   enum class State : std::uint8_t {
     kVacant,   ///< contains no block
     kClaimed,  ///< reserved for a block that is not read yet; the call that will read it has a pin
@@ -33,8 +34,7 @@ struct Frame {
     kWriting,  ///< the backend writes the block; it may be pinned for reading
     kWritingHeld,  ///< the same, but it is pinned for writing, so it may change again
     kStuck,        ///< dirty after a failed write: the only copy, which is not evicted
-    kDetached,     ///< its read failed, or it was abandoned or is outdated; vacant when its last
-                   ///< pin ends
+    kDetached,     ///< its read failed, or it was abandoned; vacant when its last pin ends
   };
   /// The members of a frame that are valid while it contains a block.
   struct Content {
@@ -48,7 +48,6 @@ struct Frame {
     bool referenced = false;    ///< for ClockEviction
     std::uint32_t pins = 0;     ///< including those of frames that have it as context
     std::uint32_t writers = 0;  ///< pins for writing, among these
-    std::uint64_t made_in = 0;  ///< LevelFile::state() when a derived block was computed
     /// The block ends before this edge; or, if it was last used as context, the block that needed
     /// it does.
     EdgeId order = 0;
@@ -58,6 +57,7 @@ struct Frame {
         context{};  ///< pinned until this block is read or written
     std::size_t context_count = 0;
     std::exception_ptr read_error;  ///< for the call that asked for the read
+    std::chrono::steady_clock::time_point read_began;
   };
 
   Content content;

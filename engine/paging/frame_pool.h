@@ -4,12 +4,13 @@
 // frame touches its pages, without the pager's lock.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 
-#include "plait/budget.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/budget.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -49,6 +50,12 @@ class FramePool {
 
   /// The part of the budget that is for frames, without borrowed memory.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
+  /// The whole budget that has so many bytes for frames. What a backend keeps for itself may grow
+  /// with the budget, to a quarter of it.
+  std::uint64_t needed_budget(std::uint64_t frame_bytes) const {
+    return aside_bytes_ == 0 ? frame_bytes
+                             : std::max(frame_bytes + aside_bytes_, (4 * frame_bytes + 2) / 3);
+  }
   bool is_shared() const { return shared_ != nullptr; }
   /// No more memory can ever be used.
   std::uint64_t most_bytes() const { return shared_ ? shared_->bytes() : budget_bytes_; }

@@ -9,7 +9,7 @@
 
 #include "paging/frame.h"
 #include "paging/frame_pool.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -1,8 +1,8 @@
-#include "plait/level_cursor.h"
+#include "paging/level_cursor.h"
 
 #include <algorithm>
 
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -1,4 +1,4 @@
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "blocks/kept_blocks.h"
 #include "paging/pager_implementation.h"
 #include "paging/pin_call.h"
 #include "plait/error.h"
@@ -26,8 +27,9 @@ void pause_processor() noexcept {
 }  // namespace
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads,
-                                      std::shared_ptr<Budget> shared)
-    : shared_(std::move(shared)),
+                                      std::shared_ptr<Budget> shared, StoreEvents events)
+    : events_(std::move(events)),
+      shared_(std::move(shared)),
       part_bytes_(budget_bytes),
       table_(budget_bytes, shared_.get()),
       sessions_(table_.pool()),
@@ -46,14 +48,10 @@ Pager::Implementation::~Implementation() {
 }
 
 void Pager::Implementation::attach(LevelFile& level) {
+  check_usable();
   const Lock lock(mutex_);
   if (!level.traits.in_memory) transfers_.start_threads();
-  try {
-    table_.attach(level);
-  } catch (const std::bad_alloc&) {
-    throw Error(ErrorCode::kOutOfMemory,
-                fmt::format("open {}: no memory for the table of its blocks", level.path.native()));
-  }
+  with_memory_errors("open " + level.path.native(), [&] { table_.attach(level); });
 }
 
 void Pager::Implementation::detach(LevelFile& level) {
@@ -90,6 +88,7 @@ std::uint64_t Pager::Implementation::budget_bytes() const noexcept {
 }
 
 PagingStatistics Pager::Implementation::statistics() const {
+  check_usable();
   const Lock lock(mutex_);
   PagingStatistics statistics = statistics_;
   statistics.peak_frame_bytes = table_.pool().peak_bytes();
@@ -97,6 +96,7 @@ PagingStatistics Pager::Implementation::statistics() const {
 }
 
 SessionState& Pager::Implementation::open_session(const SessionOptions& options) {
+  check_usable();
   auto session = std::make_unique<SessionState>(this, options);
   const Lock lock(mutex_);
   sessions_.add(*session);
@@ -104,10 +104,11 @@ SessionState& Pager::Implementation::open_session(const SessionOptions& options)
 }
 
 void Pager::Implementation::end_session(SessionState& session) noexcept {
+  if (!is_usable()) return;
   const Lock lock(mutex_);
   sessions_.end(session);
   if (session.pins() == 0) delete &session;
-  tell_of_change();
+  wake_all();
 }
 
 Pager::Implementation::Lock Pager::Implementation::lock() noexcept {
@@ -127,29 +128,28 @@ Pager::Implementation::Lock Pager::Implementation::lock() noexcept {
 std::uint32_t Pager::Implementation::pin(SessionState& session,
                                          std::span<const BlockRequest> requests,
                                          std::span<Frame*> frames) try {
-  for (const BlockRequest& request : requests)
-    if (request.written() && !request.level().writable)
+  check_usable();
+  for (const BlockRequest& request : requests) {
+    if (!request.written()) continue;
+    if (!request.level().writable)
       throw Error(ErrorCode::kBadState, fmt::format("write {}: the level was opened for reading",
                                                     request.level().path.native()));
+    if (request.level().committed)
+      request.level().committed->keep(*request.written(), request.block());
+  }
   Lock lock = this->lock();
   const std::uint32_t caller = session.caller();
   if (find_ready(requests, frames)) {
     for (std::size_t i = 0; i < requests.size(); ++i)
-      hold(session, *frames[i], requests[i].level().geometry.edge_after(requests[i].block()));
+      add_pin(session, *frames[i], requests[i].level().geometry.edge_after(requests[i].block()));
     if (requests[0].written()) add_writer(*frames[0]);
   } else {
     PinCall(*this, lock, session, requests).run(frames);
   }
-  for (const BlockRequest& request : requests) {
-    session.add_pin(caller);
-    if (!request.written()) continue;
-    ++request.written()->writers;
-    ++request.written()->changes;
-  }
+  for (std::size_t i = 0; i < requests.size(); ++i) session.add_pin(caller);
   return caller;
 } catch (const std::bad_alloc&) {
-  throw Error(ErrorCode::kOutOfMemory, fmt::format("page in {}: no memory for its frame",
-                                                   requests[0].level().path.native()));
+  throw out_of_memory("page in " + requests[0].level().path.native());
 }
 
 bool Pager::Implementation::find_ready(std::span<const BlockRequest> requests,
@@ -164,56 +164,52 @@ bool Pager::Implementation::find_ready(std::span<const BlockRequest> requests,
 
 Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
   Frame* const frame = table_.find(request.level(), request.block());
-  if (!frame || !is_filled(frame->content.state) || is_outdated(*frame)) return nullptr;
+  if (!frame || !is_filled(frame->content.state)) return nullptr;
   if (!request.written()) return frame;
-  if (is_being_written(frame->content.state) || transfers_.failed() || request.level().is_fixed ||
-      request.level().is_derived)
+  if (is_being_written(frame->content.state) || transfers_.failed() || request.level().is_fixed)
     return nullptr;
   std::array<ContextBlock, kMostContextBlocks> context;
-  const bool has_context = frame->content.context_count > 0 || request.level().traits.in_memory ||
-                           request.level().backend->context(request.block(), context) == 0;
-  return has_context ? frame : nullptr;
+  const bool context_is_ready = frame->content.context_count > 0 ||
+                                request.level().traits.in_memory ||
+                                request.level().backend->context(request.block(), context) == 0;
+  return context_is_ready ? frame : nullptr;
 }
 
 void Pager::Implementation::unpin(Lock& lock, SessionState& session, std::uint32_t caller,
                                   Frame& frame, LevelFile* written, bool abandoned) noexcept {
-  if (written) {
-    --frame.content.writers;
-    --written->writers;
-    ++written->changes;
-  }
+  if (written) --frame.content.writers;
   if (written && abandoned) abandon(lock, frame, *written);
   session.end_pin(caller);
-  let_go(frame);
+  remove_pin(frame);
   if (session.ended && session.pins() == 0) delete &session;
 }
 
 void Pager::Implementation::unpinned() noexcept {
   transfers_.write_behind();
-  if (sessions_.anybody_waits()) tell_of_change();
+  if (sessions_.anybody_waits()) wake_all();
 }
 
 PagingStatistics Pager::Implementation::statistics(const SessionState& session) const {
+  check_usable();
   const Lock lock(mutex_);
   return session.statistics;
 }
 
-Pager::Pager(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared)
-    : implementation_(
-          std::make_unique<Implementation>(budget_bytes, io_threads, std::move(shared))) {}
+Pager::Pager(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared,
+             StoreEvents events)
+    : implementation_(std::make_unique<Implementation>(budget_bytes, io_threads, std::move(shared),
+                                                       std::move(events))) {}
 Pager::~Pager() = default;
 void Pager::attach(LevelFile& level) { implementation_->attach(level); }
 void Pager::detach(LevelFile& level) { implementation_->detach(level); }
 
 Session Pager::open_session(const SessionOptions& options) {
-  try {
-    return Session(implementation_->open_session(options));
-  } catch (const std::bad_alloc&) {
-    throw Error(ErrorCode::kOutOfMemory, "open session: no memory for its state");
-  }
+  return with_memory_errors("open session",
+                            [&] { return Session(implementation_->open_session(options)); });
 }
 
 void Pager::flush() { implementation_->flush(); }
+void Pager::wait_for_writes() noexcept { implementation_->wait_for_writes(); }
 void Pager::refuse_writes() noexcept { implementation_->refuse_writes(); }
 void Pager::discard() noexcept { implementation_->discard(); }
 void Pager::set_aside(std::uint64_t bytes) noexcept { implementation_->set_aside(bytes); }

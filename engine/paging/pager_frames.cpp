@@ -1,4 +1,6 @@
 // The part of the pager that takes, pins and frees frames.
+#include <array>
+
 #include "paging/pager_implementation.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -26,10 +28,30 @@ void Pager::Implementation::evict(Lock& lock, Frame& frame) noexcept {
   const bool mapped = frame.content.addressed && !frame.content.level->traits.in_memory;
   Backend& backend = *frame.transfer.backend;
   const std::uint64_t block = frame.content.block;
+  const Frame::Content evicted = frame.content;
   drop(frame);
+  tell(lock, StoreEvent::Kind::kEvicted, evicted);
   if (!mapped) return;
   lock.unlock();
   backend.advise({block, 1}, Advice::kDontNeed);
+  lock.lock();
+}
+
+void Pager::Implementation::tell(Lock& lock, StoreEvent::Kind kind, const Frame::Content& content,
+                                 std::uint64_t duration_ns) noexcept {
+  if (!events_.call) return;
+  StoreEvent event;
+  event.kind = kind;
+  event.duration_ns = duration_ns;
+  event.level = content.level->table.level();
+  event.block = content.block;
+  event.bytes = content.block_bytes;
+  // A copy, because the level may be closed while nobody has the lock.
+  std::array<char, 256> name;
+  const std::size_t length = content.level->attribute.copy(name.data(), name.size());
+  event.attribute = {name.data(), length};
+  lock.unlock();
+  events_.tell(event);
   lock.lock();
 }
 
@@ -43,7 +65,7 @@ void Pager::Implementation::shrink() noexcept {
   table_.pool().return_surplus();
 }
 
-void Pager::Implementation::hold(SessionState& session, Frame& frame, EdgeId order) noexcept {
+void Pager::Implementation::add_pin(SessionState& session, Frame& frame, EdgeId order) noexcept {
   sessions_.give(frame, &session);
   frame.content.order = order;
   frame.to_write.unlink();
@@ -56,21 +78,14 @@ void Pager::Implementation::add_writer(Frame& frame) noexcept {
   const bool was_claimed = frame.content.state == State::kClaimed;
   become(frame, State::kDirty);
   // Another call may wait until the block is filled.
-  if (was_claimed) tell_of_change_of(frame);
+  if (was_claimed) wake_waiters_of(frame);
 }
 
-void Pager::Implementation::forget_outdated(Frame& frame) noexcept {
-  if (frame.content.pins == 0)
-    drop(frame);
-  else
-    table_.detach_block(frame);
+void Pager::Implementation::remove_pin(Frame& frame) noexcept {
+  if (--frame.content.pins == 0) place_unpinned(frame);
 }
 
-void Pager::Implementation::let_go(Frame& frame) noexcept {
-  if (--frame.content.pins == 0) settle(frame);
-}
-
-void Pager::Implementation::settle(Frame& frame) noexcept {
+void Pager::Implementation::place_unpinned(Frame& frame) noexcept {
   Frame::Content& content = frame.content;
   if (content.state == State::kClaimed || content.state == State::kDetached) return drop(frame);
   if (content.state == State::kDirty && transfers_.failed()) become(frame, State::kStuck);
@@ -89,7 +104,8 @@ void Pager::Implementation::drop(Frame& frame) noexcept {
 }
 
 void Pager::Implementation::drop_context(Frame& frame) noexcept {
-  for (std::size_t i = 0; i < frame.content.context_count; ++i) let_go(*frame.content.context[i]);
+  for (std::size_t i = 0; i < frame.content.context_count; ++i)
+    remove_pin(*frame.content.context[i]);
   frame.content.context_count = 0;
 }
 

@@ -12,23 +12,30 @@
 #include <memory>
 #include <mutex>
 
+#include "io/process.h"
 #include "paging/frame_table.h"
 #include "paging/sessions.h"
 #include "paging/transfers.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class Pager::Implementation final : public TransferListener, public Budget::Borrower {
  public:
-  Implementation(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared);
+  Implementation(std::uint64_t budget_bytes, int io_threads, std::shared_ptr<Budget> shared,
+                 StoreEvents events);
   ~Implementation() override;
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
+  /// False in a process that was forked from the pager's. There, calls that can fail refuse, and
+  /// the others do nothing: the threads are missing, and one of them may have had the lock.
+  bool is_usable() const noexcept { return process_.is_current(); }
+
   void attach(LevelFile& level);
   void detach(LevelFile& level);
   void flush();
+  void wait_for_writes() noexcept;
   void refuse_writes() noexcept;
   void discard() noexcept;
   void set_aside(std::uint64_t bytes) noexcept;
@@ -51,6 +58,7 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
              LevelFile* written, bool abandon) noexcept;
   void unpinned() noexcept;
   bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
+  void end_prefetch(SessionState& session) noexcept;
   PagingStatistics statistics(const SessionState& session) const;
 
   void finished(Transfer& transfer, std::exception_ptr error) noexcept override;
@@ -79,14 +87,14 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
   /// Adds a pin to the frame, gives the frame to this session, and sets its place in layout order.
-  void hold(SessionState& session, Frame& frame, EdgeId order) noexcept;
+  void add_pin(SessionState& session, Frame& frame, EdgeId order) noexcept;
   /// Counts a pin for writing, and makes the frame dirty.
   void add_writer(Frame& frame) noexcept;
   /// Removes a pin from the frame.
-  void let_go(Frame& frame) noexcept;
+  void remove_pin(Frame& frame) noexcept;
   /// Called when a frame has no pin any more: frees it, queues its write, or makes it a candidate
   /// for eviction.
-  void settle(Frame& frame) noexcept;
+  void place_unpinned(Frame& frame) noexcept;
   /// Removes the block from memory without writing it, and frees the frame.
   void drop(Frame& frame) noexcept;
   void drop_context(Frame& frame) noexcept;
@@ -106,23 +114,14 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   void wait_for_change(Lock& lock, std::uint64_t since) noexcept {
     changed_.wait(lock, [&] { return changes_ != since; });
   }
-  void tell_of_change() noexcept;
+  void wake_all() noexcept;
   /// The same if only this frame may be one that a thread waits for. Wakes few threads.
-  void tell_of_change_of(const Frame& frame) noexcept;
+  void wake_waiters_of(const Frame& frame) noexcept;
   /// Where a thread waits for a change of this frame alone.
   std::condition_variable& changed_of(const Frame& frame) noexcept {
     return frame_changed_[frame.index % frame_changed_.size()];
   }
   void count_transfer(const Frame& frame, Direction direction) noexcept;
-
-  /// Whether the frame has a derived block, and what it was computed from has changed since.
-  static bool is_outdated(const Frame& frame) noexcept {
-    const Frame::Content& content = frame.content;
-    return content.level->is_derived && is_filled(content.state) &&
-           content.made_in != content.level->state();
-  }
-  /// Removes an outdated block, so that it is absent. Pins of it keep its bytes.
-  void forget_outdated(Frame& frame) noexcept;
 
   bool writes_behind(const SessionState* session) const {
     return transfers_.has_threads() &&
@@ -132,6 +131,12 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
     return level.table[block].encoding != BlockEncoding::kNeverWritten;
   }
 
+  void check_usable() const { process_.check("a store"); }
+  /// Tells `events_` of a frame's block, without the lock.
+  void tell(Lock& lock, StoreEvent::Kind kind, const Frame::Content& content,
+            std::uint64_t duration_ns = 0) noexcept;
+
+  const OwnProcess process_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;  ///< notified when a transfer, a PinCall or a pin ends
   /// The same for threads that wait for one frame. Several frames share one of them.
@@ -139,15 +144,14 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   std::uint64_t changes_ = 0;
 
   PagingStatistics statistics_;
+  const StoreEvents events_;
   const std::shared_ptr<Budget> shared_;
   const std::uint64_t part_bytes_;  ///< of `shared_`
   FrameTable table_;
   Sessions sessions_;
   /// PinCalls that are not waiting for a free frame. They may free frames that they have taken.
   std::uint32_t calls_under_way_ = 0;
-  std::uint32_t calls_that_make_ = 0;  ///< they are computing a derived block
-  std::uint64_t makes_ended_ = 0;      ///< derived blocks that were computed, or that failed
-  Transfers transfers_;                ///< last: its threads end first
+  Transfers transfers_;  ///< last: its threads end first
 };
 
 class Pager::Implementation::Wait {

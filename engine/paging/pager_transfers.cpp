@@ -11,8 +11,9 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr error) noexcept {
-  const Lock lock(mutex_);
+  Lock lock(mutex_);
   Frame& frame = table_[transfer.tag];
+  const Frame::Content content = frame.content;
   const bool was_read = frame.content.state == State::kReading;
   transfers_.ended(frame, error);
   if (!error) count_transfer(frame, transfer.direction);
@@ -24,9 +25,13 @@ void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr erro
     fail(error);
   }
   if (was_read || frame.content.state == State::kClean) drop_context(frame);
-  if (frame.content.pins == 0) settle(frame);
+  if (frame.content.pins == 0) place_unpinned(frame);
   transfers_.write_behind();
-  tell_of_change_of(frame);
+  wake_waiters_of(frame);
+  if (!was_read || error || !events_.call) return;
+  const auto passed = static_cast<std::uint64_t>(
+      std::chrono::nanoseconds(std::chrono::steady_clock::now() - content.read_began).count());
+  if (passed > events_.slow_read_ns) tell(lock, StoreEvent::Kind::kSlowRead, content, passed);
 }
 
 void Pager::Implementation::count_transfer(const Frame& frame, Direction direction) noexcept {
@@ -39,13 +44,13 @@ void Pager::Implementation::count_transfer(const Frame& frame, Direction directi
   if (frame.content.session) count(frame.content.session->statistics);
 }
 
-void Pager::Implementation::tell_of_change() noexcept {
+void Pager::Implementation::wake_all() noexcept {
   ++changes_;
   changed_.notify_all();
   for (std::condition_variable& each : frame_changed_) each.notify_all();
 }
 
-void Pager::Implementation::tell_of_change_of(const Frame& frame) noexcept {
+void Pager::Implementation::wake_waiters_of(const Frame& frame) noexcept {
   ++changes_;
   changed_.notify_all();
   changed_of(frame).notify_all();
@@ -73,12 +78,27 @@ void Pager::Implementation::wait_while(Lock& lock, SessionState& session, Frame&
 
 bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& level,
                                      std::uint64_t block) noexcept {
+  if (!is_usable()) return false;
   Lock lock(mutex_);
   try {
     return begin_prefetch(lock, session, level, block, level.geometry.edge_after(block));
   } catch (...) {
     return false;  // the pin of the block will get the error
   }
+}
+
+void Pager::Implementation::end_prefetch(SessionState& session) noexcept {
+  if (!is_usable()) return;
+  const Lock lock(mutex_);
+  for (auto next = session.frames.begin(); next != session.frames.end();) {
+    Frame& frame = *next++;
+    if (!frame.content.announced) continue;
+    sessions_.withdraw(frame);
+    if (frame.content.state == State::kReading && frame.content.pins == 0 &&
+        transfers_.withdraw(frame))
+      drop(frame);
+  }
+  wake_all();
 }
 
 bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
@@ -94,11 +114,9 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     if (placed) sessions_.place(*frame);
     return true;
   }
-  // There is no Advice::kWillNeed here: the system reads ahead by itself, and this advice costs a
-  // sweep as much time as the read (docs/benchmarks.md).
-  // The thread that pins a derived block computes it.
-  if (!was_written(level, block) || level.traits.in_memory || level.is_derived ||
-      !transfers_.has_threads())
+  // The system is not asked to read ahead (posix_fadvise): that costs a sweep as much time as the
+  // read itself (docs/benchmarks.md).
+  if (!was_written(level, block) || level.traits.in_memory || !transfers_.has_threads())
     return true;
   const std::uint64_t bytes = FrameTable::frame_bytes(level);
   if (transfers_.reads() >= kInFlight ||
@@ -110,8 +128,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
   // have to wait for another one.
   std::array<ContextBlock, kMostContextBlocks> needed;
   std::array<Frame*, kMostContextBlocks> context{};
-  const std::size_t context_count =
-      level.backend->reads_alone(block) ? 0 : level.backend->context(block, needed);
+  const std::size_t context_count = level.backend->read_context(block, needed);
   for (std::size_t i = 0; i < context_count; ++i) {
     const LevelFile* const other = table_.level(needed[i].attribute, needed[i].level);
     if (!other || !comes_before(*other, level)) return true;  // the pin will get the error
@@ -121,7 +138,7 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
     if (!context[i] || !is_filled(context[i]->content.state)) return false;
   }
   for (std::size_t i = 0; i < context_count; ++i) {
-    hold(session, *context[i], order);
+    add_pin(session, *context[i], order);
     keep_as_context(*context[i]);
   }
   Frame* frame = nullptr;
@@ -132,11 +149,11 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
       evict(lock, *clean);
     }
   } catch (...) {
-    for (std::size_t i = 0; i < context_count; ++i) let_go(*context[i]);
+    for (std::size_t i = 0; i < context_count; ++i) remove_pin(*context[i]);
     throw;
   }
   if (!frame) {
-    for (std::size_t i = 0; i < context_count; ++i) let_go(*context[i]);
+    for (std::size_t i = 0; i < context_count; ++i) remove_pin(*context[i]);
     transfers_.write_behind();
     return table_.find(level, block) != nullptr;
   }
@@ -190,6 +207,7 @@ void Pager::Implementation::fail(std::exception_ptr error) noexcept {
 }
 
 void Pager::Implementation::flush() {
+  check_usable();
   Lock lock(mutex_);
   if (transfers_.failed()) transfers_.refuse("flush");
   std::vector<Frame*> dirty;
@@ -215,6 +233,11 @@ void Pager::Implementation::flush() {
   }
   while (transfers_.writes() > 0) wait_for_any(lock, nullptr, Direction::kWrite);
   if (transfers_.failed()) transfers_.refuse("flush");
+}
+
+void Pager::Implementation::wait_for_writes() noexcept {
+  Lock lock(mutex_);
+  while (transfers_.writes() > 0) wait_for_any(lock, nullptr, Direction::kWrite);
 }
 
 void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) noexcept {

@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "paging/frame.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Whether blocks of `level` may be context of blocks of `other`.
 inline bool comes_before(const LevelFile& level, const LevelFile& other) {
   const BlockTable &a = level.table, &b = other.table;
-  return std::pair(a.level(), a.attribute()) < std::pair(b.level(), b.attribute());
+  return std::pair(a.attribute(), a.level()) < std::pair(b.attribute(), b.level());
 }
 
 class PinBatch {

@@ -19,7 +19,7 @@ class Pager::Implementation::PinCall::UnderWay {
   explicit UnderWay(Implementation& pager) noexcept : pager_(pager) { ++pager_.calls_under_way_; }
   ~UnderWay() {
     --pager_.calls_under_way_;
-    if (pager_.sessions_.anybody_waits()) pager_.tell_of_change();
+    if (pager_.sessions_.anybody_waits()) pager_.wake_all();
   }
   UnderWay(const UnderWay&) = delete;
   UnderWay& operator=(const UnderWay&) = delete;
@@ -32,16 +32,15 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
   const UnderWay under_way(pager_);
   check_may_write();
   try {
-    while (!take_frames() || !bring_in()) {
-      let_go();
-      if (std::exchange(lacked_room_, false)) wait_for_makers();
+    while (!take_frames() || !read_blocks()) {
+      free_frames();
       check_may_write();
     }
     check_may_write();
     for (std::size_t at = 0; at < requests_.size(); ++at)
       if (requests_[at].written()) fix_context(at);
   } catch (...) {
-    let_go();
+    free_frames();
     throw;
   }
   for (std::size_t at = 0; at < requests_.size(); ++at) {
@@ -50,9 +49,9 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
   }
   if (batch_.size() == requests_.size()) return;
   for (std::size_t at = requests_.size(); at < batch_.size(); ++at)
-    pager_.let_go(*batch_[at].frame);
+    pager_.remove_pin(*batch_[at].frame);
   pager_.transfers_.write_behind();
-  pager_.tell_of_change();
+  pager_.wake_all();
 }
 
 void Pager::Implementation::PinCall::check_may_write() {
@@ -91,20 +90,11 @@ bool Pager::Implementation::PinCall::take_frames() {
     const std::uint64_t block = batch_[at].block;
     while (!batch_[at].frame) {
       if (Frame* const frame = pager_.table_.find(level, block)) {
-        if (is_outdated(*frame)) {
-          pager_.forget_outdated(*frame);
-          continue;
-        }
-        if (level.is_derived && !is_filled(frame->content.state) && !claimed(*frame)) {
-          let_go();
-          wait_until_made(level, block);
-          return false;
-        }
         if (batch_[at].access != Access::kRead && is_being_written(frame->content.state)) {
           pager_.wait_while(lock_, session_, *frame, is_being_written);
           continue;
         }
-        pager_.hold(session_, *frame, batch_[at].order);
+        pager_.add_pin(session_, *frame, batch_[at].order);
         batch_[at].frame = frame;
       } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
         ++taken->content.pins;
@@ -121,12 +111,6 @@ bool Pager::Implementation::PinCall::take_frames() {
   return true;
 }
 
-bool Pager::Implementation::PinCall::claimed(const Frame& frame) const noexcept {
-  return std::ranges::any_of(batch_, [&](const PinBatch::Entry& entry) {
-    return entry.frame == &frame && entry.brings_in;
-  });
-}
-
 void Pager::Implementation::PinCall::add_context(std::size_t at) {
   const PinBatch::Entry entry = batch_[at];
   const LevelFile& level = *entry.level;
@@ -134,9 +118,10 @@ void Pager::Implementation::PinCall::add_context(std::size_t at) {
   const bool is_read =
       entry.brings_in && entry.access != Access::kOverwrite && was_written(level, entry.block);
   if (!is_read && entry.access == Access::kRead) return;
-  if (entry.access == Access::kRead && level.backend->reads_alone(entry.block)) return;
   std::array<ContextBlock, kMostContextBlocks> needed;
-  const std::size_t count = level.backend->context(entry.block, needed);
+  const std::size_t count = entry.access == Access::kRead
+                                ? level.backend->read_context(entry.block, needed)
+                                : level.backend->context(entry.block, needed);
   for (const ContextBlock& context : std::span(needed).first(count)) {
     const LevelFile* const other = pager_.table_.level(context.attribute, context.level);
     if (!other || context.block >= other->geometry.block_count() || !comes_before(*other, level))
@@ -173,18 +158,18 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
   // This call must wait for other calls. These may wait for frames that this call has taken, so it
   // frees its frames first.
   const std::uint64_t needed_bytes = batch_.frame_bytes();
-  let_go();
+  free_frames();
   const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
-  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == calls_of_thread() &&
+  if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == 1 &&
                 !pager_.sessions_.may_come_free(session_))) {
     if (fits && pager_.transfers_.failed())
       pager_.transfers_.refuse(fmt::format("page in {}", batch_[0].level->path.native()));
     refuse_room(needed_bytes);
   }
   const Sessions::Waiter waiter(pager_.sessions_, session_);
-  pager_.calls_under_way_ -= calls_of_thread();
+  --pager_.calls_under_way_;
   pager_.wait_for_any(lock_, &session_, Direction::kRead);
-  pager_.calls_under_way_ += calls_of_thread();
+  ++pager_.calls_under_way_;
   return false;
 }
 
@@ -197,9 +182,13 @@ void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
   throw Error(
       ErrorCode::kBudget,
       fmt::format("page in {}: at least {} bytes of frames are needed and {} of {} are available; "
-                  "the others are pinned{}",
+                  "{}{}",
                   batch_[0].level->path.native(), needed_bytes,
                   budget - std::min(pinned_bytes, budget), budget,
+                  needed_bytes > budget
+                      ? fmt::format("raise the budget to {} bytes",
+                                    pager_.table_.pool().needed_budget(needed_bytes))
+                      : "the others are pinned: end pins or views, or raise the budget",
                   pager_.table_.pool().is_shared()
                       ? "; this is the store's part, and the shared budget lends no more"
                       : ""));
@@ -221,7 +210,7 @@ void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
   content.context_count = entry.context_count;
 }
 
-void Pager::Implementation::PinCall::let_go() noexcept {
+void Pager::Implementation::PinCall::free_frames() noexcept {
   for (PinBatch::Entry& entry : batch_) {
     Frame* const frame = std::exchange(entry.frame, nullptr);
     if (!frame) continue;
@@ -229,11 +218,11 @@ void Pager::Implementation::PinCall::let_go() noexcept {
     if (entry.brings_in && frame->content.state == State::kClaimed && frame->content.pins > 1)
       pager_.table_.detach_block(*frame);
     entry.brings_in = false;
-    pager_.let_go(*frame);
+    pager_.remove_pin(*frame);
   }
   batch_.forget_context();
   pager_.transfers_.write_behind();
-  pager_.tell_of_change();
+  pager_.wake_all();
 }
 
 PLAIT_END_NAMESPACE

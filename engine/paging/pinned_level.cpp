@@ -1,4 +1,4 @@
-#include "plait/pinned_level.h"
+#include "plait/detail/pinned_level.h"
 
 #include <utility>
 

@@ -1,4 +1,4 @@
-#include "plait/session.h"
+#include "plait/extend/session.h"
 
 #include <boost/container/small_vector.hpp>
 #include <cassert>
@@ -39,6 +39,7 @@ void PinnedBlock::end(bool abandoned) noexcept {
   SessionState* const session = std::exchange(session_, nullptr);
   if (!session) return;
   Pager::Implementation& pager = *session->pager;
+  if (!pager.is_usable()) return;
   auto lock = pager.lock();
   pager.unpin(lock, *session, caller_, *frame_, written_, abandoned);
   pager.unpinned();
@@ -49,7 +50,7 @@ void PinnedBlock::release_all(std::span<PinnedBlock> pinned) noexcept {
   std::unique_lock<std::mutex> lock;
   for (PinnedBlock& pin : pinned) {
     SessionState* const session = std::exchange(pin.session_, nullptr);
-    if (!session) continue;
+    if (!session || !session->pager->is_usable()) continue;
     if (!pager) {
       pager = session->pager;
       lock = pager->lock();
@@ -102,6 +103,8 @@ void Session::pin_many(std::span<const BlockRequest> requests, std::span<PinnedB
 bool Session::prefetch(const LevelFile& level, std::uint64_t block) noexcept {
   return state_->pager->prefetch(*state_, level, block);
 }
+
+void Session::end_prefetch() noexcept { state_->pager->end_prefetch(*state_); }
 
 PagingStatistics Session::statistics() const { return state_->pager->statistics(*state_); }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "paging/eviction.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -55,6 +55,14 @@ void Sessions::announce(Frame& frame) noexcept {
     frame.content.session->announced_bytes += frame.content.frame_bytes;
 }
 
+void Sessions::withdraw(Frame& frame) noexcept {
+  const bool placed = is_placed(frame);
+  unplace(frame);
+  frame.content.announced = false;
+  frame.content.session->announced_bytes -= frame.content.frame_bytes;
+  if (placed) place(frame);
+}
+
 void Sessions::unplace(Frame& frame) noexcept {
   frame.in_list.unlink();
   frame.in_order.unlink();

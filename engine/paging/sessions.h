@@ -1,5 +1,5 @@
 // Decides which session's frame is evicted next, and which waits can end, by the rules of
-// plait/session.h. This class does not use transfers or memory.
+// plait/extend/session.h. This class does not use transfers or memory.
 #pragma once
 
 #include <boost/intrusive/list.hpp>
@@ -8,7 +8,7 @@
 
 #include "paging/frame_pool.h"
 #include "paging/session_state.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -43,6 +43,8 @@ class Sessions {
   void give(Frame& frame, SessionState* session) noexcept;
   /// Marks the frame as prefetched. REQUIRES: the frame belongs to a session.
   void announce(Frame& frame) noexcept;
+  /// Takes the mark away.
+  void withdraw(Frame& frame) noexcept;
   /// The frame cannot be evicted until place() is called.
   static void unplace(Frame& frame) noexcept;
   static bool is_placed(const Frame& frame) noexcept {

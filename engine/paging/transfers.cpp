@@ -19,6 +19,7 @@ void Transfers::begin(Frame& frame, Direction direction) noexcept {
 
 void Transfers::begin_read(Frame& frame) noexcept {
   become(frame, Frame::State::kReading);
+  frame.content.read_began = std::chrono::steady_clock::now();
   ++reads_;
   begin(frame, Direction::kRead);
 }

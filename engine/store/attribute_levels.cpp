@@ -1,23 +1,24 @@
-#include "plait/attribute_levels.h"
+#include "store/attribute_levels.h"
 
-#include "plait/level_pipelines.h"
+#include "plait/extend/pipeline.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::string pipelines_of_levels(const Store& store, AttributeId attribute) {
+LevelPipelines pipelines_of_levels(const Store& store, AttributeId attribute) {
   const int finest = store.attributes()[attribute].finest_level;
-  if (finest == store.base_level()) return store.options().pipeline;
-  LevelPipelines pipelines(store.level_file(attribute, finest).pipeline);
+  if (finest == store.base_level()) return *store.options().pipeline;
+  LevelPipelines pipelines = StoreAccess::level_file(store, attribute, finest).pipeline;
   for (int level = store.base_level() + 1; level < finest; ++level)
-    pipelines.set({level, level}, store.level_file(attribute, level).pipeline);
-  return pipelines.to_text();
+    pipelines.set({level, level}, StoreAccess::level_file(store, attribute, level).pipeline);
+  return pipelines;
 }
 
 std::uint64_t bytes_of_levels(const Store& store, AttributeId attribute) {
   std::uint64_t bytes = 0;
   for (int level = store.base_level() + 1; level <= store.attributes()[attribute].finest_level;
        ++level)
-    bytes += store.level_file(attribute, level).geometry.total_bytes();
+    bytes += StoreAccess::level_file(store, attribute, level).geometry.total_bytes();
   return bytes;
 }
 

@@ -1,12 +1,13 @@
-// A volume around one that overwrites in place: a level of which blocks of the committed version
-// are written anew gets a new file, its next generation, beside the one that the version has.
+// A volume around one whose backends overwrite in place. It stores a level in several files, the
+// level's generations: a whole one, which has room for all blocks, and sparse ones, each with the
+// blocks that one version wrote anew. The block table says which file has a block.
 //
 // Invariants
-//  1. No byte of a block of the committed version changes in the file that the version names.
-//  2. From the first write of such a block on, all that is written goes to the new file.
-//  3. A block is read from the new file if it was written there, else from the old one.
-//  4. sync() copies what was not written anew, so that the new file is whole when the version names
-//     it. A crash before that leaves the old file, and the new one as a left-over.
+//  1. No byte of a block of the committed version changes in the file that the version names, nor a
+//     byte of a block of an older version that a reader has open.
+//  2. From the first write of a block of the committed version on, all that is written goes to a
+//     new file. A crash leaves it as a left-over, and the other files as they were.
+//  3. A commit takes the sparse files together (a fold) when their blocks are half of the level's.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +15,8 @@
 #include <span>
 #include <vector>
 
-#include "plait/backend.h"
-#include "plait/directory.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/directory.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -23,22 +24,16 @@ class GenerationLevel;
 
 class GenerationVolume final : public Volume {
  public:
-  /// `store` outlives this object; version `sequence` is the committed one.
-  GenerationVolume(std::unique_ptr<Volume> inner, const Directory& store, std::uint64_t sequence);
+  /// `store` outlives this object. Version `sequence` is the committed one. Readers may have the
+  /// older versions `held` open.
+  GenerationVolume(std::unique_ptr<Volume> inner, const Directory& store, std::uint64_t sequence,
+                   std::span<const std::uint64_t> held);
   ~GenerationVolume() override;
 
-  /// Errors of a write beside those of the inner volume's: kNoSpace, naming the level, the bytes
-  /// that its new file needs and those that are free, before anything is written.
+  /// Opens all files that the level's table names; `level.name` is that of the whole one.
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
   void begin_version(std::uint64_t sequence, std::span<const std::uint64_t> held) override;
-
-  struct Level {
-    std::uint32_t attribute;
-    int level;
-  };
-  /// The levels whose new files the version that is being committed has.
-  std::vector<Level> renewed_levels() const;
 
  private:
   friend class GenerationLevel;
@@ -46,10 +41,8 @@ class GenerationVolume final : public Volume {
   std::unique_ptr<Volume> inner_;
   const Directory& store_;
   std::uint64_t sequence_;
+  bool has_held_;                         ///< readers may have older versions open
   std::vector<GenerationLevel*> levels_;  ///< those that are open
 };
-
-/// Refuses a new file of `needed_bytes` where fewer are free. Errors: kNoSpace.
-void check_free_space(const LevelSpec& level, std::uint64_t needed_bytes, std::uint64_t free_bytes);
 
 PLAIT_END_NAMESPACE

@@ -1,4 +1,4 @@
-#include "plait/left_overs.h"
+#include "store/left_overs.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -8,11 +8,14 @@
 #include <algorithm>
 #include <optional>
 
-#include "plait/byte_text.h"
+#include "base/byte_text.h"
+#include "format/file_names.h"
+#include "io/made_mark.h"
+#include "io/partial_output.h"
 #include "plait/error.h"
-#include "plait/file.h"
-#include "plait/partial_output.h"
-#include "plait/store_directory.h"
+#include "plait/extend/file.h"
+#include "store/recovery.h"
+#include "store/store_directory.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -42,22 +45,38 @@ std::uint64_t bytes_of(const Directory& directory, const std::string& name) {
 
 /// Repair makes two files and a store in its directory.
 constexpr const char* kRepairFiles[] = {"image", "sealed"};
-constexpr char kRepairStore[] = "levels";
+constexpr char kOutputFile[] = "output";  ///< of PartialFile
+
+bool is_made_file_name(std::string_view name) {
+  return is_store_file_name(name) || name == kOutputFile || name == kMadeMarkName ||
+         std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles);
+}
+
+/// Whether the directory proves that plait made it: by its mark, or by the manifest of a store,
+/// which is the first file of a store. An empty one has nothing to prove, and nothing to lose.
+bool is_made(const Directory& directory) {
+  if (directory.names().empty() || has_made_mark(directory)) return true;
+  try {
+    return is_store(directory) || is_uncommitted(directory);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
+    return false;
+  }
+}
 
 /// Calls visit(directory, name) for every file that plait may have made. Returns the names of all
-/// other entries.
+/// other entries. REQUIRES: is_made().
 template <class Visit>
 std::vector<std::string> for_each_file(const Directory& directory, Visit visit) {
   std::vector<std::string> foreign;
   for (const std::string& name : directory.names()) {
-    if (is_store_file_name(name) ||
-        std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles)) {
+    if (is_made_file_name(name)) {
       visit(directory, name);
-    } else if (name == kRepairStore && S_ISDIR(status_of(directory, name).st_mode)) {
-      const Directory levels(directory, name);
-      for (const std::string& inner : levels.names())
+    } else if (name == kRepairViewName && S_ISDIR(status_of(directory, name).st_mode)) {
+      const Directory view(directory, name);
+      for (const std::string& inner : view.names())
         if (is_store_file_name(inner))
-          visit(levels, inner);
+          visit(view, inner);
         else
           foreign.push_back(fmt::format("{}/{}", name, inner));
     } else {
@@ -67,17 +86,13 @@ std::vector<std::string> for_each_file(const Directory& directory, Visit visit) 
   return foreign;
 }
 
-LeftOver examine(const Directory& directory, const std::string& name) {
+/// Nothing if plait did not make the directory.
+std::optional<LeftOver> examine(const Directory& directory, const std::string& name) {
+  const Directory inner(directory, name);
   LeftOver found;
   found.name = name;
-  found.is_directory = S_ISDIR(status_of(directory, name).st_mode);
-  if (!found.is_directory) {
-    found.bytes = bytes_of(directory, name);
-    found.in_use = !File(directory, name, OpenMode::kRead).lock(true);
-    return found;
-  }
-  const Directory inner(directory, name);
   found.in_use = !inner.lock(true);
+  if (!found.in_use && !is_made(inner)) return std::nullopt;
   found.foreign = for_each_file(inner, [&](const Directory& in, const std::string& file) {
     found.bytes += bytes_of(in, file);
   });
@@ -91,10 +106,9 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
   for (const std::string& name : directory.names()) {
     const std::optional<std::string_view> final_name = final_name_of(name);
     if (!final_name || (!of.empty() && *final_name != of)) continue;
-    const struct stat status = status_of(directory, name);
-    if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) continue;
+    if (!S_ISDIR(status_of(directory, name).st_mode)) continue;
     try {
-      found.push_back(examine(directory, name));
+      if (std::optional<LeftOver> one = examine(directory, name)) found.push_back(*std::move(one));
     } catch (const Error& error) {  // another process may have removed it
       if (error.code() != ErrorCode::kNotFound) throw;
     }
@@ -104,14 +118,8 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 
 bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   try {
-    if (!left_over.is_directory) {
-      File file(directory, left_over.name, OpenMode::kRead);
-      if (!file.lock(true)) return false;
-      directory.remove(left_over.name);
-      return true;
-    }
     const Directory inner(directory, left_over.name);
-    if (!inner.lock(true)) return false;
+    if (!inner.lock(true) || !is_made(inner)) return false;
     remove_made_files(inner);
     return directory.remove_directory(left_over.name);
   } catch (const Error& error) {
@@ -121,9 +129,16 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
 }
 
 void remove_made_files(const Directory& directory) {
-  for_each_file(directory,
-                [](const Directory& in, const std::string& file) { in.remove_if_possible(file); });
-  directory.remove_directory(kRepairStore);
+  const auto is_proof = [](std::string_view name) {
+    return name == kManifestName || name == kMadeMarkName;
+  };
+  // The proofs go last: what is left if this process is killed here can be removed, too.
+  for (const bool proofs : {false, true}) {
+    for_each_file(directory, [&](const Directory& in, const std::string& file) {
+      if (is_proof(file) == proofs) in.remove_if_possible(file);
+    });
+    directory.remove_directory(kRepairViewName);
+  }
 }
 
 void remove_left_overs_of(const std::filesystem::path& path,

@@ -1,15 +1,19 @@
 #include "store/lock.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <string>
 #include <thread>
 
+#include "format/file_names.h"
+#include "format/manifest.h"
+#include "io/process.h"
 #include "plait/error.h"
-#include "store/file_names.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -23,23 +27,63 @@ std::string holder_text(const File& file) {
                  : std::string("another process");
 }
 
-OpenMode mode_for(LockFor purpose) {
+/// The names of the file beside `lock`: a lock that somebody made a hard link of his own file.
+std::uint64_t other_names(const File& file) {
+  struct stat status {};
+  if (::fstat(file.descriptor(), &status) != 0)
+    throw system_error("stat", file.path().native(), errno);
+  return status.st_nlink > 1 ? status.st_nlink - 1 : 0;
+}
+
+std::string hard_links_text(std::uint64_t other) {
+  return fmt::format("expected a file with one name, found one with {} other{} (hard links)", other,
+                     other == 1 ? "" : "s");
+}
+
+/// For a writer, who writes into the file.
+File open_to_write(const Directory& store) {
+  for (int attempt = 0; attempt < kLockAttempts; ++attempt) {
+    if (std::optional<File> file = open_if_present(store, kLockName, OpenMode::kReadWrite)) {
+      if (const std::uint64_t other = other_names(*file); other > 0)
+        throw Error(ErrorCode::kCorruption,
+                    fmt::format("open {}: {}; plait repair makes a new one", file->path().native(),
+                                hard_links_text(other)))
+            .about(file->path());
+      return std::move(*file);
+    }
+    std::optional<File> made;
+    try {
+      made = File(store, kLockName, OpenMode::kCreate);
+    } catch (const Error&) {
+      if (!store.contains(kLockName)) throw;
+      continue;  // another writer was faster
+    }
+    if (has_whole_slot(store)) return std::move(*made);
+    store.remove_if_possible(kLockName);
+    throw Error(ErrorCode::kNotFound, fmt::format("open {}: expected a store, found a directory "
+                                                  "without the {} of one",
+                                                  store.path().native(), kManifestName));
+  }
+  throw Error(ErrorCode::kBusy, fmt::format("open {}: other processes make and remove it",
+                                            store.path_of(kLockName).native()));
+}
+
+File open_for(const Directory& store, LockFor purpose) {
   switch (purpose) {
     case LockFor::kReading:
-    case LockFor::kRecovering:
-      return OpenMode::kRead;
+    case LockFor::kMaintaining:
+      break;
     case LockFor::kWriting:
-      return OpenMode::kReadWrite;
+      return open_to_write(store);
     case LockFor::kCreating:
-      return OpenMode::kCreate;
+      return {store, kLockName, OpenMode::kCreate};
   }
-  return OpenMode::kRead;
+  return {store, kLockName, OpenMode::kRead};
 }
 
 }  // namespace
 
-StoreLock::StoreLock(const Directory& store, LockFor purpose)
-    : file_(store, kLockName, mode_for(purpose)) {
+StoreLock::StoreLock(const Directory& store, LockFor purpose) : file_(open_for(store, purpose)) {
   try {
     take(store, purpose != LockFor::kReading);
   } catch (...) {
@@ -50,7 +94,10 @@ StoreLock::StoreLock(const Directory& store, LockFor purpose)
 
 void StoreLock::take(const Directory& store, bool alone) {
   for (int attempt = 0; attempt < kLockAttempts; ++attempt) {
-    if (file_.lock(alone)) return check_name(store);
+    if (file_.lock(alone)) {
+      keep_lock_from_children(file_.descriptor());
+      return check_name(store);
+    }
     if (!alone || !file_.lock(false)) break;
     // The lock is shared only by processes that check whether there is a writer. They release it at
     // once.
@@ -72,6 +119,32 @@ void StoreLock::sign() {
   const std::string text = std::to_string(::getpid());
   file_.resize(0);
   file_.write_at(0, std::as_bytes(std::span(text)));
+}
+
+std::optional<std::string> why_unusable_lock(const Directory& store) {
+  try {
+    const File file(store, kLockName, OpenMode::kRead);
+    if (const std::uint64_t other = other_names(file); other > 0)
+      return fmt::format("{}: {}", file.path().native(), hard_links_text(other));
+    return std::nullopt;
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kNotFound && error.code() != ErrorCode::kCorruption) throw;
+    return error.what();
+  }
+}
+
+void make_lock_anew(const Directory& store) {
+  std::optional<File> held;
+  try {
+    held = open_if_present(store, kLockName, OpenMode::kRead);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kCorruption) throw;  // no file, so nobody has locked it
+  }
+  if (held && !held->lock(true))
+    throw Error(ErrorCode::kBusy,
+                fmt::format("replace {}: another process has locked it", held->path().native()));
+  if (!store.remove_directory(kLockName)) store.remove(kLockName);
+  File(store, kLockName, OpenMode::kCreate).close();
 }
 
 PLAIT_END_NAMESPACE

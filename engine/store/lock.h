@@ -3,18 +3,20 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <utility>
 
-#include "plait/directory.h"
-#include "plait/file.h"
+#include "plait/extend/directory.h"
+#include "plait/extend/file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 enum class LockFor : std::uint8_t {
   kReading,  ///< shared, to check whether there is a writer; readers of a version need no such lock
-  kRecovering,  ///< exclusive, without a process number in the file; also for readers
-  kWriting,     ///< exclusive
-  kCreating,    ///< as kWriting, for a store that has no lock file yet
+  kMaintaining,  ///< exclusive, without a process number in the file; also for readers
+  kWriting,      ///< exclusive; makes the lock file of a store that has lost it
+  kCreating,     ///< as kWriting, for a store that has no lock file yet
 };
 
 /// Holds the store's lock until it is destroyed. It is a lock of the open file (flock). So two
@@ -24,8 +26,13 @@ class StoreLock {
  public:
   StoreLock() = default;
   /// Does not change the content of an existing lock file. Errors: kBusy (the message names a
-  /// writer's process number); kCorruption if the lock file is not a regular file; kIo.
+  /// writer's process number); kCorruption if the lock file is not a regular file, or, for writing,
+  /// if it has another name too and so may be somebody else's; kIo.
   StoreLock(const Directory& store, LockFor purpose);
+
+  /// Throws if the lock file has lost its name: then other writers do not see this lock. Errors:
+  /// kBusy, kIo.
+  void check_name(const Directory& store) const;
 
   /// Writes the number of this process to the file, for the messages of other processes. REQUIRES:
   /// the purpose is kWriting or kCreating, and the directory is known to be a store. Errors: kIo,
@@ -36,9 +43,16 @@ class StoreLock {
 
  private:
   void take(const Directory& store, bool alone);
-  void check_name(const Directory& store) const;
 
   File file_;
 };
+
+/// Why no writer can use the store's lock file, which repair then makes anew; nothing if one can.
+/// Errors: kIo.
+std::optional<std::string> why_unusable_lock(const Directory& store);
+
+/// Replaces a lock file that no writer can use by a new one. Errors: kBusy if another process has
+/// locked it; kIo, kNoSpace.
+void make_lock_anew(const Directory& store);
 
 PLAIT_END_NAMESPACE

@@ -8,11 +8,11 @@
 #include <system_error>
 #include <thread>
 
-#include "plait/edge_index.h"
+#include "format/file_names.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
 #include "plait/store.h"
-#include "store/file_names.h"
-#include "store/journaled_volume.h"
+#include "store/generation_volume.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
 
@@ -21,8 +21,6 @@ namespace {
 
 /// The scratch memory of a volume is at most this part of the budget.
 constexpr std::uint64_t kScratchShare = 4;
-/// A larger buffer does not make the journal faster.
-constexpr std::uint64_t kMostJournalBufferBytes = 1 << 20;
 
 StoreUuid random_uuid() {
   std::random_device device;
@@ -31,17 +29,21 @@ StoreUuid random_uuid() {
   return uuid;
 }
 
-void check_options(const StoreOptions& options) {
+void check_options(const StoreOptions& options, const Provenance& provenance) {
   if (!std::has_single_bit(options.block_bytes) || options.block_bytes < 4096 ||
       options.block_bytes > (1u << 30))
     throw Error(
         ErrorCode::kInvalidArgument,
         fmt::format("create store: block size {}, expected a power of two from 4096 to 2^30",
                     options.block_bytes));
-  if (options.base_level < 0 || options.base_level > kMaxLevel)
+  if (provenance.base_level < 0 || provenance.base_level > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("create store: base level {}, expected 0 to {}", options.base_level,
+                fmt::format("create store: base level {}, expected 0 to {}", provenance.base_level,
                             kMaxLevel));
+}
+
+bool names_pipelines(const StoreOptions& options) {
+  return options.pipeline_of || (options.pipeline && *options.pipeline != LevelPipelines());
 }
 
 void check_resources(std::uint64_t budget_bytes, std::optional<int> io_threads) {
@@ -60,6 +62,7 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
+  snapshot.reset();
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable) return;
   // Nobody can open a store that was never committed, so all its files are removed.
@@ -76,11 +79,12 @@ Store::Implementation::~Implementation() {
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
-  const std::string name = level.file_name();
+  const std::string name = level.file_names().front();
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
   file->table = std::move(level.table);
   file->path = directory.path_of(name);
+  file->attribute = schema.name;
   file->traits = backend.traits;
   file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
@@ -88,7 +92,7 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
   spec.surroundings = surroundings();
   for (const HeldVersion& older : held)
     for (const StoredLevel& same : older.levels)
-      if (same.file_name() == name) spec.held.push_back({older.version, &same.table});
+      if (same.file_names().front() == name) spec.held.push_back({older.version, &same.table});
   file->backend = volume->open_level(spec);
   pager->set_aside(volume->scratch_bytes());
   pager->attach(*file);
@@ -97,9 +101,8 @@ std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
 }
 
 LevelSurroundings Store::Implementation::surroundings() const {
-  LevelSurroundings result{base.topology(), options.base_level, {}, base.positions()};
+  LevelSurroundings result{base.topology(), provenance.base_level, {}, base.positions()};
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    if (attributes[i].derived) continue;  // blocks are not encoded from computed ones
     AttributeLevels& levels = result.attributes.emplace_back();
     levels.number = attributes[i].record.number;
     levels.schema = infos[i].schema;
@@ -110,38 +113,38 @@ LevelSurroundings Store::Implementation::surroundings() const {
 }
 
 void Store::Implementation::fix_context_of(const LevelFile& level) const {
+  if (level.traits.in_memory) return;
   const auto entries = level.table.entries();
-  // Raw and predicted blocks need no other block.
-  const auto written = std::ranges::find(entries, BlockEncoding::kEncoded, &BlockEntry::encoding);
-  if (written == entries.end() || level.traits.in_memory || level.is_derived) return;
-  std::array<ContextBlock, kMostContextBlocks> needed;
-  const std::size_t count =
-      level.backend->context(static_cast<std::uint64_t>(written - entries.begin()), needed);
-  for (const ContextBlock& context : std::span(needed).first(count))
-    for (const Attribute& attribute : attributes)
-      if (attribute.record.number == context.attribute)
-        attribute.levels[static_cast<std::size_t>(context.level - options.base_level - 1)]
-            ->is_fixed = true;
+  // All blocks of one encoding need blocks of the same levels. Raw blocks need none.
+  for (const BlockEncoding encoding : {BlockEncoding::kEncoded, BlockEncoding::kPredicted}) {
+    const auto written = std::ranges::find(entries, encoding, &BlockEntry::encoding);
+    if (written == entries.end()) continue;
+    std::array<ContextBlock, kMostContextBlocks> needed;
+    const std::size_t count =
+        level.backend->read_context(static_cast<std::uint64_t>(written - entries.begin()), needed);
+    for (const ContextBlock& context : std::span(needed).first(count))
+      for (const Attribute& attribute : attributes)
+        if (attribute.record.number == context.attribute)
+          attribute.levels[static_cast<std::size_t>(context.level - provenance.base_level - 1)]
+              ->is_fixed = true;
+  }
 }
 
 void Store::Implementation::open_volume(int threads) {
-  VolumeSpec spec{std::string(BackendRegistry::options_in(options.backend)),
-                  options.budget_bytes / kScratchShare, threads};
-  if (!on_disk() || !writable || !backend.traits.overwrites_in_place) {
-    volume = backend.open(spec);
-  } else if (options.overwriting == Overwriting::kNewGeneration) {
-    auto made = std::make_unique<GenerationVolume>(backend.open(spec), directory, sequence);
-    generations = made.get();
-    volume = std::move(made);
-  } else if (options.durability == Durability::kCommit) {
-    const std::uint64_t buffer_bytes =
-        std::clamp<std::uint64_t>(spec.most_scratch_bytes / 2, 1, kMostJournalBufferBytes);
-    spec.most_scratch_bytes -= std::min(spec.most_scratch_bytes, buffer_bytes);
-    journal = std::make_unique<RollbackJournal>(directory, uuid, sequence, buffer_bytes);
-    volume = std::make_unique<JournaledVolume>(backend.open(spec), *journal);
-  } else {
-    volume = backend.open(spec);
-  }
+  volume = backend.open({options.budget_bytes / kScratchShare, threads});
+  if (on_disk() && backend.traits.overwrites_in_place)
+    volume =
+        std::make_unique<GenerationVolume>(std::move(volume), directory, sequence, versions_read);
+}
+
+void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept {
+  if (!options.events.call) return;
+  StoreEvent event;
+  event.kind = kind;
+  event.store = path.native();
+  event.version = sequence;
+  event.duration_ns = static_cast<std::uint64_t>(1e9 * watch.seconds());
+  options.events.tell(event);
 }
 
 void Store::Implementation::make_ready() {
@@ -149,32 +152,45 @@ void Store::Implementation::make_ready() {
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
   const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
   open_volume(std::max(processors, io_threads));
-  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget);
+  StoreEvents of_blocks = options.events;
+  if (of_blocks.call)
+    of_blocks.call = [this](const StoreEvent& event) {
+      StoreEvent named = event;
+      named.store = path.native();
+      options.events.call(named);
+    };
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget,
+                                  std::move(of_blocks));
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
-                    const BackendRegistry& backends) {
-  check_options(options);
+                    const BackendRegistry& backends, const Provenance& provenance) try {
+  const Stopwatch watch;
+  check_options(options, provenance);
   check_resources(options.budget_bytes, options.io_threads);
   auto state = std::make_unique<Implementation>();
-  state->backend = backends.find(options.backend);
-  state->backend.validate(BackendRegistry::options_in(options.backend));
-  state->derivations = backends.derivations();
-  state->base = std::move(base);
   state->options = options;
-  if (options.pipeline.empty()) state->options.pipeline = state->backend.default_pipeline;
-  state->backend.validate_pipeline(state->options.pipeline, {});
+  if (options.backend == kAutomaticBackend)
+    state->options.backend =
+        backends.choose({path, options.expected_bytes, names_pipelines(options), {}}).name;
+  state->backend = backends.find(state->options.backend);
+  state->backend.check_machine();
+  if (path.empty() == state->backend.traits.durable)
+    throw Error(ErrorCode::kInvalidArgument,
+                path.empty()
+                    ? fmt::format("create store: backend {} needs a path", state->options.backend)
+                    : fmt::format("create store {}: backend {} writes no files: expected an empty "
+                                  "path",
+                                  path.native(), state->options.backend));
+  state->base = std::move(base);
+  if (!options.pipeline) state->options.pipeline = state->backend.default_pipeline;
+  state->backend.check_pipelines(*state->options.pipeline, {});
   state->uuid = random_uuid();
   state->writable = true;
-  state->provenance.layout = options.layout;
-  state->provenance.base_level = options.base_level;
+  state->provenance = state->first_provenance = provenance;
   encode_description(
       state->description());  // refuses text that a version cannot record, before any work
-  if (path.empty()) {
-    if (state->backend.traits.durable)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("create store: backend {} needs a path", options.backend));
-  } else {
+  if (!path.empty()) {
     state->directory = claim_store_directory(path, options.durability);
     state->path = path;  // after this, the destructor removes the files
     state->lock = StoreLock(state->directory, LockFor::kCreating);
@@ -182,17 +198,22 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
   }
   state->make_ready();
+  state->tell(StoreEvent::Kind::kOpened, watch);
   return Store(std::move(state));
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("create " + path.native());
 }
 
-Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh, StoreOptions options,
-                    const BackendRegistry& backends) {
-  options.layout = to_string(mesh.kind);
-  return create(path, std::move(mesh.mesh), options, backends);
+Store Store::create(const std::filesystem::path& path, LaidOutMesh mesh,
+                    const StoreOptions& options, const BackendRegistry& backends,
+                    Provenance provenance) {
+  provenance.layout = to_string(mesh.kind);
+  return create(path, std::move(mesh.mesh), options, backends, provenance);
 }
 
 Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
-                  const BackendRegistry& backends) {
+                  const BackendRegistry& backends) try {
+  const Stopwatch watch;
   check_resources(options.budget_bytes, options.io_threads);
   auto state = std::make_unique<Implementation>();
   state->path = path;
@@ -212,22 +233,27 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->provenance = description.provenance;
   state->options = version.options();
   state->options.durability = options.durability;
-  state->options.overwriting = options.overwriting;
   state->options.budget_bytes = options.budget_bytes;
   state->options.io_threads = options.io_threads;
   state->options.budget = options.budget;
+  state->options.events = options.events;
   state->backend = version.find_backend(backends);
-  state->derivations = backends.derivations();
   state->writable = options.writable;
-  if (state->overwrites_in_place())
-    state->version_file = keep_readers_out(state->directory, state->sequence);
   state->make_ready();
+  version.check_base_sizes();
   state->base = version.read_base_mesh();
   state->hold_versions();
   state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   state->held.clear();
   if (!options.writable) state->version_file = std::move(version).release_file();
+  state->tell(StoreEvent::Kind::kOpened, watch);
   return Store(std::move(state));
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("open " + path.native());
+} catch (const Error& error) {
+  if (error.code() != ErrorCode::kCorruption) throw;
+  throw Error(error,
+              fmt::format("{}; `plait repair` (plait::repair) mends what it can", error.what()));
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {

@@ -1,11 +1,11 @@
-#include "plait/partial_store.h"
+#include "store/partial_store.h"
 
 #include <fmt/format.h>
 
 #include "plait/error.h"
-#include "plait/file.h"
-#include "plait/left_overs.h"
-#include "plait/store_directory.h"
+#include "plait/extend/file.h"
+#include "store/left_overs.h"
+#include "store/store_directory.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -39,7 +39,9 @@ void check_name(const OutputName& output, Existing existing) {
 }  // namespace
 
 PartialStore::PartialStore(const std::filesystem::path& final_path, Existing existing)
-    : output_(final_path), existing_(existing), made_(output_.path, "partial", remove_made_files) {
+    : output_(final_path),
+      existing_(existing),
+      made_(output_.path, "partial", MadeProof::kManifest, remove_made_files) {
   check_name(output_, existing_);
 }
 
@@ -57,7 +59,7 @@ void PartialStore::publish(bool durable, const std::function<void(const std::str
   if (made_.publish(durable)) return;
   if (existing_ == Existing::kRefuse) throw store_name_taken(final_path(), existing_);
   replace_store(warn);
-  if (durable) output_.directory.sync();
+  if (durable) sync_name(output_.directory, final_path());
 }
 
 /// Removes the old store after the new one has its name. An old store that another process has open
@@ -69,20 +71,22 @@ void PartialStore::replace_store(const std::function<void(const std::string&)>& 
     held = hold_store(replaced);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBusy) throw;
-    stay_beside("another process uses it");
+    stay_beside("another process uses or replaces it");
   }
   TemporaryName& temporary = made_.name();
   if (!temporary.exchange(made_.directory().descriptor(), replaced.descriptor()))
-    stay_beside("another store has its name");
-  output_.directory.sync();
-  remove_store_files(replaced);
+    stay_beside("another process has replaced the store meanwhile");
+  sync_name(output_.directory, final_path());
   const auto tell = [&](const std::string& what) {
     if (warn) warn(what);
   };
+  // Before the manifest goes, which shows that the rest is a store.
   for (const std::string& name : replaced.names())
-    if (replaced.rename(name, made_.directory(), name, Renaming::kRefuse))
+    if (!is_store_file_name(name) &&
+        replaced.rename(name, made_.directory(), name, Renaming::kRefuse))
       tell(fmt::format("{}: '{}' is not a file of a store, so it stays", final_path().native(),
                        name));
+  remove_store_files(replaced);
   if (!output_.directory.remove_directory(temporary.name()))
     tell(fmt::format("{}: parts of the replaced store stay there", path_.native()));
 }

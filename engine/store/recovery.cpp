@@ -3,18 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <set>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <vector>
 
+#include "format/file_names.h"
 #include "plait/error.h"
-#include "plait/store_directory.h"
-#include "store/file_names.h"
-#include "store/rollback_journal.h"
+#include "store/store_directory.h"
 #include "store/stored_version.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -22,33 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A reader waits only for a process that restores blocks from the journal, or will do so.
-constexpr int kRecoveryAttempts = 25;
-constexpr std::chrono::milliseconds kPause{20};
 /// The number of attempts to lock the newest version. An attempt fails if a writer commits another
 /// version at that moment.
 constexpr int kMostVersions = 100'000;
-
-/// The levels with their block tables. If the tables are damaged, the geometry of the levels is
-/// enough: after the blocks are restored, repair may make the tables again.
-std::vector<StoredLevel> levels_of(const StoredVersion& version, const BaseMesh& base) {
-  std::vector<StoredLevel> levels = version.levels(base);
-  try {
-    version.read_tables_into(levels);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
-  }
-  return levels;
-}
-
-/// Restores the blocks that a hot journal has saved, if the store has one, and removes it.
-void undo(const Directory& store) {
-  const Manifest manifest = read_manifest(store);
-  if (!is_hot_journal(store, manifest.uuid, manifest.sequence)) return;
-  const StoredVersion version(store, open_newest_version(store));
-  const BaseMesh base = version.read_base_mesh();
-  roll_back(store, manifest.uuid, manifest.sequence, levels_of(version, base));
-}
 
 /// If syncing a manifest slot failed, the page cache may hold a slot that the disk does not. The
 /// writer writes the slot again and syncs it. If that write is torn, the other slot still holds the
@@ -81,7 +54,12 @@ Directory open_store_directory(const fs::path& path) {
     store = Directory(path);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
-    throw Error(ErrorCode::kNotFound, fmt::format("open {}: no such store", path.native()));
+    std::error_code ignored;
+    throw Error(ErrorCode::kNotFound,
+                fs::exists(path, ignored)
+                    ? fmt::format("open {}: expected a store, which is a directory, found a file",
+                                  path.native())
+                    : fmt::format("open {}: no such store", path.native()));
   }
   // A directory with a lock may be a damaged store.
   if (!store.contains(kLockName) && !has_whole_slot(store))
@@ -94,23 +72,12 @@ Directory open_store_directory(const fs::path& path) {
 }
 
 OpenVersion open_for_reading(const Directory& store) {
-  int busy = 0;
   for (int attempt = 0; attempt < kMostVersions; ++attempt) {
     try {
-      std::optional<OpenVersion> version = share_newest_version(store);
-      if (!version) continue;
-      const Manifest& newest = version->manifest;
-      if (!is_hot_journal(store, newest.uuid, newest.sequence)) return std::move(*version);
-      version.reset();
-      // The journal may belong to the version before the newest one, if a writer has left a slot
-      // that may not be durable. Only the next writer may remove that journal.
-      const StoreLock lock(store, LockFor::kRecovering);
-      undo(store);
+      if (std::optional<OpenVersion> version = share_newest_version(store))
+        return std::move(*version);
     } catch (const Error& error) {
-      if (error.code() != ErrorCode::kBusy) throw_busy_or(error, store);
-      // Without a journal, no process can be restoring blocks.
-      if (++busy == kRecoveryAttempts || !store.contains(kJournalName)) throw;
-      std::this_thread::sleep_for(kPause);
+      throw_busy_or(error, store);
     }
   }
   throw Error(ErrorCode::kBusy,
@@ -123,11 +90,7 @@ StoreLock lock_for_writing(const Directory& store, Durability durability) {
   read_manifest(store);  // throws if the directory is not a store, before anything is written
   lock.sign();
   // This must be done before anything is removed that the version before the newest one needs.
-  if (durability == Durability::kCommit || store.contains(kJournalName))
-    write_newest_slot_again(store);
-  undo(store);
-  // A journal of another version has no meaning.
-  if (store.contains(kJournalName)) remove_journal(store);
+  if (durability == Durability::kCommit) write_newest_slot_again(store);
   return lock;
 }
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "plait/directory.h"
+#include "plait/extend/directory.h"
 #include "plait/options.h"
 #include "store/lock.h"
 #include "store/version_locks.h"
@@ -15,15 +15,13 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 /// Errors: kNotFound if there is no directory, or if it is not a store.
 Directory open_store_directory(const std::filesystem::path& path);
 
-/// Opens the last committed version, and locks it while its file is open. If a writer has
-/// overwritten blocks without a commit, restores these blocks first, under the writer's lock. Waits
-/// only for other processes that restore blocks. Errors: kBusy while a writer overwrites in place,
-/// or while the store is being made or replaced; kNotFound, kCorruption, kNotSupported, kIo.
+/// Opens the last committed version, and locks it while its file is open. Errors: kBusy while the
+/// store is being made or replaced; kNotFound, kCorruption, kNotSupported, kIo.
 OpenVersion open_for_reading(const Directory& store);
 
-/// Takes the writer's lock, and restores the last committed version as above. With kCommit, the
-/// newest manifest slot is on the disk when the call returns. Does not change a directory without a
-/// manifest. Errors: kBusy, kNotFound, kCorruption, kNotSupported, kIo.
+/// Takes the writer's lock. With kCommit, the newest manifest slot is on the disk when the call
+/// returns. Does not change a directory without a manifest. Errors: kBusy, kNotFound, kCorruption,
+/// kNotSupported, kIo.
 StoreLock lock_for_writing(const Directory& store, Durability durability);
 
 /// Makes a directory, or takes an existing empty one, and creates the manifest of a new store in
@@ -41,9 +39,9 @@ bool is_uncommitted(const Directory& store);
 /// Other files stay, and then the directory stays too.
 void remove_uncommitted(const Directory& store) noexcept;
 
-/// Removes, as far as possible, the files that no version needs which is the newest one or which
-/// readers have open. The description and the base records of the version before the newest one
-/// also stay. Returns the older versions that readers have open, in ascending order. REQUIRES: the
+/// Removes files of old versions, as far as possible. The newest version, and versions that readers
+/// have open, keep theirs; the version before the newest one keeps its description and base
+/// records. Returns the older versions that readers have open, in ascending order. REQUIRES: the
 /// writer's lock. Errors: kIo; kNotFound, kCorruption, kNotSupported for the newest version.
 std::vector<std::uint64_t> remove_old_versions(const Directory& store);
 

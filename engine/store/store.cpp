@@ -6,38 +6,37 @@
 #include <algorithm>
 #include <utility>
 
+#include "format/checksum.h"
+#include "format/version_description.h"
 #include "plait/error.h"
+#include "store/memory_snapshot.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
-#include "store/version_description.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 Store::Store(std::unique_ptr<Implementation> implementation)
-    : implementation_(std::move(implementation)) {}
+    : implementation_(Implementation::own(std::move(implementation))) {}
 Store::Store(Store&&) noexcept = default;
 Store& Store::operator=(Store&&) noexcept = default;
 Store::~Store() = default;
 
-const std::filesystem::path& Store::path() const { return implementation_->path; }
-const BaseMesh& Store::base() const { return implementation_->base; }
-const StoreOptions& Store::options() const { return implementation_->options; }
-const StoreUuid& Store::uuid() const { return implementation_->uuid; }
-std::uint64_t Store::sequence() const { return implementation_->sequence; }
-BackendTraits Store::backend_traits() const { return implementation_->backend.traits; }
-int Store::base_level() const { return implementation_->options.base_level; }
-const Provenance& Store::provenance() const { return implementation_->provenance; }
+const std::filesystem::path& Store::path() const { return state().path; }
+const BaseMesh& Store::base() const { return state().base; }
+const StoreOptions& Store::options() const { return state().options; }
+const StoreUuid& Store::uuid() const { return state().uuid; }
+std::uint64_t Store::sequence() const { return state().sequence; }
+BackendTraits Store::backend_traits() const { return state().backend.traits; }
+int Store::base_level() const { return state().provenance.base_level; }
+const Provenance& Store::provenance() const { return state().provenance; }
 
 void Store::set_provenance(const Provenance& provenance) {
-  Implementation& state = *implementation_;
-  if (provenance.layout != state.options.layout ||
-      provenance.base_level != state.options.base_level)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("record the provenance of a store: expected layout '{}' and base level "
-                            "{}, found '{}' and {}",
-                            state.options.layout, state.options.base_level, provenance.layout,
-                            provenance.base_level));
-  const Provenance former = std::exchange(state.provenance, provenance);
+  Implementation& state = this->state();
+  begin_change(state, Change::kAdd, "set the provenance of");
+  const Provenance former = state.provenance;
+  state.provenance = provenance;
+  state.provenance.layout = former.layout;
+  state.provenance.base_level = former.base_level;
   try {
     encode_description(state.description());  // refuses text that a version cannot record
   } catch (...) {
@@ -46,12 +45,12 @@ void Store::set_provenance(const Provenance& provenance) {
   }
 }
 Session Store::open_session(const SessionOptions& options) const {
-  return implementation_->pager->open_session(options);
+  return state().pager->open_session(options);
 }
-Pager& Store::pager() { return *implementation_->pager; }
-const Pager& Store::pager() const { return *implementation_->pager; }
-PagingStatistics Store::statistics() const { return implementation_->pager->statistics(); }
-std::span<const AttributeInfo> Store::attributes() const { return implementation_->infos; }
+Pager& Store::pager() { return *state().pager; }
+const Pager& Store::pager() const { return *state().pager; }
+PagingStatistics Store::statistics() const { return state().pager->statistics(); }
+std::span<const AttributeInfo> Store::attributes() const { return state().infos; }
 
 int Store::finest_level() const {
   int finest = base_level();
@@ -71,64 +70,53 @@ AttributeId Store::attribute(std::string_view name) const {
     known += (known.empty() ? "" : ", ") + attributes()[id].schema.name;
   }
   throw Error(ErrorCode::kNotFound,
-              fmt::format("{}: no attribute '{}'; there are: {}", path().native(), name,
+              fmt::format("{}: no attribute '{}'; there are: {}", state().name(), name,
                           known.empty() ? "none" : known));
 }
 
-std::string_view Store::derivation(AttributeId attribute) const {
-  const auto& data = attribute_of(*implementation_, attribute);
-  return data.derived ? std::string_view(data.derived->derivation()) : std::string_view();
-}
-
 const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {
-  return attribute_of(*implementation_, attribute).record.rounding;
+  return attribute_of(state(), attribute).record.rounding;
 }
 
 std::span<std::byte> Store::base_bytes(AttributeId attribute) {
-  if (!implementation_->writable)
-    throw Error(ErrorCode::kBadState,
-                fmt::format("change base records of {}: opened for reading; a const Store gives "
-                            "records to read",
-                            path().native()));
-  auto& data = attribute_of(*implementation_, attribute);
-  if (data.derived)
-    throw Error(ErrorCode::kBadState,
-                fmt::format("change base records of '{}' in {}: expected an attribute that is "
-                            "stored, found one that is computed from '{}'; change that one, or "
-                            "store '{}' first (plait convert --compress {}=stored)",
-                            implementation_->infos[attribute].schema.name, path().native(),
-                            data.derived->source(), implementation_->infos[attribute].schema.name,
-                            implementation_->infos[attribute].schema.name));
-  implementation_->base_changed(attribute);
-  for (const auto& level : data.levels)
-    if (level->backend->needs_base_records() &&
-        std::ranges::any_of(level->table.entries(), [](const BlockEntry& entry) {
-          return entry.encoding == BlockEncoding::kEncoded;
-        }))
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("change base records of '{}' in {}: expected no blocks that are "
-                              "encoded from these records, found some in {}; a const Store gives "
-                              "records to read",
-                              implementation_->infos[attribute].schema.name, path().native(),
-                              level->path.native()));
+  Implementation& state = this->state();
+  begin_change(state, Change::kRecords,
+               "change base records (a const Store gives them to read) of");
+  auto& data = attribute_of(state, attribute);
+  // A block on its way to the disk may be encoded from these records right now.
+  state.pager->wait_for_writes();
+  for (const auto& other : state.attributes)
+    for (const auto& level : other.levels)
+      if (level->backend->needs_base_records(data.record.number))
+        throw Error(
+            ErrorCode::kBadState,
+            fmt::format("change base records of '{}' in {}: expected no blocks that are "
+                        "encoded from these records, found some in {}; a const Store gives "
+                        "records to read",
+                        state.infos[attribute].schema.name, state.name(), level->path.native()));
   return data.base_bytes;
 }
 
 std::span<const std::byte> Store::base_bytes(AttributeId attribute) const {
-  const auto& data = attribute_of(*implementation_, attribute);
-  return data.derived ? data.derived->base_records() : std::span<const std::byte>(data.base_bytes);
+  return attribute_of(state(), attribute).base_bytes;
 }
 
 const LevelFile& Store::level_file(AttributeId attribute, int level) const {
-  return level_of(*implementation_, attribute, level);
+  return level_of(state(), attribute, level);
 }
 
 LevelFile& Store::level_file(AttributeId attribute, int level) {
-  return level_of(*implementation_, attribute, level);
+  return level_of(state(), attribute, level);
+}
+
+LevelGeometry Store::geometry(std::size_t record_bytes, int level,
+                              std::uint64_t block_bytes) const {
+  return base().geometry(relative_to_base(level, base_level()), record_bytes,
+                         block_bytes != 0 ? block_bytes : options().block_bytes);
 }
 
 void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const {
-  attribute_of(*implementation_, attribute);
+  attribute_of(state(), attribute);
   const AttributeSchema& schema = attributes()[attribute].schema;
   if (schema.type != type || schema.components != components)
     throw Error(ErrorCode::kInvalidArgument,
@@ -137,59 +125,79 @@ void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t 
                             components));
 }
 
-void Store::commit() {
+bool Store::Implementation::has_changes() const {
+  if (changed || sequence == 0 || pager->statistics().blocks_written != blocks_at_commit)
+    return true;
+  // A program may write to records of base vertices and faces that it got before the last commit.
+  return std::ranges::any_of(attributes,
+                             [](const Attribute& attribute) {
+                               return checksum_of(attribute.base_bytes) !=
+                                      attribute.record.base_checksum;
+                             }) ||
+         std::ranges::any_of(face_attributes, [](const FaceAttribute& attribute) {
+           return checksum_of(attribute.bytes) != attribute.checksum;
+         });
+}
+
+void Store::Implementation::note_committed() {
+  changed = false;
+  blocks_at_commit = pager->statistics().blocks_written;
+  for (Attribute& attribute : attributes)
+    attribute.record.base_checksum = checksum_of(attribute.base_bytes);
+  for (FaceAttribute& attribute : face_attributes)
+    attribute.checksum = checksum_of(attribute.bytes);
+}
+
+void Store::commit() try {
+  const Stopwatch watch;
+  Implementation& state = this->state();
+  check_change(state, Change::kCommit, "commit");
   for (AttributeId id = 0; id < attributes().size(); ++id)
     for (int level = base_level() + 1; level <= attributes()[id].finest_level; ++level)
-      if (!level_file(id, level).is_finished())
+      if (const LevelFile& file = level_file(id, level); !file.is_finished())
         throw Error(ErrorCode::kBadState,
-                    fmt::format("commit {}: level {} of '{}' is unfinished: a pass that writes to "
-                                "it was cancelled, failed or has not ended",
-                                path().native(), level, attributes()[id].schema.name));
-  for (const auto& attribute : implementation_->attributes)
-    if (attribute.derived && !attribute.derived->refusal().empty())
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("commit {}: a derived attribute cannot be computed: {}",
-                              path().native(), attribute.derived->refusal()));
-  if (!implementation_->writable)
-    throw Error(ErrorCode::kBadState,
-                fmt::format("commit {}: opened for reading", path().native()));
-  if (implementation_->failed)
+                    fmt::format("commit {}: level {} of '{}' is unfinished: {}", state.name(),
+                                level, attributes()[id].schema.name, why_unfinished(file)));
+  if (state.failed)
     throw Error(ErrorCode::kBadState,
                 fmt::format("commit {}: refused because an earlier commit failed; reopen the store",
-                            path().native()));
+                            state.name()));
   try {
-    implementation_->pager->flush();
-    if (implementation_->on_disk())
-      implementation_->write_version();
-    else
-      ++implementation_->sequence;
+    state.pager->flush();
+    if (!state.has_changes()) return;
+    if (state.on_disk())
+      state.write_version();
+    else {
+      auto snapshot = std::make_shared<MemorySnapshot>(state);
+      ++state.sequence;
+      state.snapshot = std::move(snapshot);
+    }
+    state.note_committed();
   } catch (...) {
-    // The new manifest slot may be on the disk or not. From here on, an overwritten block could
-    // belong to either version, but the journal can only restore the older one. So the store
-    // refuses further writes.
-    implementation_->failed = true;
-    implementation_->pager->refuse_writes();
+    // The new manifest slot may be on the disk or not, so no block of either version may change.
+    state.failed = true;
+    state.pager->refuse_writes();
     throw;
   }
+  state.tell(StoreEvent::Kind::kCommitted, watch);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("commit " + state().name());
 }
 
 void Store::close() {
   if (!implementation_) return;
-  if (const auto readers = implementation_.use_count() - 1; readers > 0)
-    throw Error(ErrorCode::kBusy,
-                fmt::format("close {}: expected no reader of this store, found {} with {} open "
-                            "views",
-                            path().native(), readers, implementation_->view_count.load()));
+  check_undisturbed(state(), Change::kRemove, "close");
   implementation_.reset();
 }
 
 std::uint64_t Store::stored_bytes() const {
   std::uint64_t bytes = 0;
-  for (const auto& attribute : implementation_->attributes) {
+  for (const auto& attribute : state().attributes) {
     bytes += attribute.base_bytes.size();
     for (const auto& level : attribute.levels) bytes += level->backend->stored_bytes();
   }
-  return bytes + implementation_->base_mesh_size.bytes;
+  for (const auto& attribute : state().face_attributes) bytes += attribute.bytes.size();
+  return bytes + state().base_mesh_size.bytes;
 }
 
 PLAIT_END_NAMESPACE

@@ -4,24 +4,51 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
 
 #include "plait/error.h"
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Errors: kBadState for a store that was opened for reading.
-inline void check_writable(const Store::Implementation& state) {
-  if (!state.writable)
-    throw Error(ErrorCode::kBadState, fmt::format("{}: opened for reading", state.path.native()));
-}
+/// What a call does to a store.
+enum class Change : std::uint8_t {
+  kCommit,   ///< publishes what is there
+  kRecords,  ///< changes records
+  kAdd,      ///< adds attributes and levels, or changes what is known of them
+  kRemove,   ///< removes what a walk over patches may have pinned
+};
+
+// In messages, `verb` is what the caller wants to do.
+
+/// Errors: kBadState while a pass is under way that the change would disturb: the call comes from
+/// one of its callbacks. kBusy while the store has readers or views.
+void check_undisturbed(const Store::Implementation& state, Change change, std::string_view verb);
+
+/// Errors: those of check_undisturbed(); kBadState for a store that was opened for reading.
+void check_change(const Store::Implementation& state, Change change, std::string_view verb);
+/// The same; the change then begins, and what is known of the records before their levels no longer
+/// holds.
+void begin_change(Store::Implementation& state, Change change, std::string_view verb);
+
+/// Errors: kBadState if blocks of another attribute are encoded from `needed`.
+void check_not_needed(const Store::Implementation& state,
+                      const Store::Implementation::Attribute& needed);
+
+/// The reason for which a level is unfinished, for messages.
+std::string why_unfinished(const LevelFile& level);
+/// Throws kBadState: nobody can read this level.
+[[noreturn]] void refuse_unfinished(const Store::Implementation& state, std::string_view attribute,
+                                    const LevelFile& file, int level);
 
 /// Errors: kInvalidArgument for a number that is no attribute's.
 template <class State>
 auto& attribute_of(State& state, AttributeId attribute) {
   if (attribute >= state.attributes.size())
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: expected an attribute below {}, found {}", state.path.native(),
+                fmt::format("{}: expected an attribute below {}, found {}", state.name(),
                             state.attributes.size(), attribute));
   return state.attributes[attribute];
 }
@@ -30,7 +57,7 @@ auto& attribute_of(State& state, AttributeId attribute) {
 template <class State>
 auto& level_of(State& state, AttributeId attribute, int level) {
   auto& data = attribute_of(state, attribute);
-  const int first = state.options.base_level + 1, last = state.infos[attribute].finest_level;
+  const int first = state.provenance.base_level + 1, last = state.infos[attribute].finest_level;
   if (level < first || level > last)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("level {} of '{}': expected {} to {}", level,

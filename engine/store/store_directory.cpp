@@ -1,11 +1,11 @@
-#include "plait/store_directory.h"
+#include "store/store_directory.h"
 
 #include <utility>
 
+#include "format/file_names.h"
+#include "format/manifest.h"
 #include "plait/error.h"
-#include "store/file_names.h"
 #include "store/lock.h"
-#include "store/manifest.h"
 #include "store/version_locks.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -15,7 +15,7 @@ bool is_store(const Directory& directory) { return has_whole_slot(directory); }
 std::vector<File> hold_store(const Directory& store) {
   std::vector<File> held;
   try {
-    held.push_back(StoreLock(store, LockFor::kRecovering).release());
+    held.push_back(StoreLock(store, LockFor::kMaintaining).release());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
     return held;
@@ -26,7 +26,7 @@ std::vector<File> hold_store(const Directory& store) {
 
 bool is_store_file_name(std::string_view name) {
   return is_version_file_name(name) || is_bounds_file_name(name) || name == kBaseMeshName ||
-         name == kJournalName || name == kLockName || name == kManifestName;
+         name == kLockName || name == kManifestName;
 }
 
 std::vector<std::string> remove_store_files(const Directory& store) {

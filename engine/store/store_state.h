@@ -1,59 +1,55 @@
 // The state of a Store. All source files of Store share it.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "plait/directory.h"
+#include "base/stopwatch.h"
+#include "format/base_mesh_file.h"
+#include "format/manifest.h"
+#include "io/process.h"
+#include "plait/extend/directory.h"
 #include "plait/store.h"
-#include "store/base_mesh_file.h"
-#include "store/derived_attribute.h"
-#include "store/generation_volume.h"
 #include "store/lock.h"
-#include "store/manifest.h"
-#include "store/rollback_journal.h"
 #include "store/stored_version.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct MemorySnapshot;
 
 struct Store::Implementation {
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
     std::vector<std::byte> base_bytes;
+    /// `base_bytes` as they were before subdivide() made levels; empty if that is not known.
+    std::vector<std::byte> before_levels;
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
-    std::unique_ptr<DerivedAttribute> derived;       ///< of a derived attribute; it has no files
+  };
+
+  struct FaceAttribute {
+    std::uint32_t number = 0;
+    std::uint64_t checksum = 0;  ///< of the bytes at the last commit
+    std::vector<std::byte> bytes;
   };
 
   Implementation() = default;
   ~Implementation();
+  /// The owner of a state. In a process that was forked it only frees memory: it ends no threads
+  /// and removes no files, which are those of the other process.
+  static std::shared_ptr<Implementation> own(std::unique_ptr<Implementation> state);
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
   bool on_disk() const { return !path.empty(); }
+  /// For messages: the path, or "a store in memory".
+  const std::string& name() const;
   /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;
-  // derived_levels.cpp
-  /// The pipeline as the store records it: a derived one names its rule and source. Errors: those
-  /// of the backend's validate_pipeline() and of Derivations.
-  std::string checked_pipeline(std::string pipeline, const AttributeSchema& schema) const;
-  /// Makes `derived` of an attribute, or removes it, as the record's pipeline says.
-  void follow_pipeline(Attribute& attribute, const AttributeSchema& schema) const;
-  /// Opens level `level` of a derived attribute, whose source has the level `finest` at last.
-  std::unique_ptr<LevelFile> open_derived_level(const Attribute& attribute,
-                                                const AttributeSchema& schema, int level,
-                                                int finest) const;
-  /// Errors: kBadState unless the source has this level.
-  void add_derived_level(AttributeId attribute);
-  /// Connects derived attributes with their sources. To be called after each change of attributes
-  /// or levels.
-  void connect_derived();
-  /// The position of the attribute's source; kNoId if there is none.
-  AttributeId source_of(const Attribute& derived) const;
-  /// Derived records that depend on this attribute are outdated.
-  void base_changed(AttributeId attribute);
 
   /// The base mesh and the levels that are open.
   LevelSurroundings surroundings() const;
@@ -61,42 +57,46 @@ struct Store::Implementation {
   void fix_context_of(const LevelFile& level) const;
   /// Opens the volume and makes the pager. REQUIRES: the other members are set.
   void make_ready();
-  /// Opens the volume, with generations or the journal around it. `threads` call it at once.
+  /// Opens the volume, with generations around it if the backend overwrites in place. `threads`
+  /// call it at once.
   void open_volume(int threads);
   /// The description of the current state, without the checksums of base records.
   VersionDescription description() const;
   void write_version();
-  /// Sets the generation of the levels that get a new file in the next version.
-  void enter_renewed_levels();
+  /// Tells options.events how long it took.
+  void tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept;
+  /// Whether anything differs from the last commit. REQUIRES: the pager has written all blocks.
+  bool has_changes() const;
+  void note_committed();
+  /// Takes levels out of the store. What the last commit of a store in memory has of them is kept.
+  void retire(std::vector<std::unique_ptr<LevelFile>> levels);
+  /// Reads the newest version again, in the place of all that the store has.
+  void reread();
+  /// The level's whole file.
+  std::filesystem::path path_of(const LevelFile& level) const;
   void read_version(const StoredVersion& version, OpenMode mode);
   /// Reads the block tables of `versions_read`, so that the backend does not overwrite blocks of
   /// these versions.
   void hold_versions();
-  bool overwrites_in_place() const {
-    return on_disk() && writable && backend.traits.overwrites_in_place &&
-           options.overwriting == Overwriting::kInPlace;
-  }
 
   std::filesystem::path path;  ///< as the user gave it
   Directory directory;         ///< all files are opened through it; not open without a path
   BaseMesh base;
   StoreOptions options;
-  Provenance provenance;
-  BackendRegistry::Entry backend;
-  std::shared_ptr<const Derivations> derivations;
+  Provenance provenance, first_provenance;  ///< now, and of the store when it was made
+  RegisteredBackend backend;
   StoreUuid uuid{};
   std::uint64_t sequence = 0;
   std::uint32_t next_number = 0;  ///< of the next attribute
   StoredSize base_mesh_size;
   bool writable = false;
   bool name_is_durable = false;  ///< this writer has synced the directory that the store is in
+  bool changed = false;          ///< something beside records has changed since the last commit
+  std::uint64_t blocks_at_commit = 0;  ///< that the pager had written then
   bool failed = false;  ///< a commit has failed: the newest version on the disk is not known
   StoreLock lock;       ///< only for a writer
-  File version_file;    ///< locked: the version of a reader, or the version that a writer in place
-                        ///< locks against readers
-  std::unique_ptr<RollbackJournal> journal;  ///< only for a durable writer that writes in place
+  File version_file;    ///< only for a reader: its version, locked
   std::unique_ptr<Volume> volume;
-  GenerationVolume* generations = nullptr;  ///< `volume`, if the writer makes new level files
   std::vector<std::uint64_t>
       versions_read;  ///< older versions that readers may have open, ascending
   struct HeldVersion {
@@ -106,7 +106,16 @@ struct Store::Implementation {
   std::vector<HeldVersion> held;  ///< only while read_version() runs
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
-  mutable std::atomic<std::uint64_t> view_count = 0;  ///< PatchViews that have not ended
+  std::vector<AttributeSchema> face_infos;
+  std::vector<FaceAttribute> face_attributes;
+  Texts texts;
+  /// The last commit of a store in memory; not set before the first one.
+  std::shared_ptr<MemorySnapshot> snapshot;
+  const OwnProcess process;
+  /// Readers and PatchViews that have not ended.
+  mutable std::atomic<std::uint64_t> reader_count = 0, view_count = 0;
+  /// Counted by StorePass, for each kind.
+  mutable std::array<std::atomic<std::uint32_t>, 3> pass_counts{};
   std::unique_ptr<Pager> pager;  ///< last, because it refers to the level files
 };
 

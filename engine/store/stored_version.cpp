@@ -5,14 +5,23 @@
 #include <algorithm>
 #include <utility>
 
+#include "format/base_mesh_file.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/version_file.h"
 #include "plait/error.h"
-#include "plait/file.h"
-#include "store/base_mesh_file.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
-#include "store/version_file.h"
+#include "plait/extend/block_maker.h"
+#include "plait/extend/file.h"
+#include "store/version_sizes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+std::vector<std::string> StoredLevel::file_names() const {
+  std::vector<std::string> names;
+  for (const Generation& generation : record.generations)
+    names.push_back(level_file_name(number, level, generation.version));
+  return names;
+}
 
 StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
     : store_(store),
@@ -20,44 +29,36 @@ StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
       file_(std::move(version.file)),
       description_bytes_(read_description(file_)),
       description_(decode_description(description_bytes_, manifest_.sequence, file_.path(),
-                                      manifest_.optional_features)) {}
+                                      manifest_.optional_features)),
+      is_newest_(version.is_newest) {
+  check_counts(description_, file_.path());
+  refuse_holes(store_, description_, manifest_.sequence);
+}
 
 StoreOptions StoredVersion::options() const {
   StoreOptions options;
   options.backend = description_.backend;
   options.pipeline = description_.pipeline;
-  options.layout = description_.provenance.layout;
-  options.base_level = description_.provenance.base_level;
   options.block_bytes = description_.block_bytes;
   return options;
 }
 
-const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry& backends) const {
+const RegisteredBackend& StoredVersion::find_backend(const BackendRegistry& backends) const {
   const std::string& path = file_.path().native();
   try {
-    const BackendRegistry::Entry& backend = backends.find(description_.backend);
-    backend.validate(BackendRegistry::options_in(description_.backend));
-    backend.validate_pipeline(description_.pipeline, {});
+    const RegisteredBackend& backend = backends.find(description_.backend);
+    backend.check_machine();
+    backend.check_pipelines(description_.pipeline, {});
     for (const AttributeRecord& attribute : description_.attributes) {
-      if (!is_derived(attribute.pipeline))
-        backend.validate_pipeline(attribute.pipeline, attribute.schema);
-      std::set<std::string_view> pipelines;
-      if (is_derived(attribute.pipeline)) pipelines.insert(attribute.pipeline);
-      for (const LevelRecord& level : attribute.levels) pipelines.insert(level.pipeline);
-      for (const std::string_view pipeline : pipelines) {
-        if (pipeline.find(';') != std::string_view::npos)
-          throw Error(ErrorCode::kNotSupported,
-                      fmt::format("expected one pipeline of a level, found \"{}\"", pipeline));
-        if (!is_derived(pipeline))
-          backend.validate_pipeline(pipeline, attribute.schema);
-        else if (backends.derivations())
-          backends.derivations()->source_of(derivation_in(pipeline), attribute.schema);
-        else
-          throw Error(ErrorCode::kNotSupported,
-                      fmt::format("attribute '{}' is derived, and this program knows no rules",
-                                  attribute.schema.name));
+      backend.check_pipelines(attribute.pipeline, attribute.schema);
+      const Pipeline* checked = nullptr;
+      for (const LevelRecord& level : attribute.levels) {
+        if (!checked || level.pipeline != *checked)
+          backend.check_pipelines(level.pipeline, attribute.schema);
+        checked = &level.pipeline;
       }
     }
+    check_generations(backend.traits);
     if (backend.traits.durable) return backend;
   } catch (const Error& error) {
     // kInvalidArgument becomes kNotSupported, because the user did not choose these options.
@@ -68,21 +69,31 @@ const BackendRegistry::Entry& StoredVersion::find_backend(const BackendRegistry&
               fmt::format("open {}: backend '{}' writes no files", path, description_.backend));
 }
 
+void StoredVersion::check_generations(const BackendTraits& traits) const {
+  if (traits.overwrites_in_place) return;
+  for (const AttributeRecord& attribute : description_.attributes)
+    for (const LevelRecord& level : attribute.levels)
+      if (level.generations.size() > 1)
+        throw Error(ErrorCode::kNotSupported,
+                    fmt::format("attribute '{}' has a level with {} sparse files, and the backend "
+                                "has one file for each level",
+                                attribute.schema.name, level.generations.size() - 1));
+}
+
 BaseMesh StoredVersion::read_base_mesh() const {
   const File file(store_, kBaseMeshName, OpenMode::kRead);
   BaseMesh mesh =
-      read_base_mesh_file(file, {description_.base_mesh_bytes, description_.base_mesh_checksum});
-  if (mesh.vertex_count() == description_.vertex_count &&
-      mesh.edge_count() == description_.edge_count &&
-      mesh.face_count() == description_.face_count &&
+      read_base_mesh_file(file, {description_.base_mesh_bytes, description_.base_mesh_checksum},
+                          description_.vertex_count, description_.face_count);
+  if (mesh.edge_count() == description_.edge_count &&
       mesh.border_edge_count() == description_.border_edge_count)
     return mesh;
-  throw Error(ErrorCode::kCorruption,
-              fmt::format("open {}: expected {} vertices, {} edges and {} faces, as {} says, found "
-                          "{}, {} and {}",
-                          file.path().native(), description_.vertex_count, description_.edge_count,
-                          description_.face_count, version_name(), mesh.vertex_count(),
-                          mesh.edge_count(), mesh.face_count()));
+  throw Error(
+      ErrorCode::kCorruption,
+      fmt::format("open {}: expected {} edges and {} border edges, as {} says, found {} and "
+                  "{}",
+                  file.path().native(), description_.edge_count, description_.border_edge_count,
+                  version_name(), mesh.edge_count(), mesh.border_edge_count()));
 }
 
 std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
@@ -99,12 +110,9 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
       try {
         const BaseRelativeLevel relative = relative_to_base(stored.level, base_level);
         stored.geometry =
-            stored.is_derived()
-                ? derived_geometry(base.slot_shapes(), relative.refinements,
-                                   static_cast<int>(attribute.levels.size()),
-                                   attribute.schema.record_bytes(), description_.block_bytes)
-                : LevelGeometry(base.slot_shapes(), relative, attribute.schema.record_bytes(),
-                                description_.block_bytes);
+            base.geometry(relative, attribute.schema.record_bytes(),
+                          block_bytes_of_level(stored.record.pipeline, relative.refinements,
+                                               description_.block_bytes));
       } catch (const Error& error) {
         throw Error(ErrorCode::kCorruption,
                     fmt::format("open {}: attribute '{}': {}", file_.path().native(),
@@ -115,40 +123,46 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
   return levels;
 }
 
+void StoredVersion::check_base_sizes() const {
+  plait::check_base_sizes(store_, description_, manifest_.sequence);
+}
+
 void StoredVersion::check_version_file() const {
   if (const std::uint64_t found = file_.size(); found != manifest_.version_bytes)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: {} bytes, expected {}", file_.path().native(), found,
-                            manifest_.version_bytes));
+                            manifest_.version_bytes))
+        .about(file_.path());
+  const std::uint64_t expected = block_tables_bytes(description_, file_.path());
+  if (const std::uint64_t found =
+          manifest_.version_bytes - block_tables_offset(description_bytes_.size());
+      found != expected)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: {} bytes of block tables, expected {}", file_.path().native(),
+                            found, expected))
+        .about(file_.path());
+  if (!is_newest_) return;
   if (const std::uint64_t found = checksum_of(file_); found != manifest_.version_checksum)
     throw Error(ErrorCode::kCorruption,
                 fmt::format("open {}: checksum {:016x}, expected {:016x}", file_.path().native(),
-                            found, manifest_.version_checksum));
+                            found, manifest_.version_checksum))
+        .about(file_.path());
 }
 
 void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   check_version_file();
-  std::uint64_t expected = 0;
-  for (const StoredLevel& level : levels)
-    if (!level.is_derived()) expected += level.geometry.block_count() * sizeof(BlockEntry);
   const std::uint64_t begin = block_tables_offset(description_bytes_.size());
-  if (const std::uint64_t found = manifest_.version_bytes - begin; found != expected)
-    throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: {} bytes of block tables, expected {}", file_.path().native(),
-                            found, expected));
-  std::vector<std::byte> bytes(expected);
+  std::vector<std::byte> bytes(manifest_.version_bytes - begin);
   file_.read_at(begin, bytes);
   BlockTablesReader reader(bytes, file_.path());
   std::vector<BlockTable> tables;
   for (const StoredLevel& level : levels) {
-    if (level.is_derived()) {
-      tables.emplace_back();
-      continue;
-    }
-    const std::vector<BlockEntry> entries = reader.next_level(level.geometry);
+    const std::vector<BlockEntry> entries =
+        reader.next_level(level.geometry, level.record.generations.size());
     BlockTable& table =
         tables.emplace_back(manifest_.uuid, level.number, level.level, entries.size());
     std::ranges::copy(entries, table.entries().begin());
+    table.set_generations(level.record.generations);
   }
   reader.finish();
   for (std::size_t at = 0; at < levels.size(); ++at) levels[at].table = std::move(tables[at]);
@@ -159,22 +173,41 @@ std::vector<std::byte> StoredVersion::version_file_with(
   return encode_version_file(description_bytes_, tables);
 }
 
-std::vector<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
-  const File file(store_, base_records_name(attribute), OpenMode::kRead);
+std::vector<std::byte> StoredVersion::read_records(const std::string& name, std::uint64_t bytes,
+                                                   std::uint64_t checksum) const {
+  const File file(store_, name, OpenMode::kRead);
   const std::string& path = file.path().native();
-  const std::uint64_t bytes = description_.vertex_count * attribute.schema.record_bytes();
   if (file.size() != bytes)
     throw Error(ErrorCode::kCorruption,
-                fmt::format("open {}: {} bytes, expected {}", path, file.size(), bytes));
+                fmt::format("open {}: {} bytes, expected {}", path, file.size(), bytes))
+        .about(file.path());
   std::vector<std::byte> records(bytes);
   file.read_at(0, records);
-  if (const std::uint64_t found = checksum_of(records); found != attribute.base_checksum)
-    throw Error(ErrorCode::kCorruption, fmt::format("open {}: checksum {:016x}, expected {:016x}",
-                                                    path, found, attribute.base_checksum));
+  if (const std::uint64_t found = checksum_of(records); found != checksum)
+    throw Error(ErrorCode::kCorruption,
+                fmt::format("open {}: checksum {:016x}, expected {:016x}", path, found, checksum))
+        .about(file.path());
   return records;
 }
 
+std::vector<std::byte> StoredVersion::read_base_records(const AttributeRecord& attribute) const {
+  return read_records(base_records_name(attribute),
+                      description_.vertex_count * attribute.schema.record_bytes(),
+                      attribute.base_checksum);
+}
+
+std::vector<std::byte> StoredVersion::read_face_records(
+    const FaceAttributeRecord& attribute) const {
+  return read_records(face_records_name(attribute),
+                      description_.face_count * attribute.schema.record_bytes(),
+                      attribute.checksum);
+}
+
 std::string StoredVersion::version_name() const { return version_file_name(manifest_.sequence); }
+
+std::string StoredVersion::face_records_name(const FaceAttributeRecord& attribute) const {
+  return faces_file_name(attribute.number, manifest_.sequence);
+}
 
 std::string StoredVersion::base_records_name(const AttributeRecord& attribute) const {
   return base_file_name(attribute.number, manifest_.sequence);
@@ -182,12 +215,16 @@ std::string StoredVersion::base_records_name(const AttributeRecord& attribute) c
 
 std::set<std::string> StoredVersion::file_names() const {
   std::set<std::string> names = {version_name()};
+  for (const FaceAttributeRecord& attribute : description_.face_attributes)
+    names.insert(face_records_name(attribute));
   for (const AttributeRecord& attribute : description_.attributes) {
-    if (is_derived(attribute.pipeline)) continue;
     names.insert(base_records_name(attribute));
     int level = description_.provenance.base_level;
-    for (const LevelRecord& record : attribute.levels)
-      names.insert(level_file_name(attribute.number, ++level, record.generation));
+    for (const LevelRecord& record : attribute.levels) {
+      ++level;
+      for (const Generation& generation : record.generations)
+        names.insert(level_file_name(attribute.number, level, generation.version));
+    }
   }
   return names;
 }

@@ -11,17 +11,16 @@
 #include <utility>
 #include <vector>
 
-#include "plait/backend.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
+#include "format/version_description.h"
 #include "plait/base_mesh.h"
-#include "plait/block_table.h"
-#include "plait/derivation.h"
-#include "plait/directory.h"
-#include "plait/file.h"
-#include "plait/level_geometry.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/block_table.h"
+#include "plait/extend/directory.h"
+#include "plait/extend/file.h"
+#include "plait/extend/level_geometry.h"
 #include "plait/options.h"
-#include "store/file_names.h"
-#include "store/manifest.h"
-#include "store/version_description.h"
 #include "store/version_locks.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -35,14 +34,14 @@ struct StoredLevel {
   LevelGeometry geometry;
   BlockTable table;
 
-  /// It has no file and no table.
-  bool is_derived() const { return plait::is_derived(record.pipeline); }
-  std::string file_name() const { return level_file_name(number, level, record.generation); }
+  /// The names of its files, in the order of the generations.
+  std::vector<std::string> file_names() const;
 };
 
 class StoredVersion {
  public:
-  /// `store` must outlive this object. Errors: kCorruption, kNotSupported, kIo for version.S.
+  /// `store` must outlive this object. Errors: kCorruption, kNotSupported, kIo for version.S;
+  /// kCorruption if the files that are read whole are nearly all holes.
   StoredVersion(const Directory& store, OpenVersion version);
 
   const Manifest& manifest() const { return manifest_; }
@@ -51,16 +50,18 @@ class StoredVersion {
   StoreOptions options() const;
   /// Errors: kNotSupported for an unknown backend, or for options or pipelines that it cannot use;
   /// kCorruption for a backend that writes no files.
-  const BackendRegistry::Entry& find_backend(const BackendRegistry& backends) const;
+  const RegisteredBackend& find_backend(const BackendRegistry& backends) const;
 
+  /// Throws if base mesh or base records have other sizes than version.S says. Errors: kCorruption.
+  void check_base_sizes() const;
   /// Errors: kNotFound; kCorruption, also if the counts differ from those of the description; kIo.
   BaseMesh read_base_mesh() const;
   /// All levels, with attributes in the description's order. All blocks are marked as never
   /// written. `base` must outlive the result. Errors: kCorruption for a level that is too large for
   /// a file.
   std::vector<StoredLevel> levels(const BaseMesh& base) const;
-  /// Throws unless version.S has the size and the checksum that the manifest records. Errors:
-  /// kCorruption, kIo.
+  /// Throws unless version.S has the size that the manifest and the description say, and the
+  /// checksum that the manifest records. Errors: kCorruption, kIo.
   void check_version_file() const;
   /// Reads the block tables of all stored levels from version.S, and checks that each entry is in
   /// its range. Errors: kCorruption, and then no level is changed; kIo.
@@ -71,7 +72,11 @@ class StoredVersion {
   /// kIo.
   std::vector<std::byte> read_base_records(const AttributeRecord& attribute) const;
 
+  /// Reads the records of a face attribute in the description. Errors: as read_base_records().
+  std::vector<std::byte> read_face_records(const FaceAttributeRecord& attribute) const;
+
   std::string version_name() const;
+  std::string face_records_name(const FaceAttributeRecord& attribute) const;
   std::string base_records_name(const AttributeRecord& attribute) const;
   /// The names of all files that this version needs, except the base mesh.
   std::set<std::string> file_names() const;
@@ -80,11 +85,16 @@ class StoredVersion {
   File release_file() && { return std::move(file_); }
 
  private:
+  std::vector<std::byte> read_records(const std::string& name, std::uint64_t bytes,
+                                      std::uint64_t checksum) const;
+  void check_generations(const BackendTraits& traits) const;
+
   const Directory& store_;
   Manifest manifest_;
   File file_;  ///< version.S
   std::vector<std::byte> description_bytes_;
   VersionDescription description_;
+  bool is_newest_;
 };
 
 PLAIT_END_NAMESPACE

@@ -3,14 +3,14 @@
 
 #include <algorithm>
 
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/version_description.h"
+#include "format/version_file.h"
 #include "plait/error.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
 #include "store/recovery.h"
 #include "store/store_state.h"
 #include "store/stored_version.h"
-#include "store/version_description.h"
-#include "store/version_file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -43,20 +43,34 @@ VersionDescription Store::Implementation::description() const {
   result.base_mesh_bytes = base_mesh_size.bytes;
   result.base_mesh_checksum = base_mesh_size.checksum;
   result.backend = options.backend;
-  result.pipeline = options.pipeline;
+  result.pipeline = *options.pipeline;
   result.provenance = provenance;
   for (std::size_t i = 0; i < attributes.size(); ++i) {
     result.attributes.push_back(attributes[i].record);
     result.attributes.back().schema = infos[i].schema;
+    for (std::size_t at = 0; at < attributes[i].levels.size(); ++at) {
+      const auto generations = attributes[i].levels[at]->table.generations();
+      result.attributes.back().levels[at].generations = {generations.begin(), generations.end()};
+    }
   }
+  for (std::size_t i = 0; i < face_attributes.size(); ++i)
+    result.face_attributes.push_back(
+        {face_infos[i], face_attributes[i].number, face_attributes[i].checksum});
+  result.texts = texts;
   return result;
 }
 
+std::filesystem::path Store::Implementation::path_of(const LevelFile& level) const {
+  const BlockTable& table = level.table;
+  return directory.path_of(
+      level_file_name(table.attribute(), table.level(), table.generations().front().version));
+}
+
 void Store::Implementation::write_version() {
+  lock.check_name(directory);
   const bool durable = options.durability == Durability::kCommit;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) level->backend->sync(durable);
-  enter_renewed_levels();
 
   if (sequence == kMaxSequence)
     throw Error(ErrorCode::kNotSupported,
@@ -67,32 +81,24 @@ void Store::Implementation::write_version() {
   next.sequence = sequence + 1;
   VersionDescription content = description();
   for (std::size_t i = 0; i < attributes.size(); ++i) {
-    if (attributes[i].derived) {
-      next.required_features |= kDerivedAttributes;
-      continue;
-    }
     write_whole_file(directory, base_file_name(attributes[i].record.number, next.sequence),
                      attributes[i].base_bytes, durable);
     content.attributes[i].base_checksum = checksum_of(attributes[i].base_bytes);
   }
+  for (std::size_t i = 0; i < face_attributes.size(); ++i) {
+    write_whole_file(directory, faces_file_name(face_attributes[i].number, next.sequence),
+                     face_attributes[i].bytes, durable);
+    content.face_attributes[i].checksum = checksum_of(face_attributes[i].bytes);
+  }
   std::vector<const BlockTable*> all_tables;
   for (const Attribute& attribute : attributes)
     for (const auto& level : attribute.levels) {
-      if (level->is_derived) continue;
       all_tables.push_back(&level->table);
       if (has_predicted(level->table)) next.required_features |= kPredictedBlocks;
     }
   const std::vector<std::byte> described =
       encode_version_file(encode_description(content), all_tables);
   write_whole_file(directory, version_file_name(next.sequence), described, durable);
-  // Both versions stay locked against readers until the manifest names the new one.
-  File next_file;
-  if (overwrites_in_place()) {
-    next_file = File(directory, version_file_name(next.sequence), OpenMode::kRead);
-    if (!next_file.lock(true))
-      throw Error(ErrorCode::kBusy, fmt::format("commit {}: another process has locked {}",
-                                                path.native(), next_file.path().native()));
-  }
   next.version_bytes = described.size();
   next.version_checksum = checksum_of(described);
   next.optional_features = optional_features_of(content);
@@ -109,7 +115,6 @@ void Store::Implementation::write_version() {
 
   // The version is committed. An error in the removal of old files does not change that.
   sequence = next.sequence;
-  version_file = std::move(next_file);
   try {
     versions_read = remove_old_versions(directory);
   } catch (const Error&) {
@@ -118,18 +123,8 @@ void Store::Implementation::write_version() {
     if (sequence > 1) versions_read.push_back(sequence - 1);
   }
   volume->begin_version(sequence, versions_read);
-}
-
-void Store::Implementation::enter_renewed_levels() {
-  if (generations == nullptr) return;
-  for (const GenerationVolume::Level& renewed : generations->renewed_levels())
-    for (Attribute& attribute : attributes) {
-      if (attribute.record.number != renewed.attribute) continue;
-      const auto at = static_cast<std::size_t>(renewed.level - options.base_level - 1);
-      attribute.record.levels[at].generation = sequence + 1;
-      attribute.levels[at]->path =
-          directory.path_of(level_file_name(renewed.attribute, renewed.level, sequence + 1));
-    }
+  for (Attribute& attribute : attributes)
+    for (const auto& level : attribute.levels) level->path = path_of(*level);
 }
 
 void Store::Implementation::hold_versions() {
@@ -148,24 +143,20 @@ void Store::Implementation::read_version(const StoredVersion& version, OpenMode 
   for (const AttributeRecord& stored : version.description().attributes) {
     Attribute attribute;
     attribute.record = stored;
-    follow_pipeline(attribute, stored.schema);
-    if (!attribute.derived) attribute.base_bytes = version.read_base_records(stored);
+    attribute.base_bytes = version.read_base_records(stored);
     infos.push_back({stored.schema, version.description().finest_level(stored)});
     attributes.push_back(std::move(attribute));
+  }
+  texts = version.description().texts;
+  for (const FaceAttributeRecord& stored : version.description().face_attributes) {
+    face_attributes.push_back({stored.number, stored.checksum, version.read_face_records(stored)});
+    face_infos.push_back(stored.schema);
   }
   for (StoredLevel& level : levels) {
     const auto attribute = static_cast<AttributeId>(level.attribute);
     const AttributeInfo& info = infos[attribute];
-    attributes[attribute].levels.push_back(
-        level.is_derived()
-            ? open_derived_level(attributes[attribute], info.schema, level.level, info.finest_level)
-            : open_level(std::move(level), info.schema, mode));
+    attributes[attribute].levels.push_back(open_level(std::move(level), info.schema, mode));
   }
-  connect_derived();
-  for (const Attribute& attribute : attributes)
-    if (attribute.derived && !attribute.derived->refusal().empty())
-      throw Error(ErrorCode::kCorruption, fmt::format("open {}: a derived attribute: {}",
-                                                      path.native(), attribute.derived->refusal()));
 }
 
 PLAIT_END_NAMESPACE

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
+#include "format/file_names.h"
+#include "io/process.h"
 #include "plait/error.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
 #include "store/lock.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -62,6 +62,7 @@ std::optional<OpenVersion> share_newest_version(const Directory& store) {
     throw;
   }
   const bool locked = version.file.lock(false);
+  if (locked) keep_lock_from_children(version.file.descriptor());
   if (has_moved_on(store, version.manifest)) return {};
   if (locked && store.contains(name, version.file.descriptor())) return version;
   const StoreLock free_now(store,
@@ -95,19 +96,12 @@ std::vector<File> keep_all_readers_out(const Directory& store) {
   return files;
 }
 
-File keep_readers_out(const Directory& store, std::uint64_t newest) {
-  std::vector<File> files = keep_all_readers_out(store);
-  const auto name = store.path_of(version_file_name(newest));
-  const auto found = std::ranges::find(files, name, &File::path);
-  if (found != files.end()) return std::move(*found);
-  throw Error(ErrorCode::kNotFound, fmt::format("open {}: the file does not exist", name.native()));
-}
-
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
                                std::uint64_t sequence) {
   OpenVersion version;
   version.file = File(store, version_file_name(sequence), OpenMode::kRead);
-  version.manifest = {uuid, sequence, version.file.size(), checksum_of(version.file)};
+  version.manifest = {uuid, sequence, version.file.size()};
+  version.is_newest = false;
   return version;
 }
 

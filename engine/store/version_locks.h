@@ -11,9 +11,9 @@
 #include <optional>
 #include <vector>
 
-#include "plait/directory.h"
-#include "plait/file.h"
-#include "store/manifest.h"
+#include "format/manifest.h"
+#include "plait/extend/directory.h"
+#include "plait/extend/file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -21,6 +21,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct OpenVersion {
   Manifest manifest;
   File file;
+  bool is_newest = true;  ///< else the manifest has no checksum of the file
 };
 
 /// Opens the newest version without a lock. For processes that have the writer's lock.
@@ -28,8 +29,8 @@ OpenVersion open_newest_version(const Directory& store);
 
 /// Opens the newest version and locks it as a reader does. Returns nothing if another version was
 /// committed meanwhile, or if another process had the lock for a moment; the caller then tries
-/// again. Errors: those of read_manifest; kBusy (the message names the process) while a writer
-/// overwrites in place or the store is replaced; kIo.
+/// again. Errors: those of read_manifest; kBusy (the message names the process) while the store is
+/// replaced; kIo.
 std::optional<OpenVersion> share_newest_version(const Directory& store);
 
 /// The versions older than `newest` that readers have open, ascending. Errors: kIo.
@@ -40,13 +41,8 @@ std::vector<std::uint64_t> versions_being_read(const Directory& store, std::uint
 /// lock.
 std::vector<File> keep_all_readers_out(const Directory& store);
 
-/// Calls keep_all_readers_out(), and returns only the locked file of version `newest`. A reader
-/// opens no older version, so this one lock is enough. Errors: those of keep_all_readers_out();
-/// kNotFound.
-File keep_readers_out(const Directory& store, std::uint64_t newest);
-
-/// Opens a version that is not the newest one. Size and checksum are those of the file itself.
-/// Errors: kNotFound, kIo.
+/// Opens a version that is not the newest one. The size is that of the file itself. Errors:
+/// kNotFound, kIo.
 OpenVersion open_older_version(const Directory& store, const StoreUuid& uuid,
                                std::uint64_t sequence);
 

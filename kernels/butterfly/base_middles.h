@@ -10,10 +10,10 @@
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/odd_slots.h"
 #include "butterfly/stencils.h"
-#include "plait/kernels/numbers.h"
-#include "plait/kernels/ring_table.h"
-#include "plait/topology.h"
-#include "plait/vector3.h"
+#include "plait/detail/numbers.h"
+#include "plait/detail/ring_table.h"
+#include "plait/extend/topology.h"
+#include "plait/extend/vector3.h"
 
 namespace plait::butterfly {
 

@@ -7,8 +7,8 @@
 #include <span>
 
 #include "butterfly/stencils.h"
-#include "plait/edge_index.h"
-#include "plait/kernels/gather_grid.h"
+#include "plait/detail/gather_grid.h"
+#include "plait/extend/edge_index.h"
 
 namespace plait::butterfly {
 
@@ -19,10 +19,7 @@ const Record& fetch(const Topology& mesh, const SlotSource<Record>& source,
   if (is_corner(point.level, point.i, point.j))
     return base[mesh.faces[point.face][static_cast<std::size_t>(corner_of(point.i, point.j))]];
   const EdgeIndex at = edge_index(mesh, point);
-  const bool border = mesh.edges[at.edge].is_border();
-  return source.slot(
-      at.level,
-      at.edge)[static_cast<std::size_t>(slot_position(at.level, border, at.row, at.column))];
+  return source.slot(at.level, at.edge).at(at.level, at.row, at.column);
 }
 
 /// Fills the points (-1, q) and (p, -1), 1 <= p, q <= N, beyond the edge's own face, and the same

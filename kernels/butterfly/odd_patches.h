@@ -1,8 +1,8 @@
-// The modified Butterfly scheme over any PatchMesh; see plait/kernels/rule_patches.h.
+// The modified Butterfly scheme over any PatchMesh; see plait/extend/rule_patches.h.
 #pragma once
 
 #include "butterfly/odd_slots.h"
-#include "plait/kernels/rule_patches.h"
+#include "plait/extend/rule_patches.h"
 
 namespace plait::butterfly {
 

@@ -7,11 +7,11 @@
 #include "butterfly/extraordinary_rings.h"
 #include "butterfly/halo.h"
 #include "butterfly/stencils.h"
-#include "plait/kernels/gather_grid.h"
-#include "plait/kernels/numbers.h"
-#include "plait/kernels/ring_table.h"
-#include "plait/topology.h"
-#include "plait/vector3.h"
+#include "plait/detail/gather_grid.h"
+#include "plait/detail/numbers.h"
+#include "plait/detail/ring_table.h"
+#include "plait/extend/topology.h"
+#include "plait/extend/vector3.h"
 #include "schemes/butterfly.h"
 
 namespace plait::butterfly {
@@ -34,17 +34,20 @@ Vector3<Real> along_border(const Topology& mesh, const RingTable<Vector3<Real>>&
 template <class Real>
 void odd_slot(const Topology& mesh, const RingTable<Vector3<Real>>& coarse,
               const ExtraordinaryRings<Real>& extraordinary, EdgeId edge,
-              const EdgeGrid<Vector3<Real>>& grid, Vector3<Real>* slot) noexcept {
+              const EdgeGrid<Vector3<Real>>& grid,
+              const SlotRecords<Vector3<Real>>& slot) noexcept {
   const std::int64_t n = grid.size();
   const VertexId start = mesh.edges[edge].start, end = mesh.edges[edge].end;
   const bool border = mesh.edges[edge].is_border();
+  Vector3<Real>* next = slot.data();
   for (std::int64_t row = 0; row < n; ++row) {
-    for (std::int64_t column = 0; column < (border ? n - row : n); ++column) {
+    const std::int64_t columns = row_records(slot.shape, n, row);
+    for (std::int64_t column = 0; column < columns; ++column) {
       const Vector3<Real>& a = *grid.at(row, column + 1);
       const Vector3<Real>& b = *grid.at(row + 1, column);
       // At (0, n-1) of the slot, A is the end of the edge. At (n-1, 0), B is its start.
       const bool at_end = row == 0 && column == n - 1, at_start = row == n - 1 && column == 0;
-      Vector3<Real>& to = *slot++;
+      Vector3<Real>& to = *next++;
       if (border && row + column == n - 1) {
         const Vector3<Real> before =
             at_end ? along_border(mesh, coarse, end, edge) : *grid.at(row - 1, column + 2);
@@ -78,7 +81,7 @@ auto odd_slots(const Butterfly<Real>&, const Topology& mesh, const RingTable<Vec
   return
       [mesh, coarse = rings, extraordinary = butterfly::ExtraordinaryRings<Real>(mesh, rings, base),
        base](const SlotSource<Vector3<Real>>& source, EdgeId edge, EdgeGrid<Vector3<Real>>& grid,
-             Vector3<Real>* slot) {
+             const SlotRecords<Vector3<Real>>& slot) {
         butterfly::fill_halo(mesh, source, base, edge, grid);
         butterfly::odd_slot(mesh, coarse, extraordinary, edge, grid, slot);
       };

@@ -6,7 +6,7 @@
 
 #include "butterfly/stencils.h"
 #include "fused/ring_shape.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/rows.h"
 
 namespace plait::butterfly {
 

@@ -6,7 +6,7 @@
 // is replaced by the continuation of the inner triangle. Pinned by tests/kernels/schemes_test.cpp.
 #pragma once
 
-#include "plait/kernels/numbers.h"
+#include "plait/detail/numbers.h"
 
 namespace plait::butterfly {
 

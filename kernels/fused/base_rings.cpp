@@ -4,7 +4,7 @@
 
 #include "butterfly/ring_border.h"
 #include "fused/lattice_buffer.h"
-#include "plait/kernels/one_ring.h"
+#include "plait/detail/one_ring.h"
 #include "schemes/butterfly.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -55,7 +55,7 @@ std::uint64_t BaseRings<Rule>::hub_bytes(const Topology& mesh, int levels) {
   std::uint64_t bytes = 0;
   for (const std::uint32_t faces : count_faces(mesh)) {
     if (faces < kHubValence) continue;
-    const RingShape at_most{static_cast<int>(faces) + 1, true, Rule::kReach};
+    const RingShape at_most{static_cast<int>(faces) + 1, true, Rule::kRingCount};
     bytes +=
         at_most.points() * kPointNumbers * sizeof(Real) * static_cast<std::uint64_t>(levels + 1) +
         faces * sizeof(HubCorner);
@@ -152,7 +152,7 @@ void BaseRings<Rule>::add(VertexId vertex, Visit visit) {
     break;
   }
   rings_.push_back(
-      {nullptr, ring, {static_cast<int>(neighbours_.size() - ring), border, Rule::kReach}});
+      {nullptr, ring, {static_cast<int>(neighbours_.size() - ring), border, Rule::kRingCount}});
 }
 
 /// Computes all levels of the vertices that add() has added.
@@ -207,7 +207,7 @@ void BaseRings<Rule>::fill_first_level() {
     Real* const to = points_.data() + starts_[number];
     const RingShape& shape = rings_[number].shape;
     put_point(to, 0, source_.vertex(vertices_[number]));
-    if constexpr (Rule::kReach > 1) {
+    if constexpr (Rule::kRingCount > 1) {
       fill_two_rings(number, to);
       continue;
     }
@@ -216,7 +216,7 @@ void BaseRings<Rule>::fill_first_level() {
           to, shape.first_neighbour() + static_cast<std::size_t>(spoke),
           source_.vertex(neighbours_[rings_[number].neighbours + static_cast<std::size_t>(spoke)]));
   }
-  if constexpr (Rule::kReach == 1) return;
+  if constexpr (Rule::kRingCount == 1) return;
   for (const Batch& batch : batches_)
     if (batch.shape.border)
       butterfly::continue_ring(batch.shape.valence, points_.data() + batch.first);

@@ -1,4 +1,4 @@
-// The base vertices of a run of faces, each with its ring (for a reach of two, with both rings) at
+// The base vertices of a run of faces, each with its ring (for a scheme of two rings, both) at
 // every level. The rings of a base vertex at one level depend only on its rings at the coarser
 // level, for any valence. So this class evaluates the irregular corners once for all faces around
 // them, and a patch is a regular grid.
@@ -12,10 +12,10 @@
 #include "fused/lattice_buffer.h"
 #include "fused/ring_shape.h"
 #include "fused/vertex_numbers.h"
-#include "plait/kernels/numbers.h"
-#include "plait/kernels/rows.h"
-#include "plait/topology.h"
-#include "plait/vector3.h"
+#include "plait/detail/numbers.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/topology.h"
+#include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -31,7 +31,8 @@ struct RingSource {
   Topology mesh;
   std::span<const Vector3<Real>> base;
   int levels = 1;
-  /// The vertices of level 1: [edge]. Only for a reach of two, where the rings begin at level 1.
+  /// The vertices of level 1: [edge]. Only for a scheme of two rings, where the rings begin at
+  /// level 1.
   std::span<const Vector3<Real>> middles = {};
   /// Rings that all threads share: see evaluate_hubs(). May be nullptr.
   const BaseRings<Rule>* hubs = nullptr;
@@ -42,7 +43,7 @@ struct RingSource {
     return base.empty() ? narrow<Real>(imported[number]) : base[number];
   }
 
-  static constexpr int first_level() { return Rule::kReach - 1; }
+  static constexpr int first_level() { return Rule::kRingCount - 1; }
 };
 
 template <class Rule>

@@ -8,7 +8,7 @@
 #include "butterfly/stencils.h"
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
-#include "plait/kernels/numbers.h"
+#include "plait/detail/numbers.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <new>
 
-#include "plait/fused.h"
-#include "plait/kernels/rows.h"
-#include "plait/vector3.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -6,8 +6,8 @@
 
 #include "fused/lattice_buffer.h"
 #include "fused/patch_sides.h"
-#include "plait/fused.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/fused.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "plait/edge_index.h"
+#include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -14,18 +14,18 @@ enum class RingPart {
   kBetween,  ///< two steps out, between spokes i and i + 1
 };
 
-/// Point 0 is the vertex itself. Then come the points of the rings: kNear alone for a reach of one,
-/// all three parts for a reach of two. Spokes are numbered counterclockwise; at a border vertex
-/// they go from border to border. With a reach of two, a border vertex has one more spoke on either
-/// side, and the points of these spokes lie beyond the border.
+/// Point 0 is the vertex itself. Then come the points of the rings: kNear alone for a scheme of one
+/// ring, all three parts for a scheme of two rings. Spokes are numbered counterclockwise; at a
+/// border vertex they go from border to border. With two rings, a border vertex has one more spoke
+/// on either side, and the points of these spokes lie beyond the border.
 struct RingShape {
   int valence = 0;
   bool border = false;
-  int reach = 1;
+  int ring_count = 1;
 
-  constexpr int beyond() const { return border && reach > 1 ? 1 : 0; }
+  constexpr int beyond() const { return border && ring_count > 1 ? 1 : 0; }
   constexpr std::size_t points() const {
-    return 1 + (reach > 1 ? 3 : 1) * static_cast<std::size_t>(width());
+    return 1 + (ring_count > 1 ? 3 : 1) * static_cast<std::size_t>(width());
   }
   /// The number of the point on `spoke`. Around an inner vertex, spoke numbers wrap around. If a
   /// border vertex has no such spoke, the result is the vertex itself. REQUIRES: `spoke` is at most
@@ -40,7 +40,7 @@ struct RingShape {
            static_cast<std::size_t>(spoke);
   }
   /// The number of the vertex's first neighbour. The other neighbours follow it.
-  constexpr std::size_t first_neighbour() const { return border && reach > 1 ? 2 : 1; }
+  constexpr std::size_t first_neighbour() const { return border && ring_count > 1 ? 2 : 1; }
 
  private:
   constexpr int width() const { return valence + 2 * beyond(); }

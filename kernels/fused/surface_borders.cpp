@@ -3,7 +3,7 @@
 #include "fused/patch_sides.h"
 #include "fused/surface_refiner.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/numbers.h"
+#include "plait/detail/numbers.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -26,8 +26,8 @@ void SurfaceRefiner<Rule>::surface_borders(std::size_t first, std::size_t count)
                           p4 = near(step(start, end));
       if (normals)
         put(at(normals_.data(), finest_, here.i, here.j), lane,
-            normals::regular_border(v, p1, near(step(side, start)), near(step(side, end)), p4));
-      if constexpr (Rule::kReach == 1)
+            RegularNormal::border(v, p1, near(step(side, start)), near(step(side, end)), p4));
+      if constexpr (Rule::kRingCount == 1)
         if (limits)
           put(at(coarse_.data(), finest_, here.i, here.j), lane, rule().limit_border(v, p1, p4));
     }

@@ -11,7 +11,7 @@
 #include "fused/patch_sides.h"
 #include "fused/ring_shape.h"
 #include "normals/normal_rules.h"
-#include "plait/kernels/numbers.h"
+#include "plait/detail/numbers.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -27,37 +27,39 @@ struct CornerPoint {
   std::int64_t next, previous;
 };
 using enum RingPart;
-constexpr CornerPoint kReachOne[] = {{kNear, -1, 1, -1}, {kNear, 2, -1, 1}};
+constexpr CornerPoint kCornerOfOneRing[] = {{kNear, -1, 1, -1}, {kNear, 2, -1, 1}};
 // kFar matters only at level 1, where this point is the base vertex beyond a side. At finer levels,
 // the rows of even vertices give the same point.
-constexpr CornerPoint kReachTwo[] = {
+constexpr CornerPoint kCornerOfTwoRings[] = {
     {kNear, -1, 1, -1},   {kNear, 0, 1, 0},      {kNear, 1, 0, 1},
     {kNear, 2, -1, 1},    {kBetween, -2, 1, -2}, {kBetween, -1, 2, -1},
     {kBetween, 1, -1, 2}, {kBetween, 2, -2, 1},  {kFar, -1, 2, -2}};
-std::span<const CornerPoint> corner_points(int reach) {
-  if (reach == 1) return kReachOne;
-  return kReachTwo;
+std::span<const CornerPoint> corner_points(int ring_count) {
+  if (ring_count == 1) return kCornerOfOneRing;
+  return kCornerOfTwoRings;
 }
 
 }  // namespace
 
-PatchLattice surface_lattice(int levels, int reach) { return {std::int64_t{1} << levels, reach}; }
+PatchLattice surface_lattice(int levels, int ring_count) {
+  return {std::int64_t{1} << levels, ring_count};
+}
 
 template <class Real>
-std::uint64_t surface_scratch_bytes(int levels, int reach) {
-  return static_cast<std::uint64_t>(surface_lattice(levels, reach).points()) * kPointNumbers *
+std::uint64_t surface_scratch_bytes(int levels, int ring_count) {
+  return static_cast<std::uint64_t>(surface_lattice(levels, ring_count).points()) * kPointNumbers *
          (2 * sizeof(Real) + sizeof(float));
 }
 
 template <class Rule>
 SurfaceRefiner<Rule>::SurfaceRefiner(const SurfaceRefinement<Rule>& refinement)
-    : coarse_(surface_lattice(refinement.source.levels, Rule::kReach).points()),
-      fine_(surface_lattice(refinement.source.levels, Rule::kReach).points()),
+    : coarse_(surface_lattice(refinement.source.levels, Rule::kRingCount).points()),
+      fine_(surface_lattice(refinement.source.levels, Rule::kRingCount).points()),
       refinement_(refinement),
-      finest_(surface_lattice(refinement.source.levels, Rule::kReach)),
+      finest_(surface_lattice(refinement.source.levels, Rule::kRingCount)),
       rings_(refinement.source),
       normals_(refinement.results.normals.empty() ? 0 : finest_.points()) {
-  static_assert(kMostCornerPoints == std::size(kReachTwo));
+  static_assert(kMostCornerPoints == std::size(kCornerOfTwoRings));
 }
 
 template <class Rule>
@@ -84,13 +86,13 @@ void SurfaceRefiner<Rule>::finish_base() {
     const FaceId face = refinement_.source.mesh.vertex_corners[vertex].face();
     if (face < lowest || face > highest) continue;
     const auto view = rings_.view(number, refinement_.source.levels);
-    const auto& [valence, border, reach] = view.shape;
+    const auto& [valence, border, ring_count] = view.shape;
     const auto neighbour = [&](int spoke) { return widen(view.neighbour(spoke)); };
     const Vector3<double> v = widen(view.vertex());
     results.positions[vertex] = view.vertex();
     if (!results.normals.empty())
       results.normals[vertex] = normals::of_base_vertex(masks_.of(valence, border), v, neighbour);
-    if constexpr (Rule::kReach == 1) {
+    if constexpr (Rule::kRingCount == 1) {
       if (results.limits.empty()) continue;
       BaseRing ring{valence, {}, neighbour(0), neighbour(valence - 1)};
       for (int i = 0; i < valence; ++i) ring.sum = ring.sum + neighbour(i);
@@ -126,7 +128,7 @@ void SurfaceRefiner<Rule>::find_corners(std::size_t first, std::size_t count) {
       to.rings = view.first;
       to.level_numbers = view.shape.points() * kPointNumbers;
       std::size_t next = 0;
-      for (const CornerPoint& point : corner_points(Rule::kReach))
+      for (const CornerPoint& point : corner_points(Rule::kRingCount))
         to.points[next++] = view.shape.point(point.ring, spoke + point.spoke) * kPointNumbers;
     }
   }
@@ -149,7 +151,7 @@ void SurfaceRefiner<Rule>::inject(int level, std::size_t count) {
     };
     copy(at(fine_.data(), lattice, here.i, here.j), [](const Corner&) { return std::size_t{0}; });
     std::size_t number = 0;
-    for (const CornerPoint& point : corner_points(Rule::kReach)) {
+    for (const CornerPoint& point : corner_points(Rule::kRingCount)) {
       copy(at(fine_.data(), lattice, here.i + point.next * next.i + point.previous * previous.i,
               here.j + point.next * next.j + point.previous * previous.j),
            [number](const Corner& from) { return from.points[number]; });
@@ -171,7 +173,7 @@ void SurfaceRefiner<Rule>::make_surface() {
     const auto around = neighbours<Real>(positions, finest_, i, j, side);
     const Real* v = at(positions, finest_, i, j);
     if (normals) normal_row_({v, around, at(normals_.data(), finest_, i, j), step, count});
-    if constexpr (Rule::kReach == 1)
+    if constexpr (Rule::kRingCount == 1)
       if (limits) rule().limit_row({v, around, at(coarse_.data(), finest_, i, j), step, count});
   };
   for (int level = 1; level <= refinement_.source.levels; ++level) {

@@ -11,9 +11,9 @@
 #include "fused/base_rings.h"
 #include "fused/lattice_buffer.h"
 #include "normals/normal_rules.h"
-#include "plait/fused.h"
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/fused.h"
 #include "rows/dispatched_rows.h"
 #include "schemes/butterfly.h"
 
@@ -77,7 +77,7 @@ class SurfaceRefiner : public PatchRefiner {
   LatticeBuffer<Real> coarse_, fine_;  ///< swapped at every level; fine_ is the level in work
 
  private:
-  /// The number of points that a rule with a reach of two copies around a corner.
+  /// The number of points that a rule of two rings copies around a corner.
   static constexpr std::size_t kMostCornerPoints = 9;
   struct Corner {
     const Real* rings;  ///< at the level of the next inject()
@@ -107,8 +107,8 @@ std::unique_ptr<PatchRefiner> make_refiner(const SurfaceRefinement<Butterfly<Rea
 
 /// The lattice of a refiner's results, and the bytes of scratch memory of a refiner without its
 /// rings.
-PatchLattice surface_lattice(int levels, int reach);
+PatchLattice surface_lattice(int levels, int ring_count);
 template <class Real>
-std::uint64_t surface_scratch_bytes(int levels, int reach);
+std::uint64_t surface_scratch_bytes(int levels, int ring_count);
 
 PLAIT_END_NAMESPACE

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "plait/namespace.h"
-#include "plait/topology.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -23,40 +23,23 @@
 #include <span>
 #include <vector>
 
-#include "plait/kernels/numbers.h"
-#include "plait/kernels/ring_table.h"
-#include "plait/regular_normal.h"
-#include "plait/topology.h"
-#include "plait/vector3.h"
+#include "base/regular_normal.h"
+#include "plait/detail/numbers.h"
+#include "plait/detail/ring_table.h"
+#include "plait/extend/topology.h"
+#include "plait/extend/vector3.h"
 
 namespace plait::normals {
 
-/// The rules of vertices that are no base vertices are in plait/regular_normal.h.
-template <class Real>
-constexpr bool comfortable(Real square) {
-  return RegularNormal::comfortable(square);
-}
-template <class Real>
-Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
-  return RegularNormal::scaled_to_unit(v, square);
-}
-/// Not inlined: rows call it for single lanes only, and their loops stay short.
+// The rules of vertices that are no base vertices are in base/regular_normal.h. These two are not
+// inlined: rows call them for single lanes only, and their loops stay short.
 template <class Real>
 [[gnu::noinline]] Vector3<float> direction(Vector3<Real> v) {
   return RegularNormal::direction(v);
 }
 template <class Real>
-constexpr Vector3<Real> regular_cross(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
-  return RegularNormal::cross_of(d0, d1, d2);
-}
-template <class Real>
 [[gnu::noinline]] Vector3<float> regular(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
   return RegularNormal::interior(d0, d1, d2);
-}
-template <class Real>
-Vector3<float> regular_border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2, Vector3<Real> p3,
-                              Vector3<Real> p4) {
-  return RegularNormal::border(v, p1, p2, p3, p4);
 }
 
 /// The weights of the mask across a border, for `neighbours` >= 3 neighbours.

@@ -10,9 +10,9 @@
 #include "fused/lattice_buffer.h"
 #include "fused/patch_sides.h"
 #include "normals/normal_rules.h"
-#include "plait/fused.h"
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/fused.h"
 #include "rows/dispatched_rows.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -64,9 +64,9 @@ class RingWalk {
     for (const std::uint8_t lane : start_.border_lanes)
       lattice_points::put(
           to, lane,
-          normals::regular_border(get(v_, lane), get(ring_[p], lane),
-                                  get(ring_[spoke(side, start)], lane),
-                                  get(ring_[spoke(side, end)], lane), get(ring_[q], lane)));
+          RegularNormal::border(get(v_, lane), get(ring_[p], lane),
+                                get(ring_[spoke(side, start)], lane),
+                                get(ring_[spoke(side, end)], lane), get(ring_[q], lane)));
     return to;
   }
 

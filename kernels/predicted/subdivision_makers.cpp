@@ -9,11 +9,15 @@
 #include <utility>
 
 #include "plait/error.h"
-#include "plait/kernels/block_makers.h"
+#include "plait/extend/block_makers.h"
+#include "predicted/normals_maker.h"
 #include "predicted/surface_maker.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
+
+/// Normals of the positions of another attribute.
+constexpr std::string_view kNormalsRule = "normals";
 
 constexpr std::array<std::string_view, 3> kOutputs = {"position", "limit", "normal"};
 
@@ -65,12 +69,16 @@ class SubdivisionMakers final : public BlockMakers {
     schemes_.push_back(midpoint_scheme());
   }
 
-  std::string recipe(const Provenance& provenance, const AttributeSchema& schema,
-                     int finest_level) const override {
+  std::string recipe(const PlannedLevels& planned) const override {
+    const auto& [schema, provenance, finest_level, others_are_complete] = planned;
     const int levels = relative_to_base(finest_level, provenance.base_level).refinements;
+    if (levels < 1 || schema.components != 3) return {};
     const OneRingScheme* const scheme = find(provenance.scheme);
-    if (levels < 1 || scheme == nullptr || schema.components != 3) return {};
     const bool is_normal = schema.name == "normal" && schema.type == ComponentType::kFloat32;
+    if (scheme == nullptr)
+      return is_normal && others_are_complete && levels <= kMostMadeLevels
+                 ? fmt::format("{}/position/{}", kNormalsRule, levels)
+                 : std::string();
     if (!is_normal && (schema.name != "position" || schema.type != provenance.precision)) return {};
     const std::size_t output = is_normal ? 2 : provenance.limit ? 1 : 0;
     return fmt::format("{}/{}/{}/{}", scheme->name(), kOutputs[output],
@@ -78,6 +86,12 @@ class SubdivisionMakers final : public BlockMakers {
   }
 
   std::unique_ptr<BlockMaker> open(const MadeLevel& level) const override {
+    if (const auto source = source_in(level.recipe)) {
+      if (source->rule == kNormalsRule) return make_normals_maker(*source, level);
+      throw Error(ErrorCode::kNotSupported,
+                  fmt::format("predict blocks: rule '{}' is none that this program knows",
+                              source->rule.substr(0, 100)));
+    }
     const Recipe recipe = read_recipe(level.recipe);
     const OneRingScheme* const scheme = find(recipe.scheme);
     if (scheme == nullptr)
@@ -107,7 +121,7 @@ class SubdivisionMakers final : public BlockMakers {
       return nullptr;
     // With fewer faces, a vertex is no hub: the fused executor computes it for each run of faces
     // too.
-    const std::uint32_t faces = most_faces(level.mesh);
+    const std::uint32_t faces = most_faces(level.surroundings.mesh);
     if (faces >= static_cast<std::uint32_t>(BaseRings<OneRing<Real>>::kHubValence)) return nullptr;
     return std::make_unique<SurfaceMaker<Real>>(rule, level, recipe.output, recipe.levels, faces);
   }

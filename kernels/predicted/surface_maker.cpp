@@ -7,9 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "base/default_arithmetic.h"
 #include "fused/lattice_buffer.h"
-#include "plait/default_arithmetic.h"
-#include "plait/edge_index.h"
+#include "plait/extend/block_makers.h"
+#include "plait/extend/edge_index.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -73,12 +74,13 @@ SurfaceMaker<Real>::SurfaceMaker(const OneRing<Real>& rule, const MadeLevel& lev
                                  MadeOutput output, int levels, std::uint32_t most_faces)
     : rule_(rule),
       geometry_(level.geometry),
-      mesh_(level.mesh),
+      mesh_(level.surroundings.mesh),
+      positions_(level.surroundings.positions),
       output_(output),
       level_(level.geometry.level().refinements),
       levels_(levels),
       most_faces_(most_faces),
-      refinement_{{rule_, mesh_, {}, level_, {}, nullptr, level.positions}, {}} {}
+      refinement_{{rule_, mesh_, {}, level_, {}, nullptr, level.surroundings.positions}, {}} {}
 
 template <class Real>
 SurfaceMaker<Real>::~SurfaceMaker() = default;
@@ -147,8 +149,9 @@ bool SurfaceMaker<Real>::visit_group(Workspace& work, std::span<const FaceId> gr
       const EdgeId edge = mesh_.face_edges[here.face()][static_cast<std::size_t>(here.side())];
       if (edge < first || edge >= after) continue;
       Side& side = sides[static_cast<std::size_t>(number)];
-      const std::size_t slot = geometry_.slot(edge).offset - begin;
-      if (mesh_.edges[edge].is_border()) {
+      const Slot at = geometry_.slot(edge);
+      const std::size_t slot = at.offset - begin;
+      if (at.shape == SlotShape::kHalf) {
         side.border_lanes[side.border.count] = static_cast<std::uint8_t>(lane);
         side.border.add(lane, slot);
       } else {
@@ -170,10 +173,12 @@ bool SurfaceMaker<Real>::visit_group(Workspace& work, std::span<const FaceId> gr
     return true;
   };
   const auto visit_point = [&](const Side& side, const SideIndex& at, const auto* numbers) {
-    const std::int64_t opposite = slot_position(level_, false, last - at.row, last - at.column);
-    return visit_lanes(side.own.all(), slot_position(level_, false, at.row, at.column), numbers) &&
-           visit_lanes(side.border.all(), slot_position(level_, true, at.row, at.column),
+    const std::int64_t opposite =
+        slot_position(level_, SlotShape::kWhole, last - at.row, last - at.column);
+    return visit_lanes(side.own.all(), slot_position(level_, SlotShape::kWhole, at.row, at.column),
                        numbers) &&
+           visit_lanes(side.border.all(),
+                       slot_position(level_, SlotShape::kHalf, at.row, at.column), numbers) &&
            (at.row + at.column == last || visit_lanes(side.other.all(), opposite, numbers));
   };
   for (std::int64_t j = 0; j <= lattice.size; ++j)
@@ -195,7 +200,7 @@ bool SurfaceMaker<Real>::visit_group(Workspace& work, std::span<const FaceId> gr
 }
 
 template <class Real>
-void SurfaceMaker<Real>::make(std::uint64_t block, std::span<std::byte> raw) const {
+void SurfaceMaker<Real>::make(std::uint64_t block, SourceBytes, std::span<std::byte> raw) const {
   visit_block(block, raw, [](std::byte* record, const auto& numbers) {
     std::memcpy(record, &numbers, sizeof numbers);
     return true;
@@ -203,12 +208,37 @@ void SurfaceMaker<Real>::make(std::uint64_t block, std::span<std::byte> raw) con
 }
 
 template <class Real>
-bool SurfaceMaker<Real>::makes(std::uint64_t block, std::span<const std::byte> raw) const {
+bool SurfaceMaker<Real>::makes(std::uint64_t block, SourceBytes,
+                               std::span<const std::byte> raw) const {
   return visit_block(block, raw, [](const std::byte* record, const auto& numbers) {
     // The bits count: -0 and 0 differ, and a NaN equals itself.
     // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     return std::memcmp(record, &numbers, sizeof numbers) == 0;
   });
+}
+
+template <class Real>
+bool SurfaceMaker<Real>::make_base(std::span<std::byte> records) const {
+  if (levels_ > kMostMadeLevels) return false;
+  const DefaultArithmetic arithmetic;
+  const std::size_t vertices = mesh_.vertex_corners.size();
+  std::vector<Vector3<Real>> positions(vertices), limits;
+  std::vector<Vector3<float>> normals;
+  if (output_ == MadeOutput::kNormal) normals.resize(vertices);
+  if (output_ != MadeOutput::kPosition && rule_.has_limits()) limits.resize(vertices);
+  const auto refiner = make_refiner(SurfaceRefinement<OneRing<Real>>{
+      {rule_, mesh_, {}, levels_, {}, nullptr, positions_}, {positions, limits, normals}});
+  std::vector<FaceId> run;
+  for (auto after = static_cast<FaceId>(mesh_.faces.size()); after > 0;) {
+    run.clear();
+    while (after > 0 && run.size() < kRunFaces) run.push_back(--after);
+    refiner->begin(run);
+  }
+  const void* const made = output_ == MadeOutput::kNormal ? static_cast<const void*>(normals.data())
+                           : output_ == MadeOutput::kLimit ? limits.data()
+                                                           : positions.data();
+  std::memcpy(records.data(), made, records.size());
+  return true;
 }
 
 template class SurfaceMaker<float>;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "fused/surface_refiner.h"
-#include "plait/block_maker.h"
-#include "plait/kernels/one_ring.h"
+#include "plait/detail/one_ring.h"
+#include "plait/extend/block_maker.h"
 #include "predicted/ring_walk.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -28,8 +28,10 @@ class SurfaceMaker final : public BlockMaker {
   SurfaceMaker& operator=(const SurfaceMaker&) = delete;
 
   std::uint64_t scratch_bytes() const noexcept override;
-  void make(std::uint64_t block, std::span<std::byte> raw) const override;
-  bool makes(std::uint64_t block, std::span<const std::byte> raw) const override;
+  void make(std::uint64_t block, SourceBytes sources, std::span<std::byte> raw) const override;
+  bool make_base(std::span<std::byte> records) const override;
+  bool makes(std::uint64_t block, SourceBytes sources,
+             std::span<const std::byte> raw) const override;
 
  private:
   struct Workspace;
@@ -49,6 +51,7 @@ class SurfaceMaker final : public BlockMaker {
   OneRing<Real> rule_;
   const LevelGeometry& geometry_;
   Topology mesh_;
+  std::span<const Vector3<double>> positions_;  ///< of the base mesh
   MadeOutput output_;
   int level_, levels_;
   std::uint32_t most_faces_;

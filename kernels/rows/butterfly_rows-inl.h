@@ -15,7 +15,7 @@
 #include "butterfly/spoke_rule.h"
 #include "butterfly/stencils.h"
 #include "fused/ring_shape.h"
-#include "plait/kernels/rule_rows.h"
+#include "plait/detail/rule_rows.h"
 #include "rows/butterfly_rows.h"
 #include "rows/highway_numbers-inl.h"
 #include "schemes/midpoint.h"

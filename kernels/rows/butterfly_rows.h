@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "plait/kernels/rows.h"
+#include "plait/detail/rows.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -8,6 +8,7 @@
 #include "rows/butterfly_rows-inl.h"
 #include "rows/normal_rows-inl.h"
 #include "rows/one_ring_rows-inl.h"
+#include "rows/record_normals-inl.h"
 #include "schemes/loop.h"
 #include "schemes/midpoint.h"
 
@@ -22,6 +23,8 @@ ButterflyRows<float> butterfly_float() { return butterfly_rows<float>(); }
 ButterflyRows<double> butterfly_double() { return butterfly_rows<double>(); }
 NormalRow<float> normal_float() { return normal_row<float>; }
 NormalRow<double> normal_double() { return normal_row<double>; }
+RecordNormalsRow<float> record_float() { return record_row<float>; }
+RecordNormalsRow<double> record_double() { return record_row<double>; }
 
 }  // namespace plait::fused_rows::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -37,6 +40,8 @@ HWY_EXPORT(butterfly_float);
 HWY_EXPORT(butterfly_double);
 HWY_EXPORT(normal_float);
 HWY_EXPORT(normal_double);
+HWY_EXPORT(record_float);
+HWY_EXPORT(record_double);
 
 }  // namespace plait::fused_rows
 
@@ -75,6 +80,14 @@ NormalRow<float> normal_row() {
 template <>
 NormalRow<double> normal_row() {
   return HWY_DYNAMIC_DISPATCH(normal_double)();
+}
+template <>
+RecordNormalsRow<float> record_normals_row() {
+  return HWY_DYNAMIC_DISPATCH(record_float)();
+}
+template <>
+RecordNormalsRow<double> record_normals_row() {
+  return HWY_DYNAMIC_DISPATCH(record_double)();
 }
 
 PLAIT_END_NAMESPACE

@@ -2,8 +2,8 @@
 // that a test or a measurement has chosen.
 #pragma once
 
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/rows.h"
 #include "rows/butterfly_rows.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

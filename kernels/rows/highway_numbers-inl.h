@@ -1,4 +1,4 @@
-// Numbers (plait/kernels/numbers.h) in a register of one instruction set. This header is included
+// Numbers (plait/detail/numbers.h) in a register of one instruction set. This header is included
 // once for each instruction set. Each lane has the same IEEE operations in the same order, and no
 // operation is fused, so every lane has the same bits as a single number. The operations are
 // explicit, because compilers turn loops over lanes into scalar code on some instruction sets.
@@ -17,7 +17,7 @@
 
 #include <type_traits>
 
-#include "plait/fused.h"
+#include "plait/extend/fused.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plait::fused_rows::HWY_NAMESPACE {

@@ -10,7 +10,7 @@
 #include <hwy/highway.h>
 
 #include "normals/normal_rules.h"
-#include "plait/kernels/rows.h"
+#include "plait/detail/rows.h"
 #include "rows/highway_numbers-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,7 +32,7 @@ struct Axes {
   }
 };
 
-/// As normals::regular_cross().
+/// As RegularNormal::cross_of().
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE Axes<V> regular_cross(D d, const Axes<V>& d0, const Axes<V>& d1, const Axes<V>& d2) {
   const Axes<V> a = d0 + hn::Set(d, hn::TFromD<D>(0.5)) * (d1 - d2), b = d1 + d2;
@@ -44,7 +44,7 @@ template <class V>
 HWY_INLINE V square_of(const Axes<V>& a) {
   return hn::Add(hn::Add(hn::Mul(a.x, a.x), hn::Mul(a.y, a.y)), hn::Mul(a.z, a.z));
 }
-/// Whether normals::comfortable() is true in every lane.
+/// Whether RegularNormal::comfortable() is true in every lane.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE bool all_comfortable(D d, V square) {
   using Real = hn::TFromD<D>;

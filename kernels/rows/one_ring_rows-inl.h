@@ -1,4 +1,4 @@
-// The rows of one-ring rules (plait/kernels/rule_rows.h) as functions for one instruction set.
+// The rows of one-ring rules (plait/detail/rule_rows.h) as functions for one instruction set.
 // Included once for each instruction set.
 #if defined(PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H
@@ -7,8 +7,8 @@
 #define PLAIT_KERNELS_ROWS_ONE_RING_ROWS_INL_H
 #endif
 
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/rule_rows.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/rule_rows.h"
 #include "rows/highway_numbers-inl.h"
 
 HWY_BEFORE_NAMESPACE();

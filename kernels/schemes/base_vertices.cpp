@@ -1,4 +1,4 @@
-#include "plait/kernels/base_vertices.h"
+#include "plait/detail/base_vertices.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -2,7 +2,7 @@
 // kernels/butterfly/ has the stencils and their sources.
 #pragma once
 
-#include "plait/kernels/scheme.h"
+#include "plait/detail/scheme.h"
 #include "rows/dispatched_rows.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -11,7 +11,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 template <class RealType>
 struct Butterfly {
   using Real = RealType;
-  static constexpr int kReach = 2;
+  static constexpr int kRingCount = 2;
 
   ButterflyRows<Real> rows = butterfly_rows<Real>();
 
@@ -19,8 +19,8 @@ struct Butterfly {
 };
 
 struct ButterflyScheme {
-  static constexpr Scheme kScheme = Scheme::kButterfly;
-  static constexpr SchemeTraits kTraits{.name = "butterfly", .reach = 2};
+  static constexpr LibraryScheme kScheme = LibraryScheme::kButterfly;
+  static constexpr SchemeTraits kTraits{.name = "butterfly", .ring_count = 2};
   template <class Real>
   static Butterfly<Real> rule() {
     return {};

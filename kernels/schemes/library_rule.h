@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "plait/kernels/own_rule.h"
+#include "plait/own_rule.h"
 #include "rows/dispatched_rows.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

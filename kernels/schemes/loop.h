@@ -13,8 +13,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/scheme.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/scheme.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -60,9 +60,9 @@ struct LoopRule {
 };
 
 struct LoopScheme {
-  static constexpr Scheme kScheme = Scheme::kLoop;
+  static constexpr LibraryScheme kScheme = LibraryScheme::kLoop;
   static constexpr SchemeTraits kTraits{
-      .name = "loop", .reach = 1, .moves_even = true, .has_limits = true};
+      .name = "loop", .ring_count = 1, .moves_even = true, .has_limits = true};
   template <class Real>
   static OneRing<Real> rule() {
     return loop_scheme().rule<Real>();

@@ -2,8 +2,8 @@
 // Pinned by tests/kernels/schemes_test.cpp.
 #pragma once
 
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/scheme.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/scheme.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -21,8 +21,8 @@ struct MidpointRule {
 };
 
 struct MidpointScheme {
-  static constexpr Scheme kScheme = Scheme::kMidpoint;
-  static constexpr SchemeTraits kTraits{.name = "midpoint", .reach = 1};
+  static constexpr LibraryScheme kScheme = LibraryScheme::kMidpoint;
+  static constexpr SchemeTraits kTraits{.name = "midpoint", .ring_count = 1};
   template <class Real>
   static OneRing<Real> rule() {
     return midpoint_scheme().rule<Real>();

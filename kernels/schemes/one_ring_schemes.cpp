@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
+#include "plait/detail/scheme.h"
 #include "plait/error.h"
-#include "plait/kernels/own_rule.h"
-#include "plait/kernels/scheme.h"
+#include "plait/own_rule.h"
 #include "schemes/library_rule.h"
 #include "schemes/loop.h"
 #include "schemes/midpoint.h"

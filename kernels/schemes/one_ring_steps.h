@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "plait/kernels/gather_grid.h"
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/ring_table.h"
-#include "plait/topology.h"
-#include "plait/vector3.h"
+#include "plait/detail/gather_grid.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/ring_table.h"
+#include "plait/extend/topology.h"
+#include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -18,8 +18,8 @@ template <class Real>
 auto odd_slots(const OneRing<Real>& rule, const Topology& mesh, const RingTable<Vector3<Real>>&,
                std::span<const Vector3<Real>>) {
   return [rule, mesh](const SlotSource<Vector3<Real>>&, EdgeId edge,
-                      const EdgeGrid<Vector3<Real>>& grid, Vector3<Real>* slot) {
-    rule.odd_slot(grid, mesh.edges[edge].is_border(), slot);
+                      const EdgeGrid<Vector3<Real>>& grid, const SlotRecords<Vector3<Real>>& slot) {
+    rule.odd_slot(grid, {slot.shape, mesh.edges[edge].is_border()}, slot.data());
   };
 }
 

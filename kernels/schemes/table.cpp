@@ -1,12 +1,13 @@
 #include "schemes/table.h"
 
-#include <fmt/format.h>
-
+#include <algorithm>
+#include <array>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "plait/error.h"
+#include "base/name_table.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -32,20 +33,18 @@ std::string names_of(bool (*has)(const SchemeTraits&)) {
 
 std::span<const SchemeTraits> schemes() noexcept { return kTraits; }
 
-const SchemeTraits& traits_of(Scheme scheme) noexcept {
-  return kTraits[static_cast<std::size_t>(scheme)];
-}
+Scheme::Scheme(const OneRingScheme& rule) : own_(std::make_shared<const OneRingScheme>(rule)) {}
 
-SchemeTraits traits_of(const SubdivideOptions& options) {
-  if (options.own_scheme == nullptr) return traits_of(options.scheme);
-  const OneRing<float>& rule = options.own_scheme->rule<float>();
-  return {.name = options.own_scheme->name(),
-          .reach = 1,
+SchemeTraits traits_of(const Scheme& scheme) {
+  if (scheme.own() == nullptr) return kTraits[static_cast<std::size_t>(scheme.of_library())];
+  const OneRing<float>& rule = scheme.own()->rule<float>();
+  return {.name = scheme.own()->name(),
+          .ring_count = 1,
           .moves_even = rule.moves_even(),
           .has_limits = rule.has_limits()};
 }
 
-std::string_view to_string(Scheme scheme) noexcept { return traits_of(scheme).name; }
+std::string_view to_string(const Scheme& scheme) { return traits_of(scheme).name; }
 
 std::string scheme_names() {
   return names_of([](const SchemeTraits&) { return true; });
@@ -55,11 +54,12 @@ std::string limit_scheme_names() {
   return names_of([](const SchemeTraits& scheme) { return scheme.has_limits; });
 }
 
-Scheme scheme_from_name(std::string_view name) {
+LibraryScheme scheme_from_name(std::string_view name) {
   for (std::size_t i = 0; i < kTraits.size(); ++i)
-    if (name == kTraits[i].name) return static_cast<Scheme>(i);
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("scheme '{}': expected {}", name, scheme_names()));
+    if (name == kTraits[i].name) return static_cast<LibraryScheme>(i);
+  std::array<std::string_view, kTraits.size()> names;
+  std::ranges::transform(kTraits, names.begin(), &SchemeTraits::name);
+  throw unknown_name("scheme", name, names);
 }
 
 PLAIT_END_NAMESPACE

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "plait/kernels/scheme.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/scheme.h"
 #include "schemes/butterfly.h"
 #include "schemes/loop.h"
 #include "schemes/midpoint.h"
@@ -19,7 +19,8 @@ using LibrarySchemes = std::tuple<LoopScheme, ButterflyScheme, MidpointScheme>;
 
 template <std::size_t... kNumbers>
 constexpr bool are_in_order(std::index_sequence<kNumbers...>) {
-  return ((std::tuple_element_t<kNumbers, LibrarySchemes>::kScheme == Scheme{kNumbers}) && ...);
+  return ((std::tuple_element_t<kNumbers, LibrarySchemes>::kScheme == LibraryScheme{kNumbers}) &&
+          ...);
 }
 constexpr std::size_t kSchemeCount = std::tuple_size_v<LibrarySchemes>;
 static_assert(are_in_order(std::make_index_sequence<kSchemeCount>()));
@@ -27,23 +28,14 @@ static_assert(are_in_order(std::make_index_sequence<kSchemeCount>()));
 /// Calls visit(rule) with the rule of a scheme for points of `Real`, and returns its result. A run
 /// calls it once, so the code below it does not depend on the scheme.
 template <class Real, class Visit>
-auto with_rule(Scheme scheme, Visit visit) {
+auto with_rule(const Scheme& scheme, Visit visit) {
+  if (scheme.own() != nullptr) return visit(scheme.own()->template rule<Real>());
   using Result = decltype(visit(LoopScheme::rule<Real>()));
   using Call = Result (*)(Visit&);
   constexpr auto calls = []<class... Schemes>(std::tuple<Schemes...>*) {
     return std::array<Call, sizeof...(Schemes)>{
         [](Visit& visit_it) -> Result { return visit_it(Schemes::template rule<Real>()); }...};
   }(static_cast<LibrarySchemes*>(nullptr));
-  return calls.at(static_cast<std::size_t>(scheme))(visit);
+  return calls.at(static_cast<std::size_t>(scheme.of_library()))(visit);
 }
-/// The same for the scheme of the options, which may be the program's own.
-template <class Real, class Visit>
-auto with_rule(const SubdivideOptions& options, Visit visit) {
-  if (options.own_scheme != nullptr) return visit(options.own_scheme->rule<Real>());
-  return with_rule<Real>(options.scheme, visit);
-}
-
-/// The traits of the scheme of the options.
-SchemeTraits traits_of(const SubdivideOptions& options);
-
 PLAIT_END_NAMESPACE

@@ -1,28 +1,45 @@
-#include <fmt/format.h>
+#include <array>
+#include <cstddef>
+#include <span>
 
-#include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "base/name_table.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/store_access.h"
+#include "plait/subdivide.h"
+#include "subdivide/beginning.h"
+#include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-std::string_view to_string(ExecutorKind executor) noexcept {
-  switch (executor) {
-    case ExecutorKind::kFused:
-      return "fused";
-    case ExecutorKind::kSweep:
-      return "sweep";
-    case ExecutorKind::kTransparent:
-      return "transparent";
-  }
-  return "unknown";
-}
+namespace {
 
-ExecutorKind executor_from_name(std::string_view name) {
-  for (const ExecutorKind executor :
-       {ExecutorKind::kFused, ExecutorKind::kSweep, ExecutorKind::kTransparent})
-    if (name == to_string(executor)) return executor;
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("executor '{}': expected fused, sweep or transparent", name));
+constexpr NameTable<ExecutorKind, 4> kExecutors("executor",
+                                                {{ExecutorKind::kAuto, "auto"},
+                                                 {ExecutorKind::kFused, "fused"},
+                                                 {ExecutorKind::kSweep, "sweep"},
+                                                 {ExecutorKind::kTransparent, "transparent"}});
+
+}  // namespace
+
+std::string_view to_string(ExecutorKind executor) noexcept { return kExecutors.name_of(executor); }
+
+ExecutorKind executor_from_name(std::string_view name) { return kExecutors.find(name); }
+
+ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted) {
+  if (wanted.executor != ExecutorKind::kAuto) return wanted.executor;
+  const SubdivideOptions options = with_threads(wanted);
+  const AttributeId position = store.attribute("position");
+  const int levels = options.levels - store.base_level();
+  if (finest_kept_level(store, options.scheme) != store.base_level() || options.level_done ||
+      levels < 1 || levels > kMostFusedLevels)
+    return ExecutorKind::kSweep;
+  const std::size_t record_bytes = store.attributes()[position].schema.record_bytes();
+  // Records of normals are not larger than those of positions.
+  const std::array<std::size_t, 2> records = {record_bytes, record_bytes};
+  return fused_frame_bytes(store, std::span(records).first(options.normals ? 2 : 1), options.levels,
+                           options.threads) <= StoreAccess::pager(store).budget_bytes()
+             ? ExecutorKind::kFused
+             : ExecutorKind::kSweep;
 }
 
 PLAIT_END_NAMESPACE

@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "plait/kernels/subdivide.h"
-#include "plait/pin_needs.h"
+#include "execution/pin_needs.h"
+#include "plait/subdivide.h"
 #include "schemes/table.h"
+#include "subdivide/beginning.h"
+#include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -15,8 +17,8 @@ constexpr std::size_t kFrameNormalBytes = 12;
 std::uint64_t sweep_frame_bytes(const Store& store, const SubdivideOptions& options,
                                 std::size_t record_bytes, bool makes_levels) {
   const int first = store.base_level() + 1, last = options.levels;
-  const SchemeTraits scheme = traits_of(options);
-  const Reach coarse_reach = scheme.reach == 2 ? Reach::kRing : Reach::kFaces;
+  const SchemeTraits scheme = traits_of(options.scheme);
+  const Reach coarse_reach = scheme.ring_count == 2 ? Reach::kRing : Reach::kFaces;
   std::vector<std::vector<AccessedLevels>> passes;
   if (makes_levels) {
     passes.push_back({{record_bytes, first, last - 1, coarse_reach}, {record_bytes, last, last}});
@@ -42,8 +44,9 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
   const int first = store.base_level() + 1, last = options.levels;
   std::uint64_t most = 0;
   if (makes_levels)
-    most = patch_needs(store, {record_bytes, first, last,
-                               traits_of(options).reach == 2 ? Reach::kRing : Reach::kFaces});
+    most = patch_needs(store,
+                       {record_bytes, first, last,
+                        traits_of(options.scheme).ring_count == 2 ? Reach::kRing : Reach::kFaces});
   if (!options.normals && !options.limit) return most;
   std::vector<std::uint64_t> windows = {
       patch_needs(store, {record_bytes, first, last, Reach::kFaces})};
@@ -61,11 +64,13 @@ std::uint64_t patch_frame_bytes(const Store& store, const SubdivideOptions& opti
 
 }  // namespace
 
-std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& options) {
+std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& wanted) {
+  const SubdivideOptions options = with_threads(wanted);
   const AttributeInfo& position = store.attributes()[store.attribute("position")];
-  const bool makes_levels = position.finest_level < options.levels;
+  const bool makes_levels = finest_kept_level(store, options.scheme) < options.levels;
   const std::size_t record_bytes = position.schema.record_bytes();
-  switch (options.executor) {
+  switch (executor_for(store, options)) {
+    case ExecutorKind::kAuto:  // executor_for() gives another one
     case ExecutorKind::kFused:
       return 0;
     case ExecutorKind::kSweep:

@@ -6,8 +6,8 @@
 
 #include "butterfly/base_middles.h"
 #include "fused/surface_refiner.h"
-#include "plait/base_relative_level.h"
-#include "plait/fused.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/fused.h"
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
@@ -18,14 +18,14 @@ BaseRelativeLevel finest(const Store& store, const SubdivideOptions& options) {
   return relative_to_base(options.levels, store.base_level());
 }
 
-FusedPass fused_pass(const Store& store, const SubdivideOptions& options, int reach,
+FusedPass fused_pass(const Store& store, const SubdivideOptions& options, int ring_count,
                      AttributeId position, AttributeId normal) {
   FusedPass pass;
   pass.name = "subdivision";
   pass.outputs = {position};
   if (normal != kNoId) pass.outputs.push_back(normal);
   pass.finest_level = options.levels;
-  pass.lattice = surface_lattice(finest(store, options).refinements, reach);
+  pass.lattice = surface_lattice(finest(store, options).refinements, ring_count);
   return pass;
 }
 
@@ -51,12 +51,12 @@ void run_fused(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, Attri
   hubs.evaluate_hubs();
   refinement.source.hubs = &hubs;
 
-  FusedPass pass = fused_pass(store, options, Rule::kReach, run.position, normal);
+  FusedPass pass = fused_pass(store, options, Rule::kRingCount, run.position, normal);
   pass.make_refiner = [&] { return make_refiner(refinement); };
   FusedOptions how;
   how.threads = options.threads;
-  how.proceed = [&](std::uint64_t done, std::uint64_t count) {
-    run.report("subdivision", run.vertices_total, done, count);
+  how.progress = [&](const Progress& now) {
+    run.report("subdivision", run.vertices_total, now.done, now.total);
     return true;
   };
   fused(store, pass, how);
@@ -69,12 +69,12 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
   const std::uint64_t vertices = store.base().vertex_count(), edges = store.base().edge_count();
   const int levels = finest(store, options).refinements;
   const FusedPass pass =
-      fused_pass(store, options, Rule::kReach, store.attribute("position"),
+      fused_pass(store, options, Rule::kRingCount, store.attribute("position"),
                  store.has_attribute("normal") ? store.attribute("normal") : kNoId);
-  // A scheme with a reach of two has level 1 in memory. The rings and the values in double from
+  // A scheme of two rings has level 1 in memory. The rings and the values in double from
   // which level 1 is made are freed before the pass allocates its memory: new base records, the
   // waiting halves and their table, hubs, and scratch memory for each thread.
-  constexpr bool keeps_level_1 = Rule::kReach == 2;
+  constexpr bool keeps_level_1 = Rule::kRingCount == 2;
   const std::uint64_t level_1 = keeps_level_1 ? edges * sizeof(Vector3<Real>) : 0,
                       for_level_1 = keeps_level_1 ? edges * (2 * sizeof(Vector3<Real>) + 48) : 0;
   const std::uint64_t pass_bytes = vertices * sizeof(Vector3<Real>) * (options.limit ? 2 : 1) +
@@ -82,7 +82,7 @@ std::uint64_t fused_resident_bytes(const Store& store, const SubdivideOptions& o
                                    fused_needs(store, pass, options.threads).slot_bytes +
                                    BaseRings<Rule>::hub_bytes(store.base().topology(), levels) +
                                    static_cast<std::uint64_t>(options.threads) *
-                                       surface_scratch_bytes<Real>(levels, Rule::kReach) +
+                                       surface_scratch_bytes<Real>(levels, Rule::kRingCount) +
                                    sizeof(std::uint32_t) * vertices;
   return level_1 + std::max(for_level_1, pass_bytes);
 }

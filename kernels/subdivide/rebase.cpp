@@ -3,17 +3,34 @@
 #include <array>
 #include <utility>
 
+#include "base/default_arithmetic.h"
 #include "butterfly/odd_patches.h"
-#include "plait/edge_index.h"
 #include "plait/error.h"
-#include "plait/in_core_mesh.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/vertex_numbering.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/rule_patches.h"
+#include "plait/extend/vertex_numbering.h"
+#include "plait/subdivide.h"
 #include "schemes/table.h"
+#include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
+
+/// VertexNumbering begins with the vertices of the base mesh, and the parts of a face follow each
+/// other.
+InputMaps maps_of_refined(InputMaps maps, std::uint64_t vertex_count, int times) {
+  maps.input_vertices.resize(vertex_count, kNoId);
+  InputMaps refined;
+  refined.input_vertices = std::move(maps.input_vertices);
+  refined.input_vertex_count = maps.input_vertex_count;
+  for (std::size_t face = 0; face < maps.input_faces.size(); ++face) {
+    const std::size_t parts = std::size_t{1} << (2 * times);
+    refined.input_faces.insert(refined.input_faces.end(), parts, maps.input_faces[face]);
+    refined.turned.insert(refined.turned.end(), parts, maps.turned[face]);
+  }
+  return refined;
+}
 
 template <class Rule>
 BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
@@ -27,7 +44,7 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
   rings.set_from_base(mesh.topology(), records);
   for (int level = 1; level <= times; ++level) {
     odd_patches(mesh, level, rule, rings);
-    if constexpr (Rule::kReach == 1)
+    if constexpr (Rule::kRingCount == 1)
       if (rule.moves_even()) {
         even_patches(mesh, level, rule);
         move_base_vertices(mesh.topology(), rings, rule, records);
@@ -53,7 +70,8 @@ BaseMesh refine_in_core(const BaseMesh& base, int times, const Rule& rule) {
                                number(corners[2].i, corners[2].j)});
     });
   }
-  return BaseMesh::build(std::move(refined), "refined base mesh");
+  return BaseMesh::build(std::move(refined), "refined base mesh")
+      .with_input_maps(maps_of_refined(base.input_maps(), numbering.vertex_count(), times));
 }
 
 void check_counts(const BaseMesh& mesh, int times) {
@@ -76,17 +94,16 @@ int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot
   return levels - refined_levels;
 }
 
-BaseMesh rebase(const BaseMesh& mesh, int times, Scheme scheme, bool double_precision) {
+BaseMesh rebase(const BaseMesh& mesh, int times, const Scheme& scheme,
+                ComponentType precision) try {
+  const DefaultArithmetic arithmetic;
+  check_positions(mesh, precision);
   check_counts(mesh, times);
   const auto refine = [&](const auto& rule) { return refine_in_core(mesh, times, rule); };
-  return double_precision ? with_rule<double>(scheme, refine) : with_rule<float>(scheme, refine);
-}
-
-BaseMesh rebase(const BaseMesh& mesh, int times, const OneRingScheme& scheme,
-                bool double_precision) {
-  check_counts(mesh, times);
-  return double_precision ? refine_in_core(mesh, times, scheme.rule<double>())
-                          : refine_in_core(mesh, times, scheme.rule<float>());
+  return precision == ComponentType::kFloat64 ? with_rule<double>(scheme, refine)
+                                              : with_rule<float>(scheme, refine);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("refine the base mesh");
 }
 
 PLAIT_END_NAMESPACE

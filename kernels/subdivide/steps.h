@@ -2,17 +2,28 @@
 // as in the store.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
-#include "plait/kernels/one_ring.h"
-#include "plait/kernels/ring_table.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/detail/one_ring.h"
+#include "plait/detail/ring_table.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/vector3.h"
 #include "plait/store.h"
-#include "plait/vector3.h"
+#include "plait/subdivide.h"
 #include "schemes/butterfly.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// The same options with the number of threads that they stand for. Errors: as thread_count().
+SubdivideOptions with_threads(SubdivideOptions options);
+
+/// Throws kInvalidArgument unless positions can have this type: float32 or float64.
+void check_precision(ComponentType precision);
+
+/// Throws kInvalidArgument also if a position of the mesh is too large for the type.
+void check_positions(const BaseMesh& mesh, ComponentType precision);
 
 /// The data that all passes of one run share.
 template <class Real>
@@ -35,6 +46,14 @@ struct SubdivisionRun {
   void report(std::string_view phase, std::uint64_t vertices, std::uint64_t done,
               std::uint64_t count) const;
 };
+
+/// The number of vertices that levels `first` to `last` create.
+inline std::uint64_t vertices_born(const Store& store, int first, int last) {
+  std::uint64_t vertices = 0;
+  for (int level = first; level <= last; ++level)
+    vertices += StoreAccess::geometry(store, 1, level).total_bytes();
+  return vertices;
+}
 
 // `Rule` is OneRing<Real> or Butterfly<Real>: with_rule() chooses it once for each run.
 

@@ -1,58 +1,34 @@
-#include "plait/kernels/subdivide.h"
+#include "plait/subdivide.h"
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
-#include "plait/base_relative_level.h"
-#include "plait/edge_index.h"
+#include "base/default_arithmetic.h"
 #include "plait/error.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/thread_count.h"
 #include "schemes/table.h"
+#include "subdivide/beginning.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-void check_subdivision(const Store& store, const SubdivideOptions& options) {
-  if (options.levels < store.base_level() || options.levels > kMaxLevel)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("subdivide to level {}: expected {} to {}", options.levels,
-                            store.base_level(), kMaxLevel));
-  if (options.threads < 1 || options.threads > 1024)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("subdivide: {} threads, expected 1 to 1024", options.threads));
-  if (const SchemeTraits scheme = traits_of(options); options.limit && !scheme.has_limits)
-    throw Error(ErrorCode::kNotSupported,
-                fmt::format("subdivide: scheme {} has no limit positions", scheme.name));
-  if (store.has_attribute("limit"))
-    throw Error(ErrorCode::kInvalidArgument,
-                "subdivide: the store has an attribute 'limit' already");
-  if (store.has_attribute("normal") && !options.normals)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        "subdivide: the store has normals, which do not fit a finer level: ask for normals, so "
-        "that new ones are computed");
-}
-
 /// The number of vertices that the whole run computes. An even vertex counts each time that it
 /// moves.
 std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& options,
                                int first_level) {
-  const std::uint64_t interior = store.base().edge_count() - store.base().border_edge_count();
-  const auto born = [&](int level) {
-    const int refinements = relative_to_base(level, store.base_level()).refinements;
-    return interior * slot_records(refinements) +
-           store.base().border_edge_count() * slot_records(refinements, true);
-  };
   const int first = store.base_level() + 1;
   std::uint64_t total = 0;
-  for (int level = first_level; level <= options.levels; ++level) {
-    total += born(level);
-    if (traits_of(options).moves_even)
-      for (int older = first; older < level; ++older) total += born(older);
-  }
-  if (options.normals || options.limit)
-    for (int level = first; level <= options.levels; ++level) total += born(level);
+  for (int level = first_level; level <= options.levels; ++level)
+    total += vertices_born(store, traits_of(options.scheme).moves_even ? first : level, level);
+  if (options.normals || options.limit) total += vertices_born(store, first, options.levels);
   return total;
 }
 
@@ -60,32 +36,30 @@ std::uint64_t planned_vertices(const Store& store, const SubdivideOptions& optio
 template <class Real>
 void record(Store& store, const SubdivideOptions& options, bool limit, bool only_this_run) {
   Provenance provenance = store.provenance();
-  provenance.scheme = only_this_run ? traits_of(options).name : "";
+  provenance.scheme = only_this_run ? traits_of(options.scheme).name : "";
   provenance.limit = limit;
   provenance.precision = RecordTraits<Real>::kType;
   provenance.program = program_version();
-  store.set_provenance(provenance);
+  StoreAccess::set_provenance(store, provenance);
 }
 
 template <class Rule>
-void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId position,
+void run_subdivision(Store& store, const SubdivideOptions& options, Beginning& beginning,
                      const Rule& rule) {
   using Real = typename Rule::Real;
   const bool sweeping = options.executor != ExecutorKind::kTransparent;
-  const int base_level = store.base_level(), levels = options.levels;
-  const int done = store.attributes()[position].finest_level;
-  const bool fused = options.executor == ExecutorKind::kFused && levels > base_level;
+  const int base_level = store.base_level(), levels = options.levels, done = beginning.level();
   UnfinishedLevels unfinished;  // until all passes over the levels have ended
   const auto add_levels = [&](AttributeId id) {
     for (int level = base_level + 1; level <= levels; ++level) {
       store.add_level(id);
-      unfinished.add(store.level_file(id, level), Access::kOverwrite);
+      unfinished.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
     }
   };
   const auto add = [&](bool wanted, const AttributeSchema& schema) {
     if (!wanted) return kNoId;
-    const AttributeId id = store.add_attribute(schema);
-    if (fused) store.plan_levels(id, levels);
+    const AttributeId id = beginning.add(schema);
+    if (options.executor == ExecutorKind::kFused) StoreAccess::plan_levels(store, id, levels);
     add_levels(id);
     return id;
   };
@@ -93,34 +67,39 @@ void run_subdivision(Store& store, const SubdivideOptions& options, AttributeId 
   // would not have made them. So the provenance names no scheme.
   const Provenance before = store.provenance();
   const bool only_this_run =
-      done == base_level || (before.scheme == traits_of(options).name && !before.limit);
+      done == base_level || (before.scheme == traits_of(options.scheme).name && !before.limit);
   if (levels > done) record<Real>(store, options, false, only_this_run);
-  SubdivisionRun<Real> run(store, options, position);
-  run.vertices_total = planned_vertices(store, options, done + 1);
-  if (fused) {
-    if (done > base_level)
-      throw Error(ErrorCode::kNotSupported,
-                  fmt::format("subdivide: the fused executor starts at the base mesh, and the "
-                              "store has level {}: take sweep",
-                              done));
+  if (options.executor == ExecutorKind::kFused && levels > base_level) {
     if (options.limit) record<Real>(store, options, true, only_this_run);
-    store.plan_levels(position, levels);
-    add_levels(position);
-    run_fused(run, rule, add(options.normals, schema_of<Vector3<float>>("normal")));
+    StoreAccess::plan_levels(store, store.attribute("position"), levels);
+    add_levels(store.attribute("position"));
+    beginning.check_budget();
+    if (options.normals && store.has_attribute("normal"))
+      store.remove_attribute(store.attribute("normal"));
+    const AttributeId normal = add(options.normals, schema_of<Vector3<float>>("normal"));
+    SubdivisionRun<Real> run(store, options, store.attribute("position"));
+    run.vertices_total = planned_vertices(store, options, done + 1);
+    run_fused(run, rule, normal);
     unfinished.finish();
     return;
   }
+  const AttributeId position = store.attribute("position");
+  SubdivisionRun<Real> run(store, options, position);
+  run.vertices_total = planned_vertices(store, options, done + 1);
   read_rings(run, done);
 
   for (int level = done + 1; level <= levels; ++level) {
     store.add_level(position);
-    for (int written = base_level + 1; written <= level; ++written)
-      unfinished.add(store.level_file(position, written), Access::kUpdate);
+    if (level == done + 1) beginning.check_budget();
+    // The new level first: if another one refuses, nobody can read it.
+    for (int written = level; written > base_level; --written)
+      unfinished.add(StoreAccess::level_file(store, position, written), Access::kUpdate);
     sweeping ? make_odd(run, rule, level) : make_odd_transparent(run, rule, level);
-    if constexpr (Rule::kReach == 1)
+    if constexpr (Rule::kRingCount == 1)
       if (rule.moves_even())
         sweeping ? move_even(run, rule, level) : move_even_transparent(run, rule, level);
     unfinished.finish();
+    const StorePass pause(std::as_const(store), StorePass::Kind::kPause);
     if (options.level_done) options.level_done(level);
   }
   if (!options.normals && !options.limit) return;
@@ -155,37 +134,87 @@ void fill_base(Store& store) {
 
 }  // namespace
 
-void add_base_positions(Store& store, bool double_precision) {
-  double_precision ? fill_base<double>(store) : fill_base<float>(store);
+SubdivideOptions with_threads(SubdivideOptions options) {
+  options.threads = thread_count(options.threads, "subdivide");
+  return options;
 }
 
-void subdivide(Store& store, const SubdivideOptions& options) {
-  check_subdivision(store, options);
-  const AttributeId position = store.attribute("position");
-  const AttributeSchema& schema = store.attributes()[position].schema;
-  const auto run = [&](const auto& rule) { run_subdivision(store, options, position, rule); };
-  if (schema.type == ComponentType::kFloat64 && schema.components == 3)
-    return with_rule<double>(options, run);
-  store.check_type(position, ComponentType::kFloat32, 3);
-  with_rule<float>(options, run);
+void check_precision(ComponentType precision) {
+  if (precision != ComponentType::kFloat32 && precision != ComponentType::kFloat64)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("positions of type {}: expected float32 or float64", to_string(precision)));
 }
 
-std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& options) {
+void check_positions(const BaseMesh& mesh, ComponentType precision) {
+  check_precision(precision);
+  if (precision != ComponentType::kFloat32) return;
+  for (std::size_t vertex = 0; vertex < mesh.positions().size(); ++vertex)
+    for (const double number :
+         {mesh.positions()[vertex].x, mesh.positions()[vertex].y, mesh.positions()[vertex].z})
+      if (!std::isfinite(static_cast<float>(number)))
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("positions of type float32: vertex {} has {:g}, expected at most "
+                                "{:g}: take float64",
+                                vertex, number, std::numeric_limits<float>::max()));
+}
+
+void add_base_positions(Store& store, ComponentType precision) {
+  const DefaultArithmetic arithmetic;
+  check_positions(store.base(), precision);
+  precision == ComponentType::kFloat64 ? fill_base<double>(store) : fill_base<float>(store);
+}
+
+void subdivide(Store& store, const SubdivideOptions& options) try {
+  const DefaultArithmetic arithmetic;
+  const AttributeSchema schema = store.attributes()[store.attribute("position")].schema;
+  const bool is_double = schema.type == ComponentType::kFloat64 && schema.components == 3;
+  if (!is_double)
+    StoreAccess::check_type(store, store.attribute("position"), ComponentType::kFloat32, 3);
+  const SubdivideOptions given = with_threads(options);
+  SubdivideOptions chosen = given;
+  Beginning beginning(store, given);
+  chosen.executor = executor_for(store, given);
+  // The fused executor makes levels. Normals of base vertices alone are a sweep's work.
+  if (given.levels == store.base_level() && chosen.executor == ExecutorKind::kFused)
+    chosen.executor = ExecutorKind::kSweep;
+  try {
+    beginning.clear_away();
+    const auto run = [&](const auto& rule) { run_subdivision(store, chosen, beginning, rule); };
+    is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);
+  } catch (const Error& error) {
+    beginning.undo(error.code() == ErrorCode::kBudget);
+    throw;
+  } catch (...) {
+    beginning.undo(false);
+    throw;
+  }
+  beginning.finish(options.limit);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("subdivide " + store.path().native());
+}
+
+std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& wanted) {
+  const SubdivideOptions options = with_threads(wanted);
   const std::uint64_t record_bytes =
       store.attributes()[store.attribute("position")].schema.record_bytes();
-  if (options.executor == ExecutorKind::kFused && options.levels > store.base_level()) {
+  // The base records as they were at the beginning, and before there were levels.
+  const std::uint64_t kept = 2 * record_bytes * store.base().vertex_count();
+  if (executor_for(store, options) == ExecutorKind::kFused && options.levels > store.base_level()) {
     const auto bytes = [&]<class Rule>(const Rule&) {
       return fused_resident_bytes<Rule>(store, options);
     };
-    return record_bytes == sizeof(Vector3<double>) ? with_rule<double>(options, bytes)
-                                                   : with_rule<float>(options, bytes);
+    return kept + (record_bytes == sizeof(Vector3<double>)
+                       ? with_rule<double>(options.scheme, bytes)
+                       : with_rule<float>(options.scheme, bytes));
   }
-  // A scheme with a reach of two has the rings of two levels in memory, and its extraordinary
+  // A scheme of two rings has the rings of two levels in memory, and its extraordinary
   // values.
-  const bool two_rings = traits_of(options).reach == 2;
+  const bool two_rings = traits_of(options.scheme).ring_count == 2;
   const std::uint64_t side =
       (std::uint64_t{1} << relative_to_base(options.levels, store.base_level()).refinements) + 3;
-  return (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
+  return kept +
+         (2 * record_bytes * (two_rings ? 2 : 1) + (two_rings ? 48 : 0)) *
              store.base().edge_count() +
          static_cast<std::uint64_t>(options.threads) * side * side * record_bytes;
 }

@@ -6,10 +6,10 @@
 #include "butterfly/odd_slots.h"
 #include "normals/normal_rows.h"
 #include "normals/normal_rules.h"
+#include "plait/detail/base_vertices.h"
+#include "plait/detail/gather_grid.h"
 #include "plait/error.h"
-#include "plait/kernels/base_vertices.h"
-#include "plait/kernels/gather_grid.h"
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
 #include "schemes/one_ring_steps.h"
 #include "subdivide/steps.h"
 
@@ -27,36 +27,21 @@ template <class Real>
 void run_pass(SubdivisionRun<Real>& run, const SweepPass& pass, std::uint64_t vertices) {
   SweepOptions options;
   options.threads = run.options.threads;
-  options.proceed = [&](std::uint64_t done, std::uint64_t count) {
-    run.report(pass.name, vertices, done, count);
+  options.progress = [&](const Progress& now) {
+    run.report(pass.name, vertices, now.done, now.total);
     return true;
   };
   sweep(run.store, pass, options);
   run.vertices_before += vertices;
 }
 
-std::uint64_t vertices_born(const Store& store, int first, int last) {
-  std::uint64_t vertices = 0;
-  for (int level = first; level <= last; ++level) {
-    const int refinements = relative_to_base(level, store.base_level()).refinements;
-    vertices +=
-        (store.base().edge_count() - store.base().border_edge_count()) * slot_records(refinements) +
-        store.base().border_edge_count() * slot_records(refinements, true);
-  }
-  return vertices;
-}
-
 /// Collects the ring vertices on the edge from its slot. Several threads may do this for different
 /// edges.
 template <class Record>
-void set_ring(RingTable<Record>& rings, const Topology& mesh, EdgeId edge, BaseRelativeLevel level,
-              std::span<const Record> slot) {
+void set_ring(RingTable<Record>& rings, EdgeId edge, BaseRelativeLevel level,
+              const SlotRecords<Record>& slot) {
   const std::int64_t last = slot_side(level.refinements) - 1;
-  const bool border = mesh.edges[edge].is_border();
-  const auto at = [&](std::int64_t row, std::int64_t column) {
-    return slot[static_cast<std::size_t>(slot_position(level.refinements, border, row, column))];
-  };
-  rings.set(edge, at(last, 0), at(0, last));
+  rings.set(edge, slot.at(level.refinements, last, 0), slot.at(level.refinements, 0, last));
 }
 
 }  // namespace
@@ -64,10 +49,12 @@ void set_ring(RingTable<Record>& rings, const Topology& mesh, EdgeId edge, BaseR
 template <class Real>
 void SubdivisionRun<Real>::report(std::string_view phase, std::uint64_t vertices,
                                   std::uint64_t done, std::uint64_t count) const {
-  if (!options.proceed) return;
+  if (!options.progress) return;
   const auto part = static_cast<std::uint64_t>(static_cast<double>(vertices) *
                                                (static_cast<double>(done) / double(count)));
-  if (!options.proceed({phase, vertices_before + part, vertices_total}))
+  // The transparent executor is no pass of the engine, and allows more within its walk.
+  const StorePass under_way(std::as_const(store));
+  if (!options.progress({phase, vertices_before + part, vertices_total}))
     throw Error(ErrorCode::kCancelled, fmt::format("subdivide, {}: cancelled", phase));
 }
 
@@ -87,15 +74,15 @@ void make_odd(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int le
   SweepPass pass;
   pass.name = fmt::format("level {}: odd vertices", level);
   pass.accesses = {{run.position, base_level + 1, level - 1, Access::kRead,
-                    Rule::kReach == 2 ? Reach::kRing : Reach::kFaces},
+                    Rule::kRingCount == 2 ? Reach::kRing : Reach::kFaces},
                    {run.position, level, level, Access::kOverwrite}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
     const SlotSource<Record> source{view, 0, base_level};
     gather(mesh, source, base, edge, 0, coarser, grid);
-    const std::span<Record> slot = view.records<Record>(1, level, edge);
-    make_slot(source, edge, grid, slot.data());
-    set_ring(run.rings, mesh, edge, relative, std::span<const Record>(slot));
+    const auto slot = view.slot(1, level, edge).template of<Record>();
+    make_slot(source, edge, grid, slot);
+    set_ring(run.rings, edge, relative, slot);
   };
   run_pass(run, pass, vertices_born(store, level, level));
 }
@@ -118,9 +105,12 @@ void move_even(SubdivisionRun<Real>& run, const OneRing<Real>& rule, int level) 
       EdgeGrid<Record>& grid = grids[static_cast<std::size_t>(worker)];
       gather(mesh, SlotSource<Record>{view, 0, base_level}, std::span<const Record>(base), edge,
              refinements, refinements, grid);
-      for (int born = base_level + 1; born < level; ++born)
-        rule.even_slot(grid, relative_to_base(born, base_level).refinements,
-                       mesh.edges[edge].is_border(), view.records<Record>(1, born, edge).data());
+      const bool border = mesh.edges[edge].is_border();
+      for (int born = base_level + 1; born < level; ++born) {
+        const auto slot = view.slot(1, born, edge).template of<Record>();
+        rule.even_slot(grid, relative_to_base(born, base_level).refinements, {slot.shape, border},
+                       slot.data());
+      }
     };
     run_pass(run, pass, vertices_born(store, base_level + 1, level - 1));
   }
@@ -154,19 +144,21 @@ void make_surface(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, in
     const bool border = mesh.edges[edge].is_border();
     for (int born = base_level + 1; born <= level; ++born) {
       const int times = relative_to_base(born, base_level).refinements;
-      if (normal != kNoId)
-        normals::slot_rows(grid, times, border,
-                           view.records<Vector3<float>>(normal_access, born, edge).data());
-      if constexpr (Rule::kReach == 1)
-        if (limit != kNoId)
-          rule.limit_slot(grid, times, border,
-                          view.records<Record>(limit_access, born, edge).data());
+      if (normal != kNoId) {
+        const auto slot = view.slot(normal_access, born, edge).template of<Vector3<float>>();
+        normals::slot_rows(grid, times, {slot.shape, border}, slot.data());
+      }
+      if constexpr (Rule::kRingCount == 1)
+        if (limit != kNoId) {
+          const auto slot = view.slot(limit_access, born, edge).template of<Record>();
+          rule.limit_slot(grid, times, {slot.shape, border}, slot.data());
+        }
     }
   };
   if (refinements > 0) run_pass(run, pass, vertices_born(store, base_level + 1, level));
   if (normal != kNoId)
     normals::base(mesh, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if constexpr (Rule::kReach == 1)
+  if constexpr (Rule::kRingCount == 1)
     if (limit != kNoId)
       limit_base_vertices(mesh, run.rings, rule, base, store.base_records<Record>(limit));
 }
@@ -185,7 +177,7 @@ void read_rings(SubdivisionRun<Real>& run, int level) {
   pass.name = fmt::format("level {}: rings of the base vertices", level);
   pass.accesses = {{run.position, level, level, Access::kRead, Reach::kOwn}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-    set_ring(run.rings, mesh, edge, relative, view.records<const Record>(0, level, edge));
+    set_ring(run.rings, edge, relative, view.slot(0, level, edge).template of<Record>());
   };
   run_pass(run, pass, 0);
 }

@@ -7,10 +7,11 @@
 
 #include "butterfly/odd_patches.h"
 #include "normals/normal_rules.h"
+#include "plait/detail/base_vertices.h"
 #include "plait/error.h"
-#include "plait/kernels/base_vertices.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/rule_patches.h"
+#include "plait/extend/store_access.h"
 #include "subdivide/steps.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -25,27 +26,17 @@ BeforeFace reporter(const SubdivisionRun<Real>& run, std::string phase, std::uin
   };
 }
 
-/// The number of vertices that levels `first` to `last` create, for a closed mesh. It is
-/// approximate for other meshes, which is enough for a progress bar.
-std::uint64_t about_vertices(const Store& store, int first, int last) {
-  std::uint64_t vertices = 0;
-  for (int level = first; level <= last; ++level)
-    vertices += store.base().edge_count() *
-                slot_records(relative_to_base(level, store.base_level()).refinements);
-  return vertices;
-}
-
 }  // namespace
 
 template <class Rule>
 void make_odd_transparent(SubdivisionRun<typename Rule::Real>& run, const Rule& rule, int level) {
   using Record = Vector3<typename Rule::Real>;
   Store& store = run.store;
-  const std::uint64_t vertices = about_vertices(store, level, level);
+  const std::uint64_t vertices = vertices_born(store, level, level);
   const BeforeFace before_face =
       reporter(run, fmt::format("level {}: odd vertices", level), vertices);
-  StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2,
-                            Rule::kReach == 2 ? Reach::kRing : Reach::kFaces);
+  StorePatches<Record> mesh(store, run.position, StoreAccess::pager(store).budget_bytes() / 2,
+                            Rule::kRingCount == 2 ? Reach::kRing : Reach::kFaces);
   odd_patches(mesh, level, rule, run.rings, before_face);
   run.vertices_before += vertices;
 }
@@ -56,8 +47,8 @@ void move_even_transparent(SubdivisionRun<Real>& run, const OneRing<Real>& rule,
   Store& store = run.store;
   const int first = store.base_level() + 1;
   if (level > first) {
-    const std::uint64_t vertices = about_vertices(store, first, level - 1);
-    StorePatches<Record> mesh(store, run.position, store.pager().budget_bytes() / 2);
+    const std::uint64_t vertices = vertices_born(store, first, level - 1);
+    StorePatches<Record> mesh(store, run.position, StoreAccess::pager(store).budget_bytes() / 2);
     even_patches(mesh, level, rule,
                  reporter(run, fmt::format("level {}: even vertices", level), vertices));
     run.vertices_before += vertices;
@@ -73,9 +64,9 @@ void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Ru
   Store& store = run.store;
   const Topology topology = store.base().topology();
   const int first = store.base_level() + 1;
-  const std::uint64_t vertices = about_vertices(store, first, level);
+  const std::uint64_t vertices = vertices_born(store, first, level);
   const BeforeFace before_face = reporter(run, "normals and limit positions", vertices);
-  const std::uint64_t share = store.pager().budget_bytes() / 4;
+  const std::uint64_t share = StoreAccess::pager(store).budget_bytes() / 4;
   StorePatches<Record> positions(store, run.position, share);
   positions.activate(level, 1, 0);
   std::unique_ptr<StorePatches<Vector3<float>>> normals_mesh;
@@ -102,12 +93,12 @@ void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Ru
             const Record& v = frame.at(0, 0);
             if (normal_patch)
               PatchFrame(*normal_patch, side, born, row, column, born).at(0, 0) =
-                  border ? normals::regular_border(v, frame.at(-1, 1), frame.at(-1, 0),
-                                                   frame.at(0, -1), frame.at(1, -1))
+                  border ? RegularNormal::border(v, frame.at(-1, 1), frame.at(-1, 0),
+                                                 frame.at(0, -1), frame.at(1, -1))
                          : normals::regular(frame.at(1, 0) - frame.at(-1, 0),
                                             frame.at(0, 1) - frame.at(0, -1),
                                             frame.at(-1, 1) - frame.at(1, -1));
-            if constexpr (Rule::kReach == 1)
+            if constexpr (Rule::kRingCount == 1)
               if (limit_patch)
                 PatchFrame(*limit_patch, side, born, row, column, born).at(0, 0) =
                     border ? rule.limit_border(v, frame.at(-1, 1), frame.at(1, -1))
@@ -121,7 +112,7 @@ void make_surface_transparent(SubdivisionRun<typename Rule::Real>& run, const Ru
       std::as_const(store).template base_records<Record>(run.position);
   if (normal != kNoId)
     normals::base(topology, run.rings, base, store.base_records<Vector3<float>>(normal));
-  if constexpr (Rule::kReach == 1)
+  if constexpr (Rule::kRingCount == 1)
     if (limit != kNoId)
       limit_base_vertices(topology, run.rings, rule, base, store.base_records<Record>(limit));
 }

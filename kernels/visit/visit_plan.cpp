@@ -1,11 +1,16 @@
-#include "plait/kernels/visit_plan.h"
+#include "plait/detail/visit_plan.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
-#include "plait/base_relative_level.h"
+#include "base/default_arithmetic.h"
 #include "plait/error.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/thread_count.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -37,14 +42,15 @@ int finest_level_of(const Store& store, const VisitOptions& options,
 
 VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                      std::vector<VisitedAttribute> attributes)
-    : store_(&store), options_(&options), attributes_(std::move(attributes)) {
-  if (options.threads < 1 || options.threads > 1024)
-    refuse_visit(options, ErrorCode::kInvalidArgument,
-                 fmt::format("{} threads, expected 1 to 1024", options.threads));
+    : store_(&store),
+      options_(&options),
+      threads_(thread_count(options.threads, fmt::format("visit '{}'", options.name))),
+      attributes_(std::move(attributes)),
+      mesh_(store.base().topology()) {
   for (std::size_t number = 0; number < attributes_.size(); ++number) {
     VisitedAttribute& attribute = attributes_[number];
     attribute.id = store.attribute(attribute.name);
-    store.check_type(attribute.id, attribute.type, attribute.components);
+    StoreAccess::check_type(store, attribute.id, attribute.type, attribute.components);
     reads_rings_ = reads_rings_ || attribute.rings;
     for (std::size_t other = 0; other < number; ++other)
       if (attributes_[other].id == attribute.id)
@@ -70,8 +76,8 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                                level_, attribute.name, finest, level_));
   }
   refinements_ = relative_to_base(level_, first).refinements;
-  for (int refinement = 1; refinement <= refinements_; ++refinement)
-    numbers_.emplace_back(store.base().slot_shapes(), BaseRelativeLevel(refinement), 1, 1);
+  for (int level = first + 1; level <= level_; ++level)
+    numbers_.push_back(StoreAccess::geometry(store, 1, level));
 }
 
 SweepPass VisitPlan::pass() const {
@@ -85,10 +91,10 @@ SweepPass VisitPlan::pass() const {
 
 VisitNeeds VisitPlan::needs() const {
   VisitNeeds needs;
-  needs.frame_bytes = sweep_window_bytes(*store_, pass(), options_->threads);
+  needs.frame_bytes = sweep_window_bytes(*store_, pass(), threads_);
   const std::uint64_t side = (std::uint64_t{1} << refinements_) + 3;  // see EdgeGrid
   const std::uint64_t grids =
-      refinements_ > 0 ? static_cast<std::uint64_t>(options_->threads) * (side * side + 1) : 0;
+      refinements_ > 0 ? static_cast<std::uint64_t>(threads_) * (side * side + 1) : 0;
   for (const VisitedAttribute& attribute : attributes_)
     if (attribute.rings)
       needs.ring_bytes += component_bytes(attribute.type) * attribute.components *
@@ -104,27 +110,41 @@ std::uint64_t VisitPlan::vertices_before(EdgeId edge) const {
 }
 
 void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& edge_kernel,
-                    const std::function<void()>& base_kernel) const {
+                    const std::function<void()>& base_kernel,
+                    const std::function<void()>& stretch_done) const try {
   const std::uint64_t total = vertices_before(kNoId) + store_->base().vertex_count();
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
+    sweep_pass.stretch_done = stretch_done;
     SweepOptions options;
-    options.threads = options_->threads;
-    if (options_->proceed)
-      options.proceed = [&](std::uint64_t edges, std::uint64_t) {
-        return options_->proceed(vertices_before(static_cast<EdgeId>(edges)), total);
+    options.threads = threads_;
+    if (options_->progress)
+      options.progress = [&](const Progress& now) {
+        return options_->progress(
+            {options_->name, vertices_before(static_cast<EdgeId>(now.done)), total});
       };
     sweep(*store_, sweep_pass, options);
   }
   // The sweep has finished the levels, but without the base vertices the pass is not complete.
+  std::optional<StorePass> under_way;
+  if (std::ranges::any_of(attributes_,
+                          [](const auto& each) { return each.access != Access::kRead; }))
+    under_way.emplace(*store_, fmt::format("visit '{}' of", options_->name));
+  else
+    under_way.emplace(std::as_const(*store_));
   UnfinishedLevels written;
   for (const VisitedAttribute& attribute : attributes_)
     for (int level = store_->base_level() + 1; level <= level_; ++level)
-      written.add(store_->level_file(attribute.id, level), attribute.access);
-  base_kernel();
+      written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+  {
+    const DefaultArithmetic arithmetic;
+    base_kernel();
+  }
   written.finish();
-  if (options_->proceed) options_->proceed(total, total);
+  if (options_->progress) options_->progress({options_->name, total, total});
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("visit " + options_->name);
 }
 
 PLAIT_END_NAMESPACE

@@ -10,9 +10,10 @@
 
 #include "acceptance/meshes.h"
 #include "acceptance/variants.h"
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
 #include "support/usable_backends.h"
@@ -61,7 +62,7 @@ void check_levels(Store& store, int levels) {
     const std::uint64_t born = counts.edges;
     counts = refined(counts);
     for (AttributeId id = 0; id < store.attributes().size(); ++id) {
-      const LevelFile& file = store.level_file(id, level);
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
       if (base.border_edge_count() == 0)
         CHECK(file.geometry.total_bytes() ==
               (base.edge_count() << (2 * (level - 1))) * kRecordBytes);
@@ -70,7 +71,8 @@ void check_levels(Store& store, int levels) {
       CHECK(file_bytes >= file.geometry.total_bytes());
       CHECK(file_bytes < file.geometry.total_bytes() + kPageBytes);
     }
-    stored_vertices += store.level_file(0, level).geometry.total_bytes() / kRecordBytes;
+    stored_vertices +=
+        StoreAccess::level_file(store, 0, level).geometry.total_bytes() / kRecordBytes;
     CHECK(stored_vertices == counts.vertices);
     const LevelCounts library = counts_at_level(base, level);
     CHECK(library.vertices == counts.vertices);

@@ -16,11 +16,12 @@
 #include <string>
 #include <utility>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 #include "support/test_meshes.h"
 
 namespace {
@@ -59,10 +60,10 @@ void run(char** arguments) {
   options.block_bytes = 64 << 10;
   options.durability = Durability::kNone;
   constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
-  options.base_level = rebase_levels(what.levels, sizeof(Vector3<float>), kMaxSlotBytes);
+  const int base_level = rebase_levels(what.levels, sizeof(Vector3<float>), kMaxSlotBytes);
 
-  Store store = Store::create(arguments[8], base_mesh(source, options.base_level), options,
-                              default_backends());
+  Store store = Store::create(arguments[8], base_mesh(source, base_level), options,
+                              default_backends(), {.base_level = base_level});
   add_base_positions(store);
   const std::uint64_t peak_before = peak_rss_bytes();
   const auto start = std::chrono::steady_clock::now();
@@ -74,13 +75,12 @@ void run(char** arguments) {
   std::uint64_t base_bytes = store.base().memory_bytes() + subdivide_resident_bytes(store, what);
   for (AttributeId id = 0; id < store.attributes().size(); ++id) {
     base_bytes += std::as_const(store).base_bytes(id).size();
-    for (int level = options.base_level + 1; level <= what.levels; ++level)
-      level_bytes += store.level_file(id, level).geometry.total_bytes();
+    for (int level = base_level + 1; level <= what.levels; ++level)
+      level_bytes += StoreAccess::level_file(store, id, level).geometry.total_bytes();
   }
-  const std::uint64_t vertices =
-      counts_at_level(store.base(), what.levels - options.base_level).vertices;
+  const std::uint64_t vertices = counts_at_level(store.base(), what.levels - base_level).vertices;
   fmt::print("{} {} {} {} {} {} {:.2f}\n", peak_before, peak_rss_bytes(), base_bytes, level_bytes,
-             options.base_level, vertices, seconds.count());
+             base_level, vertices, seconds.count());
 }
 
 }  // namespace

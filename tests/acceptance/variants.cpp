@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
+#include "plait/registry.h"
 #include "support/temporary_directory.h"
 #include "support/usable_backends.h"
 
@@ -102,7 +102,6 @@ StoreOptions Refiner::store_options(const Variant& variant, std::uint64_t budget
   StoreOptions options;
   options.backend = variant.backend;
   if (variant.backend == "compressed") options.pipeline = "shuffle," + variant.codec;
-  options.layout = std::string(plait::to_string(variant.layout));
   options.durability = Durability::kNone;
   options.block_bytes = variant.block_bytes;
   options.budget_bytes = budget_bytes;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace plait::test {
 

@@ -9,8 +9,8 @@
 
 #include "conformance/suite.h"
 #include "durability/faults.h"
-#include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "plait/registry.h"
 #include "support/counting_backend.h"
 #include "support/forwarding_backend.h"
 
@@ -92,8 +92,8 @@ class BrokenBackend final : public ForwardingBackend {
   std::ptrdiff_t calls_ = 0;
 };
 
-BackendRegistry::Entry broken(const char* name, const Mistake& mistake) {
-  BackendRegistry::Entry entry = default_backends().find(name);
+RegisteredBackend broken(const char* name, const Mistake& mistake) {
+  RegisteredBackend entry = default_backends().find(name);
   entry.open = wrapped_volume(entry.open, [&mistake](Volume& inner, const LevelSpec& level) {
     if (mistake.creates_missing && level.mode == OpenMode::kRead &&
         !level.directory.contains(level.name))
@@ -104,7 +104,7 @@ BackendRegistry::Entry broken(const char* name, const Mistake& mistake) {
 }
 
 /// The names of the promises that the backend breaks.
-std::vector<std::string> broken_promises(const BackendRegistry::Entry& entry) {
+std::vector<std::string> broken_promises(const RegisteredBackend& entry) {
   std::vector<std::string> names;
   const conformance::Subject subject{"broken", entry};
   for (const conformance::Promise& promise : conformance::promises())
@@ -153,7 +153,7 @@ TEST_CASE("Conformance_BackendWithOneMistake_NamesThePromiseThatItBreaks") {
 }
 
 TEST_CASE("Conformance_EntryThatSaysOtherwise_BreaksEntryAgrees") {
-  BackendRegistry::Entry entry = default_backends().find("pread");
+  RegisteredBackend entry = default_backends().find("pread");
   entry.traits.overwrites_in_place = false;
   CHECK(has(broken_promises(entry), "entry-agrees"));
   entry = default_backends().find("memory");
@@ -162,7 +162,7 @@ TEST_CASE("Conformance_EntryThatSaysOtherwise_BreaksEntryAgrees") {
 }
 
 TEST_CASE("Conformance_BackendThatThrowsAnything_IsAFinding") {
-  BackendRegistry::Entry entry = default_backends().find("pread");
+  RegisteredBackend entry = default_backends().find("pread");
   entry.open = [](const VolumeSpec&) -> std::unique_ptr<Volume> { throw 7; };
   CHECK(broken_promises(entry).size() > 15);
 }

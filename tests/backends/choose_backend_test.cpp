@@ -1,10 +1,11 @@
-#include "plait/backends/choose_backend.h"
+#include "choose_backend.h"
 
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "plait/registry.h"
+#include "plait/store.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -17,18 +18,22 @@ constexpr std::uint64_t kLarge = kAvailable / kLargeStoreDivisor + 1;
 BackendRegistry registry_with_uring(bool allowed) {
   BackendRegistry registry;
   registry.add(default_backends().find("pread"));
-  BackendRegistry::Entry uring = default_backends().find("uring");
-  uring.validate = [allowed](std::string_view) {
+  RegisteredBackend uring = default_backends().find("uring");
+  uring.check_machine = [allowed] {
     if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
   };
   registry.add(uring);
   return registry;
 }
 
+NewStore large_store(const std::filesystem::path& path) {
+  return {.path = path, .level_bytes = kLarge, .available_bytes = kAvailable};
+}
+
 }  // namespace
 
 TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
-  const BackendFacts large{kLarge, kAvailable, StoreMedium::kDisk, "", ""};
+  const BackendFacts large{kLarge, kAvailable, StoreMedium::kDisk, "", "", false, false};
   struct Row {
     const char* what;
     BackendFacts facts;
@@ -42,9 +47,10 @@ TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
   };
   const Row rows[] = {
       {"large on a disk", large, "uring", "goes past the page cache"},
-      {"small on a disk", with([](BackendFacts& facts) { facts.raw_bytes = kLarge - 1; }), "pread",
-       "the page cache keeps it"},
-      {"an empty store", with([](BackendFacts& facts) { facts.raw_bytes = 0; }), "pread", "small"},
+      {"small on a disk", with([](BackendFacts& facts) { facts.level_bytes = kLarge - 1; }),
+       "pread", "the page cache keeps it"},
+      {"an empty store", with([](BackendFacts& facts) { facts.level_bytes = 0; }), "pread",
+       "small"},
       {"in memory", with([](BackendFacts& facts) { facts.medium = StoreMedium::kMemory; }), "pread",
        "keeps files in memory"},
       {"a network", with([](BackendFacts& facts) { facts.medium = StoreMedium::kNetwork; }),
@@ -64,14 +70,19 @@ TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
     CHECK(choice.name == row.backend);
     CHECK_THAT(choice.reason, Catch::Contains(row.because) && Catch::Contains("of levels"));
   }
+  BackendFacts with_pipelines = large, without_path = large;
+  with_pipelines.has_pipelines = without_path.in_memory = true;
+  CHECK(choose_backend(with_pipelines).name == "compressed");
+  CHECK(choose_backend(without_path).name == "memory");
   // Nothing is known: pread.
   CHECK(choose_backend(BackendFacts{}).name == "pread");
 }
 
 TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
   const TemporaryDirectory here;
-  const BackendChoice choice =
-      choose_backend(registry_with_uring(true), here.path() / "s.plait", kLarge - 1, kAvailable);
+  const BackendChoice choice = choose_backend(
+      registry_with_uring(true),
+      {.path = here.path() / "s.plait", .level_bytes = kLarge - 1, .available_bytes = kAvailable});
   CHECK(choice.name == "pread");
   CHECK_THAT(choice.reason, Catch::Contains("small") && Catch::Contains("512 MiB of levels") &&
                                 Catch::Contains("8192 MiB of memory"));
@@ -80,11 +91,10 @@ TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
 TEST_CASE("ChooseBackend_LargeStoreOnADisk_IsUringUnlessTheKernelRefuses") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
-  const BackendChoice refused =
-      choose_backend(registry_with_uring(false), path, kLarge, kAvailable);
+  const BackendChoice refused = choose_backend(registry_with_uring(false), large_store(path));
   CHECK(refused.name == "pread");
   CHECK_THAT(refused.reason, Catch::Contains("the kernel refuses io_uring"));
-  const BackendChoice choice = choose_backend(registry_with_uring(true), path, kLarge, kAvailable);
+  const BackendChoice choice = choose_backend(registry_with_uring(true), large_store(path));
   // Temporary files may be in memory here.
   if (choice.name == "pread")
     CHECK_THAT(choice.reason, Catch::Contains("file system"));
@@ -94,14 +104,34 @@ TEST_CASE("ChooseBackend_LargeStoreOnADisk_IsUringUnlessTheKernelRefuses") {
 }
 
 TEST_CASE("ChooseBackend_WhereItCannotBeHad_IsPreadAndSaysWhy") {
-  CHECK_THAT(
-      choose_backend(registry_with_uring(true), "/dev/shm/s.plait", kLarge, kAvailable).reason,
-      Catch::Contains("keeps files in memory"));
-  CHECK(choose_backend(registry_with_uring(true), "/no/such/s.plait", kLarge, kAvailable).name ==
-        "pread");
+  CHECK_THAT(choose_backend(registry_with_uring(true), large_store("/dev/shm/s.plait")).reason,
+             Catch::Contains("keeps files in memory"));
+  CHECK(choose_backend(registry_with_uring(true), large_store("/no/such/s.plait")).name == "pread");
   BackendRegistry without;
   without.add(default_backends().find("pread"));
-  CHECK(choose_backend(without, "s.plait", kLarge, kAvailable).name == "pread");
+  CHECK(choose_backend(without, large_store("s.plait")).name == "pread");
+}
+
+TEST_CASE("StoreOptions_WithoutABackend_GetTheChoiceOfTheRegistry") {
+  const TemporaryDirectory here;
+  const auto backend_of = [](const std::filesystem::path& path, const StoreOptions& options,
+                             const BackendRegistry& backends) {
+    return Store::create(path, BaseMesh::build(tetrahedron()), options, backends).options().backend;
+  };
+  CHECK(backend_of(here.path() / "a", {}, default_backends()) == "pread");
+  CHECK(backend_of({}, {}, default_backends()) == "memory");
+  CHECK(backend_of(here.path() / "b", {.pipeline = "shuffle,zstd:1"}, default_backends()) ==
+        "compressed");
+  BackendRegistry asked = default_backends();
+  std::uint64_t bytes = 0;
+  asked.set_chooser([&](const BackendRegistry&, const NewStore& store) -> BackendChoice {
+    bytes = store.level_bytes;
+    return {"mmap", "the test says so"};
+  });
+  CHECK(backend_of(here.path() / "c", {.expected_bytes = 77}, asked) == "mmap");
+  CHECK(bytes == 77);
+  asked.set_chooser({});
+  CHECK_THROWS_WITH(backend_of(here.path() / "d", {}, asked), Catch::Contains("auto"));
 }
 
 }  // namespace plait::test

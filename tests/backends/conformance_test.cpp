@@ -1,13 +1,12 @@
 // The suite over the built-in backends: compressed with each codec and filter, every backend under
-// a wrapper that must not be noticed, and those that overwrite in place under the rollback journal.
+// a wrapper that must not be noticed.
 #include <array>
 #include <catch2/catch.hpp>
 
 #include "conformance/suite.h"
 #include "durability/faults.h"
-#include "plait/backends/registry.h"
+#include "plait/registry.h"
 #include "support/counting_backend.h"
-#include "support/journaled_volume.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {
@@ -17,7 +16,7 @@ using Subjects = std::vector<conformance::Subject>;
 
 void add_backends(Subjects& result, const BackendRegistry& registry, const std::string& suffix) {
   for (const std::string& name : usable_backends()) {
-    const BackendRegistry::Entry& entry = registry.find(name);
+    const RegisteredBackend& entry = registry.find(name);
     if (!entry.traits.compressed) {
       result.push_back({name + suffix, entry});
       continue;
@@ -25,7 +24,12 @@ void add_backends(Subjects& result, const BackendRegistry& registry, const std::
     for (const char* codec : {"none", "lz4", "bitpack", "zstd", "zstd:-5", "zstd:9"})
       for (const char* filter : {"none", "shuffle"}) {
         const std::string pipeline = std::string(filter) + ',' + codec;
-        result.push_back({name + ' ' + pipeline + suffix, entry, pipeline});
+        conformance::Subject subject{name + ' ' + pipeline + suffix, entry, pipeline};
+        subject.make_codec = [codec = subject.pipeline.codec] {
+          return default_pipelines().make_codec(codec);
+        };
+        subject.codec_blocks = 300;
+        result.push_back(std::move(subject));
       }
   }
 }
@@ -35,9 +39,6 @@ Subjects backends_under_test() {
   Subjects result;
   add_backends(result, default_backends(), "");
   add_backends(result, counting_registry(default_backends(), counts), " (counted)");
-  for (const std::string& name : usable_backends())
-    if (const auto& entry = default_backends().find(name); entry.traits.overwrites_in_place)
-      result.push_back({name + " (journaled)", journaled(entry)});
   return result;
 }
 

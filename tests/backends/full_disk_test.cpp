@@ -7,8 +7,8 @@
 #include <catch2/catch.hpp>
 
 #include "backends/conformance.h"
-#include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "plait/registry.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {

@@ -1,4 +1,4 @@
-// The pager under eight threads in five sessions, over every backend and over the journal: pins of
+// The pager under eight threads in five sessions, over every backend: pins of
 // one block and of several, updates, overwrites, prefetches, abandoned blocks and transfers that
 // fail, at random, with room for all and without. Worth most under the thread sanitizer.
 #include <algorithm>
@@ -15,9 +15,8 @@
 
 #include "durability/faults.h"
 #include "plait/error.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 #include "support/counting_backend.h"
-#include "support/journaled_volume.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
 #include "support/usable_backends.h"
@@ -67,8 +66,7 @@ enum class Policies : std::uint8_t { kLayoutOrder, kClock, kBoth };
 class Stress {
  public:
   /// `frames`: all threads together hold at most 24 at once.
-  Stress(const BackendRegistry::Entry& entry, Policies policies, int io_threads,
-         std::uint64_t frames)
+  Stress(const RegisteredBackend& entry, Policies policies, int io_threads, std::uint64_t frames)
       : entry_(entry), pager_(frames * kStressBlockBytes, io_threads), tight_(frames < 24) {
     for (std::size_t i = 0; i < sessions_.size(); ++i) {
       const bool window =
@@ -100,7 +98,7 @@ class Stress {
     file_.backend.reset();
     volume_ = wrapped_volume(entry_.open, [this](Volume& inner, const LevelSpec& level) {
       return std::make_unique<UnreliableBackend>(inner.open_level(level), faults_);
-    })({"", 8 * kStressBlockBytes, 2});
+    })({8 * kStressBlockBytes, 2});
     file_.traits = entry_.traits;
     file_.writable = mode != OpenMode::kRead;
     const AttributeSchema schema{"bytes", ComponentType::kUint8, 1};
@@ -249,7 +247,7 @@ class Stress {
     std::mt19937 random_;
   };
 
-  const BackendRegistry::Entry entry_;
+  const RegisteredBackend entry_;
   TemporaryDirectory place_{Medium::kMemory};
   Directory directory_;
   Faults faults_;
@@ -262,13 +260,11 @@ class Stress {
   std::array<unsigned char, kBlocks> expected_{};
 };
 
-std::vector<std::pair<std::string, BackendRegistry::Entry>> subjects() {
-  std::vector<std::pair<std::string, BackendRegistry::Entry>> result;
+std::vector<std::pair<std::string, RegisteredBackend>> subjects() {
+  std::vector<std::pair<std::string, RegisteredBackend>> result;
   for (const std::string& name : usable_backends()) {
-    const BackendRegistry::Entry& entry = default_backends().find(name);
+    const RegisteredBackend& entry = default_backends().find(name);
     result.emplace_back(name, entry);
-    if (entry.traits.overwrites_in_place)
-      result.emplace_back(name + " (journaled)", journaled(entry));
   }
   return result;
 }
@@ -289,7 +285,7 @@ void for_each_case(Check check) {
 }  // namespace
 
 TEST_CASE("PagerStress_EightThreads_ServeWhatWasStored") {
-  for_each_case([](Stress& stress, const BackendRegistry::Entry& entry) {
+  for_each_case([](Stress& stress, const RegisteredBackend& entry) {
     stress.run(true);
     CHECK(stress.wrong == 0);
     stress.pager().flush();
@@ -305,7 +301,7 @@ TEST_CASE("PagerStress_EightThreads_ServeWhatWasStored") {
 }
 
 TEST_CASE("PagerStress_ReadsThatFail_FailTheirPinsAndNoOthers") {
-  for_each_case([](Stress& stress, const BackendRegistry::Entry& entry) {
+  for_each_case([](Stress& stress, const RegisteredBackend& entry) {
     stress.faults().reads = true;
     stress.run(true);
     stress.faults().reads = false;
@@ -319,7 +315,7 @@ TEST_CASE("PagerStress_ReadsThatFail_FailTheirPinsAndNoOthers") {
 }
 
 TEST_CASE("PagerStress_WritesThatFail_LoseNothingThatIsInMemory") {
-  for_each_case([](Stress& stress, const BackendRegistry::Entry&) {
+  for_each_case([](Stress& stress, const RegisteredBackend&) {
     stress.faults().writes = true;
     stress.run(true);
     CHECK(stress.wrong == 0);

@@ -1,16 +1,18 @@
 // The C interface and the C++ interface read the same bytes from one store.
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "io/file_operations.h"
 #include "plait.h"
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -25,12 +27,11 @@ constexpr int kLevel = 4;
 /// The same store, made by C++ and by C.
 void make_by_cpp(const std::filesystem::path& path, const IndexedMesh& mesh, int base_level) {
   BaseMesh base = BaseMesh::build(mesh);
-  if (base_level > 0) base = rebase(base, base_level, kDefaultScheme);
+  if (base_level > 0) base = rebase(base, base_level, Scheme());
   StoreOptions options;
-  options.base_level = base_level;
   options.block_bytes = 4096;
-  Store store =
-      Store::create(path, lay_out(base, LayoutKind::kAutomatic), options, default_backends());
+  Store store = Store::create(path, lay_out(base, LayoutKind::kAutomatic), options,
+                              default_backends(), {.base_level = base_level});
   add_base_positions(store);
   subdivide(store, {.levels = kLevel, .normals = true, .limit = true});
   store.commit();
@@ -103,7 +104,7 @@ TEST_CASE("CInterface_StoreMadeByC_IsTheStoreMadeByCpp") {
   REQUIRE(plait_store_get_info(c, &info) == PLAIT_OK);
   CHECK(info.path == (directory.path() / "c").native());
   CHECK(info.backend == cpp.options().backend);
-  CHECK(info.layout == cpp.options().layout);
+  CHECK(info.layout == cpp.provenance().layout);
   CHECK(info.scheme == std::string("loop"));
   CHECK(info.limit == 1);
   CHECK(info.sequence == cpp.sequence());
@@ -114,6 +115,34 @@ TEST_CASE("CInterface_StoreMadeByC_IsTheStoreMadeByCpp") {
   CHECK(info.base_level == base_level);
   CHECK(info.finest_level == kLevel);
   CHECK(plait_store_close(c) == PLAIT_OK);
+}
+
+TEST_CASE("CInterface_StoreOpenedWithoutDurability_SyncsNothing") {
+  class Syncs final : public FileOperationHook {
+   public:
+    Syncs() { set_file_operation_hook(this); }
+    ~Syncs() { set_file_operation_hook(nullptr); }
+    Verdict before(const FileOperation& operation) noexcept override {
+      count += operation.kind == FileOperation::Kind::kSync ? 1 : 0;
+      return {};
+    }
+    void after(const FileOperation&) noexcept override {}
+    std::atomic<int> count = 0;
+  };
+  const TemporaryDirectory directory;
+  make_by_cpp(directory.path() / "s", sheet(4, 3), 0);
+  for (const bool durable : {false, true}) {
+    const Syncs syncs;
+    plait_open_options options = PLAIT_OPEN_OPTIONS_INIT;
+    options.writable = 1;
+    options.durability = durable ? PLAIT_DURABILITY_COMMIT : PLAIT_DURABILITY_NONE;
+    plait_store* store = nullptr;
+    REQUIRE(plait_store_open((directory.path() / "s").c_str(), &options, &store) == PLAIT_OK);
+    REQUIRE(plait_store_add_attribute(store, durable ? "b" : "a", PLAIT_FLOAT32, 1, 0) == PLAIT_OK);
+    REQUIRE(plait_store_commit(store) == PLAIT_OK);
+    REQUIRE(plait_store_close(store) == PLAIT_OK);
+    CHECK((syncs.count > 0) == durable);
+  }
 }
 
 TEST_CASE("CInterface_PatchesAndVertices_AreThoseOfTheCppReader") {
@@ -180,4 +209,47 @@ TEST_CASE("CInterface_SeveralThreads_ReadOneReaderAndKeepTheirOwnMessages") {
   CHECK(wrong == 0);
   plait_reader_close(reader);
   CHECK(plait_store_close(store) == PLAIT_OK);
+}
+
+TEST_CASE("CInterface_PatchesWrittenByC_AreReadByCpp") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  const std::filesystem::path path = directory.path() / "s.plait";
+  make_by_c(path, octahedron(), 0);
+  plait_open_options open = PLAIT_OPEN_OPTIONS_INIT;
+  open.writable = 1;
+  plait_store* store = nullptr;
+  REQUIRE(plait_store_open(path.c_str(), &open, &store) == PLAIT_OK);
+  REQUIRE(plait_store_add_attribute(store, "age", PLAIT_UINT32, 1, 2) == PLAIT_OK);
+  plait_patch_writer_options options = PLAIT_PATCH_WRITER_OPTIONS_INIT;
+  const char* const names[] = {"age"};
+  options.attributes = names;
+  options.attribute_count = 1;
+  options.compare = 1;
+  plait_patch_writer* writer = nullptr;
+  REQUIRE(plait_patch_writer_open(store, &options, &writer) == PLAIT_OK);
+  const std::vector<std::uint32_t> records(15, 21), others(15, 22);
+  const auto write = [&](FaceId face, const std::vector<std::uint32_t>& from, int level) {
+    return plait_patch_writer_write_patch(writer, "age", face, level, from.data(),
+                                          from.size() * sizeof(from[0]));
+  };
+  for (FaceId face = 0; face < 8; ++face) {
+    CHECK(plait_patch_writer_finish(writer) == PLAIT_ERROR_BAD_STATE);
+    if (face > 0) CHECK(write(face, others, 2) == PLAIT_ERROR_INVALID_ARGUMENT);
+    CHECK(write(face, records, 2) == PLAIT_OK);
+  }
+  CHECK(plait_patch_writer_write_level(writer, "age", 3, 1, records.data(), 24) == PLAIT_OK);
+  CHECK(write(0, records, 3) == PLAIT_ERROR_INVALID_ARGUMENT);
+  CHECK(plait_store_commit(store) == PLAIT_ERROR_BAD_STATE);
+  CHECK(plait_patch_writer_finish(writer) == PLAIT_OK);
+  plait_paging_statistics statistics = PLAIT_PAGING_STATISTICS_INIT;
+  CHECK(plait_patch_writer_get_statistics(writer, &statistics) == PLAIT_OK);
+  CHECK(statistics.blocks_read == 0);
+  plait_patch_writer_close(writer);
+  plait_patch_writer_close(nullptr);
+  REQUIRE(plait_store_commit(store) == PLAIT_OK);
+  REQUIRE(plait_store_close(store) == PLAIT_OK);
+  const Store read = Store::open(path, {}, default_backends());
+  const Reader reader(read, {.attributes = {"age"}});
+  for (FaceId face = 0; face < 8; ++face)
+    CHECK(reader.read_patch(face, 2).attribute<std::uint32_t>("age").at(1, 2) == 21);
 }

@@ -70,7 +70,7 @@ static void test_struct_sizes(void) {
   opening.struct_size = 0;
   CHECK_ERROR(plait_store_open(store_path, &opening, &store), PLAIT_ERROR_INVALID_ARGUMENT,
               "'struct_size'");
-  opening.struct_size = sizeof(opening) - 1;
+  opening.struct_size = offsetof(plait_open_options, event) - 1; /* of the first version */
   CHECK_ERROR(plait_store_open(store_path, &opening, &store), PLAIT_ERROR_INVALID_ARGUMENT,
               "'struct_size'");
   /* A later version of the structure, whose additional member is 0 or not. */
@@ -88,12 +88,11 @@ static void test_struct_sizes(void) {
   info.struct_size = 8;
   CHECK_ERROR(plait_store_get_info(store, &info), PLAIT_ERROR_INVALID_ARGUMENT, "PLAIT_..._INIT");
   CHECK(info.face_count == 0);
-  plait_store_options options = PLAIT_STORE_OPTIONS_INIT;
+  plait_open_options options = PLAIT_OPEN_OPTIONS_INIT;
   options.reserved = 1;
   plait_store* other = NULL;
-  CHECK_ERROR(
-      plait_store_create("", tetrahedron_positions, 4, tetrahedron_triangles, 4, &options, &other),
-      PLAIT_ERROR_INVALID_ARGUMENT, "'reserved'");
+  CHECK_ERROR(plait_store_open("none", &options, &other), PLAIT_ERROR_INVALID_ARGUMENT,
+              "'reserved'");
   CHECK_OK(plait_store_close(store));
 }
 
@@ -116,6 +115,7 @@ static void test_arguments(void) {
   CHECK_ERROR(plait_store_add_attribute(store, "a", 11, 1, 0), refused, "type");
   CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 0, 0), refused, "components");
   CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 1, 21), refused, "0 to 20");
+  CHECK_ERROR(plait_store_add_attribute(store, "a", PLAIT_FLOAT32, 1, -1), refused, "0 to 20");
   CHECK_ERROR(plait_store_apply(store, "position", 3, 0, NULL, NULL), refused, "0 to 2, found 3");
   plait_attribute_info info = PLAIT_ATTRIBUTE_INFO_INIT;
   CHECK_ERROR(plait_store_get_attribute(store, 1, &info), PLAIT_ERROR_NOT_FOUND, "below 1");
@@ -136,11 +136,25 @@ static void test_arguments(void) {
   CHECK_ERROR(plait_view_copy(view, "position", few, sizeof(few)), refused, "15 records");
   CHECK_ERROR(plait_reader_read_vertices(reader, "position", 1, 0, 2, few, sizeof(few)), refused,
               "2 records of 12 bytes");
+  float many[9];
+  CHECK_ERROR(plait_reader_read_vertices(reader, "position", 1, 0, 2, many, sizeof(many)), refused,
+              "2 records of 12 bytes, found 36");
+  CHECK_ERROR(plait_reader_read_vertices(reader, "position", 1, 0, 2, many, 25), refused,
+              "2 records of 12 bytes, found 25");
+  CHECK_OK(plait_reader_read_vertices(reader, "position", 1, 0, 2, many, 24));
   CHECK_ERROR(plait_reader_read_vertices(reader, "position", 1, 6, 1, few, sizeof(few)), refused,
               "below 6");
-  uint32_t index = 0;
+  uint32_t indices[48];
   uint64_t count = 0;
-  CHECK_ERROR(plait_reader_patch_indices(reader, 2, &index, 1, &count), refused, "16 triangles");
+  CHECK_ERROR(plait_reader_patch_indices(reader, 2, indices, 15, &count), refused, "16 triangles");
+  CHECK_OK(plait_reader_patch_indices(reader, 2, indices, 16, &count));
+  CHECK(count == 16);
+  const double low[3] = {-9, -9, -9};
+  const double high[3] = {9, 9, 9};
+  CHECK_ERROR(plait_reader_faces_in_box(reader, NULL, low, high, indices, 3, &count), refused,
+              "4 faces, found 3");
+  CHECK_OK(plait_reader_faces_in_box(reader, NULL, low, high, indices, 4, &count));
+  CHECK(count == 4);
   plait_view_release(view);
   plait_reader_close(reader);
   CHECK_OK(plait_store_close(store));
@@ -155,11 +169,11 @@ static void test_views_hold_the_store(void) {
   CHECK_OK(plait_reader_read_patch(reader, 0, 2, &view));
   CHECK_OK(plait_reader_view_count(reader, &views));
   CHECK(views == 1);
-  CHECK_ERROR(plait_store_close(store), PLAIT_ERROR_BUSY, "1 and 1 open views");
+  CHECK_ERROR(plait_store_close(store), PLAIT_ERROR_BUSY, "1 reader and 1 open view:");
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BUSY, "reader");
   CHECK_ERROR(plait_store_add_level(store, "position"), PLAIT_ERROR_BUSY, "reader");
   plait_reader_close(reader);
-  CHECK_ERROR(plait_store_close(store), PLAIT_ERROR_BUSY, "0 and 1 open views");
+  CHECK_ERROR(plait_store_close(store), PLAIT_ERROR_BUSY, "0 readers and 1 open view:");
   plait_view_release(view);
   CHECK_OK(plait_store_close(store));
 
@@ -189,6 +203,7 @@ static void test_cancel(void) {
   plait_subdivide_options options = PLAIT_SUBDIVIDE_OPTIONS_INIT;
   int calls = 0;
   options.levels = 6;
+  options.executor = "sweep";
   options.progress = cancel_third;
   options.user = &calls;
   CHECK_ERROR(plait_store_subdivide(store, &options), PLAIT_ERROR_CANCELLED, "cancelled");
@@ -199,6 +214,75 @@ static void test_cancel(void) {
   CHECK_ERROR(plait_store_apply(store, "position", 2, PLAIT_ACCESS_UPDATE, refuse_records, NULL),
               PLAIT_ERROR_CANCELLED, "callback");
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "position");
+  CHECK_OK(plait_store_close(store));
+}
+
+/* Calls that would take the ground of the work that calls back. */
+static void call_back(plait_store* store) {
+  const plait_status refused = PLAIT_ERROR_BAD_STATE;
+  plait_store_info info = PLAIT_STORE_INFO_INIT;
+  CHECK_ERROR(plait_store_close(store), refused, "under way");
+  CHECK_ERROR(plait_store_commit(store), refused, "under way");
+  CHECK_ERROR(plait_store_roll_back(store), refused, "under way");
+  CHECK_ERROR(plait_store_remove_attribute(store, "position"), refused, "under way");
+  CHECK_ERROR(plait_store_add_level(store, "position"), refused, "under way");
+  CHECK_OK(plait_store_get_info(store, &info));
+}
+
+static int call_back_with_progress(const char* phase, uint64_t done, uint64_t total, void* user) {
+  (void)phase, (void)done, (void)total;
+  call_back((plait_store*)user);
+  return 1;
+}
+
+static int call_back_with_records(void* records, uint64_t first, uint64_t count, void* user) {
+  (void)records, (void)first, (void)count;
+  call_back((plait_store*)user);
+  return 1;
+}
+
+static void test_calls_from_callbacks(void) {
+  plait_store* store = tetrahedron_store();
+  plait_subdivide_options options = PLAIT_SUBDIVIDE_OPTIONS_INIT;
+  options.levels = 3;
+  options.progress = call_back_with_progress;
+  options.user = store;
+  CHECK_OK(plait_store_subdivide(store, &options));
+  char digest[PLAIT_DIGEST_BYTES];
+  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, call_back_with_progress, store, digest));
+  CHECK_OK(plait_store_verify(store, call_back_with_progress, NULL, store, NULL));
+  for (int32_t level = 0; level <= 1; ++level)
+    CHECK_OK(plait_store_apply(store, "position", level, PLAIT_ACCESS_UPDATE,
+                               call_back_with_records, store));
+  CHECK_OK(plait_store_close(store));
+}
+
+static void test_roll_back(void) {
+  plait_store* store = subdivided_store();
+  char committed[PLAIT_DIGEST_BYTES], digest[PLAIT_DIGEST_BYTES];
+  CHECK_OK(plait_store_commit(store));
+  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, committed));
+  CHECK_ERROR(plait_store_apply(store, "position", 2, PLAIT_ACCESS_UPDATE, refuse_records, NULL),
+              PLAIT_ERROR_CANCELLED, "callback");
+  CHECK_ERROR(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, digest),
+              PLAIT_ERROR_BAD_STATE, "level 2 of 'position'");
+  CHECK_OK(plait_store_roll_back(store));
+  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, digest));
+  CHECK(strcmp(committed, digest) == 0);
+  CHECK_ERROR(plait_store_roll_back(NULL), PLAIT_ERROR_INVALID_ARGUMENT, "'store'");
+  CHECK_OK(plait_store_close(store));
+}
+
+static void test_flags(void) {
+  const plait_status refused = PLAIT_ERROR_INVALID_ARGUMENT;
+  plait_store* store = NULL;
+  plait_open_options options = PLAIT_OPEN_OPTIONS_INIT;
+  options.writable = 7;
+  CHECK_ERROR(plait_store_open(store_path, &options, &store), refused, "writable");
+  store = tetrahedron_store();
+  plait_subdivide_options work = PLAIT_SUBDIVIDE_OPTIONS_INIT;
+  work.normals = 7;
+  CHECK_ERROR(plait_store_subdivide(store, &work), refused, "normals");
   CHECK_OK(plait_store_close(store));
 }
 
@@ -232,6 +316,9 @@ int main(int count, char** arguments) {
   test_arguments();
   test_views_hold_the_store();
   test_cancel();
+  test_calls_from_callbacks();
+  test_roll_back();
+  test_flags();
   test_store_for_reading();
   return failures();
 }

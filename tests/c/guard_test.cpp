@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "plait.h"
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/provenance.h"
 #include "plait/options.h"
-#include "plait/provenance.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "sized.h"
 
 using namespace plait;
@@ -56,6 +56,17 @@ TEST_CASE("Guard_EachErrorCode_HasItsNumberAndItsName") {
   CHECK(plait_status_name(PLAIT_OK) == std::string("ok"));
   CHECK(plait_status_name(99) == std::string("unknown"));
   CHECK(to_string(static_cast<ErrorCode>(11)) == to_string(static_cast<ErrorCode>(200)));
+}
+
+TEST_CASE("Guard_ErrorAboutAFile_HasItsPathAndOffset") {
+  c::guarded("call", [] { throw Error(ErrorCode::kIo, "no reason").about("/x/y", 17); });
+  CHECK(plait_error_path() == std::string("/x/y"));
+  CHECK(plait_error_offset() == 17);
+  c::guarded("call", [] { throw Error(ErrorCode::kIo, "no reason").about("/x/z"); });
+  CHECK(plait_error_path() == std::string("/x/z"));
+  CHECK(plait_error_offset() == PLAIT_NO_OFFSET);
+  c::guarded("call", [] { throw std::bad_alloc(); });
+  CHECK(plait_error_path() == std::string());
 }
 
 TEST_CASE("Guard_OtherExceptions_BecomeCodesToo") {
@@ -117,8 +128,8 @@ TEST_CASE("BuildInfo_NamesEachBackendCodecAndFilter") {
 
 // A program of today may pass its structures to any later library, so their sizes stay as they are:
 // a new member is added at the end, and this number becomes the smallest size that is accepted.
-static_assert(sizeof(plait_store_options) == 96);
-static_assert(sizeof(plait_open_options) == 32);
+static_assert(sizeof(plait_store_options) == 120);
+static_assert(sizeof(plait_open_options) == 56);
 static_assert(sizeof(plait_store_info) == 160);
 static_assert(sizeof(plait_attribute_info) == 40);
 static_assert(sizeof(plait_paging_statistics) == 96);

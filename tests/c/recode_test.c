@@ -37,22 +37,6 @@ static void test_recoded_levels_keep_their_records(plait_store* store) {
   CHECK(before[0] != '\0' && strcmp(before, after) == 0);
 }
 
-/* Normals that are computed from the positions when they are read, and stored again. */
-static void test_derived_normals(plait_store* store) {
-  char before[PLAIT_DIGEST_BYTES] = "", after[PLAIT_DIGEST_BYTES] = "";
-  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, before));
-  CHECK_ERROR(plait_store_recode_attribute(store, "position", "derived"),
-              PLAIT_ERROR_INVALID_ARGUMENT, "position");
-  CHECK_OK(plait_store_recode_attribute(store, "normal", "derived"));
-  CHECK_OK(plait_store_commit(store));
-  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, after));
-  CHECK(before[0] != '\0' && strcmp(before, after) == 0);
-  CHECK_ERROR(plait_store_remove_attribute(store, "position"), PLAIT_ERROR_BAD_STATE,
-              "is computed from it");
-  CHECK_OK(plait_store_recode_attribute(store, "normal", "normals+shuffle,zstd:1"));
-  CHECK_OK(plait_store_commit(store));
-}
-
 /* The normals are encoded from the positions, so the positions stay as long as the normals. */
 static void test_removed_attributes(plait_store* store) {
   plait_attribute_info info = PLAIT_ATTRIBUTE_INFO_INIT;
@@ -70,7 +54,6 @@ int main(int count, char** words) {
   if (count != 2) return 2;
   plait_store* const store = compressed_store(words[1]);
   test_recoded_levels_keep_their_records(store);
-  test_derived_normals(store);
   test_removed_attributes(store);
   CHECK_OK(plait_store_close(store));
   return failures();

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "plait/backends/registry.h"
 #include "plait/bounds.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
 #include "plait/store.h"
 
 namespace page {

@@ -18,6 +18,7 @@
 
 #include "durability/faults.h"
 #include "durability/workload.h"
+#include "engine/store/sample_store.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -44,7 +45,7 @@ class ToldThroughAPipe final : public CommitObserver {
 /// Runs the workload in a process that is killed after `lifetime`, unless it ends before. The last
 /// it told (`waits`: for the disk, at every sync): 2 v for version v committed, one less for one on
 /// its way.
-std::uint64_t state_when_killed(const std::filesystem::path& store, const Setup& setup,
+std::uint64_t state_when_killed(const std::filesystem::path& store, const std::string& backend,
                                 std::chrono::microseconds lifetime, bool waits) {
   std::array<int, 2> pipe{};
   REQUIRE(::pipe(pipe.data()) == 0);
@@ -56,7 +57,7 @@ std::uint64_t state_when_killed(const std::filesystem::path& store, const Setup&
     try {
       std::optional<NoWaiting> no_waiting;
       if (!waits) no_waiting.emplace();
-      run_workload(store, setup, observer);
+      run_workload(store, backend, observer);
     } catch (...) {
       ::_exit(3);
     }
@@ -78,16 +79,16 @@ std::uint64_t state_when_killed(const std::filesystem::path& store, const Setup&
 
 TEST_CASE("Kill_AtAnyInstantOfARun_LeavesTheLastCommitOrTheOneInFlight") {
   std::mt19937_64 random(7);
-  for (const Setup& setup : setups_on_disk()) {
+  for (const std::string& backend : durable_backends()) {
     const TemporaryDirectory undisturbed;
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     std::uint64_t longest_us = 20000;
     for (int kill = 0; kill < kills(16); ++kill) {
       const TemporaryDirectory here;
       const std::uint64_t lifetime_us = random() % longest_us;
       const std::uint64_t state = state_when_killed(
-          here.path() / "s.plait", setup, std::chrono::microseconds(lifetime_us), kill % 4 == 0);
-      CAPTURE(setup.label(), kill, state, lifetime_us);
+          here.path() / "s.plait", backend, std::chrono::microseconds(lifetime_us), kill % 4 == 0);
+      CAPTURE(backend, kill, state, lifetime_us);
       const std::uint64_t version = version_found(here.path() / "s.plait", versions);
       CHECK((version == state / 2 || (state % 2 == 1 && version == state / 2 + 1)));
       // Until lifetimes cover the whole run, however fast the machine.

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 namespace plait::test {
 

@@ -10,7 +10,8 @@
 
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -32,8 +33,8 @@ class LastCommit final : public CommitObserver {
 };
 
 /// Runs with operation `failing` made to fail. False: there are not so many.
-bool try_run(const Setup& setup, std::uint64_t failing, int error, FailingOperations::From from,
-             const std::vector<Digest>& versions) {
+bool try_run(const std::string& backend, std::uint64_t failing, int error,
+             FailingOperations::From from, const std::vector<Digest>& versions) {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path store = here.path() / "s.plait";
   LastCommit last;
@@ -42,7 +43,7 @@ bool try_run(const Setup& setup, std::uint64_t failing, int error, FailingOperat
   {
     FailingOperations operations(here.path(), failing, error, from);
     try {
-      run_workload(store, setup, last);
+      run_workload(store, backend, last);
     } catch (const Error& caught) {
       reported = caught;
     }
@@ -52,7 +53,7 @@ bool try_run(const Setup& setup, std::uint64_t failing, int error, FailingOperat
     REQUIRE_FALSE(reported);
     return false;
   }
-  CAPTURE(setup.label(), failing, error, reported ? reported->what() : "nothing was reported");
+  CAPTURE(backend, failing, error, reported ? reported->what() : "nothing was reported");
   if (reported) {
     REQUIRE(reported->code() == (error == ENOSPC ? ErrorCode::kNoSpace : ErrorCode::kIo));
     REQUIRE(names(*reported, {here.path().string()}));
@@ -70,14 +71,14 @@ std::uint64_t stride(std::uint64_t short_run) { return std::getenv("PLAIT_LONG")
 }  // namespace
 
 TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
-  for (const Setup& setup : setups_on_disk()) {
+  for (const std::string& backend : durable_backends()) {
     const TemporaryDirectory undisturbed(Medium::kMemory);
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     std::uint64_t tried = 0;
     for (const int error : {EIO, ENOSPC})
       for (const auto from :
            {FailingOperations::From::kOne, FailingOperations::From::kAllFromThere})
-        for (std::uint64_t failing = tried % 7; try_run(setup, failing, error, from, versions);
+        for (std::uint64_t failing = tried % 7; try_run(backend, failing, error, from, versions);
              failing += stride(7))
           ++tried;
     CHECK(tried > 50);
@@ -85,13 +86,13 @@ TEST_CASE("Run_AnyOperationFails_IsReportedAndTheLastCommitIsThere") {
 }
 
 TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
-  for (const Setup& setup : setups_on_disk()) {
+  for (const std::string& backend : durable_backends()) {
     const TemporaryDirectory undisturbed(Medium::kMemory), here(Medium::kMemory);
-    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", setup);
+    const auto versions = digests_of_undisturbed_run(undisturbed.path() / "s.plait", backend);
     LastCommit last;
     {
       const ShortAndInterrupted operations(977);
-      run_workload(here.path() / "s.plait", setup, last);
+      run_workload(here.path() / "s.plait", backend, last);
       CHECK(operations.operations() > 500);
     }
     CHECK(version_found(here.path() / "s.plait", versions) == versions.size() - 1);
@@ -99,11 +100,11 @@ TEST_CASE("Run_EveryTransferShortAndEveryCallInterrupted_IsTheSame") {
 }
 
 TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
-  for (const Setup& setup : setups_on_disk()) {
-    CAPTURE(setup.label());
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
     const TemporaryDirectory here(Medium::kMemory);
     const std::filesystem::path path = here.path() / "s.plait";
-    Store store = create_store(path, setup);
+    Store store = create_store(path, backend);
     add_sample(store, sample_schemas()[0], 2);
     store.commit();
     change_blocks(store, 0, 2, 1);
@@ -126,15 +127,15 @@ TEST_CASE("Commit_AfterOneThatFailed_IsRefusedUntilReopenedAndReadingGoesOn") {
 /// The caller ignores that a commit failed and goes on changing blocks: none of it may reach what
 /// either version needs, whichever of them the disk has.
 TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
-  for (const Setup& setup : setups_on_disk()) {
+  for (const std::string& backend : durable_backends()) {
     for (std::uint64_t operation = 0;; ++operation) {
-      INFO(setup.label() << ", operation " << operation);
+      INFO(backend << ", operation " << operation);
       const TemporaryDirectory here(Medium::kMemory);
       const std::filesystem::path path = here.path() / "s.plait";
       Digest before, after;
       bool committed = true, reached = false;
       {
-        Store store = create_store(path, setup);
+        Store store = create_store(path, backend);
         add_sample(store, sample_schemas()[0], 2);
         store.commit();
         before = digest(store);
@@ -153,7 +154,7 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
         if (!reached) break;
         try {
           change_blocks(store, 0, 2, 1);
-          store.pager().flush();
+          StoreAccess::pager(store).flush();
           CHECK(committed);
         } catch (const Error& error) {
           CHECK_FALSE(committed);
@@ -168,12 +169,12 @@ TEST_CASE("Blocks_ChangedAfterACommitThatFailed_DoNotSpoilTheVersionOnDisk") {
 }
 
 TEST_CASE("Store_AfterACommitThatFailed_RefusesWritesAndCommitsUntilItIsReopened") {
-  for (const Setup& setup : setups_on_disk()) {
-    CAPTURE(setup.label());
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
     {
-      Store store = create_store(path, setup);
+      Store store = create_store(path, backend);
       add_sample(store, sample_schemas()[0], 2);
       store.commit();
       store.base_bytes(0)[0] ^= std::byte{1};
@@ -189,6 +190,7 @@ TEST_CASE("Store_AfterACommitThatFailed_RefusesWritesAndCommitsUntilItIsReopened
     }
     Store again = Store::open(path, {true}, default_backends());
     CHECK(holds_sample(again, 0));
+    again.base_bytes(0)[0] ^= std::byte{1};
     again.commit();
     CHECK(again.sequence() == 2);
   }
@@ -217,7 +219,7 @@ TEST_CASE("StoreOpen_ForWriting_MakesTheNewestSlotDurableBeforeAnythingGoes") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, Setup("pread"));
+    Store store = create_store(path, "pread");
     add_sample(store, sample_schemas()[0], 1);
     store.commit();
   }
@@ -233,7 +235,7 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   const TemporaryDirectory here(Medium::kMemory);
   const std::filesystem::path path = here.path() / "s.plait";
   {
-    Store store = create_store(path, Setup("mmap"));
+    Store store = create_store(path, "mmap");
     add_sample(store, sample_schemas()[0], 3);
     store.commit();
   }

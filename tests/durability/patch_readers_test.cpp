@@ -13,9 +13,10 @@
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
-#include "plait/budget.h"
+#include "plait/extend/budget.h"
+#include "plait/extend/store_access.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -34,9 +35,10 @@ void fill_patches(Store& store) {
   const Point point{value, value, value};
   std::ranges::fill(store.base_records<Point>(0), point);
   for (int level = 1; level <= kPatchLevels; ++level) {
-    LevelFile& file = store.level_file(0, level);
+    LevelFile& file = StoreAccess::level_file(store, 0, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = store.open_session().pin(file, block, Access::kOverwrite);
+      const PinnedBlock pinned =
+          StoreAccess::open_session(store).pin(file, block, Access::kOverwrite);
       auto* const points = reinterpret_cast<Point*>(pinned.bytes().data());
       std::fill(points, points + pinned.bytes().size() / sizeof(Point), point);
     }

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "durability/faults.h"
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 namespace plait::test {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "durability/power_cut.h"
-#include "plait/partial_output.h"
+#include "io/partial_output.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -42,7 +42,8 @@ std::string published_content_of(const PowerCut::Outcome& outcome, const fs::pat
 class OneFile {
  public:
   explicit OneFile(const fs::path& path)
-      : output_(path, "partial", [](const Directory& made) { made.remove("a"); }) {
+      : output_(path, "partial", MadeProof::kManifest,
+                [](const Directory& made) { made.remove("a"); }) {
     File file(output_.directory(), "a", OpenMode::kCreate);
     write_file(file, kNew);
     file.sync();

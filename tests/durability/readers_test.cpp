@@ -19,7 +19,8 @@
 #include "durability/faults.h"
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -47,9 +48,10 @@ void fill(Store& store) {
   const std::byte value = value_of(store.sequence() + 1);
   for (std::byte& byte : store.base_bytes(0)) byte = value;
   for (int level = 1; level <= store.finest_level(); ++level) {
-    LevelFile& file = store.level_file(0, level);
+    LevelFile& file = StoreAccess::level_file(store, 0, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)
-      std::ranges::fill(store.open_session().pin(file, block, Access::kOverwrite).bytes(), value);
+      std::ranges::fill(
+          StoreAccess::open_session(store).pin(file, block, Access::kOverwrite).bytes(), value);
   }
 }
 

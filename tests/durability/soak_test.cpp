@@ -17,7 +17,8 @@
 #include "durability/faults.h"
 #include "durability/workload.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -28,12 +29,9 @@ constexpr std::uint64_t kSoakBudgetBytes = 64 << 10;
 
 std::chrono::seconds duration() { return std::chrono::seconds(std::getenv("PLAIT_LONG") ? 75 : 1); }
 
-std::optional<Store> try_open(const std::filesystem::path& path, bool writable,
-                              Overwriting overwriting) {
-  OpenOptions options{writable, kSoakBudgetBytes};
-  options.overwriting = overwriting;
+std::optional<Store> try_open(const std::filesystem::path& path, bool writable) {
   try {
-    return Store::open(path, options, default_backends());
+    return Store::open(path, {writable, kSoakBudgetBytes}, default_backends());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBusy) throw;
     return {};
@@ -43,8 +41,8 @@ std::optional<Store> try_open(const std::filesystem::path& path, bool writable,
 void fill_soak(Store& store, std::byte value) {
   for (std::byte& byte : store.base_bytes(0)) byte = value;
   for (int level = 1; level <= kLevels; ++level) {
-    LevelFile& file = store.level_file(0, level);
-    Session session = store.open_session();
+    LevelFile& file = StoreAccess::level_file(store, 0, level);
+    Session session = StoreAccess::open_session(store);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
       const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
       std::ranges::fill(pinned.bytes(), value);
@@ -65,13 +63,13 @@ bool is_one_version(Store& store) {
 }  // namespace
 
 TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
-  for (const Setup& setup : setups_on_disk()) {
-    CAPTURE(setup.label());
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
     const NoWaiting no_waiting;
     const TemporaryDirectory here;
     const std::filesystem::path path = here.path() / "s.plait";
     {
-      Store store = create_store(path, setup);
+      Store store = create_store(path, backend);
       store.add_attribute({"value", ComponentType::kUint8, 12});
       for (int level = 0; level < kLevels; ++level) store.add_level(0);
       fill_soak(store, std::byte{1});
@@ -98,7 +96,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     threads.reserve(3);
     for (int reader = 0; reader < 2; ++reader)
       threads.push_back(whenever_possible([&] {
-        std::optional<Store> store = try_open(path, false, setup.overwriting);
+        std::optional<Store> store = try_open(path, false);
         if (!store) return;
         if (!is_one_version(*store)) ++mixtures;
         ++reads;
@@ -107,13 +105,13 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
       }));
     threads.push_back(whenever_possible([&] {
-      std::optional<Store> store = try_open(path, true, setup.overwriting);
+      std::optional<Store> store = try_open(path, true);
       if (!store) return;
       if (!is_one_version(*store)) ++mixtures;
       fill_soak(*store, static_cast<std::byte>(store->sequence() + 1));
       // What is not committed must be undone by whoever opens the store next.
       if (writes % 3 == 2) {
-        store->pager().flush();
+        StoreAccess::pager(*store).flush();
         ++given_up;
       } else {
         store->commit();

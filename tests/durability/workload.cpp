@@ -5,7 +5,8 @@
 
 #include "durability/faults.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
 #include "support/test_meshes.h"
 
@@ -53,10 +54,15 @@ const std::vector<void (*)(Store&)>& second_steps() {
         store.base_bytes(0)[5] ^= std::byte{1};
         store.replace_attribute(1, add_sample(store, {"other", ComponentType::kUint8, 5}, 2));
       },
-      [](Store&) {},
+      // Another version with the same blocks.
+      [](Store& store) { StoreAccess::set_provenance(store, store.provenance()); },
+      // Of the eight blocks, few at a time: in sparse files, which are taken together at last.
+      [](Store& store) { change_blocks(store, 0, 3, 5); },
+      [](Store& store) { change_blocks(store, 0, 3, 100); },
+      [](Store& store) { change_blocks(store, 0, 3, 3); },
       [](Store& store) {
         change_blocks(store, 0, 1, 1);
-        store.pager().flush();
+        StoreAccess::pager(store).flush();
         change_blocks(store, 0, 1, 1);
         change_blocks(store, 1, 2, 1);
       },
@@ -67,8 +73,8 @@ const std::vector<void (*)(Store&)>& second_steps() {
 }  // namespace
 
 void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t step) {
-  LevelFile& file = store.level_file(attribute, level);
-  Session session = store.open_session();
+  LevelFile& file = StoreAccess::level_file(store, attribute, level);
+  Session session = StoreAccess::open_session(store);
   for (std::uint64_t block = 0; block < file.geometry.block_count(); block += step) {
     const PinnedBlock pinned = session.pin(file, block, Access::kUpdate);
     for (std::byte& byte : pinned.bytes())
@@ -76,38 +82,37 @@ void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t
   }
 }
 
-Store create_store(const std::filesystem::path& path, const Setup& setup, Durability durability) {
-  StoreOptions options = sample_options(setup.backend);
-  options.overwriting = setup.overwriting;
+Store create_store(const std::filesystem::path& path, const std::string& backend,
+                   Durability durability) {
+  StoreOptions options = sample_options(backend);
   options.budget_bytes = kBudgetBytes;
   options.durability = durability;
   return Store::create(path, BaseMesh::build(torus_grid(8, 6)), options, default_backends());
 }
 
-void run_workload(const std::filesystem::path& path, const Setup& setup, CommitObserver& observer) {
+void run_workload(const std::filesystem::path& path, const std::string& backend,
+                  CommitObserver& observer) {
   {
-    Store store = create_store(path, setup);
+    Store store = create_store(path, backend);
     for (const auto step : first_steps()) {
       step(store);
       commit(store, observer);
     }
   }
-  OpenOptions options{true, kBudgetBytes};
-  options.overwriting = setup.overwriting;
-  Store store = Store::open(path, options, default_backends());
+  Store store = Store::open(path, {true, kBudgetBytes}, default_backends());
   for (const auto step : second_steps()) {
     step(store);
     commit(store, observer);
   }
   change_blocks(store, 0, 2, 1);
   append(store, 1, 3);
-  store.pager().flush();
+  StoreAccess::pager(store).flush();
 }
 
 std::vector<Digest> digests_of_undisturbed_run(const std::filesystem::path& path,
-                                               const Setup& setup) {
+                                               const std::string& backend) {
   std::vector<Digest> versions(1);
-  Store store = create_store(path, setup, Durability::kNone);
+  Store store = create_store(path, backend, Durability::kNone);
   for (const auto* steps : {&first_steps(), &second_steps()})
     for (const auto step : *steps) {
       step(store);
@@ -137,17 +142,6 @@ std::uint64_t version_found(const std::filesystem::path& path,
     }
   }
   return version;
-}
-
-std::vector<Setup> setups_on_disk() {
-  std::vector<Setup> setups;
-  for (const std::string& backend : durable_backends()) {
-    setups.emplace_back(backend);
-    // A writer of "mmap" writes as "pread" does.
-    if (default_backends().find(backend).traits.overwrites_in_place && backend != "mmap")
-      setups.emplace_back(backend, Overwriting::kInPlace);
-  }
-  return setups;
 }
 
 }  // namespace plait::test

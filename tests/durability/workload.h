@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "plait/digest.h"
@@ -22,30 +21,15 @@ class CommitObserver {
   ~CommitObserver() = default;
 };
 
-/// A backend, and what happens to blocks of a committed version.
-struct Setup {
-  Setup(const char* backend_name) : Setup(std::string(backend_name)) {}
-  Setup(std::string backend_name, Overwriting how = Overwriting::kNewGeneration)
-      : backend(std::move(backend_name)), overwriting(how) {}
-  bool in_place() const { return overwriting == Overwriting::kInPlace; }
-  std::string label() const { return backend + (in_place() ? " in place" : ""); }
-
-  std::string backend;
-  Overwriting overwriting;
-};
-
-/// Every backend that keeps levels on disk, as far as the machine has it; those that overwrite in
-/// place both ways.
-std::vector<Setup> setups_on_disk();
-
 /// A new store of the run's base mesh.
-Store create_store(const std::filesystem::path& store, const Setup& setup,
+Store create_store(const std::filesystem::path& store, const std::string& backend,
                    Durability durability = Durability::kCommit);
 
 /// Makes the store and takes it through levels appended, attributes added and replaced, blocks
 /// overwritten in place (all of a level, some of them, one twice), a reopening in between, and at
 /// last changes that are written and never committed. Frames are so few that blocks are evicted.
-void run_workload(const std::filesystem::path& store, const Setup& setup, CommitObserver& observer);
+void run_workload(const std::filesystem::path& store, const std::string& backend,
+                  CommitObserver& observer);
 
 /// Adds one to every byte of these blocks of a level in place: block 0, `step`, 2 `step`, ...
 void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t step);
@@ -53,7 +37,7 @@ void change_blocks(Store& store, AttributeId attribute, int level, std::uint64_t
 /// [version]: the digest of each version of a run that nothing disturbs, at `store`, which is left
 /// there. [0] stands for no store.
 std::vector<Digest> digests_of_undisturbed_run(const std::filesystem::path& store,
-                                               const Setup& setup);
+                                               const std::string& backend);
 
 /// The version among `versions` that the store holds when it is opened and read whole, all of it
 /// verified, once for reading and once for writing; 0 if there is none to open. Fails the test if

@@ -1,25 +1,36 @@
 // A file base.mesh with the right checksum. If the reader accepts it, the mesh is exactly the mesh
 // in the bytes.
-#include "store/base_mesh_file.h"
+//
+// Input: a byte, V and F of the description; then the file, or the content of its frame if the byte
+// is odd.
+#include "format/base_mesh_file.h"
 
+#include "format/checksum.h"
+#include "format/packed_mesh.h"
+#include "input_bytes.h"
 #include "mesh_target.h"
-#include "store/checksum.h"
 
 using namespace plait;
 using namespace plait::fuzz;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  constexpr std::size_t kHeaderBytes = 32;
-  const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
-  const File file(path_of(data, size), OpenMode::kRead);
-  accepts({ErrorCode::kCorruption}, [&] {
-    const BaseMesh mesh = read_base_mesh_file(file, {size, checksum_of(bytes)});
+  InputBytes input(data, size);
+  const bool is_content = input.take<std::uint8_t>() % 2 == 1;
+  const std::uint64_t vertices = input.take<std::uint32_t>(), faces = input.take<std::uint32_t>();
+  std::vector<std::byte> bytes(input.rest().begin(), input.rest().end());
+  if (is_content) bytes = base_mesh_file(vertices, faces, bytes);
+  const File file(path_of(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()),
+                  OpenMode::kRead);
+  accepts({ErrorCode::kCorruption, ErrorCode::kOutOfMemory}, [&] {
+    const BaseMesh mesh =
+        read_base_mesh_file(file, {bytes.size(), checksum_of(bytes)}, vertices, faces);
     check_base_mesh(mesh);
-    const auto positions = std::as_bytes(mesh.positions());
-    const auto faces = std::as_bytes(mesh.faces());
-    require(size == kHeaderBytes + positions.size() + faces.size());
-    require(std::ranges::equal(positions, bytes.subspan(kHeaderBytes, positions.size())));
-    require(std::ranges::equal(faces, bytes.last(faces.size())));
+    require(mesh.vertex_count() == vertices && mesh.face_count() == faces);
+    const auto again = unpack_mesh(pack_mesh(mesh), vertices, faces);
+    require(again.has_value());
+    require(std::ranges::equal(again->faces, mesh.faces()));
+    require(std::ranges::equal(std::as_bytes(std::span(again->positions)),
+                               std::as_bytes(mesh.positions())));
   });
   return 0;
 }

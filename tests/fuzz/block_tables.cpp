@@ -9,9 +9,9 @@
 #include <numeric>
 #include <vector>
 
+#include "format/version_file.h"
 #include "input_bytes.h"
 #include "oracle.h"
-#include "store/version_file.h"
 
 using namespace plait;
 using namespace plait::fuzz;
@@ -29,7 +29,13 @@ LevelGeometry take_level(InputBytes& input) {
                        record_bytes, block_bytes);
 }
 
+constexpr std::size_t kFiles = 3;
+
 bool is_usable(const BlockEntry& entry, std::uint64_t raw_bytes) {
+  if (entry.file >= kFiles) return false;
+  if (entry.file > 0 && entry.encoding != BlockEncoding::kRaw &&
+      entry.encoding != BlockEncoding::kEncoded)
+    return false;
   switch (static_cast<std::uint32_t>(entry.encoding)) {
     case 0:
       return entry.offset == 0 && entry.stored_bytes == 0 && entry.checksum == 0;
@@ -62,7 +68,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     BlockTablesReader reader(file, "version");
     std::vector<BlockEntry> all;
     for (const LevelGeometry& level : levels) {
-      const std::vector<BlockEntry> entries = reader.next_level(level);
+      const std::vector<BlockEntry> entries = reader.next_level(level, kFiles);
       require(entries.size() == level.block_count());
       for (std::size_t block = 0; block < entries.size(); ++block)
         require(is_usable(entries[block], level.block_bytes(block)));

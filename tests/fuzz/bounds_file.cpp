@@ -1,7 +1,7 @@
 // A file of bounds: the first byte is the number of faces of the store, the rest is the file. It is
 // read unchanged, and again with the right magic, length and checksum. If the reader accepts it,
 // the bounds are exactly those in the bytes; with another key there are none.
-#include "store/bounds_file.h"
+#include "format/bounds_file.h"
 
 #include <bit>
 #include <cmath>
@@ -10,11 +10,11 @@
 #include <fstream>
 #include <vector>
 
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
 #include "input_bytes.h"
 #include "oracle.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
 #include "support/temporary_directory.h"
 
 using namespace plait;

@@ -9,6 +9,7 @@
 #include "chosen.h"
 #include "compressed/block_coder.h"
 #include "input_bytes.h"
+#include "plait/registry.h"
 
 namespace plait::fuzz {
 
@@ -16,14 +17,16 @@ struct CodingInput {
   std::string pipeline;
   FilterLevel level;
 
-  Filters filters() const { return default_pipelines().make(pipeline, level).filters; }
-  std::unique_ptr<Codec> codec() const { return default_pipelines().make_codec(pipeline); }
+  Filters filters() const { return default_pipelines().open(pipeline, level).filters; }
+  std::unique_ptr<Codec> codec() const {
+    return default_pipelines().make_codec(Pipeline(pipeline).codec);
+  }
   BlockCoder coder(std::size_t most_bytes) const { return {codec(), most_bytes, 2, 0}; }
 };
 
 inline CodingInput take_coding(InputBytes& input) {
   constexpr std::array codecs = {"none", "lz4", "zstd", "zstd:-5", "zstd:1", "zstd:19", "bitpack"};
-  constexpr std::array filters = {"none", "shuffle", "bytedelta"};
+  constexpr std::array filters = {"none", "shuffle"};
   const std::string codec = codecs[take_choice(input, codecs)];
   const std::string filter = filters[input.take_below(filters.size())];
   constexpr std::array types = {ComponentType::kInt8, ComponentType::kInt16,

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "memory_file.h"
-#include "mesh/input.h"
-#include "mesh/zstd_frames.h"
+#include "mesh/files/input.h"
+#include "mesh/files/zstd_frames.h"
 #include "oracle.h"
 
 using namespace plait;

@@ -46,7 +46,7 @@ struct Shared {
     for (int level = 1; level <= SmallLevels::kFinest; ++level)
       accepts({ErrorCode::kNotSupported}, [&] {
         filters.push_back(std::move(default_pipelines()
-                                        .make(std::string(kFilters[filter]) + ",none",
+                                        .open(std::string(kFilters[filter]) + ",none",
                                               levels.filter_level(attribute, level))
                                         .filters.front()));
       });

@@ -2,7 +2,7 @@
 // level without a gap, at the offsets that 128-bit arithmetic gives.
 //
 // Input: edges, level, record bytes, block size, then border edges.
-#include "plait/level_geometry.h"
+#include "plait/extend/level_geometry.h"
 
 #include <algorithm>
 #include <cstdint>

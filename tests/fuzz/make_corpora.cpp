@@ -16,11 +16,14 @@
 #include <vector>
 
 #include "compressed/block_coder.h"
-#include "plait/level_geometry.h"
-#include "store/checksum.h"
-#include "store/manifest.h"
-#include "store/version_description.h"
-#include "store/version_file.h"
+#include "format/base_mesh_file.h"
+#include "format/checksum.h"
+#include "format/manifest.h"
+#include "format/packed_mesh.h"
+#include "format/version_description.h"
+#include "format/version_file.h"
+#include "plait/extend/level_geometry.h"
+#include "plait/registry.h"
 
 using namespace plait;
 
@@ -123,15 +126,12 @@ void seed_meshes() {
       "property float x\nproperty float y\nproperty float z\nelement face 8\n"
       "property list uchar int vertex_indices\nend_header\n";
   std::string obj = "# an octahedron\no shape\n", off = "OFF\n# an octahedron\n6 8 12\n";
-  std::string base_mesh = std::string("plaitmsh\1\0\0\0\0\0\0\0", 16) + number(std::uint64_t{6}) +
-                          number(std::uint64_t{8});
   for (const auto& p : kPoints) {
     char line[64];
     std::snprintf(line, sizeof line, "%g %g %g\n", p[0], p[1], p[2]);
     ply += line;
     off += line;
     obj += std::string("v ") + line;
-    for (const double x : p) base_mesh += number(x);
   }
   for (const auto& f : kFaces) {
     char line[64];
@@ -140,7 +140,6 @@ void seed_meshes() {
     off += line;
     std::snprintf(line, sizeof line, "f %u %u/1 %u//2\n", f[0] + 1, f[1] + 1, f[2] + 1);
     obj += line;
-    for (const std::uint32_t vertex : f) base_mesh += number(vertex);
   }
   seed("ply", "ascii", ply);
   seed("ply", "ascii_cr",
@@ -168,18 +167,6 @@ void seed_meshes() {
        "0 1 0 1 1 1 1\n4 0 1 2 3 0.5 0.5 0.5\n");
   seed("off", "no_keyword", "3 1 3 # counts\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   seed("off", "zstd", zstd(off));
-  seed("base_mesh_file", "octahedron", base_mesh);
-  std::string triangle = base_mesh.substr(0, 16) + number(std::uint64_t{3}) +
-                         number(std::uint64_t{1}) + base_mesh.substr(32, 72);
-  for (const std::uint32_t vertex : {0u, 1u, 2u}) triangle += number(vertex);
-  seed("base_mesh_file", "triangle", triangle);
-  triangle[triangle.size() - 4] = 1;
-  seed("base_mesh_file", "vertex_twice", triangle);
-  seed("base_mesh_file", "vertex_unused",
-       base_mesh.substr(0, 24) + number(std::uint64_t{4}) +
-           base_mesh.substr(32, base_mesh.size() - 32 - 48));
-  seed("base_mesh_file", "vertex_count_wraps",
-       base_mesh.substr(0, 16) + number((std::uint64_t{1} << 61) + 6) + base_mesh.substr(24));
 
   seed("compressed_input", "gzip", gzip(ply));
   seed("compressed_input", "gzip_names", gzip(off, true));
@@ -197,6 +184,29 @@ void seed_meshes() {
   // A window of 1 KiB, a raw block of two bytes, a repeated byte, the end.
   seed("compressed_input", "zstd_blocks",
        std::string("\x28\xb5\x2f\xfd\0\0\x10\0\0ab\x42\0\0c\1\0\0", 18));
+}
+
+void seed_base_meshes() {
+  IndexedMesh octahedron;
+  for (const auto& p : kPoints) octahedron.positions.push_back({p[0], p[1], p[2]});
+  for (const auto& f : kFaces) octahedron.faces.push_back({f[0], f[1], f[2]});
+  const BaseMesh mesh = BaseMesh::build(std::move(octahedron), "octahedron");
+  const std::vector<std::byte> content = pack_mesh(mesh);
+  const auto text = [](std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  };
+  const auto counts = [](bool is_content, std::uint32_t vertices, std::uint32_t faces) {
+    return number(static_cast<std::uint8_t>(is_content)) + number(vertices) + number(faces);
+  };
+  const std::string file = text(base_mesh_file(6, 8, content));
+  seed("base_mesh_file", "octahedron", counts(true, 6, 8) + text(content));
+  seed("base_mesh_file", "file", counts(false, 6, 8) + file);
+  seed("base_mesh_file", "many_vertices", counts(true, 0x80000000, 8) + text(content));
+  seed("base_mesh_file", "triangle",
+       counts(true, 3, 1) + std::string(72 + 12, '\0') +
+           std::string("\0\2\2\0\0\0\0\0\0\0\0\0", 12));
+  seed("base_mesh_file", "vertex_twice",
+       counts(true, 3, 1) + std::string(72 + 12, '\0') + std::string(12, '\0'));
 }
 
 void seed_manifests() {
@@ -224,12 +234,12 @@ void seed_descriptions() {
   version.backend = "pread";
   version.provenance.layout = "hilbert";
   seed("version_description", "no_attributes", file(version));
-  version.backend = "compressed:depth=8";
+  version.backend = "compressed";
   version.pipeline = "shuffle,zstd:19";
   version.provenance = {"loop", true, ComponentType::kFloat64, "hilbert", 1, "0.1.0"};
   version.next_attribute_number = 4;
-  const LevelRecord raw{"none", Representation::kValues, 3},
-      coded{"lz4", Representation::kValues, 7};
+  const LevelRecord raw{"none", Representation::kValues, {{3, 0}, {5, 10}, {7, 1}}},
+      coded{"lz4", Representation::kValues, {{7, 0}}};
   const auto add = [&](AttributeSchema schema, std::uint32_t number, const char* pipeline,
                        std::vector<LevelRecord> levels) {
     AttributeRecord& attribute = version.attributes.emplace_back();
@@ -298,8 +308,9 @@ void seed_codecs() {
       const std::string coding = {static_cast<char>(codec), static_cast<char>(filter), 2};
       const std::string name = "codec" + std::to_string(codec) + (filter == 0 ? "" : "_shuffle");
       const std::string pipeline = std::string(filter == 0 ? "none," : "shuffle,") + codecs[codec];
-      const Pipeline made = default_pipelines().make(pipeline, {});
-      BlockCoder coder(default_pipelines().make_codec(pipeline), smooth.size(), 2, 0);
+      const OpenPipeline made = default_pipelines().open(pipeline, {});
+      BlockCoder coder(default_pipelines().make_codec(Pipeline(pipeline).codec), smooth.size(), 2,
+                       0);
       const EncodedBlock encoded = coder.encode({made.filters}, bytes_of(smooth));
       seed("codec_decode", name.c_str(),
            coding + number(static_cast<std::uint16_t>(smooth.size())) + text_of(encoded.bytes));
@@ -345,12 +356,6 @@ void seed_numbers() {
     seed("number_text", ("word" + std::to_string(count++)).c_str(), word);
 }
 
-std::string journal_record(std::uint32_t level, std::uint64_t offset, const std::string& bytes) {
-  // The target enters the checksum.
-  return number(std::uint32_t{0}) + number(level) + number(std::uint64_t{0}) + number(offset) +
-         number(std::uint64_t{bytes.size()}) + number(std::uint64_t{0}) + bytes;
-}
-
 void seed_slot_filters() {
   std::string bytes;
   for (int i = 0; i < 1000; ++i)
@@ -360,8 +365,9 @@ void seed_slot_filters() {
     return number(filter) + number(type) + number(components) + number(level) +
            number(std::uint8_t{30}) + number(std::uint8_t{1}) + number(shapes) + bytes;
   };
-  const char* const names[] = {"lorenzo", "parallelogram", "shuffle", "bytedelta"};
-  for (std::uint8_t filter = 0; filter < 4; ++filter) {
+  const char* const names[] = {"columns", "shuffle",      "columns_shuffle",
+                               "lattice", "lattice_fine", "lattice_columns"};
+  for (std::uint8_t filter = 0; filter < 6; ++filter) {
     const std::string name = names[filter];
     seed("slot_filters", name.c_str(), seed_of(filter, 0, 2, 2, 0));
     seed("slot_filters", (name + "_float64").c_str(),
@@ -416,8 +422,8 @@ void seed_presets() {
 
 void seed_predicted_recipes() {
   const std::string made(24, '\xff'), absent(24, '\0');
-  const std::string encoded = number(BlockEntry{512, 100, BlockEncoding::kEncoded, 5}),
-                    wrong = number(BlockEntry{0, 0, BlockEncoding::kPredicted, 5});
+  const std::string encoded = number(BlockEntry{512, 100, BlockEncoding::kEncoded, 0, 5}),
+                    wrong = number(BlockEntry{0, 0, BlockEncoding::kPredicted, 0, 5});
   const auto file = [](std::uint8_t mesh, std::uint8_t attribute, std::uint8_t level,
                        const std::string& entries, const char* recipe) {
     return number(mesh) + number(attribute) + number(level) + '\0' + entries + recipe;
@@ -425,6 +431,11 @@ void seed_predicted_recipes() {
   seed("predicted_recipe", "position", file(0, 0, 3, made + absent, "loop/position/float32/4"));
   seed("predicted_recipe", "normal_float64_border",
        file(5, 1, 2, made + encoded, "midpoint/normal/float64/20"));
+  seed("predicted_recipe", "normals_of_positions",
+       file(0, 1, 3, made + wrong, "normals/position/4"));
+  seed("predicted_recipe", "normals_of_border_positions",
+       file(5, 1, 1, made + made, "normals/position/4"));
+  seed("predicted_recipe", "unknown_rule", file(0, 1, 3, made + wrong, "angles/position/4"));
   seed("predicted_recipe", "limit", file(2, 0, 1, wrong + made, "loop/limit/float32/3"));
   seed("predicted_recipe", "finer_than_the_recipe",
        file(1, 0, 3, made + made, "loop/position/float32/2"));
@@ -435,19 +446,6 @@ void seed_predicted_recipes() {
   seed("predicted_recipe", "no_recipe", file(1, 0, 0, made + wrong, "loop/position/float32"));
   seed("predicted_recipe", "many_levels",
        file(1, 1, 0, wrong + wrong, "loop/normal/float32/999999999999"));
-}
-
-void seed_journals() {
-  const std::string block(512, 'b');
-  const std::string whole = journal_record(1, 512, block);
-  seed("journal", "one_block", whole);
-  seed("journal", "two_blocks", whole + journal_record(1, 3584, block));
-  seed("journal", "torn", whole + whole.substr(0, 300));
-  seed("journal", "beyond_the_file", journal_record(1, 3585, block));
-  seed("journal", "far_beyond_the_file", journal_record(1, ~std::uint64_t{0} - 10, block));
-  seed("journal", "no_such_level", journal_record(1000, 0, block));
-  seed("journal", "no_such_file", journal_record(2, 0, block));
-  seed("journal", "empty_block", journal_record(1, 0, "") + whole);
 }
 
 void seed_bounds() {
@@ -476,6 +474,17 @@ void seed_bounds() {
   seed("bounds_file", "of_another_mesh", other_count);
 }
 
+void seed_pipelines() {
+  int count = 0;
+  for (const char* const text :
+       {"none", "zstd:-5", "shuffle+none,lz4", "x-delta:stride=3+shuffle,zstd:c=1,d=2",
+        "predicted+hierarchy:loop:step=2e-06+shuffle,zstd:9", "predicted:normals/position/4,lz4",
+        "shuffle,zstd:1;@1-3=lz4;@4=none;@6-=columns,bitpack", "lz4;@1=none;@2-3=none", "default",
+        "position=small", "@1-3=fast", "normal@6-=lattice:3,x-codec:a=1@2", "lz4;", "shuffle+,lz4",
+        "predicted+predicted,lz4", "lz4;@2=none;@1=none", "@3-1=lz4", "uv@1-3", "@1-3=lz4;@5=none"})
+    seed("pipelines", ("text" + std::to_string(count++)).c_str(), text);
+}
+
 }  // namespace
 
 int main(int argument_count, char** arguments) try {
@@ -485,6 +494,7 @@ int main(int argument_count, char** arguments) try {
   }
   corpora = arguments[1];
   seed_meshes();
+  seed_base_meshes();
   seed_manifests();
   seed_descriptions();
   seed_block_tables();
@@ -494,7 +504,7 @@ int main(int argument_count, char** arguments) try {
   seed_context_filters();
   seed_presets();
   seed_predicted_recipes();
-  seed_journals();
+  seed_pipelines();
   seed_bounds();
   return 0;
 } catch (const std::exception& failure) {

@@ -1,14 +1,14 @@
 // A manifest slot, unchanged, and again with the right magic and checksum. Encoding the decoded
 // slot must give the same fields, and decoding these must give the same result again.
-#include "store/manifest.h"
+#include "format/manifest.h"
 
 #include <algorithm>
 #include <cstring>
 
+#include "format/byte_order.h"
+#include "format/checksum.h"
 #include "memory_file.h"
 #include "oracle.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
 
 using namespace plait;
 using namespace plait::fuzz;

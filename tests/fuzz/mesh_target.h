@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "memory_file.h"
-#include "mesh/input.h"
+#include "mesh/files/input.h"
 #include "oracle.h"
 #include "plait/base_mesh.h"
 
@@ -36,7 +36,7 @@ inline void check_base_mesh(const BaseMesh& mesh) {
     require(edge < mesh.edge_count() && edges[edge].is_border());
 }
 
-/// `read` is one of those in mesh/readers.h.
+/// `read` is one of those in mesh/files/readers.h.
 template <class Reader>
 void check_reader(Reader read, const std::uint8_t* data, std::size_t size) {
   const std::filesystem::path path = path_of(data, size);

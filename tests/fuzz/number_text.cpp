@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "mesh/text_input.h"
+#include "mesh/files/text_input.h"
 #include "oracle.h"
 
 using namespace plait;

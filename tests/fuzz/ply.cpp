@@ -1,5 +1,5 @@
 // A PLY file, plain or compressed, and the base mesh that it gives.
-#include "mesh/readers.h"
+#include "mesh/files/readers.h"
 #include "mesh_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

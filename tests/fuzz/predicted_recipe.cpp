@@ -19,7 +19,7 @@
 #include "bounded_work.h"
 #include "input_bytes.h"
 #include "oracle.h"
-#include "plait/block_maker.h"
+#include "plait/extend/block_maker.h"
 #include "small_levels.h"
 #include "support/temporary_directory.h"
 
@@ -46,9 +46,21 @@ std::unique_ptr<SmallLevels>& surface(std::size_t mesh) {
 
 std::unique_ptr<BlockMaker> open(const SmallLevels& levels, std::size_t attribute, int level,
                                  std::string_view recipe) {
-  return library_block_makers()->open({recipe, levels.schema(attribute),
-                                       levels.geometry(attribute, level), levels.mesh().topology(),
-                                       levels.mesh().positions()});
+  const FilterLevel known = levels.filter_level(attribute, level);
+  return library_block_makers()->open(
+      {recipe, known.schema, known.attribute, *known.geometry, *known.surroundings});
+}
+
+/// The blocks of other attributes from which a block is made.
+std::vector<std::span<const std::byte>> sources_of(const BlockMaker& maker, SmallLevels& levels,
+                                                   std::uint64_t block) {
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  const std::size_t count = maker.sources(block, needed);
+  require(count <= kMostSourceBlocks);
+  std::vector<std::span<const std::byte>> bytes;
+  for (const ContextBlock& each : std::span(needed).first(count))
+    bytes.push_back(levels.block(each.attribute, each.level, each.block));
+  return bytes;
 }
 
 Honest& honest(std::size_t mesh, std::size_t attribute, int level) {
@@ -63,19 +75,19 @@ Honest& honest(std::size_t mesh, std::size_t attribute, int level) {
   return made;
 }
 
-void check_maker(const BlockMaker& maker, Honest& of_level, std::uint64_t block,
-                 std::size_t raw_bytes) {
+void check_maker(const BlockMaker& maker, SourceBytes sources, Honest& of_level,
+                 std::uint64_t block, std::size_t raw_bytes) {
   // The arithmetic of normals may be twice as wide as that of the honest recipe.
   require(maker.scratch_bytes() <= 3 * of_level.scratch_bytes + 4096);
   ExactBytes raw(raw_bytes), again(raw_bytes);
-  require_memory(2 * maker.scratch_bytes(), [&] { maker.make(block, raw.span()); });
+  require_memory(2 * maker.scratch_bytes(), [&] { maker.make(block, sources, raw.span()); });
   double& seconds = of_level.seconds[block];
-  if (seconds == 0) seconds = fastest(5, [&] { of_level.maker->make(block, again.span()); });
-  require_time(seconds, [&] { maker.make(block, again.span()); });
+  if (seconds == 0) seconds = fastest(5, [&] { of_level.maker->make(block, {}, again.span()); });
+  require_time(seconds, [&] { maker.make(block, sources, again.span()); });
   require(std::ranges::equal(raw.span(), again.span()));
-  require(maker.makes(block, raw.span()));
+  require(maker.makes(block, sources, raw.span()));
   raw.span()[raw_bytes / 2] ^= std::byte{1};
-  require(!maker.makes(block, raw.span()));
+  require(!maker.makes(block, sources, raw.span()));
 }
 
 /// A level file of some bytes, and its directory.
@@ -117,7 +129,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool is_recipe = accepts({ErrorCode::kInvalidArgument, ErrorCode::kNotSupported},
                                  [&] { maker = open(levels, attribute, level, recipe); });
   if (maker)
-    check_maker(*maker, honest(mesh, attribute, level), block, geometry.block_bytes(block));
+    check_maker(*maker, sources_of(*maker, levels, block), honest(mesh, attribute, level), block,
+                geometry.block_bytes(block));
   if (!is_one_stage(recipe)) return 0;
 
   BlockTable table({}, static_cast<std::uint32_t>(attribute), level, geometry.block_count());
@@ -127,7 +140,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       std::memcpy(&table.entries()[at], bytes.data(), sizeof(BlockEntry));
     } else {
       ExactBytes raw(geometry.block_bytes(at));
-      if (maker) maker->make(at, raw.span());
+      if (maker) maker->make(at, sources_of(*maker, levels, at), raw.span());
       table.seal_predicted(at, raw.span());
     }
   }
@@ -155,7 +168,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (was_read && entry.encoding == BlockEncoding::kNeverWritten)
     require(std::ranges::all_of(raw.span(), [](std::byte each) { return each == std::byte{0}; }));
   if (was_read && entry.encoding == BlockEncoding::kPredicted)
-    require(maker && maker->makes(block, raw.span()));
+    require(maker && maker->makes(block, {}, raw.span()));
   if (entry.encoding == BlockEncoding::kPredicted && !(is_recipe && maker)) require(!was_read);
   return 0;
 }

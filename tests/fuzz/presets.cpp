@@ -20,7 +20,7 @@
 #include "compressed/block_coder.h"
 #include "input_bytes.h"
 #include "oracle.h"
-#include "plait/backends/compression.h"
+#include "plait/compression.h"
 #include "small_levels.h"
 
 using namespace plait;
@@ -43,7 +43,7 @@ class Level {
   Level(std::size_t preset, std::size_t attribute, SmallLevels& levels, int level)
       : levels_(levels), attribute_(attribute), level_(level) {
     pipeline_ = preset_pipeline(kPresets[preset], levels.schema(attribute));
-    filters_ = default_pipelines().make(pipeline_, levels.filter_level(attribute, level)).filters;
+    filters_ = default_pipelines().open(pipeline_, levels.filter_level(attribute, level)).filters;
     if (need_other_blocks(filters_)) seal_ = kSeal;
   }
 
@@ -55,7 +55,7 @@ class Level {
 
   /// A coder that has coded nothing yet.
   BlockCoder coder() const {
-    return {default_pipelines().make_codec(pipeline_), geometry().max_block_bytes(),
+    return {default_pipelines().make_codec(pipeline_.codec), geometry().max_block_bytes(),
             std::min<std::size_t>(filters_.size(), 2), scratch_bytes(filters_)};
   }
   bool decode(BlockCoder& coder, std::uint64_t block, const ContextBytes& context,
@@ -91,7 +91,7 @@ class Level {
   SmallLevels& levels_;
   std::size_t attribute_;
   int level_;
-  std::string pipeline_;
+  Pipeline pipeline_;
   Filters filters_;
   std::optional<std::uint64_t> seal_;
   std::map<std::uint64_t, Encoded> encoded_;

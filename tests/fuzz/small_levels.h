@@ -12,11 +12,12 @@
 #include <vector>
 
 #include "input_bytes.h"
-#include "plait/backends/pipeline.h"
-#include "plait/backends/registry.h"
 #include "plait/base_mesh.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/filter.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace plait::fuzz {
 
@@ -64,7 +65,7 @@ class SmallLevels {
           static_cast<std::uint32_t>(attributes_.size()), schema, attribute->base, {}};
       for (int level = 1; level <= kFinest; ++level) {
         attribute->geometries.push_back(std::make_unique<LevelGeometry>(
-            mesh.slot_shapes(), BaseRelativeLevel(level), schema.record_bytes(), kBlockBytes));
+            mesh.geometry(BaseRelativeLevel(level), schema.record_bytes(), kBlockBytes)));
         attribute->levels.emplace_back(attribute->geometries.back()->total_bytes());
         known.levels.push_back(attribute->geometries.back().get());
       }
@@ -117,7 +118,7 @@ inline std::unique_ptr<SmallLevels> refined_levels(const BaseMesh& mesh, Compone
   StoreOptions options;
   options.backend = "memory";
   Store store = Store::create({}, mesh, options, default_backends());
-  add_base_positions(store, precision == ComponentType::kFloat64);
+  add_base_positions(store, precision);
   SubdivideOptions how;
   how.levels = SmallLevels::kFinest;
   how.normals = true;
@@ -126,8 +127,8 @@ inline std::unique_ptr<SmallLevels> refined_levels(const BaseMesh& mesh, Compone
     const AttributeId from = store.attribute(levels->schema(id).name);
     std::ranges::copy(std::as_const(store).base_bytes(from), levels->base(id).begin());
     for (int level = 1; level <= SmallLevels::kFinest; ++level) {
-      const LevelFile& file = std::as_const(store).level_file(from, level);
-      Session session = store.open_session();
+      const LevelFile& file = StoreAccess::level_file(std::as_const(store), from, level);
+      Session session = StoreAccess::open_session(store);
       for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
         const PinnedBlock pinned = session.pin(file, block);
         const std::span<const std::byte> raw = pinned.bytes();

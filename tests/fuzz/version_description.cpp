@@ -1,17 +1,17 @@
 // A file version.S up to its block tables: as it comes, once more with the header's checksum made
 // right, and the input as the description alone. What is accepted encodes again, and that decodes
 // to the same.
-#include "store/version_description.h"
+#include "format/version_description.h"
 
 #include <cstring>
 #include <vector>
 
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/manifest.h"
+#include "format/version_file.h"
 #include "memory_file.h"
 #include "oracle.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
-#include "store/manifest.h"
-#include "store/version_file.h"
 
 using namespace plait;
 using namespace plait::fuzz;

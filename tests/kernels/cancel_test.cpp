@@ -1,10 +1,10 @@
 // A subdivision that was cancelled cannot be committed, wherever it was.
 #include <catch2/catch.hpp>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
@@ -36,7 +36,7 @@ TEST_CASE("StoreCommit_AfterACancelledSubdivision_IsRefusedAndTheLastCommitStays
         what.executor = executor;
         what.normals = true;
         int left = calls;
-        what.proceed = [&](const SubdivideProgress&) { return left-- > 0; };
+        what.progress = [&](const Progress&) { return left-- > 0; };
         cancelled = false;
         try {
           subdivide(store, what);
@@ -82,7 +82,7 @@ TEST_CASE("StoreCommit_BetweenTheLevelsOfASubdivisionThatIsCancelledLater_Stays"
       committed = digest(store);
       enough = level == 2;
     };
-    what.proceed = [&](const SubdivideProgress&) { return !enough; };
+    what.progress = [&](const Progress&) { return !enough; };
     CHECK_THROWS_AS(subdivide(store, what), Error);
     CHECK_THROWS_AS(store.commit(), Error);
     store.close();

@@ -5,8 +5,8 @@
 
 #include "kernels/run_variant.h"
 #include "plait/error.h"
-#include "plait/in_core_mesh.h"
-#include "plait/kernels/rule_patches.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/rule_patches.h"
 #include "support/sanitized.h"
 #include "support/test_meshes.h"
 #include "support/usable_backends.h"
@@ -170,7 +170,8 @@ TEST_CASE("Subdivide_Cancelled_ThrowsAndLeavesNoStore") {
     SubdivideOptions what;
     what.levels = 4;
     int calls = 0;
-    what.proceed = [&](const SubdivideProgress&) { return ++calls < 4; };
+    what.executor = ExecutorKind::kSweep;
+    what.progress = [&](const Progress&) { return ++calls < 4; };
     try {
       subdivide(store, what);
       FAIL("expected an error");
@@ -180,4 +181,39 @@ TEST_CASE("Subdivide_Cancelled_ThrowsAndLeavesNoStore") {
     CHECK(calls == 4);
   }
   CHECK_FALSE(std::filesystem::exists(directory.path() / "s.plait"));
+}
+
+TEST_CASE("ExecutorKind_Auto_IsFusedInANewStoreAndTheSweepWhereLevelsMatter") {
+  const BaseMesh base = BaseMesh::build(random_sphere(5, 60));
+  const auto made = [&](SubdivideOptions what, int first_levels) {
+    Store store = Store::create({}, base, {}, default_backends());
+    add_base_positions(store);
+    if (first_levels > 0) subdivide(store, {.levels = first_levels});
+    const ExecutorKind executor = executor_for(store, what);
+    subdivide(store, what);
+    return std::pair(executor, digest(store).to_string());
+  };
+  SubdivideOptions what;
+  what.levels = 3;
+  const auto [executor, expected] = made(what, 0);
+  CHECK(executor == ExecutorKind::kFused);
+  CHECK(made(what, 1) == std::pair(ExecutorKind::kSweep, expected));
+  int levels = 0;
+  what.level_done = [&](int) { ++levels; };
+  CHECK(made(what, 0) == std::pair(ExecutorKind::kSweep, expected));
+  CHECK(levels == 3);
+  what.executor = ExecutorKind::kTransparent;
+  CHECK(made(what, 0) == std::pair(ExecutorKind::kTransparent, expected));
+  // The fused executor has blocks of all levels open, and says so when the budget is too small.
+  what = {.levels = 5};
+  for (const std::uint64_t budget : {std::uint64_t{64} << 10, std::uint64_t{64} << 20}) {
+    Store store =
+        Store::create({}, base, {.block_bytes = 4096, .budget_bytes = budget}, default_backends());
+    add_base_positions(store);
+    CHECK(executor_for(store, what) ==
+          (budget < 1 << 20 ? ExecutorKind::kSweep : ExecutorKind::kFused));
+  }
+  CHECK(executor_from_name("auto") == ExecutorKind::kAuto);
+  CHECK_THROWS_WITH(executor_from_name("x"),
+                    "unknown executor 'x', expected auto, fused, sweep, transparent");
 }

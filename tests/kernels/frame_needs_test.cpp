@@ -17,7 +17,8 @@ std::uint64_t needed_bytes(const BaseMesh& base, const SubdivideOptions& what,
   options.backend = "memory";
   options.block_bytes = variant.block_bytes;
   Store store = Store::create({}, base, options, default_backends());
-  add_base_positions(store, variant.double_precision);
+  add_base_positions(store,
+                     variant.double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   return subdivide_frame_bytes(store, what);
 }
 

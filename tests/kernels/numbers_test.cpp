@@ -1,12 +1,12 @@
 // Numbers side by side: each has the bits that plain arithmetic gives it alone.
-#include "plait/kernels/numbers.h"
+#include "plait/detail/numbers.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
 
-#include "plait/kernels/one_ring_rule.h"
+#include "plait/detail/one_ring_rule.h"
 
 using namespace plait;
 

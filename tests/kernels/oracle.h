@@ -6,10 +6,10 @@
 #include <cmath>
 #include <string>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 #include "support/naive_limit.h"
 #include "support/naive_subdivision.h"
 #include "support/test_meshes.h"
@@ -23,7 +23,7 @@ inline Store refine_in_memory(const IndexedMesh& mesh, const SubdivideOptions& o
   store_options.backend = "memory";
   store_options.block_bytes = block_bytes;
   Store store = Store::create({}, BaseMesh::build(mesh), store_options, default_backends());
-  add_base_positions(store, double_precision);
+  add_base_positions(store, double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   subdivide(store, options);
   return store;
 }

@@ -1,6 +1,6 @@
 // A rule of a program's own: one digest from every executor, precision, backend and thread count,
 // and the positions that the rule's formulas give in an independent program.
-#include "plait/kernels/own_rule.h"
+#include "plait/own_rule.h"
 
 #include <fmt/format.h>
 
@@ -135,7 +135,7 @@ ErrorCode refusal(const std::function<void()>& call, const std::string& says) {
 TEST_CASE("OwnRule_EveryExecutorBackendAndThreadCount_GivesOneDigest") {
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions what;
-  what.own_scheme = &scheme;
+  what.scheme = scheme;
   what.levels = 4;
   what.normals = true;
   for (const IndexedMesh& mesh : {random_sphere(71, 300), random_sheet(72, 300)})
@@ -169,7 +169,7 @@ TEST_CASE("OwnRule_AllTestMeshes_AgreeWithANaiveProgram") {
     for (const ExecutorKind executor : kRuleExecutors) {
       INFO(named.name << ", executor " << to_string(executor));
       SubdivideOptions options;
-      options.own_scheme = &scheme;
+      options.scheme = scheme;
       options.executor = executor;
       options.levels = 3;
       Store in_double = refine_in_memory(named.mesh, options, true);
@@ -199,7 +199,7 @@ TEST_CASE("OwnRule_WithTheFormulasOfALibraryScheme_HasItsDigest") {
           what.limit = traits_of(scheme).has_limits;
           const BaseMesh base = BaseMesh::build(mesh);
           const std::string expected = run(base, what, variant).digest;
-          what.own_scheme = own;
+          what.scheme = *own;
           CHECK(run(base, what, variant).digest == expected);
         }
 }
@@ -224,7 +224,7 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
                   "the library has a scheme of this name") == ErrorCode::kInvalidArgument);
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions options;
-  options.own_scheme = &scheme;
+  options.scheme = scheme;
   options.limit = true;
   CHECK(refusal([&] { refine_in_memory(tetrahedron(), options); },
                 "scheme tension has no limit positions") == ErrorCode::kNotSupported);
@@ -233,11 +233,11 @@ TEST_CASE("OwnRule_ThatBreaksItsPromises_IsRefused") {
 TEST_CASE("OwnRule_InAStore_IsNamedByItsProvenance") {
   const OneRingScheme scheme = own_scheme("tension", OwnTensionRule{});
   SubdivideOptions options;
-  options.own_scheme = &scheme;
+  options.scheme = scheme;
   Store store = refine_in_memory(tetrahedron(), options);
   CHECK(store.provenance().scheme == "tension");
   // Levels of two rules are the work of neither.
-  options.own_scheme = nullptr;
+  options.scheme = {};
   options.levels = 2;
   subdivide(store, options);
   CHECK(store.provenance().scheme.empty());
@@ -247,7 +247,7 @@ TEST_CASE("OwnRule_OfTheLongestName_IsStoredReopenedAndResumed") {
   const std::string name(kMostSchemeNameBytes, 'n');
   const OneRingScheme scheme = own_scheme(name, OwnTensionRule{});
   SubdivideOptions options;
-  options.own_scheme = &scheme;
+  options.scheme = scheme;
   options.levels = 3;
   Store expected = refine_in_memory(tetrahedron(), options);
 

@@ -1,4 +1,4 @@
-// Stores with predicted blocks (docs/predicted.md) that are killed, cancelled, read by many
+// Stores with predicted blocks (docs/made-blocks.md) that are killed, cancelled, read by many
 // threads, or made by somebody who means harm.
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "engine/store/forge.h"
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
 #include "plait/reader.h"
-#include "plait/recode_attribute.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/killing_operations.h"
 #include "support/temporary_directory.h"
@@ -45,7 +46,7 @@ Store refined_to_damage(const fs::path& path, const BaseMesh& base, int levels,
   options.budget_bytes = 16 << 20;
   options.durability = durability;
   Store store = Store::create(path, base, options, default_backends());
-  add_base_positions(store, false);
+  add_base_positions(store);
   subdivide(store, to_level(levels));
   store.commit();
   return store;
@@ -57,7 +58,7 @@ std::uint64_t predicted_blocks(const Store& store) {
   std::uint64_t count = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = 1; level <= store.attributes()[id].finest_level; ++level)
-      for (const BlockEntry& entry : store.level_file(id, level).table.entries())
+      for (const BlockEntry& entry : StoreAccess::level_file(store, id, level).table.entries())
         count += entry.encoding == BlockEncoding::kPredicted ? 1u : 0u;
   return count;
 }
@@ -66,7 +67,8 @@ std::uint64_t predicted_blocks(const Store& store) {
 void change(const fs::path& path) {
   Store store = Store::open(path, {.writable = true}, default_backends());
   {
-    const PinnedBlock pinned = store.open_session().pin(store.level_file(0, 2), 0, Access::kUpdate);
+    const PinnedBlock pinned = StoreAccess::open_session(store).pin(
+        StoreAccess::level_file(store, 0, 2), 0, Access::kUpdate);
     pinned.bytes()[5] ^= std::byte{1};
   }
   recode_attribute(store, 1, "predicted,lz4");
@@ -142,7 +144,7 @@ TEST_CASE("Predicted_CancelledInTheMidst_KeepsTheLastCommit") {
     SubdivideOptions further = to_level(3);
     further.executor = ExecutorKind::kSweep;
     int left = calls;
-    further.proceed = [&](const SubdivideProgress&) { return left-- > 0; };
+    further.progress = [&](const Progress&) { return left-- > 0; };
     CHECK_THROWS_AS(subdivide(store, further), Error);
     // Before the first level is added, nothing is unfinished.
     if (calls > 1) CHECK_THROWS_AS(store.commit(), Error);
@@ -153,7 +155,7 @@ TEST_CASE("Predicted_CancelledInTheMidst_KeepsTheLastCommit") {
     Store store = Store::open(path, {.writable = true}, default_backends());
     int left = calls % 2;
     RecodeOptions recoding;
-    recoding.proceed = [&](std::uint64_t, std::uint64_t) { return left-- > 0; };
+    recoding.progress = [&](const Progress&) { return left-- > 0; };
     CHECK_THROWS_AS(recode_attribute(store, 0, "predicted+hierarchy+shuffle,zstd:1", recoding),
                     Error);
     store.commit();
@@ -224,11 +226,11 @@ TEST_CASE("Predicted_HostileRecipe_IsANamedErrorOfTheBlock") {
     std::string refusal;
     try {
       const Store store = Store::open(victim, {}, default_backends());
-      const LevelFile& level = store.level_file(0, 3);
+      const LevelFile& level = StoreAccess::level_file(store, 0, 3);
       for (std::uint64_t block = 0; block < level.table.size(); ++block) {
         REQUIRE(level.table[block].encoding == BlockEncoding::kPredicted);
         try {
-          static_cast<void>(store.open_session().pin(level, block));
+          static_cast<void>(StoreAccess::open_session(store).pin(level, block));
           FAIL("a block was made by another recipe, and returned");
         } catch (const Error& error) {
           CHECK(
@@ -271,7 +273,8 @@ TEST_CASE("Predicted_EntryOfABlockThatNothingMakes_IsANamedErrorOfTheBlock") {
   const AttributeId attribute = has_hub ? 0 : store.attribute("position");
   for (int level = 1; level <= 2; ++level) {
     try {
-      static_cast<void>(store.open_session().pin(store.level_file(attribute, level), 0));
+      static_cast<void>(StoreAccess::open_session(store).pin(
+          StoreAccess::level_file(store, attribute, level), 0));
       FAIL("a block that nothing makes was returned");
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kNotSupported);

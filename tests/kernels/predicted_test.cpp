@@ -9,17 +9,16 @@
 #include <vector>
 
 #include "kernels/tension_rule.h"
-#include "plait/backends/registry.h"
-#include "plait/copy_levels.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/file.h"
-#include "plait/kernels/block_makers.h"
-#include "plait/kernels/own_rule.h"
-#include "plait/kernels/recompute_subdivision.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/recode_attribute.h"
-#include "plait/repair.h"
+#include "plait/extend/block_makers.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/extend/file.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "plait/own_rule.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -54,7 +53,7 @@ Store refined(const fs::path& path, const BaseMesh& base, const StoreOptions& op
               const SubdivideOptions& how, bool double_precision = false,
               const BackendRegistry& backends = default_backends()) {
   Store store = Store::create(path, base, options, backends);
-  add_base_positions(store, double_precision);
+  add_base_positions(store, double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   subdivide(store, how);
   store.commit();
   return store;
@@ -75,7 +74,7 @@ std::uint64_t blocks_with(const Store& store, BlockEncoding encoding) {
   std::uint64_t count = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
-      for (const BlockEntry& entry : store.level_file(id, level).table.entries())
+      for (const BlockEntry& entry : StoreAccess::level_file(store, id, level).table.entries())
         count += entry.encoding == encoding ? 1u : 0u;
   return count;
 }
@@ -84,7 +83,7 @@ std::uint64_t all_blocks(const Store& store) {
   std::uint64_t count = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
-      count += store.level_file(id, level).table.size();
+      count += StoreAccess::level_file(store, id, level).table.size();
   return count;
 }
 
@@ -98,25 +97,27 @@ SubdivideOptions fused_to(int levels, bool normals = true) {
 }
 
 void change_block(Store& store, AttributeId attribute, int level, std::uint64_t block) {
-  const PinnedBlock pinned =
-      store.open_session().pin(store.level_file(attribute, level), block, Access::kUpdate);
+  const PinnedBlock pinned = StoreAccess::open_session(store).pin(
+      StoreAccess::level_file(store, attribute, level), block, Access::kUpdate);
   pinned.bytes()[5] ^= std::byte{1};
 }
 
 /// Makes other bytes than the library's makers, as a program with other arithmetic would.
 class OtherMakers final : public BlockMakers {
  public:
-  std::string recipe(const Provenance&, const AttributeSchema&, int) const override { return {}; }
+  std::string recipe(const PlannedLevels&) const override { return {}; }
   std::unique_ptr<BlockMaker> open(const MadeLevel& level) const override {
     class Other final : public BlockMaker {
      public:
       explicit Other(std::unique_ptr<BlockMaker> right) : right_(std::move(right)) {}
       std::uint64_t scratch_bytes() const noexcept override { return right_->scratch_bytes(); }
-      void make(std::uint64_t block, std::span<std::byte> raw) const override {
-        right_->make(block, raw);
+      void make(std::uint64_t block, SourceBytes sources, std::span<std::byte> raw) const override {
+        right_->make(block, sources, raw);
         raw.back() ^= std::byte{1};
       }
-      bool makes(std::uint64_t, std::span<const std::byte>) const override { return false; }
+      bool makes(std::uint64_t, SourceBytes, std::span<const std::byte>) const override {
+        return false;
+      }
 
      private:
       std::unique_ptr<BlockMaker> right_;
@@ -139,7 +140,7 @@ TEST_CASE("Predicted_EveryBlockOfAScheme_TakesNoByteAndHasTheBitsOfTheSweep") {
       SubdivideOptions how = fused_to(4);
       if (which == 1) how.limit = true;
       if (which == 2) how.scheme = Scheme::kMidpoint;
-      if (which == 3) how.own_scheme = &tension;
+      if (which == 3) how.scheme = tension;
       CAPTURE(double_precision, block_bytes, base.face_count(), which);
       const TemporaryDirectory directory(Medium::kMemory);
       const fs::path path = directory.path() / "s.plait";
@@ -165,7 +166,7 @@ TEST_CASE("Predicted_BlocksOfAMebibyte_CostAtMostAHundredthOfABitAVertex") {
   std::uint64_t bytes = 0, records = 0;
   for (AttributeId id = 0; id < 2; ++id)
     for (int level = 1; level <= 6; ++level) {
-      const LevelFile& file = store.level_file(id, level);
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
       bytes += file.backend->stored_bytes() + file.table.size() * sizeof(BlockEntry);
       records += file.geometry.total_bytes() / file.geometry.record_bytes();
     }
@@ -178,7 +179,7 @@ TEST_CASE("Predicted_BlockWithAnotherBit_IsStored") {
   const int level = GENERATE(1, 3);
   const auto attribute = static_cast<AttributeId>(GENERATE(0, 1));
   Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(3));
-  const std::uint64_t last = store.level_file(attribute, level).table.size() - 1;
+  const std::uint64_t last = StoreAccess::level_file(store, attribute, level).table.size() - 1;
   const std::string before = digest(store).to_string();
   change_block(store, attribute, level, last);
   store.commit();
@@ -193,6 +194,56 @@ TEST_CASE("Predicted_BlockWithAnotherBit_IsStored") {
   again.commit();
   CHECK(blocks_with(again, BlockEncoding::kPredicted) == all_blocks(again));
   CHECK(digest(again).to_string() == before);
+}
+
+TEST_CASE("Predicted_BlockThatIsPredictedAgain_GivesItsPlaceInTheFileBack") {
+  const TemporaryDirectory directory(Medium::kMemory);
+  Store store = refined(directory.path() / "s.plait", BaseMesh::build(random_sheet(3, 100)),
+                        compressed(), fused_to(3, false));
+  const auto bytes = [&] {
+    return fs::file_size(StoreAccess::level_file(std::as_const(store), 0, 3).path);
+  };
+  std::uint64_t after_some = 0;
+  for (int round = 0; round < 30; ++round) {
+    change_block(store, 0, 3, 1);
+    store.commit();
+    if (round == 7) after_some = bytes();
+  }
+  CHECK(after_some > 0);
+  CHECK(bytes() <= after_some);
+}
+
+TEST_CASE("Predicted_ZerosOfTheOtherSign_AreStored") {
+  IndexedMesh flat = sheet(6, 5);
+  for (auto& point : flat.positions) point.z = 0;
+  const TemporaryDirectory directory(Medium::kMemory);
+  const fs::path path = directory.path() / "s.plait";
+  constexpr std::size_t kSignOfZ = 3 * sizeof(float) - 1;
+  {
+    Store store = refined(path, BaseMesh::build(flat), compressed(), fused_to(2, false));
+    REQUIRE(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store));
+    {
+      const PinnedBlock pinned = StoreAccess::open_session(store).pin(
+          StoreAccess::level_file(store, 0, 2), 0, Access::kUpdate);
+      pinned.bytes()[kSignOfZ] ^= std::byte{0x80};
+    }
+    store.commit();
+  }
+  Store store = Store::open(path, {}, default_backends());
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store) - 1);
+  const PinnedBlock pinned =
+      StoreAccess::open_session(store).pin(StoreAccess::level_file(std::as_const(store), 0, 2), 0);
+  CHECK(pinned.bytes()[kSignOfZ] == std::byte{0x80});
+}
+
+TEST_CASE("Predicted_DenormalPositions_HaveTheBitsOfTheSweep") {
+  IndexedMesh tiny = torus_grid(6, 5);
+  for (auto& point : tiny.positions) point = 1e-41 * point;
+  const BaseMesh base = BaseMesh::build(tiny);
+  const TemporaryDirectory directory(Medium::kMemory);
+  Store store = refined(directory.path() / "s.plait", base, compressed(), fused_to(3));
+  CHECK(blocks_with(store, BlockEncoding::kPredicted) == all_blocks(store));
+  CHECK(digest(store).to_string() == expected_digest(base, fused_to(3)));
 }
 
 TEST_CASE("Predicted_AnyOrderOfChanges_ReadsWhatWasWritten") {
@@ -267,7 +318,7 @@ TEST_CASE("Predicted_SchemeThatNobodyKnows_IsANamedErrorOfItsBlocksAlone") {
   const TemporaryDirectory directory(Medium::kMemory);
   const fs::path path = directory.path() / "s.plait";
   SubdivideOptions how = fused_to(2);
-  how.own_scheme = &tension;
+  how.scheme = tension;
   {
     Store store = refined(path, BaseMesh::build(torus_grid(6, 5)), compressed(), how, false,
                           registry_with(subdivision_block_makers({tension})));
@@ -276,10 +327,10 @@ TEST_CASE("Predicted_SchemeThatNobodyKnows_IsANamedErrorOfItsBlocksAlone") {
   }
   Store store = Store::open(path, {}, default_backends());
   CHECK(std::as_const(store).base_records<Point>(0).size() == 30);
-  Session session = store.open_session();
+  Session session = StoreAccess::open_session(store);
   const Store& reading = store;
-  CHECK_NOTHROW(session.pin(reading.level_file(0, 2), 0));
-  const Error error = error_of([&] { session.pin(reading.level_file(0, 1), 0); });
+  CHECK_NOTHROW(session.pin(StoreAccess::level_file(reading, 0, 2), 0));
+  const Error error = error_of([&] { session.pin(StoreAccess::level_file(reading, 0, 1), 0); });
   CHECK(error.code() == ErrorCode::kNotSupported);
   CHECK_THAT(error.what(), Catch::Contains("scheme 'tension'"));
 }
@@ -290,10 +341,11 @@ TEST_CASE("Predicted_OtherArithmetic_IsFoundAndNeverReturned") {
   { refined(path, BaseMesh::build(torus_grid(6, 5)), compressed(), fused_to(2)); }
   const BackendRegistry other = registry_with(std::make_shared<OtherMakers>());
   Store store = Store::open(path, {}, other);
-  const Error error =
-      error_of([&] { store.open_session().pin(std::as_const(store).level_file(1, 2), 0); });
+  const Error error = error_of([&] {
+    StoreAccess::open_session(store).pin(StoreAccess::level_file(std::as_const(store), 1, 2), 0);
+  });
   CHECK(error.code() == ErrorCode::kCorruption);
-  CHECK_THAT(error.what(), Catch::Contains("made again from the base mesh"));
+  CHECK_THAT(error.what(), Catch::Contains("made again, it has checksum"));
   CHECK(verify(store).damaged_count == all_blocks(store));
 }
 
@@ -332,7 +384,7 @@ TEST_CASE("Predicted_LevelFileThatIsLost_IsMadeAgain") {
   const BaseMesh base = BaseMesh::build(torus_grid(6, 5));
   { refined(path, base, compressed(), fused_to(2)); }
   fs::remove(path / "attribute0.level02.1");
-  const RepairReport report = repair(path, {}, default_backends(), recompute_subdivision());
+  const RepairReport report = repair(path, {}, default_backends());
   CHECK(report.whole());
   CHECK(report.rebuilt_files.size() == 1);
   Store store = Store::open(path, {}, default_backends());
@@ -352,15 +404,15 @@ TEST_CASE("Predicted_ManyReadersInASmallBudget_GetTheSameBytes") {
     std::vector<std::jthread> readers;
     for (std::vector<std::byte>& bytes : all)
       readers.emplace_back([&] {
-        Session session = store.open_session();
-        const LevelFile& file = store.level_file(1, 4);
+        Session session = StoreAccess::open_session(store);
+        const LevelFile& file = StoreAccess::level_file(store, 1, 4);
         for (std::uint64_t block = 0; block < file.table.size(); ++block) {
           const PinnedBlock pinned = session.pin(file, block);
           bytes.insert(bytes.end(), pinned.bytes().begin(), pinned.bytes().end());
         }
       });
   }
-  CHECK(all[0].size() == store.level_file(1, 4).geometry.total_bytes());
+  CHECK(all[0].size() == StoreAccess::level_file(store, 1, 4).geometry.total_bytes());
   CHECK(all[0] == all[1]);
   CHECK(all[0] == all[2]);
 }
@@ -373,28 +425,18 @@ TEST_CASE("Predicted_MeshWithAHub_IsStored") {
   CHECK(digest(store).to_string() == expected_digest(base, fused_to(2)));
 }
 
-TEST_CASE("Predicted_TextOfPipelines") {
-  CHECK(has_predicted_stage("predicted,zstd:1"));
-  CHECK(has_predicted_stage("predicted:a/b+shuffle,lz4"));
-  CHECK_FALSE(has_predicted_stage("shuffle+predicted,lz4"));
-  CHECK_FALSE(has_predicted_stage("predicted"));
-  CHECK(recipe_in("predicted:a/b+shuffle,lz4") == "a/b");
-  CHECK(recipe_in("predicted,lz4").empty());
-  CHECK(with_recipe("predicted:a+shuffle,lz4", "c/d") == "predicted:c/d+shuffle,lz4");
-  CHECK(with_recipe("predicted:a,lz4", "") == "predicted,lz4");
-  CHECK(with_recipe("shuffle,lz4", "c") == "shuffle,lz4");
-  CHECK(without_predicted_stage("predicted:a+shuffle,lz4") == "shuffle,lz4");
-  CHECK(without_predicted_stage("predicted,lz4") == "lz4");
+TEST_CASE("Predicted_TextThatIsNoRecipe_IsRefused") {
   const BaseMesh base = BaseMesh::build(torus_grid(4, 3));
-  const LevelGeometry geometry(base.slot_shapes(), BaseRelativeLevel(1), 12, 4096);
+  const LevelGeometry geometry = base.geometry(BaseRelativeLevel(1), 12, 4096);
+  const LevelSurroundings surroundings{base.topology(), 0, {}, base.positions()};
   for (const char* const recipe :
        {"", "loop", "loop/position/float32", "loop/position/float32/0", "loop/position/float32/99",
         "loop/position/float32/1x", "loop/other/float32/1", "loop/position/int8/1",
         "/position/float32/1", "loop/position/float32/1/2"}) {
     CAPTURE(recipe);
     CHECK(error_of([&] {
-            library_block_makers()->open({recipe, schema_of<Point>("position"), geometry,
-                                          base.topology(), base.positions()});
+            library_block_makers()->open(
+                {recipe, schema_of<Point>("position"), 0, geometry, surroundings});
           }).code() == ErrorCode::kInvalidArgument);
   }
 }

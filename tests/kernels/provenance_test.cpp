@@ -1,10 +1,10 @@
 // subdivide() says by itself where the levels of a store come from.
 #include <catch2/catch.hpp>
 
-#include "plait/backends/registry.h"
-#include "plait/copy_levels.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -14,10 +14,9 @@ using namespace plait::test;
 namespace {
 
 Store new_store(const std::filesystem::path& path = {}, bool double_precision = false) {
-  Store store = Store::create(path, BaseMesh::build(octahedron()),
-                              {.backend = path.empty() ? "memory" : "pread", .layout = "morton"},
-                              default_backends());
-  add_base_positions(store, double_precision);
+  Store store = Store::create(path, BaseMesh::build(octahedron()), {}, default_backends(),
+                              {.layout = "morton"});
+  add_base_positions(store, double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   return store;
 }
 
@@ -62,8 +61,7 @@ TEST_CASE("Subdivide_CommittedAndCopied_KeepsWhereLevelsComeFrom") {
   }
   Store store = Store::open(path, {}, default_backends());
   CHECK(store.provenance() == expected);
-  Store copy = Store::create({}, store.base(), {.backend = "memory", .layout = "morton"},
-                             default_backends());
+  Store copy = Store::create({}, store.base(), {}, default_backends(), {.layout = "morton"});
   copy_levels(store, copy);
   CHECK(copy.provenance() == expected);
 }

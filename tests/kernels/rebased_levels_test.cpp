@@ -2,13 +2,15 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <utility>
 #include <vector>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/patch.h"
-#include "plait/vertex_numbering.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/vertex_numbering.h"
+#include "plait/layout.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "support/test_meshes.h"
 
 using namespace plait;
@@ -20,8 +22,7 @@ using Position = Vector3<float>;
 constexpr int kLevels = 5, kTimes = 2;
 
 Store refined_again(const BaseMesh& base, int base_level, SubdivideOptions what) {
-  Store store =
-      Store::create({}, base, {.backend = "memory", .base_level = base_level}, default_backends());
+  Store store = Store::create({}, base, {}, default_backends(), {.base_level = base_level});
   add_base_positions(store);
   what.levels = kLevels;
   subdivide(store, what);
@@ -94,7 +95,7 @@ TEST_CASE("Digest_ExecutorsOverARebasedMesh_AreTheSame") {
          {ExecutorKind::kSweep, ExecutorKind::kTransparent, ExecutorKind::kFused}) {
       what.executor = executor;
       std::vector<std::string> phases;
-      what.proceed = [&](const SubdivideProgress& progress) {
+      what.progress = [&](const Progress& progress) {
         phases.emplace_back(progress.phase);
         return true;
       };
@@ -106,4 +107,33 @@ TEST_CASE("Digest_ExecutorsOverARebasedMesh_AreTheSame") {
     CHECK(digests[1] == digests[0]);
     CHECK(digests[2] == digests[0]);
   }
+}
+
+TEST_CASE("Rebase_OfAMeshInAnotherOrder_MapsNameTheFaceThatWasDivided") {
+  IndexedMesh input = random_sheet(5, 60);
+  std::swap(input.faces[1][1], input.faces[1][2]);
+  input.positions.push_back({9, 9, 9});  // no face uses it
+  const BaseMesh base = lay_out(BaseMesh::build(input), LayoutKind::kHilbert).mesh;
+  const BaseMesh mesh =
+      lay_out(rebase(base, 2, scheme_from_name("midpoint")), LayoutKind::kRcm).mesh;
+  const InputMaps maps = mesh.input_maps();
+  std::vector<int> parts(input.faces.size());
+  for (const FaceId face : maps.input_faces) ++parts[face];
+  for (const int count : parts) REQUIRE(count == 16);
+  int of_input = 0;
+  for (VertexId vertex = 0; vertex < mesh.vertex_count(); ++vertex) {
+    if (maps.input_vertices[vertex] == kNoId) continue;
+    ++of_input;
+    // Midpoint moves no vertex but rounds to float32.
+    const Vector3<double>& there = input.positions[maps.input_vertices[vertex]];
+    REQUIRE(mesh.positions()[vertex].x == static_cast<float>(there.x));
+  }
+  CHECK(of_input == static_cast<int>(base.vertex_count()));
+  for (FaceId face = 0; face < input.faces.size(); ++face) {
+    REQUIRE(maps.input_faces[maps.faces[face]] == face);
+    for (FaceId before = 0; before < maps.faces[face]; ++before)
+      REQUIRE(maps.input_faces[before] != face);
+  }
+  CHECK(maps.turned[maps.faces[1]]);
+  CHECK_FALSE(maps.turned[maps.faces[0]]);
 }

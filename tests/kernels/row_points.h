@@ -10,8 +10,8 @@
 #include <random>
 #include <vector>
 
-#include "plait/kernels/rows.h"
-#include "plait/vector3.h"
+#include "plait/detail/rows.h"
+#include "plait/extend/vector3.h"
 #include "rows/every_target.h"
 
 namespace plait::test {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <string>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/subdivide.h"
 #include "plait/layout.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -39,7 +39,6 @@ inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Var
   options.budget_bytes = variant.budget_bytes;
   options.block_bytes = variant.block_bytes;
   options.durability = Durability::kNone;
-  options.layout = std::string(to_string(variant.layout));
   // Without a directory where none is needed: to make and remove thousands takes longer than the
   // rest.
   std::optional<TemporaryDirectory> directory;
@@ -47,7 +46,8 @@ inline Outcome run(const BaseMesh& base, const SubdivideOptions& what, const Var
   if (variant.backend != "memory") path = directory.emplace(Medium::kMemory).path() / "s.plait";
   Store store =
       Store::create(path, lay_out(base, variant.layout).mesh, options, default_backends());
-  add_base_positions(store, variant.double_precision);
+  add_base_positions(store,
+                     variant.double_precision ? ComponentType::kFloat64 : ComponentType::kFloat32);
   SubdivideOptions subdivide_options = what;
   subdivide_options.executor = variant.executor;
   subdivide_options.threads = variant.threads;

@@ -71,7 +71,7 @@ TEST_CASE("Rebase_AnyScheme_AgreesWithOracle") {
         std::pair(Scheme::kButterfly, naive::Scheme::kButterfly),
         std::pair(Scheme::kMidpoint, naive::Scheme::kMidpoint)})
     for (const IndexedMesh& mesh : {random_sphere(3, 40), random_sheet(5, 40)}) {
-      const BaseMesh refined = rebase(BaseMesh::build(mesh), 2, scheme, true);
+      const BaseMesh refined = rebase(BaseMesh::build(mesh), 2, scheme, ComponentType::kFloat64);
       const naive::Mesh oracle = naive::subdivide(to_naive(mesh), oracle_scheme, 2);
       REQUIRE(refined.vertex_count() == oracle.points.size());
       REQUIRE(refined.face_count() == oracle.triangles.size());

@@ -1,6 +1,6 @@
 // A visit calls its kernel once for every vertex, base vertices too, with the neighbours that an
 // independent subdivision finds; and its result does not depend on threads, blocks or budget.
-#include "plait/kernels/visit_vertices.h"
+#include "plait/visit_vertices.h"
 
 #include <fmt/format.h>
 
@@ -10,14 +10,14 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/vertex_numbering.h"
 #include "plait/layout.h"
-#include "plait/patch.h"
 #include "plait/reader.h"
-#include "plait/vertex_numbering.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "support/error_of.h"
 #include "support/naive_subdivision.h"
 #include "support/temporary_directory.h"
@@ -35,8 +35,7 @@ Store visited_in_memory(const BaseMesh& base, int base_level = 0) {
   StoreOptions options;
   options.backend = "memory";
   options.block_bytes = 4096;
-  options.base_level = base_level;
-  return Store::create({}, base, options, default_backends());
+  return Store::create({}, base, options, default_backends(), {.base_level = base_level});
 }
 
 naive::Mesh refined_to_visit(const IndexedMesh& mesh, int levels) {
@@ -80,7 +79,7 @@ void check_visit(const IndexedMesh& mesh, int levels, int stored_levels, int bas
 
   const VertexNumbering numbering(base.topology(), levels);
   std::vector<std::atomic<int>> visits(oracle.points.size()), by_number(oracle.points.size());
-  std::atomic<int> wrong_rings = 0, wrong_runs = 0;
+  std::atomic<int> wrong_rings = 0, wrong_runs = 0, wrong_points = 0;
   VisitOptions options;
   options.level = level;
   options.threads = threads;
@@ -97,10 +96,16 @@ void check_visit(const IndexedMesh& mesh, int levels, int stored_levels, int bas
                      ++visits[vertex];
                      ++by_number[numbering.first_of(run.level - base_level) + run.first + i];
                      seen[i] = vertex + 1;
+                     const PatchPoint at = run.point(i);
+                     const int refined = run.level - base_level;
+                     wrong_points += at.size != std::int64_t{1} << refined ||
+                                     numbering.number({at.face, refined, at.i, at.j}) !=
+                                         numbering.first_of(refined) + run.first + i;
                    }
                  });
   CHECK(wrong_rings == 0);
   CHECK(wrong_runs == 0);
+  CHECK(wrong_points == 0);
   CHECK(std::ranges::all_of(visits, [](const auto& count) { return count == 1; }));
   CHECK(std::ranges::all_of(by_number, [](const auto& count) { return count == 1; }));
   int wrong = 0;
@@ -237,10 +242,10 @@ TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
   std::uint64_t last = 0, total = 0;
   bool ascends = true;
   VisitOptions options;
-  options.proceed = [&](std::uint64_t done, std::uint64_t all) {
-    ascends = ascends && done > last;
-    last = done;
-    total = all;
+  options.progress = [&](const Progress& now) {
+    ascends = ascends && now.done > last;
+    last = now.done;
+    total = now.total;
     return true;
   };
   visit_vertices(store, options, std::tuple{reads<VisitedPoint>("position")},
@@ -253,12 +258,40 @@ TEST_CASE("VisitVertices_Watched_TellsHowManyVerticesAreDone") {
 TEST_CASE("VisitVertices_Cancelled_LeavesLevelsThatCannotBeCommitted") {
   Store store = store_to_visit("", {}, 3);
   VisitOptions options;
-  options.proceed = [](std::uint64_t, std::uint64_t) { return false; };
+  options.progress = [](const Progress&) { return false; };
   const Error error = error_of([&] { visit_vertices(store, options, kSmoothed, Smooth()); });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
   visit_vertices(store, {}, kSmoothed, Smooth());
   CHECK_NOTHROW(store.commit());
+}
+
+TEST_CASE("VisitVertices_KernelThatThrowsAtABaseVertex_LeavesLevelsThatCannotBeCommitted") {
+  Store store = store_to_visit("", {}, 3);
+  const auto throws = [](const VertexRun& run, const VertexRings<VisitedPoint>& at,
+                         std::span<const float> weight, std::span<VisitedPoint> to) {
+    if (run.is_base()) throw Error(ErrorCode::kIo, "from the kernel");
+    Smooth()(run, at, weight, to);
+  };
+  CHECK(error_of([&] { visit_vertices(store, {}, kSmoothed, throws); }).code() == ErrorCode::kIo);
+  CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+  visit_vertices(store, {}, kSmoothed, Smooth());
+  CHECK_NOTHROW(store.commit());
+}
+
+TEST_CASE("VisitNeeds_OfRings_AreTheGridsOfAllThreadsAndTwoRecordsForEachEdge") {
+  Store store = store_to_visit("", {}, 3);
+  EdgeGrid<VisitedPoint> grid;
+  grid.resize(3);
+  const std::uint64_t grid_points = grid.shape().point_count() + 1;
+  for (const int threads : {1, 3}) {
+    VisitOptions options;
+    options.threads = threads;
+    CHECK(visit_needs(store, options, kSmoothed).ring_bytes ==
+          sizeof(VisitedPoint) *
+              (static_cast<std::uint64_t>(threads) * grid_points + 2 * store.base().edge_count()));
+  }
+  CHECK(visit_needs(store, {}, std::tuple{reads<VisitedPoint>("position")}).ring_bytes == 0);
 }
 
 TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {
@@ -285,7 +318,8 @@ TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {
           "attribute 'position' has level 3 and attribute 'short' has level 2", store);
   refused({.level = 3}, std::tuple{overwrites<float>("short")}, invalid,
           "'short' ends at level 2: make it with Store::add_attribute(schema, 3)", store);
-  refused({.threads = 0}, std::tuple{reads<VisitedPoint>("position")}, invalid, "0 threads", store);
+  refused({.threads = -1}, std::tuple{reads<VisitedPoint>("position")}, invalid, "-1 threads",
+          store);
   Store based = visited_in_memory(BaseMesh::build(octahedron()), 2);
   add_base_positions(based);
   refused({.level = 1}, std::tuple{reads<VisitedPoint>("position")}, invalid,
@@ -297,4 +331,24 @@ TEST_CASE("VisitVertices_WhatCannotBe_IsRefusedInWords") {
           "opened for reading", reading);
   CHECK_NOTHROW(
       visit_vertices(reading, {}, std::tuple{rings_of<VisitedPoint>("position")}, nothing));
+}
+
+TEST_CASE("VisitVertices_WithoutRings_TellsWhereEachVertexIs") {
+  for (const IndexedMesh& mesh : {random_sheet(7, 60), random_sphere(3, 60)}) {
+    const BaseMesh base = BaseMesh::build(mesh);
+    Store store = visited_in_memory(base, 0);
+    store.add_attribute(schema_of<Id>("id"), 3);
+    const VertexNumbering numbering(base.topology(), 3);
+    int wrong = 0;
+    visit_vertices(store, {}, std::tuple{overwrites<Id>("id")},
+                   [&](const VertexRun& run, std::span<Id> ids) {
+                     for (std::size_t i = 0; i < run.count; ++i) {
+                       const PatchPoint at = run.point(i);
+                       ids[i] = 0;
+                       wrong += numbering.number({at.face, run.level, at.i, at.j}) !=
+                                numbering.first_of(run.level) + run.first + i;
+                     }
+                   });
+    CHECK(wrong == 0);
+  }
 }

@@ -10,13 +10,13 @@
 #include <string>
 #include <utility>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/kernels/own_rule.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/rule_patches.h"
+#include "plait/own_rule.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace {
 
@@ -66,7 +66,8 @@ plait::Store scratch_store(const plait::BaseMesh& base, bool double_precision) {
   plait::StoreOptions options;
   options.backend = "memory";
   plait::Store store = plait::Store::create({}, base, options, plait::default_backends());
-  plait::add_base_positions(store, double_precision);
+  plait::add_base_positions(
+      store, double_precision ? plait::ComponentType::kFloat64 : plait::ComponentType::kFloat32);
   return store;
 }
 
@@ -263,7 +264,7 @@ bool run(const plait::BaseMesh& base, const std::string& name) {
   check("Butterfly", butterfly, false);
   const plait::OneRingScheme own = plait::own_scheme("own", OwnRule{});
   plait::SubdivideOptions by_own_rule;
-  by_own_rule.own_scheme = &own;
+  by_own_rule.scheme = own;
   check("own rule", by_own_rule, false);
   by_own_rule.limit = by_own_rule.normals = true;
   check("own rule, limit", by_own_rule, false);

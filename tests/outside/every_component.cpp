@@ -5,11 +5,11 @@
 #include <exception>
 #include <string>
 
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 #include "plait/version.h"
 
 int main() {

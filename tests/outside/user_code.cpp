@@ -4,21 +4,21 @@
 #include <memory>
 
 #include "plait/attribute.h"
-#include "plait/backends/registry.h"
 #include "plait/digest.h"
-#include "plait/fused.h"
-#include "plait/in_core_mesh.h"
-#include "plait/kernels/own_rule.h"
-#include "plait/kernels/recompute_subdivision.h"
-#include "plait/kernels/rule_patches.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/kernels/visit_vertices.h"
+#include "plait/extend/block_makers.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/rule_patches.h"
+#include "plait/extend/sweep.h"
+#include "plait/extend/vertex_numbering.h"
 #include "plait/layout.h"
-#include "plait/patch.h"
-#include "plait/repair.h"
+#include "plait/own_rule.h"
+#include "plait/registry.h"
 #include "plait/store.h"
-#include "plait/sweep.h"
-#include "plait/vertex_numbering.h"
+#include "plait/subdivide.h"
+#include "plait/verify.h"
+#include "plait/visit_vertices.h"
 
 using Position = plait::Vector3<float>;
 
@@ -42,7 +42,7 @@ std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   store.add_attribute({.name = "colour"});
   plait::subdivide(store, {.levels = 2});
   const plait::OneRingScheme scheme = plait::own_scheme("own", Rule{});
-  plait::subdivide(store, {.own_scheme = &scheme, .levels = 3});
+  plait::subdivide(store, {.scheme = scheme, .levels = 3});
   plait::sweep(store, {.accesses = {{.attribute = 0}}}, {.threads = 2});
   plait::fused(store, {.name = "nothing"}, {.threads = 2});
 
@@ -64,6 +64,7 @@ std::uint64_t use_everything(const plait::BaseMesh& mesh) {
   rings.set_from_base(mesh.topology(), arrays.base_records());
 
   plait::Store opened = plait::Store::open("some.plait", {.writable = true}, backends);
-  plait::repair("some.plait", {.dry_run = true}, backends, plait::recompute_subdivision({scheme}));
+  plait::repair("some.plait", {.dry_run = true}, backends,
+                plait::subdivision_block_makers({scheme}));
   return plait::digest(opened, {.level = 1}).low;
 }

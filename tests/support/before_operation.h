@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 namespace plait::test {
 

@@ -86,12 +86,13 @@ inline OpenVolume wrapped_volume(OpenVolume open, WrapLevel wrap) {
 inline BackendRegistry wrapped_registry(const BackendRegistry& registry, const WrapBackend& wrap) {
   BackendRegistry result;
   for (const std::string& name : registry.names()) {
-    BackendRegistry::Entry entry = registry.find(name);
+    RegisteredBackend entry = registry.find(name);
     entry.open = wrapped_volume(entry.open, [wrap](Volume& inner, const LevelSpec& level) {
       return wrap(inner.open_level(level));
     });
     result.add(std::move(entry));
   }
+  result.set_chooser(registry.chooser());
   return result;
 }
 

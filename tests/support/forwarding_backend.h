@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
 
 namespace plait::test {
 
@@ -23,7 +23,9 @@ class ForwardingBackend : public Backend {
                       std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
     return inner_->context(block, blocks);
   }
-  bool needs_base_records() const noexcept override { return inner_->needs_base_records(); }
+  bool needs_base_records(std::uint32_t attribute) const noexcept override {
+    return inner_->needs_base_records(attribute);
+  }
   void advise(BlockRange blocks, Advice advice) noexcept override {
     inner_->advise(blocks, advice);
   }

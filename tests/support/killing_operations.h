@@ -9,7 +9,7 @@
 #include <exception>
 #include <stdexcept>
 
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 namespace plait::test {
 

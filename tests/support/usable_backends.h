@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/registry.h"
 #include "plait/error.h"
+#include "plait/registry.h"
 
 namespace plait::test {
 
@@ -16,7 +16,7 @@ inline const std::vector<std::string>& usable_backends() {
     std::vector<std::string> names = default_backends().names();
     std::erase_if(names, [](const std::string& name) {
       try {
-        default_backends().find(name).validate({});
+        default_backends().find(name).check_machine();
         return false;
       } catch (const Error& error) {
         std::fprintf(stderr, "skipped backend %s: %s\n", name.c_str(), error.what());

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "base/byte_text.h"
 #include "nearest_name.h"
-#include "plait/byte_text.h"
 #include "plait/error.h"
 #include "progress.h"
 

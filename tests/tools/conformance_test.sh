@@ -2,9 +2,9 @@
 # The program plait-conformance: a good backend keeps its promises, a broken one does not, and what
 # cannot be run is refused.
 #
-#   conformance_test.sh PROGRAM OWN_BACKEND OWN_CODEC BROKEN_BACKEND
+#   conformance_test.sh PROGRAM OWN_BACKEND OWN_CODEC BROKEN_BACKEND OWN_FILES_BACKEND
 set -euo pipefail
-program=$1 own_backend=$2 own_codec=$3 broken_backend=$4
+program=$1 own_backend=$2 own_codec=$3 broken_backend=$4 own_files_backend=$5
 here=$(mktemp -d)
 trap 'rm -rf "$here"' EXIT
 
@@ -22,7 +22,11 @@ expect() {
 
 expect 0 'x-map, pipeline none: 11 promises kept, 0 broken, 0 left out' \
   --plugin "$own_backend" --backend x-map
-expect 0 'compressed, pipeline x-delta+shuffle,x-runs: 20 promises kept, 0 broken, 0 left out' \
+expect 0 'x-files, pipeline none: 20 promises kept, 0 broken, 0 left out' \
+  --plugin "$own_files_backend" --backend x-files
+expect 0 'codec-gives-back           kept; ' --plugin "$own_codec" --backend compressed \
+  --pipeline x-delta+shuffle,x-runs --only codec-gives-back
+expect 0 'compressed, pipeline x-delta+shuffle,x-runs: 23 promises kept, 0 broken, 0 left out' \
   --plugin "$own_codec" --backend compressed --pipeline x-delta+shuffle,x-runs
 expect 1 'flipped-bit                BROKEN: A flipped bit of a stored block is found' \
   --plugin "$broken_backend" --backend x-trusting
@@ -31,7 +35,7 @@ expect 1 'expected that a flipped bit of a stored block is found (kCorruption) (
 expect 0 '1 promises kept' --plugin "$broken_backend" --backend x-trusting --only threads
 expect 1 '"broken": 4' --plugin "$broken_backend" --backend x-trusting --json
 expect 2 'open backend "x-map": expected one of compressed' --backend x-map
-expect 2 'expected no options, found "depth=8"' --plugin "$own_backend" --backend x-map:depth=8
+expect 2 'open backend "x-map:depth=8": expected one of' --plugin "$own_backend" --backend x-map:depth=8
 expect 2 'expected pipeline "none", found "lz4"' --backend pread --pipeline lz4
 expect 2 'load plug-in: open /dev/null: expected a regular file' --plugin /dev/null --backend pread
 expect 2 'expected --backend NAME'

@@ -11,6 +11,8 @@
 
 #include "export/mesh_export.h"
 #include "plait/mesh_io.h"
+#include "plait/registry.h"
+#include "plait/store.h"
 #include "program.h"
 #include "support/test_meshes.h"
 
@@ -141,6 +143,52 @@ TEST_CASE("Export_NormalsAskedFor_AreWrittenAndPointOutwards") {
   CHECK(obj.find("//") != std::string::npos);
   CHECK(here.plait({"export", "s.plait", "n.stl", "--attribute", "normal"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "n.ply", "--attribute", "colour"}).status == 2);
+}
+
+TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
+  const ExportWorkplace here(icosahedron());
+  {
+    Store store =
+        Store::open(here.directory.path() / "s.plait", {.writable = true}, default_backends());
+    store.add_face_attribute({"material", ComponentType::kUint16, 1});
+    store.add_face_attribute({"part", ComponentType::kUint8, 1});
+    for (std::uint16_t face = 0; face < 20; ++face) {
+      store.face_records<std::uint16_t>("material")[face] = static_cast<std::uint16_t>(1000 + face);
+      store.face_records<std::uint8_t>("part")[face] = static_cast<std::uint8_t>(face % 3);
+    }
+    store.set_text("unit", "mm");
+    store.commit();
+  }
+  const std::string ply = decompressed_content_of(
+      here.write("f.ply", {"--face-attribute", "material,part", "--attribute", "normal"}));
+  const std::string header = "property ushort material\nproperty uchar part\nend_header\n";
+  const std::size_t start = ply.find(header);
+  REQUIRE(start != std::string::npos);
+  const LevelCounts counts = counts_at_level(here.base, kLevel);
+  const std::size_t triangles = start + header.size() + counts.vertices * 24;
+  REQUIRE(ply.size() == triangles + counts.faces * 16);
+  for (std::size_t triangle = 0; triangle < counts.faces; ++triangle) {
+    std::uint16_t material = 0;
+    std::memcpy(&material, ply.data() + triangles + 16 * triangle + 13, 2);
+    const auto face = triangle >> (2 * kLevel);
+    REQUIRE(material == 1000 + face);
+    REQUIRE(static_cast<std::uint8_t>(ply[triangles + 16 * triangle + 15]) == face % 3);
+  }
+  std::vector<std::string> warnings;
+  check_counts(read_base_mesh(here.directory.path() / "f.ply", &warnings), here.base);
+  for (const char* name : {"f.obj", "f.stl"})
+    CHECK(here.plait({"export", "s.plait", name, "--face-attribute", "part"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "f.ply", "--face-attribute", "colour"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "f.ply", "--face-attribute", "part,part"}).status == 2);
+
+  // Copies have them, and info shows them.
+  REQUIRE(here.plait({"convert", "s.plait", "t.plait", "--backend", "pread"}).status == 0);
+  const nlohmann::json info = here.plait({"info", "t.plait", "--json"}).json();
+  CHECK(info["texts"]["unit"] == "mm");
+  CHECK(info["face_attributes"][0]["name"] == "material");
+  CHECK(here.plait({"info", "t.plait"})
+            .output.find("text       unit: mm\n"
+                         "faces      material: uint16\n") != std::string::npos);
 }
 
 TEST_CASE("Export_StlOfAClosedMesh_HasEveryEdgeTwiceAndOuterNormals") {

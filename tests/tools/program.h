@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -46,11 +47,12 @@ inline std::string content_of(const std::filesystem::path& path) {
 }
 
 /// A process of PLAIT_PROGRAM with `directory` as its working directory. Standard output goes to a
-/// temporary file, unless the caller names another file.
+/// temporary file, unless the caller names another file. With `address_space_bytes`, it has no more
+/// (RLIMIT_AS); a limit of the calling process would be one of the whole test, too.
 class Program {
  public:
   Program(const std::filesystem::path& directory, std::vector<std::string> arguments,
-          const std::filesystem::path& output_path = {})
+          const std::filesystem::path& output_path = {}, std::uint64_t address_space_bytes = 0)
       : output_path_(output_path.empty() ? scratch_.path() / "output" : output_path),
         keeps_output_(output_path.empty()) {
     posix_spawn_file_actions_t actions;
@@ -61,13 +63,20 @@ class Program {
                                      O_WRONLY | O_CREAT, 0644);
     posix_spawn_file_actions_addchdir_np(&actions, directory.c_str());
     arguments.insert(arguments.begin(), PLAIT_PROGRAM);
+    std::string executable = PLAIT_PROGRAM;
+    if (address_space_bytes > 0) {
+      executable = "/bin/sh";
+      const std::string limited =
+          "ulimit -v " + std::to_string(address_space_bytes / 1024) + "; exec \"$0\" \"$@\"";
+      arguments.insert(arguments.begin(), {"sh", "-c", limited});
+    }
     std::vector<char*> pointers;
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     pointers.push_back(nullptr);
     const int error =
-        ::posix_spawn(&process_, PLAIT_PROGRAM, &actions, nullptr, pointers.data(), environ);
+        ::posix_spawn(&process_, executable.c_str(), &actions, nullptr, pointers.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw std::system_error(error, std::generic_category(), PLAIT_PROGRAM);
+    if (error != 0) throw std::system_error(error, std::generic_category(), executable);
   }
 
   pid_t process() const { return process_; }

@@ -24,9 +24,9 @@ struct Workplace {
   }
 };
 
-const Names kCommands = {"generate", "subdivide", "info",   "verify",  "repair",
-                         "digest",   "bounds",    "export", "convert", "displace",
-                         "layout",   "paper",     "render", "tune"};
+const Names kCommands = {"generate", "subdivide", "info",    "verify",   "repair", "digest",
+                         "bounds",   "export",    "convert", "displace", "layout", "paper",
+                         "render",   "tune",      "check",   "compare"};
 
 }  // namespace
 
@@ -212,6 +212,8 @@ TEST_CASE("Json_OfEveryCommand_IsOneObjectAndNothingElse") {
       {"generate", "torus", "torus.ply", "--vertices", "100", "--json"},
       {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--json"},
       {"info", "s.plait", "--json"},
+      {"check", "torus.ply", "--json"},
+      {"compare", "torus.ply", "s.plait", "--samples", "1000", "--json"},
       {"verify", "s.plait", "--json"},
       {"verify", "s.plait", "--fast", "--json"},
       {"repair", "s.plait", "--json"},

@@ -1,12 +1,15 @@
 // plait repair: data that follows from the base mesh is restored to the last bit, other damaged
 // data is named, and repair writes only bytes that a checksum proves. The test compares the digests
 // before the damage and after the repair.
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "plait/extend/store_access.h"
 #include "plait/mesh_io.h"
 #include "plait/store.h"
 #include "program.h"
@@ -83,7 +86,7 @@ std::size_t damage_blocks(const RepairWorkplace& here) {
     Store store = here.open();
     for (AttributeId id = 0; id < store.attributes().size(); ++id)
       for (const int level : {store.base_level() + 1, store.finest_level()}) {
-        const LevelFile& file = store.level_file(id, level);
+        const LevelFile& file = StoreAccess::level_file(store, id, level);
         for (std::uint64_t block = 0; block < file.table.size(); block += 3) {
           places.emplace_back(file.path.filename(), file.table[block].offset + 5);
           if (level == store.base_level() + 1) break;
@@ -95,10 +98,10 @@ std::size_t damage_blocks(const RepairWorkplace& here) {
 }
 
 void move_positions(Store& store, std::uint64_t first_block, std::uint64_t block_after) {
-  LevelFile& file = store.level_file(store.attribute("position"), 3);
+  LevelFile& file = StoreAccess::level_file(store, store.attribute("position"), 3);
   for (std::uint64_t block = first_block; block < std::min(block_after, file.table.size());
        ++block) {
-    const PinnedBlock pinned = store.open_session().pin(file, block, Access::kUpdate);
+    const PinnedBlock pinned = StoreAccess::open_session(store).pin(file, block, Access::kUpdate);
     const std::span<float> numbers(reinterpret_cast<float*>(pinned.bytes().data()),
                                    pinned.bytes().size() / sizeof(float));
     for (float& number : numbers) number *= 1.25f;
@@ -128,7 +131,6 @@ TEST_CASE("Repair_DamagedBlocks_AreRebuiltInEveryBackend") {
 
 TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
   const std::vector<Names> kinds = {
-      {"--scheme", "butterfly", "--normals"},
       {"--scheme", "midpoint"},
       {"--limit", "--normals"},
       {"--limit", "--backend", "compressed"},
@@ -147,12 +149,67 @@ TEST_CASE("Repair_EveryKindOfRefinement_IsRepeated") {
   }
 }
 
+TEST_CASE("Repair_OfWhatNoMakerMakes_IsLostInWordsAndLeavesTheStore") {
+  const RepairWorkplace here;
+  here.subdivide({"--scheme", "butterfly"});
+  const std::size_t damaged = damage_blocks(here);
+  const Outcome outcome = here.plait({"repair", "s.plait", "--json"});
+  CHECK(outcome.status == 1);
+  const nlohmann::json report = outcome.json();
+  CHECK(report["lost_count"] == damaged);
+  CHECK(report["lost"][0]["reason"].get<std::string>().find("by scheme 'butterfly'") !=
+        std::string::npos);
+  CHECK(report["version"] == 1);
+}
+
+TEST_CASE("Repair_NormalsOfMovedVertices_AreMadeAgainFromThePositions") {
+  for (const Names& how : std::vector<Names>{{"--backend", "pread"},
+                                             {"--backend", "pread", "--block", "1MiB"},
+                                             {"--compress", "shuffle,zstd:1"}}) {
+    CAPTURE(how);
+    const RepairWorkplace here;
+    here.subdivide({"--normals"});
+    Names displace = {"displace", "s.plait", "moved.plait"};
+    displace.insert(displace.end(), how.begin(), how.end());
+    REQUIRE(here.plait(displace).status == 0);
+    fs::remove_all(here.path("s.plait"));
+    fs::rename(here.path("moved.plait"), here.path("s.plait"));
+    const std::string expected = here.digest();
+    const auto damage = [&](const char* attribute) {
+      std::vector<std::pair<std::string, std::streamoff>> places;
+      {
+        Store store = here.open();
+        for (const int level : {1, 3}) {
+          const LevelFile& file = StoreAccess::level_file(store, store.attribute(attribute), level);
+          places.emplace_back(file.path.filename(), file.table[0].offset + 5);
+        }
+      }
+      for (const auto& [file, offset] : places) here.flip(file, offset);
+    };
+    fs::copy(here.path("s.plait"), here.path("whole.plait"));
+    damage("normal");
+    const Outcome repaired = here.plait({"repair", "s.plait", "--json"});
+    CHECK(repaired.status == 0);
+    CHECK(repaired.json()["rebuilt_count"] == 2);
+    CHECK(here.digest() == expected);
+    CHECK(here.plait({"verify", "s.plait"}).status == 0);
+    // Nothing makes the positions again, nor then the normals around them.
+    fs::remove_all(here.path("s.plait"));
+    fs::rename(here.path("whole.plait"), here.path("s.plait"));
+    damage("position");
+    damage("normal");
+    const Outcome lost = here.plait({"repair", "s.plait", "--json"});
+    CHECK(lost.status == 1);
+    CHECK(lost.json()["lost_count"] == 4);
+  }
+}
+
 TEST_CASE("Repair_WithLittleMemory_WorksBesideTheStore") {
   for (const std::string backend : {"pread", "compressed"}) {
     const RepairWorkplace here;
     const std::string expected = here.subdivide({"--backend", backend, "--normals"});
     damage_blocks(here);
-    here.repaired(expected, {"--memory", "704KiB", "--threads", "1"});
+    here.repaired(expected, {"--memory", "704KiB"});
   }
 }
 
@@ -164,8 +221,8 @@ TEST_CASE("Repair_AnAttributeOfTheUsers_IsLostAndNamed") {
     const AttributeId mass = store.add_attribute({"mass", ComponentType::kFloat64, 1});
     store.add_level(mass);
     {
-      const PinnedBlock pinned =
-          store.open_session().pin(store.level_file(mass, 1), 0, Access::kOverwrite);
+      const PinnedBlock pinned = StoreAccess::open_session(store).pin(
+          StoreAccess::level_file(store, mass, 1), 0, Access::kOverwrite);
       std::ranges::fill(pinned.bytes(), std::byte{0x3f});
     }
     store.commit();
@@ -198,8 +255,8 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
     std::string name;
     {
       const Store store = here.open();
-      offset = store.level_file(0, 3).table[3].offset;
-      name = store.level_file(0, 3).path.filename();
+      offset = StoreAccess::level_file(store, 0, 3).table[3].offset;
+      name = StoreAccess::level_file(store, 0, 3).path.filename();
     }
     here.flip(name, static_cast<std::streamoff>(offset) + 5);
     const auto before = here.content();
@@ -211,7 +268,7 @@ TEST_CASE("Repair_PositionsChangedInPlace_AreNotOverwritten") {
   }
 }
 
-TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
+TEST_CASE("Repair_OneBlockChanged_OthersComeBackAndItStays") {
   const RepairWorkplace here;
   const std::string pure = here.subdivide({});
   {
@@ -220,9 +277,37 @@ TEST_CASE("Repair_OneBlockChangedInPlace_OthersComeBackAndItStays") {
   }
   const std::string expected = here.digest();
   REQUIRE(expected != pure);
-  here.flip("attribute0.level03.2", 5);
-  here.flip("attribute0.level03.2", 5 * 4096 + 7);
+  here.flip("attribute0.level03.1", 5);
+  here.flip("attribute0.level03.1", 5 * 4096 + 7);
   CHECK(here.repaired(expected)["rebuilt_count"] == 2);
+}
+
+TEST_CASE("Repair_SparseFileThatIsGone_IsRebuiltIfItsBlocksCanBe") {
+  const RepairWorkplace here;
+  const std::string pure = here.subdivide({});
+  here.flip("attribute0.level03.1", 5);
+  here.flip("attribute0.level03.1", 5 * 4096 + 7);
+  const auto newest_file = [&] {
+    std::string newest;
+    for (const std::string& name : names_in(here.path("s.plait")))
+      if (name.starts_with("attribute0.level03.")) newest = name;
+    return newest;
+  };
+  CHECK(here.repaired(pure)["rebuilt_count"] == 2);
+  const std::string sparse = newest_file();
+  fs::remove(here.path("s.plait") / sparse);
+  const nlohmann::json report = here.repaired(pure);
+  REQUIRE(report["rebuilt_files"].size() == 1);
+  CHECK(report["rebuilt_files"][0]["file"] == sparse);
+  {
+    Store store = here.open();
+    move_positions(store, 2, 3);
+  }
+  fs::remove(here.path("s.plait") / newest_file());
+  const Outcome outcome = here.plait({"repair", "s.plait"});
+  CHECK(outcome.status == 1);
+  CAPTURE(outcome.output);
+  CHECK(outcome.output.find("1 of its 31 blocks") != std::string::npos);
 }
 
 TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
@@ -252,6 +337,39 @@ TEST_CASE("Repair_DryRun_SaysWhatItWouldDoAndLeavesEveryByte") {
   CHECK(here.content() == without);
   CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
   here.repaired(expected);
+}
+
+TEST_CASE("Repair_DryRunWithADamagedFile_ReadsTheBlocksAsTheRepairDoes") {
+  const RepairWorkplace here;
+  here.subdivide({"--backend", "pread", "--normals"});
+  std::string moved;
+  std::streamoff place = 0;
+  {
+    Store store = here.open();
+    move_positions(store, 0, 1);
+    const LevelFile& file = StoreAccess::level_file(store, store.attribute("position"), 3);
+    const BlockEntry& entry = file.table[0];
+    moved = fmt::format("attribute0.level03.{}", file.table.generations()[entry.file].version);
+    place = static_cast<std::streamoff>(entry.offset);
+  }
+  here.flip(moved, place + 5);
+  fs::remove(here.path("s.plait/attribute1.level02.1"));
+  const auto before = here.content();
+  for (const bool dry_run : {true, false}) {
+    Names arguments = {"repair", "s.plait", "--json"};
+    if (dry_run) arguments.push_back("--dry-run");
+    const Outcome outcome = here.plait(arguments);
+    CAPTURE(dry_run, outcome.errors, outcome.output);
+    CHECK(outcome.status == 1);
+    const nlohmann::json report = outcome.json();
+    CHECK(report["blocks_read"] == true);
+    CHECK(report["rebuilt_files"].size() == 1);
+    CHECK(report["lost_count"] == 1);
+    CHECK(report["lost"][0]["reason"].get<std::string>().find("s.plait/" + moved) !=
+          std::string::npos);
+    if (dry_run) CHECK(here.content() == before);
+    CHECK(names_in(here.directory.path()) == Names{"mesh.ply", "s.plait"});
+  }
 }
 
 TEST_CASE("Repair_FilesMissingOrShort_AreRebuilt") {
@@ -325,6 +443,7 @@ TEST_CASE("Repair_ManifestSlotDamaged_IsReportedAndHarmless") {
   const std::string expected = here.subdivide({});
   {
     Store store = here.open();
+    StoreAccess::set_provenance(store, store.provenance());
     store.commit();
   }
   here.flip("manifest", 4096 + 50);  // the older version's

@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "plait/backends/registry.h"
-#include "plait/kernels/subdivide.h"
 #include "plait/mesh_io.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
 #include "program.h"
 #include "support/usable_backends.h"
 

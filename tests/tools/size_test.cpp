@@ -61,8 +61,8 @@ TEST_CASE("Size_BeyondWhatALimitOfMemoryLeaves_IsRefused") {
                         "6",         "--memory", "16M",       "--json"};
   REQUIRE(here.plait(arguments).status == 0);
   // 94 MiB of levels.
-  const ResourceLimit limit(RLIMIT_AS, 100 * kMebibyte);
-  check_refusal(here, here.plait(arguments), "out_of_memory");
+  Program limited(here.directory.path(), arguments, {}, 100 * kMebibyte);
+  check_refusal(here, limited.wait(), "out_of_memory");
 }
 
 TEST_CASE("Size_BeyondTheDisk_IsRefusedBeforeAnythingIsMade") {

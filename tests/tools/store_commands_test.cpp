@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "plait/backends/registry.h"
+#include "conversion/read_back.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
 #include "program.h"
-#include "read_back.h"
 #include "stand_ins.h"
 #include "support/test_meshes.h"
 
@@ -177,8 +177,8 @@ TEST_CASE("InfoBuild_NamesWhatAStoreMayNeed") {
   const StoreWorkplace here;
   const nlohmann::json build = here.plait({"info", "--build", "--json"}).json();
   CHECK(build["codecs"] == nlohmann::json({"bitpack", "lz4", "none", "zstd"}));
-  CHECK(build["filters"] == nlohmann::json({"bytedelta", "columns", "hierarchy", "lattice",
-                                            "lorenzo", "normals", "parallelogram", "shuffle"}));
+  CHECK(build["filters"] ==
+        nlohmann::json({"columns", "hierarchy", "lattice", "normals", "shuffle"}));
   CHECK(build["schemes"] == nlohmann::json({"loop", "butterfly", "midpoint"}));
   REQUIRE(build["backends"].size() == 5);
   const std::string text = here.plait({"info", "--build"}).output;
@@ -330,74 +330,67 @@ TEST_CASE("Compress_RangesOfLevels_AreStoredAndShown") {
   }
 }
 
-TEST_CASE("Convert_NormalsThatAreDerived_KeepTheDigestInNoBytes") {
+TEST_CASE("Convert_NormalsOfMovedVertices_AreMadeAgainAndTakeNoBytes") {
   const StoreWorkplace here;
   REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "pread"}).status == 0);
-  const std::string expected = here.digest("s.plait");
+  const Outcome made = here.subdivide("made.plait", {"--normals", "--compress", "small"});
+  CHECK(made.output.find("position: ") < made.output.find(" blocks take no bytes"));
+  REQUIRE(here.plait({"displace", "s.plait", "moved.plait", "--amplitude", "1e-3"}).status == 0);
+  const std::string expected = here.digest("moved.plait");
   const auto normal_of = [&](const char* store) {
     return here.plait({"info", store, "--json"}).json()["attributes"][1];
   };
-  const auto backend_of = [&](const char* store) {
-    return here.plait({"info", store, "--json"}).json()["backend"];
-  };
-  REQUIRE(here.plait({"convert", "s.plait", "d.plait", "--compress", "normal=derived", "--verify"})
-              .status == 0);
-  CHECK(here.digest("d.plait") == expected);
-  CHECK(backend_of("d.plait") == "pread");
-  CHECK(normal_of("d.plait")["derivation"] == "normals/position");
-  CHECK(normal_of("d.plait")["base_bytes"] == 0);
-  const auto normal = normal_of("d.plait");
-  for (const auto& level : normal["levels"]) CHECK(level["stored_bytes"] == 0);
-  CHECK(here.plait({"info", "d.plait"}).output.find("0 bytes are stored") != std::string::npos);
-  CHECK(here.plait({"verify", "d.plait"}).status == 0);
-  REQUIRE(here.plait({"export", "s.plait", "s.ply"}).status == 0);
-  REQUIRE(here.plait({"export", "d.plait", "d.ply"}).status == 0);
-  // A copy is like its source, unless an option names the attribute.
-  REQUIRE(here.plait({"convert", "d.plait", "c.plait", "--compress", "position=small"}).status ==
-          0);
-  CHECK(here.digest("c.plait") == expected);
-  CHECK(normal_of("c.plait")["derivation"] == "normals/position");
-  REQUIRE(here.plait({"convert", "c.plait", "back.plait", "--compress", "fast"}).status == 0);
-  CHECK(normal_of("back.plait")["derivation"] == "");
-  CHECK(here.digest("back.plait") == expected);
-  REQUIRE(here.plait({"convert", "d.plait", "raw.plait", "--compress", "normal=stored"}).status ==
-          0);
-  CHECK(here.digest("raw.plait") == expected);
-  CHECK(backend_of("raw.plait") == "pread");
-  CHECK(normal_of("raw.plait")["derivation"] == "");
-  CHECK(here.plait({"convert", "d.plait", "x.plait", "--compress", "colour=stored"}).status == 2);
-  REQUIRE(
-      here.plait({"convert", "c.plait", "fine.plait", "--compress", "normal@1-2=fast"}).status ==
-      0);
-  CHECK(normal_of("fine.plait")["derivation"] == "");
-  CHECK(here.digest("fine.plait") == expected);
-  // Made so, and moved.
-  REQUIRE(here.subdivide("made.plait", {"--compress", "normal=derived"}).status == 0);
-  CHECK(here.digest("made.plait") == expected);
-  for (const char* const store : {"s", "d"})
+  REQUIRE(here.plait({"export", "moved.plait", "a.ply"}).status == 0);
+  for (const std::string preset : {"default", "small"}) {
+    CAPTURE(preset);
+    const std::string store = preset + ".plait";
+    const Outcome copy =
+        here.plait({"convert", "moved.plait", store, "--compress", preset, "--verify"});
+    REQUIRE(copy.status == 0);
+    CHECK(copy.output.find("reading makes them again (normals/position/") != std::string::npos);
+    CHECK(here.digest(store.c_str()) == expected);
+    const auto normal = normal_of(store.c_str());
+    for (const auto& level : normal["levels"]) {
+      CHECK(level["stored_bytes"] == 0);
+      CHECK(level["blocks_predicted"] == level["blocks"]);
+    }
+    CHECK(here.plait({"info", store}).output.find("blocks take no bytes") != std::string::npos);
+    CHECK(here.plait({"verify", store}).status == 0);
+    REQUIRE(here.plait({"export", store, preset + ".ply"}).status == 0);
+  }
+  // A copy is like its source.
+  REQUIRE(here.plait({"convert", "small.plait", "copy.plait", "--block", "64KiB"}).status == 0);
+  CHECK(here.digest("copy.plait") == expected);
+  CHECK(normal_of("copy.plait")["levels"][0]["blocks_predicted"] ==
+        normal_of("copy.plait")["levels"][0]["blocks"]);
+  // The preset fast stores them.
+  REQUIRE(here.plait({"convert", "small.plait", "fast.plait", "--compress", "fast"}).status == 0);
+  const auto stored_normal = normal_of("fast.plait");
+  for (const auto& level : stored_normal["levels"]) CHECK(level["blocks_predicted"] == 0);
+  CHECK(here.digest("fast.plait") == expected);
+  // Moved again, they follow from the new positions.
+  for (const char* const store : {"moved", "small"})
     REQUIRE(here.plait({"displace", fmt::format("{}.plait", store),
-                        fmt::format("{}-moved.plait", store), "--amplitude", "1e-3"})
+                        fmt::format("{}-again.plait", store), "--amplitude", "1e-3"})
                 .status == 0);
-  CHECK(normal_of("d-moved.plait")["derivation"] == "normals/position");
-  CHECK(here.digest("d-moved.plait") == here.digest("s-moved.plait"));
-  REQUIRE(here.plait({"convert", "s.plait", "lossy.plait", "--max-error", "1e-4", "--compress",
-                      "normal=derived", "--verify"})
-              .status == 0);
+  CHECK(here.digest("small-again.plait") == here.digest("moved-again.plait"));
+  CHECK(normal_of("small-again.plait")["levels"][0]["stored_bytes"] == 0);
 }
 
-TEST_CASE("Convert_NormalsThatAreNotThoseOfTheirPositions_AreNotDropped") {
+TEST_CASE("Convert_RoundedPositions_NormalsAreNotMadeFromThem") {
   const StoreWorkplace here;
-  REQUIRE(here.subdivide("limit.plait", {"--normals", "--limit"}).status == 0);
-  const Outcome outcome =
-      here.plait({"convert", "limit.plait", "d.plait", "--compress", "normal=derived"});
-  CHECK(outcome.status == 2);
-  CHECK(outcome.errors.find("keep the attribute stored") != std::string::npos);
-  CHECK_FALSE(std::filesystem::exists(here.path("d.plait")));
-  CHECK(
-      here.plait({"convert", "limit.plait", "d.plait", "--compress", "position=derived"}).status ==
-      2);
-  CHECK(here.subdivide("d.plait", {"--limit", "--compress", "normal=derived"}).status == 2);
-  CHECK(here.subdivide("d.plait", {"--compress", "position=derived"}).status == 2);
+  REQUIRE(here.subdivide("s.plait", {"--normals", "--backend", "pread"}).status == 0);
+  const Outcome lossy = here.plait({"convert", "s.plait", "lossy.plait", "--max-error", "1e-4",
+                                    "--compress", "small", "--verify"});
+  REQUIRE(lossy.status == 0);
+  CHECK(lossy.output.find("(normals/position/") == std::string::npos);
+  const auto info = here.plait({"info", "lossy.plait", "--json"}).json();
+  const auto& position = info["attributes"][0];
+  REQUIRE(position["levels"].size() == 3);
+  for (const auto& level : position["levels"]) CHECK(level["stored_bytes"] != 0);
+  // The scheme makes the same normals of the base mesh as before.
+  const auto& normal = info["attributes"][1];
+  for (const auto& level : normal["levels"]) CHECK(level["blocks_predicted"] == level["blocks"]);
 }
 
 TEST_CASE("Displace_MovesTheCopyAndNotTheStore") {
@@ -591,9 +584,9 @@ TEST_CASE("CompareCopy_OfAnotherOrADamagedStore_IsRefused") {
 TEST_CASE("StandIns_BackendThatIsRefused_IsStoodInForWhereStoresAreOpened") {
   const StoreWorkplace here;
   const auto registry = [](bool allowed) {
-    BackendRegistry::Entry uring = default_backends().find("pread");
+    RegisteredBackend uring = default_backends().find("pread");
     uring.name = "uring";
-    uring.validate = [allowed](std::string_view) {
+    uring.check_machine = [allowed] {
       if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
     };
     BackendRegistry result;

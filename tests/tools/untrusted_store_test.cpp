@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "io/made_mark.h"
 #include "plait/mesh_io.h"
 #include "support/test_meshes.h"
 #include "tools/program.h"
@@ -44,71 +45,58 @@ std::vector<std::vector<std::string>> commands() {
           {"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--resume"}};
 }
 
-/// A journal of one record with right checksums, which recovery would apply: docs/format.md,
-/// "journal".
-std::string forged_journal(const fs::path& store, const std::string& block) {
-  const std::string manifest = content_of(store / "manifest");
-  std::string header(48, '\0');
-  std::uint64_t newest = 0, number = 1;
-  for (const std::size_t slot : {0u, 4096u}) {
-    std::uint64_t sequence = 0;
-    std::memcpy(&sequence, &manifest[slot + 40], 8);
-    if (manifest[slot + 1] == 'p' && sequence > newest) {
-      newest = sequence;
-      std::memcpy(&header[16], &manifest[slot + 24], 16);
-    }
-  }
-  std::memcpy(header.data(), "plaitjnl", 8);
-  header[8] = 1;
-  std::memcpy(&header[32], &newest, 8);
-  const std::uint64_t seed = XXH3_64bits(header.data(), 40);
-  std::memcpy(&header[40], &seed, 8);
-  std::string record(40, '\0');
-  const std::uint32_t attribute = 7, level = 9;
-  const std::uint64_t bytes = block.size();
-  std::memcpy(&record[0], &attribute, 4);
-  std::memcpy(&record[4], &level, 4);
-  std::memcpy(&record[24], &bytes, 8);
-  number = XXH3_64bits_withSeed((record.substr(0, 32) + block).data(), 32 + bytes, seed);
-  std::memcpy(&record[32], &number, 8);
-  return header + record + block;
-}
-
 }  // namespace
 
-TEST_CASE("Program_LinkedLevelAndForgedHotJournal_LeaveTheVictimAlone") {
-  for (const auto& command : commands()) {
-    CAPTURE(command);
-    const UntrustedWorkplace here;
-    write_text(here.path("victim"), std::string(5000, 'v'));
-    fs::create_symlink(here.path("victim"), here.path("s.plait/attribute7.level09.1"));
-    write_text(here.path("s.plait/journal"),
-               forged_journal(here.path("s.plait"), std::string(4096, 'x')));
-    const Outcome outcome = run(here.here.path(), command);
-    CHECK(outcome.status == 1);
-    CHECK(outcome.error_lines() == 1);
-    CHECK(outcome.errors.find("journal") != std::string::npos);
-    CHECK(content_of(here.path("victim")) == std::string(5000, 'v'));
-  }
+TEST_CASE("Program_LockThatIsAnotherFile_LeavesTheVictimAloneAndRepairMakesANewOne") {
+  for (const bool hard : {false, true})
+    for (const auto& command : commands()) {
+      CAPTURE(hard, command);
+      const UntrustedWorkplace here;
+      write_text(here.path("victim"), "mine");
+      const fs::path lock = here.path("s.plait/lock");
+      fs::remove(lock);
+      if (hard)
+        fs::create_hard_link(here.path("victim"), lock);
+      else
+        fs::create_symlink(here.path("victim"), lock);
+      const std::string words =
+          hard ? "(hard links)" : "expected a regular file, found a symbolic link";
+      const Outcome outcome = run(here.here.path(), command);
+      // A reader needs no lock of the store.
+      CHECK(outcome.status == (command.front() == "subdivide" ? 1 : 0));
+      if (command.front() == "subdivide" || command.front() == "repair" ||
+          command.front() == "verify")
+        CHECK((outcome.errors + outcome.output).find(words) != std::string::npos);
+      CHECK(content_of(here.path("victim")) == "mine");
+      const bool repaired = command == std::vector<std::string>{"repair", "s.plait"};
+      CHECK(fs::is_symlink(lock) == (!hard && !repaired));
+      CHECK(fs::hard_link_count(here.path("victim")) == (hard && !repaired ? 2 : 1));
+      if (repaired) CHECK(run(here.here.path(), commands().back()).status == 0);
+    }
 }
 
-TEST_CASE("Program_LockThatIsALink_LeavesTheVictimAlone") {
-  for (const auto& command : commands()) {
-    CAPTURE(command);
-    const UntrustedWorkplace here;
-    write_text(here.path("victim"), "mine");
-    fs::remove(here.path("s.plait/lock"));
-    fs::create_symlink(here.path("victim"), here.path("s.plait/lock"));
+TEST_CASE("Program_AStoreThatHasLostItsLock_GetsOneFromAnyWriter") {
+  const UntrustedWorkplace here;
+  const fs::path lock = here.path("s.plait/lock");
+  const auto says = [&](const std::vector<std::string>& command, const std::string& words) {
     const Outcome outcome = run(here.here.path(), command);
-    // A reader needs no lock of the store.
-    if (command.front() == "subdivide" ||
-        command == std::vector<std::string>{"repair", "s.plait"}) {
-      CHECK(outcome.status == 1);
-      CHECK(outcome.errors.find("expected a regular file, found a symbolic link") !=
-            std::string::npos);
-    }
-    CHECK(content_of(here.path("victim")) == "mine");
-  }
+    CAPTURE(command, outcome.output, outcome.errors);
+    CHECK(outcome.status == 0);
+    CHECK(outcome.output.find(words) != std::string::npos);
+  };
+  fs::remove(lock);
+  says({"verify", "s.plait"}, "lock: No such file");
+  says({"repair", "s.plait", "--dry-run"}, "can be rebuilt: lock: ");
+  CHECK_FALSE(fs::exists(lock));
+  says({"repair", "s.plait"}, "rebuilt: lock: ");
+  CHECK(fs::exists(lock));
+  says({"repair", "s.plait"}, "nothing to repair");
+  fs::remove(lock);
+  CHECK(run(here.here.path(), commands().back()).status == 0);
+  CHECK(fs::exists(lock));
+  fs::remove(lock);
+  says({"bounds", "s.plait"}, "");
+  CHECK(fs::exists(lock));
 }
 
 TEST_CASE("Program_AFifoInPlaceOfAnyFile_EndsWithANamedErrorAtOnce") {
@@ -179,21 +167,27 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const UntrustedWorkplace here;
   const auto leave = [&](const std::string& name) {
     fs::create_directory(here.path(name));
-    for (const char* file : {"manifest", "lock", "attribute0.level01.1", "image"})
+    write_made_mark(Directory(here.path(name)));
+    for (const char* file : {"lock", "attribute0.level01.1", "image", "output"})
       write_text(here.path(name) / file, "x");
-    fs::create_directory(here.path(name) / "levels");
-    write_text(here.path(name) / "levels" / "version.1", "x");
+    fs::create_directory(here.path(name) / "view");
+    write_text(here.path(name) / "view" / "version.1", "x");
   };
   for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "t.plait.partial-13",
                            "s.plait.partial-14-2", "s.plait.partial-15", "s.plait.partial-x"})
     leave(name);
   write_text(here.path("s.plait.partial-15/notes"), "mine");
-  write_text(here.path("out.ply.partial-16"), "x");
-  write_text(here.path("out.ply.partial-17"), "x");
+  leave("out.ply.partial-16");
+  leave("out.ply.partial-17");
+  // A store says by its manifest whose it is.
+  fs::copy(here.path("s.plait"), here.path("s.plait.partial-19"));
+  write_text(here.path("s.plait.partial-20"), "mine");
+  fs::create_directory(here.path("s.plait.partial-21"));
+  write_text(here.path("s.plait.partial-21/manifest"), "mine");
   leave("s.plait.partial-18");
   const int held = ::open(here.path("s.plait.partial-18").c_str(), O_RDONLY | O_DIRECTORY);
   REQUIRE(::flock(held, LOCK_SH) == 0);
-  const int held_file = ::open(here.path("out.ply.partial-17").c_str(), O_RDONLY);
+  const int held_file = ::open(here.path("out.ply.partial-17").c_str(), O_RDONLY | O_DIRECTORY);
   REQUIRE(::flock(held_file, LOCK_EX) == 0);
 
   const auto there = [&](const std::string& name) { return fs::exists(here.path(name)); };
@@ -201,11 +195,13 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
       run(here.here.path(), {"subdivide", "mesh.ply", "s.plait", "--levels", "1", "--force"});
   CHECK(outcome.status == 0);
   CHECK(outcome.errors.find("s.plait.partial-11") != std::string::npos);
-  for (const char* name : {"s.plait.partial-11", "s.plait.repair-12", "s.plait.partial-14-2"})
+  for (const char* name :
+       {"s.plait.partial-11", "s.plait.repair-12", "s.plait.partial-14-2", "s.plait.partial-19"})
     CHECK_FALSE(there(name));
   for (const char* name :
-       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/levels/version.1",
-        "s.plait.partial-x/lock", "out.ply.partial-16", "out.ply.partial-17"})
+       {"t.plait.partial-13", "s.plait.partial-15/notes", "s.plait.partial-18/view/version.1",
+        "s.plait.partial-x/lock", "s.plait.partial-20", "s.plait.partial-21/manifest",
+        "out.ply.partial-16", "out.ply.partial-17"})
     CHECK(there(name));
   CHECK(run(here.here.path(), {"export", "s.plait", "out.ply"}).status == 0);
   CHECK_FALSE(there("out.ply.partial-16"));
@@ -215,7 +211,7 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const Outcome listed = run(here.here.path(), {"clean", ".", "--dry-run", "--json"});
   CHECK(listed.status == 0);
   CHECK(listed.json()["count"] == 1);
-  CHECK(listed.json()["left_over"].size() == 4);
+  CHECK(listed.json()["left_over"].size() == 3);
   CHECK(names_in(here.here.path()) == before);
   CHECK(run(here.here.path(), {"clean", "."}).status == 0);
   CHECK_FALSE(there("t.plait.partial-13"));
@@ -227,6 +223,8 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   CHECK(run(here.here.path(), {"clean", "."}).status == 0);
   CHECK_FALSE(there("s.plait.partial-18"));
   CHECK_FALSE(there("out.ply.partial-17"));
+  CHECK(content_of(here.path("s.plait.partial-20")) == "mine");
+  CHECK(content_of(here.path("s.plait.partial-21/manifest")) == "mine");
 }
 
 }  // namespace plait::test

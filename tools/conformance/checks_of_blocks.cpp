@@ -147,8 +147,7 @@ void check_advice(const Subject& subject, Findings& findings) {
   Backend& backend = level.open();
   const std::uint64_t blocks = level.geometry().block_count();
   Bytes content = write_all(backend, level.geometry(), Content::kSmooth);
-  for (const Advice advice :
-       {Advice::kWillNeed, Advice::kDontNeed, Advice::kSequential, Advice::kRandom}) {
+  for (const Advice advice : {Advice::kDontNeed, Advice::kSequential, Advice::kOverwrite}) {
     for (const BlockRange range :
          {BlockRange{0, blocks}, BlockRange{1, 1}, BlockRange{blocks - 1, 1}, BlockRange{0, 0},
           BlockRange{blocks, 5}, BlockRange{blocks - 1, ~std::uint64_t{0}}})
@@ -196,7 +195,8 @@ void check_context(const Subject& subject, Findings& findings) {
   for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
     std::array<ContextBlock, kMostContextBlocks> first, second;
     const std::size_t count = backend.context(block, first);
-    findings.require(count <= kMostContextBlocks, "a block needs at most 16 others");
+    findings.require(count <= kMostContextBlocks,
+                     "a block needs no more others than a transfer takes");
     findings.require(count == backend.context(block, second),
                      "the number of blocks that a block needs stays the same");
     for (std::size_t at = 0; at < count; ++at) {
@@ -204,10 +204,10 @@ void check_context(const Subject& subject, Findings& findings) {
                           first[at].level == second[at].level &&
                           first[at].block == second[at].block,
                       "the blocks that a block needs stay the same");
-      findings.expect(first[at].level < level.table().level() ||
-                          (first[at].level == level.table().level() &&
-                           first[at].attribute < level.table().attribute()),
-                      "the blocks that a block needs are coarser, or of an earlier attribute");
+      findings.expect(first[at].attribute < level.table().attribute() ||
+                          (first[at].attribute == level.table().attribute() &&
+                           first[at].level < level.table().level()),
+                      "the blocks that a block needs are of an earlier attribute, or coarser");
     }
   }
 }

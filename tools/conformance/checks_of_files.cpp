@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "conformance/suite.h"
-#include "plait/file_operations.h"
+#include "io/file_operations.h"
 
 namespace plait::conformance {
 namespace {

@@ -33,10 +33,14 @@ class Findings {
   /// Says that the check could not be made on this backend, and why.
   void leave_out(std::string reason) { left_out_ = std::move(reason); }
 
+  /// Says how much was checked.
+  void note(std::string what) { note_ = std::move(what); }
+
   bool held() const { return broken_count_ == 0; }
   std::size_t broken_count() const { return broken_count_; }
   /// The first sentences that were not true. A sentence that follows itself is there once.
   const std::vector<std::string>& broken() const { return broken_; }
+  const std::string& note() const { return note_; }
   /// Empty if the check was made.
   const std::string& left_out() const { return left_out_; }
 
@@ -45,7 +49,7 @@ class Findings {
 
   std::size_t broken_count_ = 0;
   std::vector<std::string> broken_;
-  std::string place_, left_out_;
+  std::string place_, left_out_, note_;
 };
 
 }  // namespace plait::conformance

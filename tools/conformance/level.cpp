@@ -49,9 +49,7 @@ LevelUnderTest::LevelUnderTest(const Subject& subject, LevelShape shape)
 Backend& LevelUnderTest::open(OpenMode mode) {
   close();
   if (subject_.entry.traits.durable && !opened_.is_open()) opened_ = Directory(directory_.path());
-  VolumeSpec volume;
-  volume.options = subject_.options;
-  volume_ = subject_.entry.open(volume);
+  volume_ = subject_.entry.open({});
   const AttributeSchema schema;
   backend_ =
       volume_->open_level({opened_, name_, mode, geometry_, table_, schema, subject_.pipeline});

@@ -3,19 +3,24 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "plait/backend.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/codec.h"
 
 namespace plait::conformance {
 
 struct Subject {
   std::string label = {};
-  BackendRegistry::Entry entry = {};
-  std::string pipeline = "none";
-  std::string options = {};  ///< "key=value,...": what stands behind the backend's name
+  RegisteredBackend entry = {};
+  Pipeline pipeline = {};
+  /// Makes the codec of `pipeline`. Empty: the checks of codecs are left out.
+  std::function<std::unique_ptr<Codec>()> make_codec = {};
+  int codec_blocks = 4000;  ///< that each of these checks codes
   /// The levels are in new directories below this one. Empty: the machine's for temporary files.
   std::filesystem::path directory = {};
 };

@@ -12,8 +12,8 @@
 #include "command_line/command_line.h"
 #include "conformance/suite.h"
 #include "console.h"
-#include "plait/backends/plugins.h"
 #include "plait/error.h"
+#include "plait/extend/plugins.h"
 #include "plait/version.h"
 
 namespace plait::conformance {
@@ -22,7 +22,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFooter =
-    "Makes small levels in new directories below DIR, checks each promise of plait/backend.h, and\n"
+    "Makes small levels in new directories below DIR, checks each promise of "
+    "plait/extend/backend.h, and\n"
     "removes the directories. A level that is not a file has fewer promises.\n"
     "\n"
     "PLAIT_PLUGINS names more plug-ins, with colons between them.\n"
@@ -35,7 +36,7 @@ constexpr const char* kFooter =
     "\n"
     "Examples:\n"
     "  plait-conformance --plugin ./libmine.so --backend x-mine\n"
-    "  plait-conformance --plugin ./libmine.so --backend x-mine:depth=8 --only threads\n"
+    "  plait-conformance --plugin ./libmine.so --backend x-mine --only threads\n"
     "  plait-conformance --plugin ./own_codec.so --backend compressed --pipeline shuffle,x-runs\n"
     "  plait-conformance --backend pread --directory /mnt/disk --json";
 
@@ -46,22 +47,27 @@ struct Arguments {
   bool json = false, list = false;
 };
 
-Subject subject_of(const Arguments& arguments, const BackendRegistry& backends) {
+Subject subject_of(const Arguments& arguments, const Plugins& plugins) {
+  const BackendRegistry& backends = plugins.backends();
   Subject subject;
   subject.label = arguments.backend;
   subject.entry = backends.find(arguments.backend);
-  subject.options = std::string(BackendRegistry::options_in(arguments.backend));
-  subject.entry.validate(subject.options);
+  subject.entry.check_machine();
   subject.pipeline =
-      arguments.pipeline.empty() ? subject.entry.default_pipeline : arguments.pipeline;
-  subject.entry.validate_pipeline(subject.pipeline, {});
+      arguments.pipeline.empty() ? subject.entry.default_pipeline : Pipeline(arguments.pipeline);
+  subject.entry.check_pipelines(subject.pipeline, {});
   subject.directory = arguments.directory;
+  if (subject.entry.traits.compressed)
+    subject.make_codec = [&plugins, codec = subject.pipeline.codec] {
+      return plugins.pipelines().make_codec(codec);
+    };
   return subject;
 }
 
 Json report_of(const Promise& promise, const Findings& findings) {
   Json report = {{"name", promise.name}, {"promise", promise.text}, {"held", findings.held()}};
   if (!findings.left_out().empty()) report["left_out"] = findings.left_out();
+  if (!findings.note().empty()) report["note"] = findings.note();
   if (!findings.held()) {
     report["expected"] = findings.broken();
     report["broken_expectations"] = findings.broken_count();
@@ -72,7 +78,8 @@ Json report_of(const Promise& promise, const Findings& findings) {
 /// The rest of the line that begins with the name of the promise, and the reasons below it.
 std::string text_of(const Promise& promise, const Findings& findings) {
   if (!findings.left_out().empty()) return fmt::format("left out: {}\n", findings.left_out());
-  if (findings.held()) return "kept\n";
+  if (findings.held())
+    return findings.note().empty() ? "kept\n" : fmt::format("kept; {}\n", findings.note());
   std::string text = fmt::format("BROKEN: {}\n", promise.text);
   for (const std::string& expected : findings.broken())
     text += fmt::format("    expected that {}\n", expected);
@@ -82,7 +89,7 @@ std::string text_of(const Promise& promise, const Findings& findings) {
 }
 
 int run_suite(const Arguments& arguments, const Plugins& plugins) {
-  const Subject subject = subject_of(arguments, plugins.backends());
+  const Subject subject = subject_of(arguments, plugins);
   const auto wanted = [&](const Promise& promise) {
     if (!promise.concerns(subject.entry.traits)) return false;
     if (arguments.only.empty()) return true;
@@ -107,7 +114,7 @@ int run_suite(const Arguments& arguments, const Plugins& plugins) {
   }
   if (arguments.json)
     print(Json{{"backend", subject.label},
-               {"pipeline", subject.pipeline},
+               {"pipeline", subject.pipeline.to_text()},
                {"held", held},
                {"broken", broken},
                {"left_out", left_out},
@@ -116,7 +123,7 @@ int run_suite(const Arguments& arguments, const Plugins& plugins) {
           "\n");
   else
     print(fmt::format("{}, pipeline {}: {} promises kept, {} broken, {} left out\n", subject.label,
-                      subject.pipeline, held, broken, left_out));
+                      subject.pipeline.to_text(), held, broken, left_out));
   return broken == 0 ? kExitDone : kExitFailed;
 }
 
@@ -160,7 +167,7 @@ void add_options(CommandLine& program, Arguments& arguments) {
 
 int run_program(int argument_count, char** words) {
   Arguments arguments;
-  CommandLine program("Check that a backend keeps the promises of plait/backend.h",
+  CommandLine program("Check that a backend keeps the promises of plait/extend/backend.h",
                       "plait-conformance");
   add_options(program, arguments);
   try {

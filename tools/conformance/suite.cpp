@@ -9,6 +9,7 @@ bool of_all(const BackendTraits&) { return true; }
 bool of_memory(const BackendTraits& traits) { return traits.in_memory; }
 bool of_mapped(const BackendTraits& traits) { return traits.maps_for_reading; }
 bool of_transfers(const BackendTraits& traits) { return !traits.in_memory; }
+bool of_codecs(const BackendTraits& traits) { return traits.compressed; }
 bool of_files(const BackendTraits& traits) { return traits.durable; }
 
 constexpr Promise kPromises[] = {
@@ -35,6 +36,12 @@ constexpr Promise kPromises[] = {
      check_address_in_memory},
     {"address-mapped", "The blocks of a mapped level keep their addresses, and are verified there.",
      of_mapped, check_address_mapped},
+    {"codec-gives-back", "A codec gives back every bit of each block that it encodes.", of_codecs,
+     check_codec_gives_back},
+    {"codec-is-repeatable", "A codec encodes equal blocks to equal bytes, whatever came before.",
+     of_codecs, check_codec_is_repeatable},
+    {"codec-stays-inside", "A codec accesses only the memory that it gets, whatever is stored.",
+     of_codecs, check_codec_stays_inside},
     {"transfers-end-once", "Each transfer that starts ends once, with the bytes of its block.",
      of_transfers, check_transfers},
     {"transfer-of-damaged-block",

@@ -13,7 +13,7 @@
 
 namespace plait::conformance {
 
-/// A promise of plait/backend.h, and the check that it is kept.
+/// A promise of plait/extend/backend.h, and the check that it is kept.
 struct Promise {
   std::string_view name;  ///< "read-never-written"
   std::string_view text;  ///< the promise: one sentence
@@ -52,6 +52,10 @@ void check_table_size(const Subject& subject, Findings& findings);
 void check_advice(const Subject& subject, Findings& findings);
 void check_threads(const Subject& subject, Findings& findings);
 void check_context(const Subject& subject, Findings& findings);
+
+void check_codec_gives_back(const Subject& subject, Findings& findings);
+void check_codec_is_repeatable(const Subject& subject, Findings& findings);
+void check_codec_stays_inside(const Subject& subject, Findings& findings);
 
 void check_address_in_memory(const Subject& subject, Findings& findings);
 void check_address_mapped(const Subject& subject, Findings& findings);

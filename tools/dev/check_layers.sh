@@ -1,57 +1,55 @@
 #!/usr/bin/env bash
 # Fails if an #include violates the layers, or if a source file is in no build.
 #
-#   bench -> tools; tools, bench, tests, examples -> c -> kernels, backends -> engine
-#   inside engine/:  base <- io, address <- mesh <- layout <- paging <- store <- maintenance, execution
+#   commands, tests -> bench -> tools -> c -> jobs -> kernels, backends -> engine;  examples -> c
+#   tools, jobs -> scans -> base, address, mesh of engine
+#   inside engine/:  base <- io, address <- mesh <- layout <- blocks <- paging <- format <- store
+#                    <- maintenance, execution
 #
-# The tables below have the exact rules. A public header of the engine must be in the first table:
-# if you add a header, choose its layer there.
+# The path of a file says its layer: engine/LAYER/... or PART/..., and tools/command_NAME.cpp and
+# tools/plait.cpp are the commands, which call what measures in bench/. The path of a public header also says
+# what it promises: include/plait/ is stable, include/plait/extend/ is for authors of backends, filters,
+# rules and kernels, include/plait/detail/ is what these two need, and no program names it. All other
+# headers are private.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-# The layer of each public header in engine/include/plait/.
-declare -A layer_of_header=(
-  [attribute.h]=base [byte_text.h]=base [error.h]=base [provenance.h]=base [stopwatch.h]=base
-  [default_arithmetic.h]=base [number_lattice.h]=base [rounding.h]=base
-  [namespace.h]=base [topology.h]=base [vector3.h]=base [regular_normal.h]=base [version.h]=base
-  [directory.h]=io [file.h]=io [file_operations.h]=io [machine.h]=io
-  [partial_output.h]=io
-  [base_relative_level.h]=address [edge_index.h]=address [edge_set.h]=address [face_slots.h]=address
-  [level_geometry.h]=address [patch_table.h]=address [slot_shapes.h]=address
-  [vertex_numbering.h]=address
-  [base_mesh.h]=mesh [mesh_io.h]=mesh
-  [layout.h]=layout
-  [backend.h]=paging [backend_choice.h]=paging [block_maker.h]=paging [block_table.h]=paging [budget.h]=paging [derivation.h]=paging [level_cursor.h]=paging
-  [level_file.h]=paging [level_pipelines.h]=paging [pager.h]=paging [pinned_level.h]=paging [session.h]=paging
-  [attribute_levels.h]=store [digest.h]=store [left_overs.h]=store [options.h]=store
-  [partial_store.h]=store [store.h]=store [store_directory.h]=store
-  [check_store.h]=maintenance [compare_attribute.h]=maintenance [copy_levels.h]=maintenance [recode_attribute.h]=maintenance [repair.h]=maintenance
-  [verify.h]=maintenance
-  [bounds.h]=execution [fused.h]=execution [in_core_mesh.h]=execution [patch.h]=execution [pin_needs.h]=execution
-  [pinned_patch.h]=execution [reader.h]=execution [sweep.h]=execution
-)
-
 # The layers that each folder of engine/, and each other folder, may include. Layout and address
 # only compute, so they may not include io.
-engine_layers='base io address mesh layout paging store maintenance execution'
+engine_layers='base io address mesh layout blocks paging format store maintenance execution'
 declare -A may_include=(
   [base]='base'
   [io]='base io'
   [address]='base address'
   [mesh]='base io address mesh'
   [layout]='base address mesh layout'
-  [paging]='base io address mesh layout paging'
-  [store]='base io address mesh layout paging store'
-  [maintenance]='base io address mesh layout paging store maintenance'
-  [execution]='base io address mesh layout paging store execution'
+  [blocks]='base io address mesh layout blocks'
+  [paging]='base io address mesh layout blocks paging'
+  [format]='base io address mesh layout blocks paging format'
+  [store]='base io address mesh layout blocks paging format store'
+  [maintenance]='base io address mesh layout blocks paging format store maintenance'
+  [execution]='base io address mesh layout blocks paging format store execution'
   [backends]="$engine_layers backends"
   [kernels]="$engine_layers kernels"
-  [c]="$engine_layers backends kernels c"
-  [tools]="$engine_layers backends kernels c tools"
-  [bench]="$engine_layers backends kernels c tools bench"
-  [examples]="$engine_layers backends kernels c examples"
-  [tests]="$engine_layers backends kernels c tools tests"
+  [scans]='base io address mesh scans'
+  [jobs]="$engine_layers backends kernels scans jobs"
+  [c]="$engine_layers backends kernels jobs c"
+  [tools]="$engine_layers backends kernels scans jobs c tools"
+  [bench]="$engine_layers backends kernels scans jobs c tools bench"
+  [examples]="$engine_layers backends kernels jobs c examples"
+  [commands]="$engine_layers backends kernels scans jobs c tools bench commands"
+  [tests]="$engine_layers backends kernels scans jobs c tools bench commands tests"
 )
+# Folders of public headers. A layer without one has private headers only.
+public_folders=(engine/*/include {backends,kernels,jobs,c}/include)
+# The parts whose private headers a part may include, beside its own.
+declare -A sees=(
+  [engine]='engine' [backends]='engine backends' [kernels]='engine kernels' [scans]='engine scans'
+  [jobs]='engine backends kernels scans jobs' [c]='engine backends kernels jobs c'
+  [tools]='engine backends kernels scans jobs c tools bench' [bench]='engine backends kernels scans jobs c tools bench'
+  [tests]='engine backends kernels scans jobs c tools bench tests' [examples]=''
+)
+stable_headers_at_most=20  # without plait.h, the C interface
 
 # System headers that a layer must not include: the library never prints, and layers that only
 # compute do no file operations.
@@ -59,12 +57,16 @@ declare -A forbidden_system_header=(
   [base]='iostream|fstream|cstdio|unistd\.h|fcntl\.h|sys/.*|boost/(iostreams|interprocess)/.*'
   [io]='iostream'
   [mesh]='iostream'
+  [blocks]='iostream'
+  [format]='iostream'
   [paging]='iostream'
   [store]='iostream'
   [maintenance]='iostream'
   [execution]='iostream'
   [backends]='iostream'
   [kernels]='iostream'
+  [scans]='iostream|fstream|cstdio|unistd\.h|fcntl\.h|sys/.*'
+  [jobs]='iostream'
   [c]='iostream|cstdio'
 )
 forbidden_system_header[address]=${forbidden_system_header[base]}
@@ -81,11 +83,12 @@ layer() {
   local inner
   found_layer=
   case $1 in
-    engine/include/plait/*) found_layer=${layer_of_header[${1#engine/include/plait/}]:-} ;;
     engine/*/*)
       inner=${1#engine/}
       found_layer=${inner%%/*}
       ;;
+    tools/*/*) found_layer=tools ;;
+    tools/command_*.cpp | tools/command_bench.h | tools/plait.cpp) found_layer=commands ;;
     *) found_layer=${1%%/*} ;;
   esac
   [ -n "${may_include[${found_layer:-none}]:-}" ] || found_layer=
@@ -94,11 +97,9 @@ layer() {
 # resolve FROM NAME: sets `found_file` to the file of the project that FROM includes as NAME, or to
 # nothing.
 resolve() {
-  local from=$1 name=$2 component=${1%%/*} folder
-  local folders=("${from%/*}" engine/include backends/include kernels/include c/include "$component")
-  # Tests and measurements may include private headers.
-  [ "$component" != tests ] || folders+=(engine backends kernels c tools)
-  [ "$component" != bench ] || folders+=(engine kernels tools)
+  local from=$1 name=$2 folder
+  # shellcheck disable=SC2206  # the parts are words
+  local folders=("${from%/*}" "${public_folders[@]}" ${sees[${from%%/*}]})
   found_file=
   for folder in "${folders[@]}"; do
     if [ -f "$folder/$name" ] || [ -f "$folder/$name.in" ]; then  # CMake makes a header of its .in
@@ -137,6 +138,12 @@ check_include() {
   if [[ $from == */include/plait/* && $found_file != */include/plait/* ]]; then
     fail "$from:$line: public header includes the private $found_file"
   fi
+  if [[ $found_file == */include/plait/detail/* ]]; then
+    case $from in
+      examples/* | tests/outside/* | tests/docs/*)
+        fail "$from:$line: a program includes headers of plait/ and plait/extend/, not $name" ;;
+    esac
+  fi
   layer "$found_file"
   if [ -z "$found_layer" ]; then
     return # reported when that file itself is checked
@@ -148,7 +155,7 @@ check_include() {
 }
 
 folders=()
-for folder in engine backends kernels c tools bench examples tests; do
+for folder in engine backends kernels scans jobs c tools bench examples tests; do
   [ ! -d "$folder" ] || folders+=("$folder")
 done
 
@@ -184,17 +191,25 @@ while IFS= read -r file; do
   [ "$named" = yes ] || fail "$file: named in no CMakeLists.txt, so it is never built"
 done < <(find "${folders[@]}" -type f -regex '.*\.\(c\|cpp\)' | LC_ALL=C sort)
 
-# The namespace of the library's files has a version; that of public headers is exported.
+# The namespace of the library's files has a version; that of public headers is exported, and that of
+# private headers which the program, the measurements or tests of the shared library include.
 while IFS=: read -r file line text; do
   case $file:$text in
-    engine/include/plait/namespace.h:*) ;;
+    engine/base/include/plait/detail/namespace.h:*) ;;
     */include/plait/*:PLAIT_BEGIN_NAMESPACE) ;;
     */include/plait/*) fail "$file:$line: a public header says PLAIT_BEGIN_NAMESPACE, not '$text'" ;;
+    *.h:PLAIT_BEGIN_NAMESPACE) ;;
     *:PLAIT_BEGIN_PRIVATE_NAMESPACE) ;;
     *) fail "$file:$line: a private file says PLAIT_BEGIN_PRIVATE_NAMESPACE, not '$text'" ;;
   esac
 done < <(grep -rnE '^(namespace plait \{|PLAIT_BEGIN_)' --include='*.h' --include='*.cpp' \
-  engine backends kernels c)
+  engine backends kernels scans jobs c)
+
+stable_headers=$(find "${public_folders[@]}" -path '*/include/plait/*' -not -path '*/plait/extend/*' \
+  -not -path '*/plait/detail/*' -type f | wc -l)
+if [ "$stable_headers" -gt "$stable_headers_at_most" ]; then
+  fail "expected at most $stable_headers_at_most headers in plait/, found $stable_headers"
+fi
 
 if [ "$file_count" -eq 0 ]; then
   fail "found no source file"

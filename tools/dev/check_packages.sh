@@ -104,6 +104,15 @@ inside bash -c 'source /usr/share/bash-completion/completions/plait && complete 
 rm -r "$root"/tmp/sphere*
 end_without_packages
 
+step "the Python package, in a system with nothing else"
+begin_with_packages base
+install_inside "$(deb libplait0)" "$(deb python3-plait)"
+inside python3 -c 'import numpy, plait
+store = plait.create(numpy.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+store.subdivide(3)
+print(store.mesh().vertices.shape)'
+end_without_packages
+
 step "the library, in a system with a compiler"
 begin_with_packages compiler
 install_inside "$(deb libplait0)" "$(deb libplait-dev)"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Fails if a page (*.md) links to a page or a heading that is not there, if it names a file of the
 # project that is not there, if the text of a heading runs on, or if a page has code that no test builds.
+# Also fails if a comment names a test as its pin ("Pinned by ...") that is not there.
 #
 #   tools/dev/check_pages.sh
 set -euo pipefail
@@ -32,7 +33,7 @@ while IFS=$'\t' read -r page kind target; do
       ;;
     file) [[ $target =~ (NAME|TARGET) ]] || compgen -G "$target*" >/dev/null || complain "$page: names '$target': no such file" ;;
     header)
-      compgen -G "*/include/$target*" >/dev/null || complain "$page: names '$target': no such header"
+      compgen -G "*/include/$target*" >/dev/null || compgen -G "engine/*/include/$target*" >/dev/null || complain "$page: names '$target': no such header"
       ;;
     place) complain "$page: $target" ;;
   esac
@@ -52,7 +53,7 @@ done < <(awk '
   {
     each($0, "\\]\\([^):]+\\)", "link", 3)
     each($0, "`plait/[a-z_/]+\\.h", "header", 2)
-    each($0, "`(docs|tests|tools|engine|backends|kernels|bench|examples|cmake|packaging)/[A-Za-z0-9_./-]+", "file", 2)
+    each($0, "`(docs|tests|tools|engine|backends|kernels|jobs|bench|examples|cmake|packaging)/[A-Za-z0-9_./-]+", "file", 2)
   }' "${pages[@]}" | sort -u)
 
 # The test that builds the C++ of a page names the page. The README has an example's.
@@ -60,6 +61,33 @@ for page in $(grep -l '^```cpp$' "${pages[@]}"); do
   [ "$page" = README.md ] || grep -rqF "$page" tests ||
     complain "$page: no test builds its C++"
 done
+# Comments name the tests that pin a formula or a promise: "Pinned by NAME_test.cpp", with or without
+# its folder, on one line or on several.
+mapfile -t sources < <(git ls-files --cached --others --exclude-standard '*.h' '*.cpp')
+while IFS=$'\t' read -r source test; do
+  if [[ $test == */* ]]; then
+    [ -e "$test" ] || complain "$source: pinned by '$test': no such file"
+  else
+    git ls-files --cached --others --exclude-standard "tests/*/$test" "tests/$test" | grep -q . ||
+      complain "$source: pinned by '$test': no such test"
+  fi
+done < <(awk '
+  function tell(    found) {
+    sub(/.*Pinned by /, "", text)
+    if ((found = index(text, "; ")) > 0) text = substr(text, 1, found)
+    while (match(text, /[A-Za-z0-9_\/]+_test\.(cpp|sh)/)) {
+      print source "\t" substr(text, RSTART, RLENGTH)
+      text = substr(text, RSTART + RLENGTH)
+      if (text ~ /^\.( |$)/) break
+    }
+    text = ""
+    lines = 0
+  }
+  FNR == 1 && lines > 0 { tell() }
+  lines > 0 { line = $0; sub(/^ *\/\/\/? */, "", line); text = text " " line; if (--lines == 0) tell() }
+  /Pinned by/ { source = FILENAME; text = $0; lines = 2 }
+  END { if (lines > 0) tell() }' "${sources[@]}" | sort -u)
+
 diff <(tests/docs/code_blocks.sh README.md cpp | tail -n +2) examples/first_store.cpp >&2 ||
   complain "README.md: expected the lines of examples/first_store.cpp (>), found those marked with <"
 exit $failed

@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 failures=0
-for part in engine backends kernels c; do
+for part in engine backends kernels scans jobs c; do
   tags=$(find "$part" -name '*.cpp' | ctags -L - --languages=C++ --c++-kinds=fvgcsu --fields=+s --extras=-q -f -)
   if [ -z "$tags" ]; then
     echo "check_private_names: found no name in $part/" >&2

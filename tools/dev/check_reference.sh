@@ -43,7 +43,7 @@ trap 'rm -rf "$work"' EXIT
 output=${1:-$work/output}
 mkdir -p "$output"
 version=$(sed -nE 's/^project\(plait VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
-includes="$PWD/engine/include $PWD/backends/include $PWD/kernels/include $PWD/c/include"
+includes=$(find "$PWD" -path "$PWD/build" -prune -o -type d -name include -print | LC_ALL=C sort | tr '\n' ' ')
 
 # run STRICT LENIENT: Doxygen's warnings.
 run() {

@@ -15,7 +15,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 clang_tidy=${PLAIT_CLANG_TIDY:-clang-tidy-14}
 
-folders='engine|backends|kernels|c|tools|examples|bench'
+folders='engine|backends|kernels|jobs|c|tools|examples|bench'
 since=
 most=
 while [ $# -gt 0 ]; do
@@ -84,7 +84,7 @@ fi
 
 # What has a .clang-tidy of its own or is compiled for several instruction sets stays alone. The list
 # saves time only.
-alone='^c/|/half_(merge|scatter)\.cpp$|/dispatched_rows\.cpp$|/(byte_planes|slot_predictions|wide_slots)\.cpp$'
+alone='^c/|/half_(merge|scatter)\.cpp$|/dispatched_rows\.cpp$|/(byte_planes|slot_predictions)\.cpp$'
 joined=$build/joined
 rm -rf "$joined"
 mkdir "$joined"

@@ -23,6 +23,7 @@ struct ExportTask {
   OutputStream& output;
   /// Throws kCancelled.
   std::function<void(std::uint64_t done)> progress;
+  std::span<const std::string> face_attributes;
 
   std::uint64_t vertices() const { return numbering.vertex_count(); }
   std::uint64_t triangles() const { return triangle_count(store.base(), refinements); }

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "argument_text.h"
 #include "export/format_writers.h"
@@ -54,6 +56,21 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
   return chosen;
 }
 
+void check_face_attributes(const Store& store, const ExportOptions& options) {
+  for (std::size_t at = 0; at < options.face_attributes.size(); ++at) {
+    const std::string& name = options.face_attributes[at];
+    std::as_const(store).face_bytes(name);  // refuses unknown names
+    if (options.format.mesh != MeshFormat::kPly)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export {}: face attribute '{}' can be written to PLY files only",
+                              store.path().native(), name));
+    if (std::ranges::find(options.face_attributes, name) !=
+        options.face_attributes.begin() + static_cast<std::ptrdiff_t>(at))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export: face attribute '{}' was given twice", name));
+  }
+}
+
 void check_counts(const Store& store, const ExportResult& counts, MeshFormat format) {
   const bool ply = format == MeshFormat::kPly;
   const std::uint64_t count = ply ? counts.vertices : counts.triangles;
@@ -103,6 +120,7 @@ ExportResult export_mesh(Store& store, File& file, const ExportOptions& options)
   check_position(store, position);
   check_level(store, position, options.level);
   const std::vector<AttributeId> extras = chosen_attributes(store, position, options);
+  check_face_attributes(store, options);
   const int refinements = relative_to_base(options.level, store.base_level()).refinements;
   const VertexNumbering numbering(store.base().topology(), refinements);
   ExportResult result{numbering.vertex_count(), triangle_count(store.base(), refinements), 0};
@@ -119,9 +137,10 @@ ExportResult export_mesh(Store& store, File& file, const ExportOptions& options)
                         numbering,
                         output,
                         [&](std::uint64_t done) {
-                          if (options.proceed && !options.proceed(done, total))
+                          if (options.progress && !options.progress({"export", done, total}))
                             throw Error(ErrorCode::kCancelled, "export: cancelled");
-                        }};
+                        },
+                        options.face_attributes};
   switch (options.format.mesh) {
     case MeshFormat::kPly:
       write_ply_level(task);

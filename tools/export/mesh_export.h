@@ -4,11 +4,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "export/output_stream.h"
+#include "plait/progress.h"
 #include "plait/store.h"
 
 namespace plait {
@@ -26,11 +26,13 @@ ExportFormat export_format(const std::filesystem::path& path);
 struct ExportOptions {
   ExportFormat format;
   int level = 0;  ///< counted from the user's mesh
-  /// Attributes besides the position. "normal" becomes nx ny nz (vn in OBJ). Others become PLY
-  /// properties NAME, or NAME_0, NAME_1 ...
+  /// Attributes besides the position. "normal" becomes nx ny nz (vn in OBJ), "color" red green blue
+  /// alpha, "texture" s t. Others become PLY properties NAME, or NAME_0, NAME_1 ...
   std::vector<std::string> attributes;
+  /// Attributes of the base faces: each becomes a PLY property of the triangles.
+  std::vector<std::string> face_attributes;
   /// Called with the number of vertices and triangles done. Returns false to cancel.
-  std::function<bool(std::uint64_t done, std::uint64_t total)> proceed;
+  ProgressCallback progress;
 };
 
 struct ExportResult {

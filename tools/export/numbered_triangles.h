@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/vertex_numbering.h"
+#include "plait/extend/vertex_numbering.h"
 
 namespace plait {
 

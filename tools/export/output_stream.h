@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include "plait/file.h"
+#include "plait/extend/file.h"
 
 namespace plait {
 

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "export/format_writers.h"
@@ -43,13 +44,33 @@ const char* ply_type(ComponentType type) {
 std::string property_name(const AttributeSchema& schema, std::uint32_t component) {
   static constexpr std::array<const char*, 3> kPosition = {"x", "y", "z"};
   static constexpr std::array<const char*, 3> kNormal = {"nx", "ny", "nz"};
+  static constexpr std::array<const char*, 4> kColor = {"red", "green", "blue", "alpha"};
+  static constexpr std::array<const char*, 2> kTexture = {"s", "t"};
   if (schema.components == 3 && schema.name == "position") return kPosition[component];
   if (schema.components == 3 && schema.name == "normal") return kNormal[component];
+  if ((schema.components == 3 || schema.components == 4) && schema.name == "color")
+    return kColor[component];
+  if (schema.components == 2 && schema.name == "texture") return kTexture[component];
   return schema.components == 1 ? schema.name : fmt::format("{}_{}", schema.name, component);
 }
 
+/// An attribute of the base faces.
+struct FaceColumn {
+  AttributeSchema schema;
+  std::span<const std::byte> numbers;
+};
+
+std::vector<FaceColumn> face_columns(const ExportTask& task) {
+  std::vector<FaceColumn> columns;
+  for (const std::string& name : task.face_attributes)
+    for (const AttributeSchema& schema : task.store.face_attributes())
+      if (schema.name == name)
+        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
+  return columns;
+}
+
 std::string header(const ExportTask& task, std::span<const AttributeId> attributes,
-                   const char* index_type) {
+                   std::span<const FaceColumn> columns, const char* index_type) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment plait: level {}\nelement vertex {}\n",
       task.level, task.vertices());
@@ -59,8 +80,11 @@ std::string header(const ExportTask& task, std::span<const AttributeId> attribut
       text +=
           fmt::format("property {} {}\n", ply_type(schema.type), property_name(schema, component));
   }
-  return text + fmt::format("element face {}\nproperty list uchar {} vertex_indices\nend_header\n",
-                            task.triangles(), index_type);
+  text += fmt::format("element face {}\nproperty list uchar {} vertex_indices\n", task.triangles(),
+                      index_type);
+  for (const FaceColumn& column : columns)
+    text += fmt::format("property {} {}\n", ply_type(column.schema.type), column.schema.name);
+  return text + "end_header\n";
 }
 
 }  // namespace
@@ -77,7 +101,8 @@ void write_ply_level(const ExportTask& task) {
   attributes.insert(attributes.end(), task.extras.begin(), task.extras.end());
   const bool fits_int =
       task.vertices() <= static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max());
-  task.output.write(header(task, attributes, fits_int ? "int" : "uint"));
+  const std::vector<FaceColumn> columns = face_columns(task);
+  task.output.write(header(task, attributes, columns, fits_int ? "int" : "uint"));
 
   std::vector<std::byte> rows;
   std::uint64_t done = 0;
@@ -94,6 +119,7 @@ void write_ply_level(const ExportTask& task) {
   });
 
   constexpr std::size_t kFaceBytes = 13;
+  std::uint64_t triangle = 0;
   for_each_numbered_triangle(
       task.store.base(), task.numbering, task.refinements,
       [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
@@ -103,6 +129,11 @@ void write_ply_level(const ExportTask& task) {
                                          static_cast<std::uint32_t>(c)};
         std::memcpy(face.data() + 1, corners, sizeof(corners));
         task.output.write(face);
+        const std::uint64_t of_face = triangle++ >> (2 * task.refinements);
+        for (const FaceColumn& column : columns) {
+          const std::size_t bytes = column.schema.record_bytes();
+          task.output.write(column.numbers.subspan(of_face * bytes, bytes));
+        }
       },
       [&](std::uint64_t triangles) { task.progress(done + triangles); });
 }

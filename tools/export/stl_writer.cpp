@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "export/format_writers.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/store_access.h"
 
 namespace plait {
 namespace {
@@ -28,7 +29,7 @@ template <class Real>
 void write_facets(const ExportTask& task) {
   // Half of the budget stays pinned, because neighbouring faces use the same blocks.
   StorePatches<Vector3<Real>> patches(task.store, task.position,
-                                      task.store.pager().budget_bytes() / 2);
+                                      StoreAccess::pager(task.store).budget_bytes() / 2);
   patches.activate(task.level, 1, 0);
   const std::int64_t size = std::int64_t{1} << task.refinements;
   std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;

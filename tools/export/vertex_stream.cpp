@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "plait/level_cursor.h"
+#include "paging/level_cursor.h"
+#include "plait/extend/store_access.h"
 
 namespace plait {
 namespace {
@@ -34,7 +35,8 @@ void stream_vertices(Store& store, std::span<const AttributeId> attributes, int 
   for (int finer = store.base_level() + 1; finer <= level; ++finer) {
     std::vector<LevelCursor> cursors;
     for (const AttributeId attribute : attributes)
-      cursors.emplace_back(store.open_session(), store.level_file(attribute, finer));
+      cursors.emplace_back(StoreAccess::open_session(store),
+                           StoreAccess::level_file(store, attribute, finer));
     for (EdgeId edge = 0; edge < edges; ++edge) {
       for (std::size_t i = 0; i < cursors.size(); ++i) records[i] = cursors[i].slot(edge).bytes;
       sink(records, records[0].size() / cursors[0].geometry().record_bytes());

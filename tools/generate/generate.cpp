@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "base/name_table.h"
 #include "generate/kinds.h"
 #include "generate/progress.h"
 #include "plait/error.h"
@@ -13,12 +14,11 @@
 namespace plait {
 namespace {
 
-constexpr std::array<std::pair<GeneratorKind, std::string_view>, 4> kNames{{
-    {GeneratorKind::kMolecule, "molecule"},
-    {GeneratorKind::kTorus, "torus"},
-    {GeneratorKind::kIcosphere, "icosphere"},
-    {GeneratorKind::kOpenSheet, "open-sheet"},
-}};
+constexpr NameTable<GeneratorKind, 4> kGenerators("kind of mesh",
+                                                  {{GeneratorKind::kMolecule, "molecule"},
+                                                   {GeneratorKind::kTorus, "torus"},
+                                                   {GeneratorKind::kIcosphere, "icosphere"},
+                                                   {GeneratorKind::kOpenSheet, "open-sheet"}});
 
 IndexedMesh make(GeneratorKind kind, std::uint64_t vertices, std::uint64_t seed,
                  const generation::Progress& progress) {
@@ -37,21 +37,9 @@ IndexedMesh make(GeneratorKind kind, std::uint64_t vertices, std::uint64_t seed,
 
 }  // namespace
 
-std::string_view to_string(GeneratorKind kind) noexcept {
-  for (const auto& [known, name] : kNames)
-    if (known == kind) return name;
-  return "unknown";
-}
+std::string_view to_string(GeneratorKind kind) noexcept { return kGenerators.name_of(kind); }
 
-GeneratorKind generator_from_name(std::string_view name) {
-  std::string known_names;
-  for (const auto& [kind, known] : kNames) {
-    if (known == name) return kind;
-    known_names += fmt::format("{}{}", known_names.empty() ? "" : ", ", known);
-  }
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("generate: expected one of {}, found \"{}\"", known_names, name));
-}
+GeneratorKind generator_from_name(std::string_view name) { return kGenerators.find(name); }
 
 VertexCountRange vertex_count_range(GeneratorKind kind) noexcept {
   // Side numbers have 32 bits, also while the surface has more vertices than the result.

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "io/partial_output.h"
 #include "plait/error.h"
-#include "plait/partial_output.h"
 
 namespace plait {
 namespace {

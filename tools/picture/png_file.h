@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "picture/image.h"
-#include "plait/file.h"
+#include "plait/extend/file.h"
 
 namespace plait {
 

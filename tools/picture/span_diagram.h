@@ -3,7 +3,7 @@
 
 #include "picture/image.h"
 #include "plait/base_mesh.h"
-#include "plait/file.h"
+#include "plait/extend/file.h"
 
 namespace plait {
 

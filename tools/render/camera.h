@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "arguments.h"
-#include "plait/vector3.h"
+#include "plait/extend/vector3.h"
 
 namespace plait {
 

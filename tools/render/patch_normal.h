@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
 
 namespace plait {
 

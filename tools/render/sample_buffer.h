@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "plait/vector3.h"
+#include "plait/extend/vector3.h"
 #include "render/camera.h"
 
 namespace plait {

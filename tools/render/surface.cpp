@@ -10,7 +10,8 @@
 
 #include "export/vertex_stream.h"
 #include "plait/error.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/store_access.h"
 #include "render/patch_normal.h"
 
 namespace plait {
@@ -101,10 +102,9 @@ class NormalSource {
 
 template <class Real>
 void draw_patches(Store& store, AttributeId position, int level, const Camera& camera,
-                  SampleBuffer& samples,
-                  const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+                  SampleBuffer& samples, const ProgressCallback& progress) {
   // A third of the budget is for pins of positions, and a third for pins of normals.
-  const std::uint64_t share_bytes = store.pager().budget_bytes() / 3;
+  const std::uint64_t share_bytes = StoreAccess::pager(store).budget_bytes() / 3;
   StorePatches<Vector3<Real>> patches(store, position, share_bytes);
   patches.activate(level, 1, 0);
   NormalSource<Real> normals(store, position, level, share_bytes);
@@ -132,7 +132,7 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
       }
       lower.swap(upper);
     }
-    if (proceed && !proceed(face + 1, faces))
+    if (progress && !progress({"render", face + 1, faces}))
       throw Error(ErrorCode::kCancelled, "render: cancelled");
   }
 }
@@ -160,12 +160,12 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 }
 
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
-                  const std::function<bool(std::uint64_t, std::uint64_t)>& proceed) {
+                  const ProgressCallback& progress) {
   const AttributeId position = checked_position(store, level);
   if (is_double(store, position))
-    draw_patches<double>(store, position, level, camera, samples, proceed);
+    draw_patches<double>(store, position, level, camera, samples, progress);
   else
-    draw_patches<float>(store, position, level, camera, samples, proceed);
+    draw_patches<float>(store, position, level, camera, samples, progress);
 }
 
 }  // namespace plait

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 
+#include "plait/progress.h"
 #include "plait/store.h"
 #include "render/camera.h"
 #include "render/sample_buffer.h"
@@ -21,6 +21,6 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 /// Errors: kInvalidArgument for a level that the store does not have, and for positions that are
 /// not 3 numbers; kCancelled; those of Session::pin.
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
-                  const std::function<bool(std::uint64_t done, std::uint64_t total)>& proceed);
+                  const ProgressCallback& progress);
 
 }  // namespace plait

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string_view>
 
-#include "plait/backends/pipeline.h"
+#include "plait/extend/codec.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -13,8 +13,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 std::unique_ptr<Codec> make_none_codec(std::string_view options);
 std::unique_ptr<Codec> make_bitpack_codec(std::string_view options);
 std::unique_ptr<Codec> make_lz4_codec(std::string_view options);
-/// `options` is a level from ZSTD_minCLevel() to ZSTD_maxCLevel(), or "huffman" for Huffman codes
-/// without matches; empty for zstd's default level.
+/// `options` is a level from ZSTD_minCLevel() to ZSTD_maxCLevel(); empty for zstd's default level.
 std::unique_ptr<Codec> make_zstd_codec(std::string_view options);
 
 /// Throws kInvalidArgument unless `options` is empty.

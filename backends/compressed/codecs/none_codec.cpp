@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/message_text.h"
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
@@ -38,7 +39,8 @@ std::unique_ptr<Codec> make_none_codec(std::string_view options) {
 void refuse_options(std::string_view name, std::string_view options) {
   if (options.empty()) return;
   throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("choose \"{}:{}\": expected no options after the name", name, options));
+              fmt::format("choose \"{}:{}\": expected no options after the name", name,
+                          text_for_message(options)));
 }
 
 PLAIT_END_NAMESPACE

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

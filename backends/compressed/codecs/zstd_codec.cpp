@@ -2,7 +2,7 @@
 // `shuffle`, a part holds bytes of one significance. Where the lower bytes of residuals are noise,
 // zstd finds many short matches, which save nothing and make decoding three times as slow. So each
 // part is encoded twice, with matches and with Huffman codes alone, and the second is taken unless
-// the first is clearly smaller. `zstd:huffman` does without the first.
+// the first is clearly smaller.
 #include <fmt/format.h>
 #define ZSTD_STATIC_LINKING_ONLY  // declares the estimates of memory, and the mode of literals
 #include <zstd.h>
@@ -13,6 +13,7 @@
 #include <cstring>
 #include <vector>
 
+#include "base/message_text.h"
 #include "compressed/codecs/built_in_codecs.h"
 #include "plait/error.h"
 
@@ -58,8 +59,7 @@ ZSTD_compressionParameters literal_parameters(std::size_t raw_bytes) {
 /// block.
 class ZstdCodec final : public Codec {
  public:
-  /// Without a level: Huffman codes alone.
-  explicit ZstdCodec(std::optional<int> level) : level_(level) {}
+  explicit ZstdCodec(int level) : level_(level) {}
 
   std::size_t bound(std::size_t raw_bytes) const override {
     std::size_t all = 0;
@@ -74,14 +74,12 @@ class ZstdCodec final : public Codec {
     std::size_t most = 0, most_literal = 0;
     for (const std::size_t class_bytes : {raw_bytes, 256 * kKibi, 128 * kKibi, 16 * kKibi}) {
       const std::size_t bytes = std::min(raw_bytes, class_bytes);
-      if (level_)
-        most =
-            std::max(most, ZSTD_estimateCCtxSize_usingCParams(ZSTD_getCParams(*level_, bytes, 0)));
+      most = std::max(most, ZSTD_estimateCCtxSize_usingCParams(ZSTD_getCParams(level_, bytes, 0)));
       most_literal =
           std::max(most_literal, ZSTD_estimateCCtxSize_usingCParams(literal_parameters(bytes)));
     }
-    if (level_) most += ZSTD_compressBound(raw_bytes / count_parts(raw_bytes) + 1);
-    return most + most_literal + ZSTD_estimateDCtxSize();
+    return most + ZSTD_compressBound(raw_bytes / count_parts(raw_bytes) + 1) + most_literal +
+           ZSTD_estimateDCtxSize();
   }
 
   std::optional<std::size_t> compress(std::span<const std::byte> raw,
@@ -124,15 +122,12 @@ class ZstdCodec final : public Codec {
   }
 
   void make_compressors() {
-    if (!literal_) {
-      literal_ = make_compressor();
-      // A long step turns literal compression off, unless it is asked for.
-      set(literal_, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
-    }
-    if (level_ && !searching_) {
-      searching_ = make_compressor();
-      set(searching_, ZSTD_c_compressionLevel, *level_);
-    }
+    if (searching_) return;
+    literal_ = make_compressor();
+    // A long step turns literal compression off, unless it is asked for.
+    set(literal_, ZSTD_c_literalCompressionMode, ZSTD_ps_enable);
+    searching_ = make_compressor();
+    set(searching_, ZSTD_c_compressionLevel, level_);
   }
 
   static void set(Compressor& compressor, ZSTD_cParameter parameter, long long value) {
@@ -169,7 +164,7 @@ class ZstdCodec final : public Codec {
                                            std::span<std::byte> into) {
     set_literal_parameters(raw.size());
     const auto literal = frame(literal_.get(), raw, into);
-    if (!level_ || (literal && *literal <= kSmallPart)) return literal;
+    if (literal && *literal <= kSmallPart) return literal;
     searched_.resize(std::max(searched_.size(), ZSTD_compressBound(raw.size())));
     const std::size_t searched = *frame(searching_.get(), raw, searched_);
     if (literal && *literal <= searched + searched / kLeastGain) return literal;
@@ -202,7 +197,7 @@ class ZstdCodec final : public Codec {
     return stored.subspan(frame_bytes);
   }
 
-  std::optional<int> level_;
+  int level_;
   Compressor searching_, literal_;  ///< with matches, and with Huffman codes alone
   std::vector<std::byte> searched_;
   std::unique_ptr<ZSTD_DCtx, FreeContext> decompressor_;
@@ -211,7 +206,6 @@ class ZstdCodec final : public Codec {
 }  // namespace
 
 std::unique_ptr<Codec> make_zstd_codec(std::string_view options) {
-  if (options == "huffman") return std::make_unique<ZstdCodec>(std::nullopt);
   int level = ZSTD_defaultCLevel();
   if (!options.empty()) {
     const char* const end = options.data() + options.size();
@@ -219,9 +213,8 @@ std::unique_ptr<Codec> make_zstd_codec(std::string_view options) {
     if (failure != std::errc() || stop != end || level < ZSTD_minCLevel() ||
         level > ZSTD_maxCLevel())
       throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}, or "
-                              "huffman",
-                              options, ZSTD_minCLevel(), ZSTD_maxCLevel()));
+                  fmt::format("choose codec \"zstd:{}\": expected a level from {} to {}",
+                              text_for_message(options), ZSTD_minCLevel(), ZSTD_maxCLevel()));
   }
   return std::make_unique<ZstdCodec>(level);
 }

@@ -8,7 +8,6 @@
 
 #include <hwy/highway.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -35,17 +34,6 @@ HWY_INLINE void join_rest(const Byte* planes, std::size_t first, std::size_t cou
       numbers[i * kWidth + plane] = planes[plane * count + i];
 }
 
-HWY_INLINE void differences_rest(const Byte* from, std::size_t first, std::size_t count,
-                                 std::size_t distance, Byte* to) {
-  for (std::size_t i = first; i < count; ++i)
-    to[i] = static_cast<Byte>(from[i] - (i < distance ? 0 : from[i - distance]));
-}
-HWY_INLINE void sums_rest(const Byte* from, std::size_t first, std::size_t count,
-                          std::size_t distance, Byte* to) {
-  for (std::size_t i = first; i < count; ++i)
-    to[i] = static_cast<Byte>(from[i] + (i < distance ? 0 : to[i - distance]));
-}
-
 #if HWY_TARGET == HWY_SCALAR  // processors without vectors of bytes
 
 HWY_INLINE void split2(const Byte* numbers, std::size_t count, Byte* planes) {
@@ -65,12 +53,6 @@ HWY_INLINE void split8(const Byte* numbers, std::size_t count, Byte* planes) {
 }
 HWY_INLINE void join8(const Byte* planes, std::size_t count, Byte* numbers) {
   join_rest<8>(planes, 0, count, numbers);
-}
-HWY_INLINE void differences(const Byte* from, std::size_t count, std::size_t distance, Byte* to) {
-  differences_rest(from, 0, count, distance, to);
-}
-HWY_INLINE void sums(const Byte* from, std::size_t count, std::size_t distance, Byte* to) {
-  sums_rest(from, 0, count, distance, to);
 }
 
 #else
@@ -164,68 +146,6 @@ HWY_INLINE void join8(const Byte* planes, std::size_t count, Byte* numbers) {
   join_rest<8>(planes, i, count, numbers);
 }
 
-HWY_INLINE void differences(const Byte* from, std::size_t count, std::size_t distance, Byte* to) {
-  const hn::ScalableTag<Byte> d;
-  std::size_t i = std::min(distance, count);
-  std::copy_n(from, i, to);
-  for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
-    hn::StoreU(hn::Sub(hn::LoadU(d, from + i), hn::LoadU(d, from + i - distance)), d, to + i);
-  differences_rest(from, i, count, distance, to);
-}
-
-/// Sums over a distance of less than a vector. One step sums `period` bytes, the most whole
-/// distances that a vector of 16 bytes has. First it sums the bytes of the step itself: every byte
-/// with the one `distance` before it, then every sum with the one twice as far, and so on. Then it
-/// adds the sums before the step, which are the last `distance` bytes of the last step. Stores the
-/// whole vector; the next step overwrites what follows the period.
-HWY_INLINE std::size_t sum_periods(const Byte* from, std::size_t count, std::size_t distance,
-                                   Byte* to) {
-  const hn::FixedTag<Byte, 16> d;
-  const std::size_t period = 16 / distance * distance;
-  HWY_ALIGN Byte shift[4][16] = {}, carry[16];
-  int shifts = 0;
-  for (std::size_t far = distance; far < period; far *= 2, ++shifts)
-    for (std::size_t lane = 0; lane < 16; ++lane)
-      shift[shifts][lane] = lane < far ? Byte{0x80} : static_cast<Byte>(lane - far);
-  for (std::size_t lane = 0; lane < 16; ++lane)
-    carry[lane] = static_cast<Byte>(period - distance + lane % distance);
-  const auto s0 = hn::Load(d, shift[0]), s1 = hn::Load(d, shift[1]), s2 = hn::Load(d, shift[2]),
-             s3 = hn::Load(d, shift[3]), from_last = hn::Load(d, carry);
-  auto before = hn::Zero(d);
-  std::size_t i = 0;
-  const auto run = [&](auto steps) HWY_ATTR {
-    for (; i + 16 <= count; i += period) {
-      auto sums = hn::LoadU(d, from + i);
-      if constexpr (steps > 0) sums = hn::Add(sums, hn::TableLookupBytesOr0(sums, s0));
-      if constexpr (steps > 1) sums = hn::Add(sums, hn::TableLookupBytesOr0(sums, s1));
-      if constexpr (steps > 2) sums = hn::Add(sums, hn::TableLookupBytesOr0(sums, s2));
-      if constexpr (steps > 3) sums = hn::Add(sums, hn::TableLookupBytesOr0(sums, s3));
-      sums = hn::Add(sums, hn::TableLookupBytes(before, from_last));
-      hn::StoreU(sums, d, to + i);
-      before = sums;
-    }
-  };
-  if (shifts == 0) run(std::integral_constant<int, 0>());
-  if (shifts == 1) run(std::integral_constant<int, 1>());
-  if (shifts == 2) run(std::integral_constant<int, 2>());
-  if (shifts == 3) run(std::integral_constant<int, 3>());
-  if (shifts == 4) run(std::integral_constant<int, 4>());
-  return i;
-}
-
-HWY_INLINE void sums(const Byte* from, std::size_t count, std::size_t distance, Byte* to) {
-  std::size_t i = 0;
-  if (distance < 16) {
-    i = sum_periods(from, count, distance, to);
-  } else {
-    const hn::FixedTag<Byte, 16> d;
-    for (; i < std::min(distance, count); ++i) to[i] = from[i];
-    for (; i + 16 <= count; i += 16)
-      hn::StoreU(hn::Add(hn::LoadU(d, from + i), hn::LoadU(d, to + i - distance)), d, to + i);
-  }
-  sums_rest(from, i, count, distance, to);
-}
-
 #endif
 
 inline void split_any(const std::byte* numbers, std::size_t count, std::size_t width,
@@ -243,14 +163,6 @@ inline void join_any(const std::byte* planes, std::size_t count, std::size_t wid
   width == 2   ? join2(from, count, to)
   : width == 4 ? join4(from, count, to)
                : join8(from, count, to);
-}
-inline void differences_any(const std::byte* from, std::size_t count, std::size_t distance,
-                            std::byte* to) {
-  differences(reinterpret_cast<const Byte*>(from), count, distance, reinterpret_cast<Byte*>(to));
-}
-inline void sums_any(const std::byte* from, std::size_t count, std::size_t distance,
-                     std::byte* to) {
-  sums(reinterpret_cast<const Byte*>(from), count, distance, reinterpret_cast<Byte*>(to));
 }
 
 }  // namespace plait::byte_planes::HWY_NAMESPACE

@@ -12,8 +12,6 @@ namespace plait::byte_planes {
 
 HWY_EXPORT(split_any);
 HWY_EXPORT(join_any);
-HWY_EXPORT(differences_any);
-HWY_EXPORT(sums_any);
 
 }  // namespace plait::byte_planes
 
@@ -28,13 +26,6 @@ void split_planes(const std::byte* numbers, std::size_t count, std::size_t width
 void join_planes(const std::byte* planes, std::size_t count, std::size_t width,
                  std::byte* numbers) {
   HWY_DYNAMIC_DISPATCH(join_any)(planes, count, width, numbers);
-}
-void byte_differences(const std::byte* from, std::size_t count, std::size_t distance,
-                      std::byte* to) {
-  HWY_DYNAMIC_DISPATCH(differences_any)(from, count, distance, to);
-}
-void byte_sums(const std::byte* from, std::size_t count, std::size_t distance, std::byte* to) {
-  HWY_DYNAMIC_DISPATCH(sums_any)(from, count, distance, to);
 }
 
 PLAIT_END_NAMESPACE

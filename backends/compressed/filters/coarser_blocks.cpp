@@ -88,7 +88,7 @@ class Heaviest {
   }
 
   std::size_t room_, count_ = 0;
-  std::array<Entry, kMostContextBlocks> entries_ = {};
+  std::array<Entry, kMostCoarserBlocks> entries_ = {};
 };
 
 }  // namespace
@@ -96,11 +96,11 @@ class Heaviest {
 CoarserBlocks::CoarserBlocks(const Topology& mesh, std::vector<const LevelGeometry*> levels,
                              const LevelGeometry& own)
     : mesh_(mesh), levels_(std::move(levels)), own_(&own), kept_(own.block_count()) {
-  if (levels_.size() > kMostContextBlocks)
+  if (levels_.size() > kMostCoarserBlocks)
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("predict a level from coarser ones: expected at most {} of them, "
                             "found {}",
-                            kMostContextBlocks, levels_.size()));
+                            kMostCoarserBlocks, levels_.size()));
 }
 
 CoarserBlocks::~CoarserBlocks() {
@@ -125,7 +125,7 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
   const EdgeId first = own_->first_edge(block), end = own_->edge_after(block);
   choice.own_edge = first;
   if (count == 0) return choice;
-  std::array<Needs, kMostContextBlocks> needs;
+  std::array<Needs, kMostCoarserBlocks> needs;
   // Edges whose slots are in the blocks of the first edge need no others: most edges.
   EdgeId begin_of_own = 0, end_of_own = kNoId;
   for (std::size_t i = 0; i < count; ++i) {
@@ -148,7 +148,7 @@ CoarserChoice CoarserBlocks::compute(std::uint64_t block) const noexcept {
         if (next.exists()) add(next.face(), 1);
       }
     }
-  Heaviest heaviest(kMostContextBlocks - count);
+  Heaviest heaviest(kMostCoarserBlocks - count);
   for (std::size_t i = 0; i < count; ++i) {
     const int refinement = static_cast<int>(i) + 1;
     choice.blocks[choice.count++] = {refinement, needs[i].own_block()};

@@ -10,12 +10,17 @@
 #include <span>
 #include <vector>
 
-#include "plait/backend.h"
-#include "plait/level_geometry.h"
-#include "plait/namespace.h"
-#include "plait/topology.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend.h"
+#include "plait/extend/block_maker.h"
+#include "plait/extend/level_geometry.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// The largest number of blocks that one block is predicted from (docs/filters/hierarchy.md).
+inline constexpr std::size_t kMostCoarserBlocks = 16;
+static_assert(kMostCoarserBlocks + kMostSourceBlocks <= kMostContextBlocks);
 
 /// A block of the level that is refined `refinement` times from the base mesh.
 struct CoarserBlock {
@@ -25,7 +30,7 @@ struct CoarserBlock {
 
 /// The blocks that one block is predicted from, in the order of levels, coarser ones first.
 struct CoarserChoice {
-  std::array<CoarserBlock, kMostContextBlocks> blocks = {};
+  std::array<CoarserBlock, kMostCoarserBlocks> blocks = {};
   std::size_t count = 0;
   EdgeId own_edge = 0;  ///< the first edge of the block that is predicted
 };
@@ -71,13 +76,19 @@ class CoarserSlots {
   CoarserSlots(const CoarserBlocks& blocks, const CoarserChoice& choice,
                std::span<const std::span<const std::byte>> context) noexcept;
 
-  /// The slot of an edge at the level with this refinement; null if it is in no chosen block.
-  const std::byte* slot(int refinement, EdgeId edge) const noexcept {
+  /// The slot of an edge; its bytes are null if it is in no chosen block.
+  struct Found {
+    const std::byte* bytes = nullptr;
+    SlotShape shape = SlotShape::kWhole;
+  };
+  /// At the level with this refinement.
+  Found slot(int refinement, EdgeId edge) const noexcept {
+    const Slot slot = blocks_.level(refinement).slot(edge);
     const auto at = static_cast<std::size_t>(refinement);
     for (std::size_t i = begin_[at - 1]; i < begin_[at]; ++i)
       if (edge >= parts_[i].first && edge < parts_[i].end)
-        return parts_[i].bytes + (blocks_.level(refinement).slot(edge).offset - parts_[i].offset);
-    return nullptr;
+        return {parts_[i].bytes + (slot.offset - parts_[i].offset), slot.shape};
+    return {nullptr, slot.shape};
   }
 
  private:
@@ -89,8 +100,8 @@ class CoarserSlots {
   };
 
   const CoarserBlocks& blocks_;
-  std::array<Part, kMostContextBlocks> parts_ = {};
-  std::array<std::size_t, kMostContextBlocks + 1> begin_ =
+  std::array<Part, kMostCoarserBlocks> parts_ = {};
+  std::array<std::size_t, kMostCoarserBlocks + 1> begin_ =
       {};  ///< [refinement] the end of its parts
 };
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -16,8 +16,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct ColumnSlot {
   std::size_t side;
   int components;
-
-  std::size_t row_words() const noexcept { return side * static_cast<std::size_t>(components); }
 };
 
 /// Whether the two functions below take such slots on this processor.

@@ -7,11 +7,11 @@
 #include <cstring>
 #include <type_traits>
 
+#include "base/default_arithmetic.h"
 #include "compressed/codecs/built_in_codecs.h"
 #include "compressed/filters/column_rows.h"
 #include "compressed/filters/ordered_words.h"
 #include "compressed/filters/slot_rows.h"
-#include "plait/default_arithmetic.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -166,7 +166,7 @@ std::unique_ptr<Filter> make_columns_filter(std::string_view options, const Filt
     return std::make_unique<ColumnsFilter<std::uint64_t>>(level);
   throw Error(ErrorCode::kNotSupported,
               fmt::format("choose filter columns for attribute '{}': expected float32 or float64, "
-                          "found {}; lorenzo predicts integers",
+                          "found {}; shuffle takes integers",
                           schema.name, to_string(schema.type)));
 }
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-#include "plait/backends/pipeline.h"
+#include "plait/extend/filter.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

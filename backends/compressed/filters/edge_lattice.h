@@ -1,12 +1,6 @@
-// backends/compressed/filters/edge_lattice.h: the coarser vertices around the slot of an edge, as a
-// regular grid.
-//
-//        end (0,N)------(N,N) apex of the other face
-//           | \   other   |            points (p, q), 0 <= p, q <= N = 2^(level-1)
-//           |   \         |            p and q are the weights of the edge's start and end,
-//           |     \       |            in the other face N minus these
-//           |  own  \     |            the edge is the diagonal p + q = N
-//   apex (0,0)------(N,0) start        one more row of points lies around
+// backends/compressed/filters/edge_lattice.h: the coarser vertices around the slot of an edge, as
+// the edge's grid (plait/detail/edge_grid.h) of the level before. Other than gather() there, it
+// does without slots that are in no block at hand, and reads the memory of a base mesh ahead.
 //
 // The vertex (row, column) of the slot lies between the points A = (row, column + 1) and B = (row +
 // 1, column). slot_predictions.h predicts it from these and the points around. Irregular vertices
@@ -27,9 +21,10 @@
 #include "compressed/filters/coarser_blocks.h"
 #include "compressed/filters/lattice_places.h"
 #include "compressed/filters/surrounding_edges.h"
-#include "plait/edge_index.h"
-#include "plait/namespace.h"
-#include "plait/topology.h"
+#include "plait/detail/edge_grid.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -40,12 +35,12 @@ class EdgeLattice {
   using Record = std::array<Number, kComponents>;
 
   /// The memory of a lattice for slots of `refinement`.
-  static constexpr std::size_t bytes(int refinement) {
-    const auto stride = static_cast<std::size_t>(slot_side(refinement) + 3);
-    return sizeof(Record) * (stride * stride + stride);
+  static std::size_t bytes(int refinement) {
+    const GridShape grid(refinement - 1);
+    return sizeof(Record) * (grid.point_count() + static_cast<std::size_t>(grid.stride));
   }
 
-  /// From the levels before places.refinement(), the levels of the slots. `memory` has bytes()
+  /// From the levels up to that of places.grid(), the levels of the slots. `memory` has bytes()
   /// bytes. `base` are the records of the base vertices. Without `has_wings` the row around the
   /// points is not filled.
   EdgeLattice(const CoarserBlocks& levels, const CoarserSlots& slots, const LatticePlaces& places,
@@ -55,9 +50,9 @@ class EdgeLattice {
         slots_(slots),
         places_(places),
         base_(reinterpret_cast<const Record*>(base.data())),
-        refinement_(places.refinement()),
-        size_(slot_side(refinement_)),
-        stride_(size_ + 3),
+        grid_(places.grid()),
+        refinement_(grid_.level + 1),
+        size_(grid_.size),
         points_(reinterpret_cast<Record*>(memory.data())),
         has_wings_(has_wings),
         edges_(mesh_, edges, base.data(), sizeof(Record),
@@ -79,33 +74,31 @@ class EdgeLattice {
   /// The edge whose points are filled, and whether it is a border.
   EdgeId edge() const { return edges_[next_ - 1].edge; }
   bool is_border() const { return edges_[next_ - 1].is_border; }
-  const Record* point(std::int64_t p, std::int64_t q) const {
-    return points_ + (p + 1) * stride_ + (q + 1);
-  }
+  const Record* point(std::int64_t p, std::int64_t q) const { return points_ + grid_.place(p, q); }
   std::int64_t side() const { return size_; }
-  std::int64_t stride() const { return stride_; }  ///< from (p, q) to (p + 1, q)
+  std::int64_t stride() const { return grid_.stride; }  ///< from (p, q) to (p + 1, q)
   /// Room for stride() records.
-  Record* spare() { return points_ + stride_ * stride_; }
+  Record* spare() { return points_ + grid_.point_count(); }
 
  private:
   static constexpr std::size_t kComplete = SurroundingEdgesAhead::kComplete, kFound = 4;
   static_assert(kComplete < kFound);
 
   using Side = SurroundingEdges::Side;
-  using Strip = SurroundingEdges::Strip;
+  using FoundSlot = CoarserSlots::Found;
 
   /// Slots around an edge; null where they are in no chosen block.
   struct FoundSlots {
     /// [refinement - 1][0 for the edge itself, 1 + its place among the sides]
-    std::array<std::array<const std::byte*, 5>, kMostContextBlocks> of_level;
-    std::array<std::array<const std::byte*, 2>, 4> strips;  ///< of the last level: [side][strip]
+    std::array<std::array<FoundSlot, 5>, kMostCoarserBlocks> of_level;
+    std::array<std::array<FoundSlot, 2>, 4> strips;  ///< of the last level: [side][strip]
   };
 
   /// Larger slots have long rows, whose lines the processor foresees by itself.
   static constexpr std::int64_t kCacheLine = 64, kMostFetched = 64 * kCacheLine;
-  static void fetch(const std::byte* slot, std::int64_t slot_bytes) {
-    if (slot == nullptr || slot_bytes > kMostFetched) return;
-    for (std::int64_t i = 0; i < slot_bytes; i += kCacheLine) __builtin_prefetch(slot + i);
+  static void fetch(const FoundSlot& slot, std::int64_t slot_bytes) {
+    if (slot.bytes == nullptr || slot_bytes > kMostFetched) return;
+    for (std::int64_t i = 0; i < slot_bytes; i += kCacheLine) __builtin_prefetch(slot.bytes + i);
   }
   static std::int64_t slot_bytes(int refinement) {
     return static_cast<std::int64_t>(sizeof(Record)) << (2 * (refinement - 1));
@@ -131,19 +124,21 @@ class EdgeLattice {
       const Side& side = around.all_sides[i];
       if (!side.beyond.exists()) continue;
       for (std::size_t strip = 0; strip < 2; ++strip) {
-        const std::byte* const bytes = slots_.slot(refinement_ - 1, side.strips[strip].edge);
-        found.strips[i][strip] = bytes;
-        fetch(bytes, slot_bytes(refinement_ - 1));
+        found.strips[i][strip] = slots_.slot(refinement_ - 1, side.strips[strip].edge);
+        fetch(found.strips[i][strip], slot_bytes(refinement_ - 1));
       }
     }
   }
 
   void gather(const SurroundingEdges& around, const FoundSlots& found) {
     for (const FaceSide side : around.faces)
-      if (side.exists()) gather_corners(side, side != around.faces[0]);
+      if (side.exists())
+        for_each_corner(
+            mesh_, grid_, side, side != around.faces[0],
+            [&](std::int64_t point, VertexId vertex) { at(0, 0)[point] = base_[vertex]; });
     // A vertex that is not known is replaced by coarser ones, so those come first. The edge itself
     // has its whole slot between the two faces.
-    const SidePlace own{false, 0, around.is_border ? SlotView::kHalf : SlotView::kWhole};
+    const GridSide own{false, 0, SlotView::kWhole};
     for (int refinement = 1; refinement < refinement_; ++refinement) {
       const auto& slots = found.of_level[static_cast<std::size_t>(refinement - 1)];
       gather_slot(slots[0], own, refinement);
@@ -155,23 +150,16 @@ class EdgeLattice {
       gather_wing(around.all_sides[i], found.strips[i]);
   }
 
-  Record* at(std::int64_t p, std::int64_t q) { return points_ + (p + 1) * stride_ + (q + 1); }
+  Record* at(std::int64_t p, std::int64_t q) { return points_ + grid_.place(p, q); }
 
-  void gather_corners(FaceSide side, bool turned) {
-    const auto& corners = mesh_.faces[side.face()];
-    const auto corner = [&](int turn) {
-      return base_[corners[static_cast<std::size_t>((side.side() + turn) % 3)]];
-    };
-    *at(turned ? size_ : 0, turned ? size_ : 0) = corner(0);
-    *at(turned ? 0 : size_, turned ? size_ : 0) = corner(1);
-    *at(turned ? size_ : 0, turned ? 0 : size_) = corner(2);
-  }
   /// Copies the vertices of one face that are in the slot of one of its sides.
-  void gather_slot(const std::byte* bytes, const SidePlace& side, int refinement) {
+  void gather_slot(const FoundSlot& slot, GridSide side, int refinement) {
+    if (slot.shape == SlotShape::kHalf) side.view = SlotView::kHalf;
+    const std::byte* const bytes = slot.bytes;
     Record* const points = at(0, 0);
     if (bytes == nullptr) [[unlikely]] {
-      const std::int64_t to_neighbour = places_.rows(side, refinement).to_neighbour;
-      return places_.visit(side, refinement, [&](std::int64_t to, std::int64_t) {
+      const std::int64_t to_neighbour = slot_in_grid(grid_, side, refinement).to_neighbour;
+      return for_each_in_grid(grid_, side, refinement, [&](std::int64_t to, std::int64_t) {
         for (std::size_t k = 0; k < kComponents; ++k)
           points[to][k] =
               Number(0.5) * (points[to + to_neighbour][k] + points[to - to_neighbour][k]);
@@ -183,14 +171,14 @@ class EdgeLattice {
       for (const auto& place : places_.listed(side, refinement))
         std::memcpy(to_bytes + place.to, bytes + place.from, sizeof(Record));
     else
-      places_.visit(side, refinement,
-                    [&](std::int64_t to, std::int64_t at_slot) { points[to] = from[at_slot]; });
+      for_each_in_grid(grid_, side, refinement,
+                       [&](std::int64_t to, std::int64_t at_slot) { points[to] = from[at_slot]; });
   }
 
   /// Fills the points (-1, k) or (k, -1), 1 <= k <= N, beyond a face, in the face's own frame. They
   /// are the points with weight 1 of the next face's apex, and have the weights k - 1 and N - k of
   /// the ends of the edge between. Of this edge, k counts from the apex of the lattice on.
-  void gather_wing(const Side& side, const std::array<const std::byte*, 2>& strips) {
+  void gather_wing(const Side& side, const std::array<FoundSlot, 2>& strips) {
     // The side opposite the start is the one after the edge's side.
     const bool turned = side.place.turned, beyond_start = side.place.turn == 1;
     const auto place = [&](std::int64_t p, std::int64_t q) -> Record& {
@@ -226,8 +214,8 @@ class EdgeLattice {
       const bool far_is_odd = first == 2;
       const int odd_corner = far_is_odd ? far_corner : 3 - far_corner;
       const auto which = static_cast<std::size_t>(odd_corner - 1);
-      const Strip& strip = side.strips[which];
-      const std::byte* const bytes = strips[which];
+      const auto& [bytes, shape] = strips[which];
+      const bool is_half = shape == SlotShape::kHalf;
       if (bytes == nullptr) [[unlikely]] {
         for (std::int64_t k = first; k <= size_; k += 2) continue_at(k);
         continue;
@@ -237,14 +225,14 @@ class EdgeLattice {
       const bool by_row = odd_corner == 2;
       const Record* from = reinterpret_cast<const Record*>(bytes);
       Record* to = &wing(first);
-      const std::int64_t to_step = (turned ? -2 : 2) * (beyond_start ? 1 : stride_);
-      if (by_row && strip.is_border) {
+      const std::int64_t to_step = (turned ? -2 : 2) * (beyond_start ? 1 : grid_.stride);
+      if (by_row && is_half) {
         for (std::int64_t i = 0; i < n; ++i, to += to_step)
-          *to = from[slot_position(refinement, true, far_is_odd ? i : n - 1 - i, 0)];
+          *to = from[slot_position(refinement, shape, far_is_odd ? i : n - 1 - i, 0)];
         continue;
       }
       std::int64_t step = by_row ? n : 1;
-      if (!strip.is_own) from += n * n - 1, step = -step;
+      if (!side.strips[which].is_own && !is_half) from += n * n - 1, step = -step;
       if (!far_is_odd) from += (n - 1) * step, step = -step;
       for (std::int64_t i = 0; i < n; ++i, from += step, to += to_step) *to = *from;
     }
@@ -254,8 +242,9 @@ class EdgeLattice {
   const CoarserSlots& slots_;
   const LatticePlaces& places_;
   const Record* base_;
+  GridShape grid_;
   int refinement_;
-  std::int64_t size_, stride_;
+  std::int64_t size_;
   Record* points_;
   bool has_wings_;
   SurroundingEdgesAhead edges_;

@@ -7,15 +7,14 @@
 #include <bit>
 #include <optional>
 #include <utility>
-#include <vector>
 
-#include "compressed/filters/edge_lattice.h"
+#include "base/message_text.h"
+#include "base/number_lattice.h"
 #include "compressed/filters/lattice_filter.h"
+#include "compressed/filters/predicting_filter.h"
 #include "compressed/filters/residuals.h"
 #include "compressed/filters/slot_predictions.h"
-#include "plait/default_arithmetic.h"
 #include "plait/error.h"
-#include "plait/number_lattice.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -25,47 +24,26 @@ struct HierarchyOptions {
   std::optional<double> step = {};          ///< of rounded numbers
 };
 
-/// The rule of a block is chosen by the residuals of every so-manieth edge.
+/// The residuals of every 16th edge choose the rule of a block.
 constexpr EdgeId kEdgesOfASample = 16;
 
 template <class Number, std::size_t kComponents>
-class HierarchyFilter final : public Filter {
+class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
  public:
   HierarchyFilter(const FilterLevel& level, const HierarchyOptions& options) : rule_(options.rule) {
     if (options.step) numbers_.emplace(*options.step);
     if (level.geometry == nullptr || level.surroundings == nullptr) return;
-    for (const AttributeLevels& attribute : level.surroundings->attributes) {
-      if (attribute.number != level.attribute) continue;
-      const auto coarser = static_cast<std::size_t>(level.geometry->level().refinements - 1);
-      if (attribute.levels.size() < coarser) return;
-      attribute_ = attribute.number;
-      base_level_ = level.surroundings->base_level;
-      base_ = attribute.base;
-      blocks_.emplace(level.surroundings->mesh,
-                      std::vector(attribute.levels.begin(),
-                                  attribute.levels.begin() + static_cast<std::ptrdiff_t>(coarser)),
-                      *level.geometry);
-      places_.emplace(level.geometry->level().refinements, kComponents * sizeof(Number));
-    }
+    const auto coarser = static_cast<std::size_t>(level.geometry->level().refinements - 1);
+    for (const AttributeLevels& attribute : level.surroundings->attributes)
+      if (attribute.number == level.attribute && attribute.levels.size() >= coarser)
+        this->read(level, attribute, coarser);
   }
 
-  bool needs_other_blocks() const noexcept override { return true; }
   bool keeps_note() const noexcept override { return !rule_; }
-  std::uint32_t base_attribute() const noexcept override { return attribute_; }
-
-  std::size_t context(std::uint64_t block,
-                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
-    if (!blocks_) return 0;
-    const CoarserChoice choice = blocks_->choose(block);
-    for (std::size_t i = 0; i < choice.count; ++i)
-      blocks[i] = {attribute_, base_level_ + choice.blocks[i].refinement, choice.blocks[i].block};
-    return choice.count;
-  }
 
   std::size_t scratch_bytes() const noexcept override {
-    return blocks_ ? Lattice::bytes(blocks_->own().level().refinements) +
-                         (numbers_ ? slot_numbers() * sizeof(Number) : 0)
-                   : 0;
+    const std::size_t lattice = this->lattice_bytes();
+    return lattice + (lattice > 0 && numbers_ ? slot_numbers() * sizeof(Number) : 0);
   }
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
@@ -92,17 +70,15 @@ class HierarchyFilter final : public Filter {
   }
 
  private:
-  using Lattice = EdgeLattice<Number, kComponents>;
   using Rows = PredictedRows<Number>;
 
   std::size_t slot_numbers() const noexcept {
-    const auto side = static_cast<std::size_t>(slot_side(blocks_->own().level().refinements));
+    const auto side = static_cast<std::size_t>(slot_side(this->own().level().refinements));
     return side * side * kComponents;
   }
   /// Room for the predictions of one slot, after the lattice.
   Number* predictions_in(const FilterBlock& block) const noexcept {
-    return reinterpret_cast<Number*>(block.scratch.data() +
-                                     Lattice::bytes(blocks_->own().level().refinements));
+    return reinterpret_cast<Number*>(block.scratch.data() + this->lattice_bytes());
   }
 
   void encode_slot(const FilterBlock& block, const Rows& rows, const Number* from,
@@ -125,23 +101,17 @@ class HierarchyFilter final : public Filter {
   /// Calls visit(rows, first number, count) for every `step`-th slot of the block.
   template <class Visit>
   void visit_slots(const FilterBlock& block, PredictionRule rule, EdgeId step, Visit visit) const {
-    if (!blocks_)
-      throw Error(ErrorCode::kNotSupported,
-                  "predict a block from coarser levels: the mesh and these levels are not known");
-    const DefaultArithmetic arithmetic;
-    const CoarserChoice choice = blocks_->choose(block.block);
-    const CoarserSlots slots(*blocks_, choice, block.context);
-    const LevelGeometry& level = blocks_->own();
-    const EdgeRange edges{level.first_edge(block.block), level.edge_after(block.block), step};
-    Lattice lattice(*blocks_, slots, *places_, base_, block.scratch, edges,
-                    rule != PredictionRule::kMidpoint);
-    const std::uint64_t start = level.block_offset(block.block);
-    while (lattice.next()) {
-      const Slot slot = level.slot(lattice.edge());
-      visit(Rows{lattice.point(0, 0)->data(), lattice.stride() * std::int64_t{kComponents},
-                 lattice.side(), std::int64_t{kComponents}, lattice.is_border(), rule},
-            (slot.offset - start) / sizeof(Number), slot.bytes / sizeof(Number));
-    }
+    this->visit_lattices(
+        block, step, rule != PredictionRule::kMidpoint,
+        [&](EdgeLattice<Number, kComponents>& lattice, const Slot& slot, std::uint64_t begin) {
+          visit(Rows{lattice.point(0, 0)->data(),
+                     lattice.stride() * std::int64_t{kComponents},
+                     lattice.side(),
+                     std::int64_t{kComponents},
+                     {slot.shape, lattice.is_border()},
+                     rule},
+                begin / sizeof(Number), slot.bytes / sizeof(Number));
+        });
   }
 
   /// The rule whose residuals have the fewest significant bits. Uses `residuals` as room.
@@ -172,12 +142,6 @@ class HierarchyFilter final : public Filter {
 
   std::optional<PredictionRule> rule_;
   std::optional<NumberLattice<Number>> numbers_;  ///< of rounded numbers
-  std::uint32_t attribute_ = kNoId;
-  int base_level_ = 0;
-  std::span<const std::byte> base_;
-  // Nothing if the level's surroundings are not known.
-  std::optional<CoarserBlocks> blocks_;
-  std::optional<LatticePlaces> places_;
 };
 
 template <class Number>
@@ -218,7 +182,7 @@ HierarchyOptions options_of(std::string_view text) {
       ErrorCode::kInvalidArgument,
       fmt::format("choose filter \"hierarchy:{}\": expected butterfly, loop or midpoint, or "
                   "step=STEP, or one of the rules and :step=STEP",
-                  text));
+                  text_for_message(text)));
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
 
 #include <charconv>
 
-#include "plait/default_arithmetic.h"
+#include "base/default_arithmetic.h"
+#include "base/message_text.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -59,7 +60,7 @@ double step_from_text(std::string_view filter, std::string_view text) {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("choose filter \"{}\": expected a step from {:g} to {:g}, found "
                             "\"{}\"",
-                            filter, kLeastStep, kMostStep, text));
+                            filter, kLeastStep, kMostStep, text_for_message(text)));
   return step;
 }
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "base/number_lattice.h"
 #include "compressed/filters/ordered_words.h"
 #include "compressed/filters/residuals.h"
-#include "plait/backends/pipeline.h"
-#include "plait/number_lattice.h"
+#include "plait/extend/filter.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

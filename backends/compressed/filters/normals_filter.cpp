@@ -3,49 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "compressed/filters/edge_lattice.h"
+#include "compressed/filters/predicting_filter.h"
 #include "compressed/filters/slot_predictions.h"
-#include "plait/default_arithmetic.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Real>
-class NormalsFilter final : public Filter {
+class NormalsFilter final : public PredictingFilter<Real, 3> {
  public:
   /// `positions` is null if the store is not known.
   NormalsFilter(const FilterLevel& level, const AttributeLevels* positions) {
     if (positions == nullptr) return;
-    const auto count = static_cast<std::size_t>(level.geometry->level().refinements);
-    attribute_ = positions->number;
-    base_level_ = level.surroundings->base_level;
-    base_ = positions->base;
-    blocks_.emplace(level.surroundings->mesh,
-                    std::vector(positions->levels.begin(),
-                                positions->levels.begin() + static_cast<std::ptrdiff_t>(count)),
-                    *level.geometry);
-    places_.emplace(level.geometry->level().refinements + 1, 3 * sizeof(Real));
-  }
-
-  bool needs_other_blocks() const noexcept override { return true; }
-  std::uint32_t base_attribute() const noexcept override { return attribute_; }
-
-  std::size_t context(std::uint64_t block,
-                      std::span<ContextBlock, kMostContextBlocks> blocks) const noexcept override {
-    if (!blocks_) return 0;
-    const CoarserChoice choice = blocks_->choose(block);
-    for (std::size_t i = 0; i < choice.count; ++i)
-      blocks[i] = {attribute_, base_level_ + choice.blocks[i].refinement, choice.blocks[i].block};
-    return choice.count;
-  }
-
-  std::size_t scratch_bytes() const noexcept override {
-    return blocks_ ? Lattice::bytes(blocks_->own().level().refinements + 1) : 0;
+    this->read(level, *positions, static_cast<std::size_t>(level.geometry->level().refinements));
   }
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
@@ -67,33 +40,19 @@ class NormalsFilter final : public Filter {
   }
 
  private:
-  using Lattice = EdgeLattice<Real, 3>;
-
   /// Calls visit(rows, first number) for the slots of the block.
   template <class Visit>
   void visit_slots(const FilterBlock& block, Visit visit) const {
-    if (!blocks_)
-      throw Error(ErrorCode::kNotSupported,
-                  "predict normals from positions: the mesh and the positions are not known");
-    const DefaultArithmetic arithmetic;
-    const CoarserChoice choice = blocks_->choose(block.block);
-    const CoarserSlots slots(*blocks_, choice, block.context);
-    const LevelGeometry& level = blocks_->own();
-    const EdgeRange edges{level.first_edge(block.block), level.edge_after(block.block), 1};
-    Lattice lattice(*blocks_, slots, *places_, base_, block.scratch, edges, false);
-    const std::uint64_t start = level.block_offset(block.block);
-    while (lattice.next())
-      visit({lattice.point(0, 0)->data(), 3 * lattice.stride(), lattice.side() / 2,
-             lattice.is_border(), reinterpret_cast<float*>(lattice.spare())},
-            (level.slot(lattice.edge()).offset - start) / sizeof(float));
+    this->visit_lattices(block, 1, false,
+                         [&](EdgeLattice<Real, 3>& lattice, const Slot& slot, std::uint64_t begin) {
+                           visit({lattice.point(0, 0)->data(),
+                                  3 * lattice.stride(),
+                                  lattice.side() / 2,
+                                  {slot.shape, lattice.is_border()},
+                                  reinterpret_cast<float*>(lattice.spare())},
+                                 begin / sizeof(float));
+                         });
   }
-
-  std::uint32_t attribute_ = kNoId;
-  int base_level_ = 0;
-  std::span<const std::byte> base_;
-  // Nothing if the level's surroundings are not known.
-  std::optional<CoarserBlocks> blocks_;
-  std::optional<LatticePlaces> places_;
 };
 
 /// The levels of the positions; null if the store is not known.

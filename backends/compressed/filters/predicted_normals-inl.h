@@ -11,9 +11,9 @@
 
 #include <cstdint>
 
+#include "base/regular_normal.h"
 #include "compressed/filters/residual_vectors-inl.h"
 #include "compressed/filters/slot_predictions.h"
-#include "plait/regular_normal.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace plait::slot_predictions::HWY_NAMESPACE {
@@ -131,11 +131,11 @@ template <class Real, class Finish>
 HWY_INLINE void finish_normals(const NormalRows<Real>& rows, Finish finish) {
   const hn::ScalableTag<float> floats;
   for (std::int64_t row = 0; row < rows.side; ++row) {
-    const std::int64_t records = rows.border ? rows.side - row : rows.side;
-    const std::int64_t inside = rows.border ? records - 1 : records;
+    const std::int64_t records = rows.slot.records(rows.side, row);
+    const std::int64_t inside = rows.slot.inside(rows.side, row);
     const NormalPoints<Real> first{rows.points + (2 * row + 1) * rows.stride + 3, rows.stride};
     normal_row(hn::ScalableTag<Real>(), first, inside, rows.predictions);
-    if (rows.border)
+    if (rows.slot.border)
       store_normal(NormalPoints<Real>{first.v + 6 * inside, rows.stride}.border(),
                    rows.predictions + 3 * inside);
     in_vectors(floats, 0, 3 * records, [&](auto tag, std::int64_t i) HWY_ATTR {

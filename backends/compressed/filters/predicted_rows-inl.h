@@ -70,7 +70,7 @@ struct RowPoints {
   }
 };
 
-/// The last record of a row of a border slot.
+/// The last record of a row of a border edge's slot.
 template <class Number, class Finish>
 HWY_INLINE void border_record(const PredictedRows<Number>& rows, std::int64_t row,
                               const RowPoints<Number>& points, const Finish& finish) {
@@ -110,8 +110,8 @@ template <class Number, class Finish>
 HWY_INLINE void finish_rows(const PredictedRows<Number>& rows, Finish finish) {
   const hn::ScalableTag<Number> d;
   for (std::int64_t row = 0; row < rows.side; ++row) {
-    const std::int64_t records = rows.border ? rows.side - row : rows.side;
-    const std::int64_t count = (rows.border ? records - 1 : records) * rows.components;
+    const std::int64_t records = rows.slot.records(rows.side, row);
+    const std::int64_t count = rows.slot.inside(rows.side, row) * rows.components;
     const RowPoints<Number> points(rows, row);
     if (rows.rule == PredictionRule::kMidpoint) {
       in_vectors(d, 0, records * rows.components, [&](auto tag, std::int64_t i) HWY_ATTR {
@@ -124,7 +124,7 @@ HWY_INLINE void finish_rows(const PredictedRows<Number>& rows, Finish finish) {
         in_vectors(d, 0, count, [&](auto tag, std::int64_t i) HWY_ATTR {
           finish(tag, i, points.butterfly(tag, i));
         });
-      if (rows.border) border_record(rows, row, points, finish);
+      if (rows.slot.border) border_record(rows, row, points, finish);
     }
     finish = finish.advanced(records * rows.components);
   }

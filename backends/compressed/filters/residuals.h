@@ -16,7 +16,7 @@
 #include <type_traits>
 
 #include "compressed/filters/ordered_words.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <memory>
 
-#include "plait/backends/pipeline.h"
+#include "plait/extend/filter.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

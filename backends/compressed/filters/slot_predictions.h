@@ -2,13 +2,13 @@
 // of edge_lattice.h, row by row, and turns numbers into residuals (residuals.h) and back. Each call
 // uses the best instruction set of the processor; all sets write the same bytes.
 // docs/filters/hierarchy.md and normals.md have the formulas. Pinned by
-// tests/backends/compressed/filters/slot_predictions_test.cpp for every instruction set, and by the
-// tests of the filters.
+// tests/backends/compressed/filters/hierarchy_filter_test.cpp.
 #pragma once
 
 #include <cstdint>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
+#include "plait/detail/slot_shapes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -24,7 +24,7 @@ struct PredictedRows {
   std::int64_t stride;      ///< numbers from (p, q) to (p + 1, q)
   std::int64_t side;        ///< rows of the slot
   std::int64_t components;  ///< numbers in a record
-  bool border;              ///< row r has side - r records, and the last one lies on the border
+  SlotRows slot;  ///< the length of the rows, and whether the last records lie on a border
   PredictionRule rule;
 };
 
@@ -44,7 +44,7 @@ struct NormalRows {
   const Real* points;   ///< the point (0, 0)
   std::int64_t stride;  ///< numbers from (p, q) to (p + 1, q)
   std::int64_t side;    ///< rows of the slot
-  bool border;          ///< as in PredictedRows
+  SlotRows slot;        ///< as in PredictedRows
   float* predictions;   ///< room for the normals of one row
 };
 

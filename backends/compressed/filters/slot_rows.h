@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "plait/edge_index.h"
-#include "plait/level_geometry.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/level_geometry.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

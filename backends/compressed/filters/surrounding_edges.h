@@ -20,9 +20,9 @@
 #include <cstdint>
 #include <span>
 
-#include "compressed/filters/lattice_places.h"
-#include "plait/namespace.h"
-#include "plait/topology.h"
+#include "plait/detail/edge_grid.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -43,11 +43,10 @@ struct SurroundingEdges {
   struct Strip {
     EdgeId edge = kNoId;
     bool is_own = false;  ///< whether the edge's own face is the one beyond the side
-    bool is_border = false;
   };
   struct Side {
     EdgeId edge = kNoId;
-    SidePlace place = {};
+    GridSide place = {};
     FaceSide beyond;  ///< the same side of the next face, if there is one
     /// Of the next face: first the side before this one, then the one after it.
     std::array<Strip, 2> strips;
@@ -148,7 +147,7 @@ class SurroundingEdgesAhead {
       const auto which = static_cast<std::size_t>((side.side() + turn) % 3);
       SurroundingEdges::Side& each = found.all_sides[i];
       each.edge = sides_of(side)[which];
-      each.place = {turned, turn, SlotView::kHalf};
+      each.place = {turned, turn, SlotView::kOwn};
       each.beyond = FaceSide(side.face(), static_cast<int>(which));
       fetch(&mesh_.edges[each.edge]);
       if (turn == 1) fetch_corner(side);
@@ -186,9 +185,8 @@ class SurroundingEdgesAhead {
       if (!side.beyond.exists()) continue;
       for (int i = 0; i < 2; ++i) {
         SurroundingEdges::Strip& strip = side.strips[static_cast<std::size_t>(i)];
-        const Edge& edge = mesh_.edges[strip.edge];
-        strip.is_own = edge.own == FaceSide(side.beyond.face(), which_of(side, i));
-        strip.is_border = edge.is_border();
+        strip.is_own =
+            mesh_.edges[strip.edge].own == FaceSide(side.beyond.face(), which_of(side, i));
       }
     }
   }

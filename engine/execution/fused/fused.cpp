@@ -1,4 +1,4 @@
-#include "plait/fused.h"
+#include "plait/extend/fused.h"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,13 @@
 #include <thread>
 #include <vector>
 
+#include "base/default_arithmetic.h"
 #include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/slot_delivery.h"
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/thread_count.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -35,6 +38,7 @@ class FusedRun {
   template <class AfterRun>
   void work(AfterRun after_run) noexcept {
     try {
+      const DefaultArithmetic arithmetic;
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
       std::vector<FaceId> faces;
       SlotDelivery::Scratch scratch(delivery_);
@@ -69,11 +73,7 @@ class FusedRun {
   std::exception_ptr error_;
 };
 
-void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& options) {
-  if (options.threads < 1 || options.threads > 1024)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("fused '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
+void check_pass(const Store& store, const FusedPass& pass) {
   if (pass.outputs.empty())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("fused '{}': no outputs", pass.name));
   const int levels = fused_levels(store, pass);
@@ -96,10 +96,8 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
     if (std::ranges::count(pass.outputs, id) > 1)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("fused '{}': '{}' is more than one output", pass.name, schema.name));
-    if (!store.level_file(id, store.base_level() + 1).writable)
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("fused '{}': writes to {}, which was opened for reading", pass.name,
-                              store.path().native()));
+    for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
+      check_not_fixed(StoreAccess::level_file(store, id, level));
   }
   if (const std::int64_t size = std::int64_t{1} << levels;
       pass.lattice.size != size || pass.lattice.halo < 0)
@@ -111,41 +109,45 @@ void check_pass(const Store& store, const FusedPass& pass, const FusedOptions& o
 
 }  // namespace
 
-void fused(Store& store, const FusedPass& pass, const FusedOptions& options) {
-  check_pass(store, pass, options);
-  const FusedNeeds needs = fused_needs(store, pass, options.threads);
-  if (needs.frame_bytes > store.pager().budget_bytes())
+void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try {
+  const int threads = thread_count(options.threads, fmt::format("fused '{}'", pass.name));
+  check_pass(store, pass);
+  const FusedNeeds needs = fused_needs(store, pass, threads);
+  if (needs.frame_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(
         ErrorCode::kBudget,
         fmt::format("fused '{}': {} threads fill {} bytes of blocks at once, and the budget has "
                     "{} for them; a block has {} bytes: raise the budget, take smaller blocks or "
                     "fewer threads",
-                    pass.name, options.threads, needs.frame_bytes, store.pager().budget_bytes(),
+                    pass.name, threads, needs.frame_bytes, StoreAccess::pager(store).budget_bytes(),
                     store.options().block_bytes));
 
+  const StorePass under_way(store, fmt::format("fused '{}' of", pass.name));
   UnfinishedLevels written;
   for (const AttributeId id : pass.outputs)
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
-      written.add(store.level_file(id, level), Access::kOverwrite);
-  FusedRun run(store, pass, options.threads);
+      written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
+  FusedRun run(store, pass, threads);
   const std::uint64_t faces = store.base().face_count();
   {
     std::vector<std::jthread> helpers;
     try {
-      for (int i = 1; i < options.threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
+      for (int i = 1; i < threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
     } catch (const std::system_error& failure) {
       run.schedule().stop();
       throw Error(ErrorCode::kOutOfMemory,
                   fmt::format("fused '{}': start thread {} of {}: {}", pass.name,
-                              helpers.size() + 2, options.threads, failure.code().message()));
+                              helpers.size() + 2, threads, failure.code().message()));
     }
     run.work([&] {
-      if (options.proceed && !options.proceed(run.schedule().faces_done(), faces))
+      if (options.progress && !options.progress({pass.name, run.schedule().faces_done(), faces}))
         throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
     });
   }
   run.throw_error();
   written.finish();
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("fused " + pass.name);
 }
 
 PLAIT_END_NAMESPACE

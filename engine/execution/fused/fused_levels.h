@@ -1,8 +1,8 @@
 // The number of levels that a fused pass makes. The sizes of its buffers depend on this number.
 #pragma once
 
-#include "plait/base_relative_level.h"
-#include "plait/fused.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/fused.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "execution/fused/fused_levels.h"
@@ -6,50 +9,41 @@
 #include "execution/fused/half_layout.h"
 #include "execution/fused/half_pool.h"
 #include "paging/frame_pool.h"
-#include "plait/fused.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
-  const Topology mesh = store.base().topology();
-  const int levels = fused_levels(store, pass);
-  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
-  const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
-  const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
+namespace {
 
-  // Edges are numbered by the first face that uses them, and the executor takes faces from the last
-  // to the first. So a run completes the edges that it uses first, and it begins its other edges.
+/// [face] the edges that faces before it use. Edges are numbered by the first face that uses them,
+/// and the executor takes faces from the last to the first. So a run completes the edges that it
+/// uses first, and it begins its other edges.
+std::vector<EdgeId> edges_before_faces(const Topology& mesh) {
   std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
   for (FaceId face = 0; face < mesh.faces.size(); ++face) {
     EdgeId after = edges_before[face];
     for (const EdgeId edge : mesh.face_edges[face]) after = std::max(after, edge + 1);
     edges_before[face + 1] = after;
   }
+  return edges_before;
+}
 
-  FusedNeeds needs;
-  std::uint64_t under_way = 0, most_under_way = 0;
-  const EdgeSet& half = store.base().slot_shapes().half();
-  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
-    const EdgeId first_new = edges_before[face];
-    // A border edge has only one half, so it never waits.
-    const std::uint64_t ends = edges_before[face + 1] - first_new -
-                               (half.rank(edges_before[face + 1]) - half.rank(first_new));
-    for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
-    most_under_way = std::max(most_under_way, under_way);
-    under_way -= ends;
-  }
-  // Each of these edges has one waiting half. Threads that are ahead of others may begin more.
-  const std::uint64_t most_halves =
-      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
-  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
-                     HalfLayout::table_bytes(store, pass.outputs, levels);
+}  // namespace
 
+std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t> record_bytes,
+                                int finest_level, int threads) {
+  const Topology mesh = store.base().topology();
+  const int levels = relative_to_base(finest_level, store.base_level()).refinements;
+  const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
+  const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
+  const std::vector<EdgeId> edges_before = edges_before_faces(mesh);
   std::vector<LevelGeometry> geometries;
-  for (const AttributeId id : pass.outputs)
-    for (int level = 1; level <= levels; ++level)
-      geometries.emplace_back(store.base().slot_shapes(), BaseRelativeLevel(level),
-                              store.attributes()[id].schema.record_bytes(),
-                              store.options().block_bytes);
+  for (const std::size_t bytes : record_bytes)
+    for (int level = store.base_level() + 1; level <= finest_level; ++level)
+      geometries.push_back(StoreAccess::geometry(store, bytes, level));
+  std::uint64_t most = 0;
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
     const EdgeId first_edge = edges_before[after - std::min(after, faces_under_way)],
                  edge_after = edges_before[after];
@@ -58,8 +52,39 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
     for (const LevelGeometry& geometry : geometries)
       bytes += (geometry.block_of(edge_after - 1) - geometry.block_of(first_edge) + 1) *
                FramePool::frame_bytes(geometry.max_block_bytes());
-    needs.frame_bytes = std::max(needs.frame_bytes, bytes);
+    most = std::max(most, bytes);
   }
+  return most;
+}
+
+FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
+  const Topology mesh = store.base().topology();
+  const int levels = fused_levels(store, pass);
+  const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
+  const std::uint64_t faces_under_way =
+      FusedSchedule::run_faces(levels) * FusedSchedule::runs_ahead(threads);
+  const std::vector<EdgeId> edges_before = edges_before_faces(mesh);
+
+  FusedNeeds needs;
+  std::uint64_t under_way = 0, most_under_way = 0;
+  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
+    const EdgeId first_new = edges_before[face];
+    for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
+    most_under_way = std::max(most_under_way, under_way);
+    // A border edge has only one half, so it never waits.
+    for (EdgeId edge = first_new; edge < edges_before[face + 1]; ++edge)
+      if (!mesh.edges[edge].is_border()) --under_way;
+  }
+  // Each of these edges has one waiting half. Threads that are ahead of others may begin more.
+  const std::uint64_t most_halves =
+      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
+  needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
+                     HalfLayout::table_bytes(store, pass.outputs, levels);
+
+  std::vector<std::size_t> record_bytes;
+  for (const AttributeId id : pass.outputs)
+    record_bytes.push_back(store.attributes()[id].schema.record_bytes());
+  needs.frame_bytes = fused_frame_bytes(store, record_bytes, pass.finest_level, threads);
   return needs;
 }
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "plait/fused.h"
+#include "plait/extend/fused.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "plait/topology.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "execution/fused/half_layout.h"
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

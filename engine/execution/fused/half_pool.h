@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "plait/namespace.h"
+#include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "execution/fused/half_layout.h"
-#include "plait/fused.h"
+#include "plait/extend/fused.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

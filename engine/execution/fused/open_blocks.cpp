@@ -1,15 +1,17 @@
 #include "execution/fused/open_blocks.h"
 
+#include "plait/extend/store_access.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 OpenBlocks::OpenBlocks(Store& store, std::span<const AttributeId> attributes, int levels)
-    : session_(store.open_session()),
+    : session_(StoreAccess::open_session(store)),
       level_count_(static_cast<std::size_t>(levels)),
       stays_in_memory_(store.backend_traits().in_memory) {
   for (const AttributeId attribute : attributes)
     for (int number = 1; number <= levels; ++number) {
-      LevelFile& file =
-          store.level_file(attribute, level_number(BaseRelativeLevel(number), store.base_level()));
+      LevelFile& file = StoreAccess::level_file(
+          store, attribute, level_number(BaseRelativeLevel(number), store.base_level()));
       levels_.emplace_back(file, Access::kOverwrite);
       std::vector<std::uint32_t>& to_fill = to_fill_.emplace_back();
       for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block)

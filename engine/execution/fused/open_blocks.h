@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "plait/pinned_level.h"
+#include "plait/detail/pinned_level.h"
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

@@ -16,8 +16,8 @@
 #include "execution/fused/half_pool.h"
 #include "execution/fused/half_scatter.h"
 #include "execution/fused/open_blocks.h"
-#include "plait/fused.h"
-#include "plait/topology.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "format/bounds_file.h"
 #include "plait/bounds.h"
-#include "store/bounds_file.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

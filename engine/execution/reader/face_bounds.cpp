@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
-#include "plait/vector3.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/vector3.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -122,7 +122,7 @@ class BoundsOfFaces {
 template <class Real>
 std::vector<FaceBounds> compute(const Topology& mesh, std::span<const std::byte> base,
                                 std::span<const LevelFile* const> levels, Session& session,
-                                const BoundsProgress& proceed) {
+                                const ProgressCallback& progress) {
   std::uint64_t done = 0, total = 0;
   for (const LevelFile* const level : levels) total += level->geometry.total_bytes();
   BoundsOfFaces<Real> bounds(mesh, session);
@@ -130,7 +130,7 @@ std::vector<FaceBounds> compute(const Topology& mesh, std::span<const std::byte>
   for (const LevelFile* const level : levels)
     bounds.add_level(*level, [&](std::uint64_t bytes) {
       done += bytes;
-      if (proceed && !proceed(done, total))
+      if (progress && !progress({"bounds", done, total}))
         throw Error(ErrorCode::kCancelled, "compute bounds: cancelled");
     });
   return bounds.take();
@@ -146,10 +146,10 @@ bool has_positions(const AttributeSchema& schema) {
 std::vector<FaceBounds> compute_face_bounds(const Topology& mesh, const AttributeSchema& schema,
                                             std::span<const std::byte> base,
                                             std::span<const LevelFile* const> levels,
-                                            Session& session, const BoundsProgress& proceed) {
+                                            Session& session, const ProgressCallback& progress) {
   return schema.type == ComponentType::kFloat32
-             ? compute<float>(mesh, base, levels, session, proceed)
-             : compute<double>(mesh, base, levels, session, proceed);
+             ? compute<float>(mesh, base, levels, session, progress)
+             : compute<double>(mesh, base, levels, session, progress);
 }
 
 PLAIT_END_NAMESPACE

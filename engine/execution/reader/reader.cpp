@@ -9,39 +9,39 @@
 #include <limits>
 #include <utility>
 
+#include "address/record_sizes.h"
 #include "execution/reader/reader_state.h"
-#include "plait/base_relative_level.h"
 #include "plait/error.h"
-#include "plait/vertex_numbering.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/vertex_numbering.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// As many patches are read ahead at most.
-constexpr std::size_t kMostAnnounced = 8;
+constexpr std::size_t kMostAhead = 64;
 
 }  // namespace
 
 Reader::State::State(const Store& of, const ReaderOptions& options)
-    : store(of.implementation_), mesh(of.base().topology()), base_level(of.base_level()) {
+    : store((of.state(), of.implementation_)),
+      mesh(of.base().topology()),
+      base_level(of.base_level()) {
   const auto add = [&](AttributeId id) {
     const AttributeInfo& info = of.attributes()[id];
-    Attribute read{id, info.schema, info.finest_level, {}, {}};
-    if (of.derivation(id).empty()) read.base_bytes = of.base_bytes(id);
+    Attribute read{id, info.schema, info.finest_level, of.base_bytes(id), {}};
     for (int level = base_level + 1; level <= info.finest_level; ++level)
-      read.levels.push_back(&of.level_file(id, level));
+      read.levels.push_back(&StoreAccess::level_file(of, id, level));
     attributes.push_back(std::move(read));
   };
   for (const std::string& name : options.attributes) add(of.attribute(name));
   if (options.attributes.empty())
     for (AttributeId id = 0; id < of.attributes().size(); ++id) add(id);
   trees.resize(attributes.size());
-  session = of.open_session({.policy = options.policy, .share_bytes = options.share_bytes});
-}
-
-std::span<const std::byte> Reader::State::base_bytes(const Attribute& attribute) const {
-  const auto& derived = store->attributes[attribute.id].derived;
-  return derived ? derived->base_records() : attribute.base_bytes;
+  session =
+      StoreAccess::open_session(of, {.policy = options.policy, .share_bytes = options.share_bytes});
 }
 
 const Reader::State::Attribute* Reader::State::find(std::string_view name) const {
@@ -55,6 +55,14 @@ void Reader::State::check_level(const Attribute& attribute, int level) const {
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("read level {} of '{}': expected {} to {}", level,
                             attribute.schema.name, base_level, attribute.finest_level));
+}
+
+void Reader::State::check_finished(const Attribute& attribute, int level) const {
+  const LevelFile& file =
+      *attribute
+           .levels[static_cast<std::size_t>(relative_to_base(level, base_level).refinements - 1)];
+  if (!file.is_finished()) [[unlikely]]
+    refuse_unfinished(*store, attribute.schema.name, file, level);
 }
 
 std::size_t Reader::State::number_of(std::string_view name) const {
@@ -113,7 +121,18 @@ const FaceSlots& PatchView::slots_of(std::string_view name, ComponentType type,
   return content_->slots[content_->state->number_of(name, type, components)];
 }
 
-RecordView PatchView::records(std::string_view name) const {
+std::shared_ptr<const void> PatchView::release() {
+  return with_memory_errors("keep a patch",
+                            [&] { return std::shared_ptr<const Content>(std::move(content_)); });
+}
+
+RecordView PatchView::records(std::string_view name) && {
+  RecordView view = std::as_const(*this).records(name);
+  view.pins_ = release();
+  return view;
+}
+
+RecordView PatchView::records(std::string_view name) const& {
   const std::size_t number = content_->state->number_of(name);
   return {content_->slots[number], face(), refinements(),
           content_->state->attributes[number].schema.record_bytes()};
@@ -130,6 +149,10 @@ void RecordView::copy_to(std::span<std::byte> to) const {
         ErrorCode::kInvalidArgument,
         fmt::format("copy face {}: expected room for {} records of {} bytes, found {} bytes", face_,
                     patch_vertex_count(size_), record_bytes_, to.size()));
+  const bool copied = with_record_size(record_bytes_, [&](auto record) {
+    slots_->copy_to(refinements_, reinterpret_cast<decltype(record)*>(to.data()));
+  });
+  if (copied) return;
   std::byte* next = to.data();
   for (std::int64_t j = 0; j <= size_; ++j)
     for (std::int64_t i = 0; i + j <= size_; ++i, next += record_bytes_)
@@ -149,21 +172,30 @@ void check_count(FaceId face, std::int64_t size, std::size_t count) {
                             patch_vertex_count(size), count));
 }
 
-Reader::Reader(const Store& store, const ReaderOptions& options)
-    : state_(std::make_shared<const State>(store, options)) {}
+Reader::Reader(const Store& store, const ReaderOptions& options) {
+  with_memory_errors("open a reader", [&] {
+    const auto counted =
+        std::make_shared<const Counted>(std::make_shared<const State>(store, options));
+    state_ = {counted, counted->state.get()};
+  });
+}
 
 Reader::~Reader() = default;
 Reader::Reader(Reader&&) noexcept = default;
 Reader& Reader::operator=(Reader&&) noexcept = default;
 
-PatchView Reader::read_patch(FaceId face, int level) const {
+PatchView Reader::read_patch(FaceId face, int level) const try {
+  state_->check_usable();
   if (face >= state_->mesh.faces.size())
     throw Error(ErrorCode::kInvalidArgument, fmt::format("read face {}: expected a face below {}",
                                                          face, state_->mesh.faces.size()));
-  for (const State::Attribute& attribute : state_->attributes)
+  for (const State::Attribute& attribute : state_->attributes) {
     state_->check_level(attribute, level);
+    for (int needed = state_->base_level + 1; needed <= level; ++needed)
+      state_->check_finished(attribute, needed);
+  }
   PatchView view;
-  view.content_ = std::make_unique<PatchView::Content>(state_, face, level);
+  view.content_ = std::make_unique<PatchView::Content>(state_->shared_from_this(), face, level);
   PatchView::Content& content = *view.content_;
   const auto levels = static_cast<std::size_t>(content.refinements());
   const std::array<EdgeId, 3>& edges = state_->mesh.face_edges[face];
@@ -192,7 +224,8 @@ PatchView Reader::read_patch(FaceId face, int level) const {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kBudget) throw;
     throw Error(ErrorCode::kBudget,
-                fmt::format("{}; {} views of patches are open", error.what(), view_count() - 1));
+                fmt::format("{}; {} view{} of patches {} open", error.what(), view_count() - 1,
+                            view_count() == 2 ? "" : "s", view_count() == 2 ? "is" : "are"));
   }
 
   std::array<bool, 3> own;
@@ -203,8 +236,8 @@ PatchView Reader::read_patch(FaceId face, int level) const {
     const State::Attribute& attribute = state_->attributes[number];
     const std::size_t record_bytes = attribute.schema.record_bytes();
     FaceSlots& slots = content.slots[number];
-    slots.set_corners(state_->mesh, face, 0,
-                      const_cast<std::byte*>(state_->base_bytes(attribute).data()), record_bytes);
+    slots.set_corners(state_->mesh, face, 0, const_cast<std::byte*>(attribute.base_bytes.data()),
+                      record_bytes);
     for (std::size_t level_at = 0; level_at < levels; ++level_at, ++of_sides)
       for (int side = 0; side < 3; ++side) {
         const auto side_at = static_cast<std::size_t>(side);
@@ -218,20 +251,28 @@ PatchView Reader::read_patch(FaceId face, int level) const {
       }
   }
   return view;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("read a patch");
 }
 
-void Reader::announce(std::span<const FaceId> next, int level) const noexcept {
-  for (const FaceId face : next.first(std::min(next.size(), kMostAnnounced))) {
-    if (face >= state_->mesh.faces.size()) return;  // read_patch() will refuse it
+std::size_t Reader::prefetch(std::span<const FaceId> faces, int level) const noexcept {
+  const int refinements = level - state_->base_level;
+  if (!state_->store->process.is_current() || refinements < 0) return 0;
+  const std::size_t most = std::min(faces.size(), kMostAhead);
+  for (std::size_t at = 0; at < most; ++at) {
+    if (faces[at] >= state_->mesh.faces.size()) return at;
     for (const State::Attribute& attribute : state_->attributes) {
-      const auto levels =
-          static_cast<std::size_t>(relative_to_base(level, state_->base_level).refinements);
-      for (const LevelFile* const file : std::span(attribute.levels).first(levels))
-        for (const EdgeId edge : state_->mesh.face_edges[face])
-          if (!state_->session.prefetch(*file, file->geometry.block_of(edge))) return;
+      if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
+      for (const LevelFile* const file :
+           std::span(attribute.levels).first(static_cast<std::size_t>(refinements)))
+        for (const EdgeId edge : state_->mesh.face_edges[faces[at]])
+          if (!state_->session.prefetch(*file, file->geometry.block_of(edge))) return at;
     }
   }
+  return most;
 }
+
+void Reader::end_prefetch() const noexcept { state_->session.end_prefetch(); }
 
 std::vector<std::array<std::uint32_t, 3>> Reader::patch_indices(int level) const {
   const int refinements = relative_to_base(level, state_->base_level).refinements;
@@ -252,11 +293,24 @@ std::vector<std::array<std::uint32_t, 3>> Reader::patch_indices(int level) const
   return triangles;
 }
 
+std::vector<std::uint64_t> Reader::block_starts(std::string_view attribute, int level) const {
+  const State::Attribute& of = state_->attributes[number_of(attribute)];
+  state_->check_level(of, level);
+  if (level == state_->base_level) return {0};
+  const LevelGeometry& geometry =
+      of.levels[static_cast<std::size_t>(relative_to_base(level, state_->base_level).refinements -
+                                         1)]
+          ->geometry;
+  std::vector<std::uint64_t> starts(geometry.block_count());
+  for (std::uint64_t block = 0; block < starts.size(); ++block)
+    starts[block] = geometry.block_offset(block) / of.schema.record_bytes();
+  return starts;
+}
+
 std::uint64_t Reader::vertex_count(int level) const {
   const BaseMesh& base = state_->store->base;
   if (level == state_->base_level) return base.vertex_count();
-  return LevelGeometry(base.slot_shapes(), relative_to_base(level, state_->base_level), 1, 1)
-      .total_bytes();
+  return base.geometry(relative_to_base(level, state_->base_level), 1, 1).total_bytes();
 }
 
 std::size_t Reader::number_of(std::string_view attribute) const {
@@ -274,7 +328,9 @@ std::size_t Reader::number_of(std::string_view attribute, ComponentType type,
 
 void Reader::check_range(std::size_t number, int level, std::uint64_t first,
                          std::uint64_t count) const {
+  state_->check_usable();
   state_->check_level(state_->attributes[number], level);
+  if (level > state_->base_level) state_->check_finished(state_->attributes[number], level);
   const std::uint64_t there = vertex_count(level);
   if (first > there || count > there - first)
     throw Error(ErrorCode::kInvalidArgument,
@@ -287,13 +343,17 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
   const State::Attribute& attribute = state_->attributes[number];
   const std::size_t record_bytes = attribute.schema.record_bytes();
   if (level == state_->base_level)
-    return state_->base_bytes(attribute).subspan(first * record_bytes, count * record_bytes);
+    return attribute.base_bytes.subspan(first * record_bytes, count * record_bytes);
   const LevelFile& file = *attribute.levels[static_cast<std::size_t>(
       relative_to_base(level, state_->base_level).refinements - 1)];
   const LevelGeometry& geometry = file.geometry;
   const std::uint64_t offset = first * record_bytes;
   const std::uint64_t block = geometry.block_at(offset);
   pinned = state_->session.pin(file, block);
+  // Without this, a backend that reads past the page cache waits for each block on its own.
+  const std::uint64_t last = geometry.block_at(offset + count * record_bytes - 1);
+  for (std::uint64_t next = block + 1; next <= std::min(last, block + Pager::kInFlight); ++next)
+    if (!state_->session.prefetch(file, next)) break;
   const std::uint64_t begin = offset - geometry.block_offset(block);
   return std::span<const std::byte>(pinned.bytes())
       .subspan(begin, std::min(geometry.block_bytes(block) - begin, count * record_bytes));

@@ -6,10 +6,10 @@
 
 #include "execution/reader/face_bounds.h"
 #include "execution/reader/reader_state.h"
+#include "format/bounds_file.h"
+#include "format/checksum.h"
 #include "plait/bounds.h"
 #include "plait/error.h"
-#include "store/bounds_file.h"
-#include "store/checksum.h"
 #include "store/lock.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -42,22 +42,20 @@ std::uint64_t Reader::State::bounds_key(const Attribute& attribute) const {
 }
 
 std::vector<FaceBounds> Reader::State::compute_bounds(const Attribute& attribute,
-                                                      const BoundsProgress& proceed) const {
+                                                      const ProgressCallback& progress) const {
   if (!has_positions(attribute.schema))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("bounds of '{}': expected float32 x 3 or float64 x 3, found {} x {}",
                             attribute.schema.name, to_string(attribute.schema.type),
                             attribute.schema.components));
-  if (const auto& derived = store->attributes[attribute.id].derived)
-    throw Error(ErrorCode::kNotSupported,
-                fmt::format("bounds of '{}': expected an attribute that is stored, found one that "
-                            "is computed from '{}'",
-                            attribute.schema.name, derived->source()));
+  for (int level = base_level + 1; level <= attribute.finest_level; ++level)
+    check_finished(attribute, level);
   return compute_face_bounds(mesh, attribute.schema, attribute.base_bytes, attribute.levels,
-                             session, proceed);
+                             session, progress);
 }
 
 std::shared_ptr<const BoundsTree> Reader::State::bounds_tree(std::size_t number) const {
+  check_usable();
   const std::lock_guard lock(trees_mutex);
   std::shared_ptr<const BoundsTree>& tree = trees[number];
   if (tree) return tree;
@@ -80,7 +78,8 @@ std::vector<FaceOnRay> Reader::faces_along_ray(Vector3<double> origin, Vector3<d
   return state_->bounds_tree(number_of(attribute))->along_ray(origin, direction);
 }
 
-void write_bounds(const Store& store, std::string_view attribute, const BoundsProgress& proceed) {
+void write_bounds(const Store& store, std::string_view attribute,
+                  const ProgressCallback& progress) try {
   const Reader reader(
       store, {.attributes = {std::string(attribute)}, .policy = EvictionPolicy::kLayoutOrder});
   const Reader::State& state = *reader.state_;
@@ -95,10 +94,12 @@ void write_bounds(const Store& store, std::string_view attribute, const BoundsPr
   if (of.writable && committed_key(of, number) != key)
     throw Error(ErrorCode::kBadState,
                 fmt::format("{}: it has changes that are not committed", verb));
-  const std::vector<FaceBounds> faces = state.compute_bounds(state.attributes[0], proceed);
+  const std::vector<FaceBounds> faces = state.compute_bounds(state.attributes[0], progress);
   StoreLock lock;
-  if (!of.writable) lock = StoreLock(of.directory, LockFor::kRecovering);
+  if (!of.writable) lock = StoreLock(of.directory, LockFor::kWriting);
   write_bounds_file(of.directory, number, faces, key);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("write the bounds of " + store.path().native());
 }
 
 PLAIT_END_NAMESPACE

@@ -1,8 +1,8 @@
 // The edges that a kernel may access when it works on one edge.
 #pragma once
 
-#include "plait/sweep.h"
-#include "plait/topology.h"
+#include "plait/extend/sweep.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -1,4 +1,4 @@
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -7,15 +7,32 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
+#include "base/default_arithmetic.h"
 #include "execution/sweep/sweep_window.h"
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/thread_count.h"
 #include "plait/layout.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
+
+/// Errors: kBadState for a level that cannot be changed.
+void check_not_fixed_levels(const Store& store, const LevelAccess& access) {
+  for (int level = access.first_level; level <= access.last_level; ++level)
+    check_not_fixed(StoreAccess::level_file(store, access.attribute, level));
+}
+
+/// Whether the pass writes to a level.
+bool writes(const SweepPass& pass) {
+  return std::ranges::any_of(pass.accesses, [](const LevelAccess& access) {
+    return access.access != Access::kRead && access.first_level <= access.last_level;
+  });
+}
 
 void check_accesses(const Store& store, const SweepPass& pass) {
   for (const LevelAccess& access : pass.accesses) {
@@ -26,14 +43,14 @@ void check_accesses(const Store& store, const SweepPass& pass) {
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("sweep '{}': attribute {} has no levels {} to {}", pass.name,
                               access.attribute, access.first_level, access.last_level));
+    if (access.access != Access::kOverwrite)
+      for (int level = access.first_level; level <= access.last_level; ++level)
+        StoreAccess::check_readable(store, access.attribute, level, true);
     if (access.access == Access::kRead) continue;
     if (access.reach != Reach::kOwn)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("sweep '{}': writes beyond the edge's own slot", pass.name));
-    if (!store.level_file(access.attribute, access.first_level).writable)
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("sweep '{}': writes to {}, which was opened for reading", pass.name,
-                              store.path().native()));
+    check_not_fixed_levels(store, access);
   }
 }
 
@@ -49,41 +66,45 @@ std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chu
 }  // namespace
 
 std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads) {
+  threads = thread_count(threads, fmt::format("sweep '{}'", pass.name));
   check_accesses(store, pass);
   SweepWindow window(store, pass);
   return window_bytes_of(window, static_cast<EdgeId>(store.base().edge_count()),
                          window.chunk_edges(threads));
 }
 
-void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
-  if (options.threads < 1 || options.threads > 1024)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("sweep '{}': {} threads, expected 1 to 1024", pass.name, options.threads));
+void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
+  const int threads = thread_count(options.threads, fmt::format("sweep '{}'", pass.name));
   // With a window of its own, because an error that ends a window leaves its levels unfinished.
-  const std::uint64_t needed_bytes = sweep_window_bytes(store, pass, options.threads);
-  if (needed_bytes > store.pager().budget_bytes())
+  const std::uint64_t needed_bytes = sweep_window_bytes(store, pass, threads);
+  if (needed_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(
         ErrorCode::kBudget,
         fmt::format("sweep '{}': the window needs {} bytes of frames and the budget has {}; "
                     "the layout '{}' has stencils that span {} edges, and a block holds "
                     "{} bytes: raise the budget, take smaller blocks or another layout",
-                    pass.name, needed_bytes, store.pager().budget_bytes(), store.options().layout,
-                    measure_spans(store.base()).loop.span, store.options().block_bytes));
+                    pass.name, needed_bytes, StoreAccess::pager(store).budget_bytes(),
+                    store.provenance().layout, measure_spans(store.base()).loop.span,
+                    store.options().block_bytes));
+  std::optional<StorePass> under_way;
+  if (writes(pass))
+    under_way.emplace(store, fmt::format("sweep '{}' of", pass.name));
+  else
+    under_way.emplace(std::as_const(store));
   SweepWindow window(store, pass);
   const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
-  const EdgeId chunk = window.chunk_edges(options.threads);
+  const EdgeId chunk = window.chunk_edges(threads);
   SessionOptions session;
   session.window_bytes = needed_bytes;
   window.open(session);
   UnfinishedLevels written;
   for (const LevelAccess& access : pass.accesses)
     for (int level = access.first_level; level <= access.last_level; ++level)
-      written.add(store.level_file(access.attribute, level), access.access);
+      written.add(StoreAccess::level_file(store, access.attribute, level), access.access);
 
   // At most the number of threads that the machine can run at once: TBB would print a warning and
   // ignore the others.
-  const int concurrency = std::min(options.threads, tbb::this_task_arena::max_concurrency());
+  const int concurrency = std::min(threads, tbb::this_task_arena::max_concurrency());
   std::optional<tbb::task_arena> arena;
   if (concurrency > 1) arena.emplace(concurrency);
   const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edge_count - first); };
@@ -97,22 +118,37 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) {
       window.look_ahead(after, chunk);
     }
     const SweepView& view = window.view();
-    if (arena)
+    if (arena) {
       arena->execute([&] {
         tbb::parallel_for(tbb::blocked_range<EdgeId>(first, after),
                           [&](const tbb::blocked_range<EdgeId>& range) {
+                            const DefaultArithmetic arithmetic;
                             const int worker = tbb::this_task_arena::current_thread_index();
                             for (EdgeId edge = range.begin(); edge < range.end(); ++edge)
                               pass.kernel(view, edge, worker);
                           });
       });
-    else
+    } else {
+      const DefaultArithmetic arithmetic;
       for (EdgeId edge = first; edge < after; ++edge) pass.kernel(view, edge, 0);
+    }
+    if (pass.stretch_done) pass.stretch_done();
     first = after;
-    if (options.proceed && !options.proceed(first, edge_count))
+    if (options.progress && !options.progress({pass.name, first, edge_count}))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
   written.finish();
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("sweep " + pass.name);
+}
+
+void sweep(const Store& store, const SweepPass& pass, const SweepOptions& options) {
+  if (writes(pass))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("sweep '{}': expected a pass that only reads, because the store is "
+                            "const",
+                            pass.name));
+  sweep(const_cast<Store&>(store), pass, options);  // which then changes nothing
 }
 
 PLAIT_END_NAMESPACE

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "plait/topology.h"
+#include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 

@@ -4,7 +4,8 @@
 
 #include "execution/sweep/stencil.h"
 #include "execution/sweep/sweep_chunks.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -12,7 +13,7 @@ SweepWindow::SweepWindow(Store& store, const SweepPass& pass) : store_(store), p
   for (const LevelAccess& access : pass.accesses) {
     first_of_.push_back(levels_.size());
     for (int number = access.first_level; number <= access.last_level; ++number) {
-      LevelFile& file = store.level_file(access.attribute, number);
+      LevelFile& file = StoreAccess::level_file(store, access.attribute, number);
       levels_.emplace_back(file, access.access);
       if (access.access != Access::kOverwrite && !file.traits.in_memory)
         file.backend->advise({0, file.geometry.block_count()}, Advice::kSequential);

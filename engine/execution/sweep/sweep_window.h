@@ -4,8 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "plait/pinned_level.h"
-#include "plait/sweep.h"
+#include "plait/detail/pinned_level.h"
+#include "plait/extend/store_access.h"
+#include "plait/extend/sweep.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -20,7 +21,9 @@ class SweepWindow {
   EdgeId chunk_edges(int threads) const;
 
   /// Must be called before the first look_ahead() or advance().
-  void open(const SessionOptions& options) { session_ = store_.open_session(options); }
+  void open(const SessionOptions& options) {
+    session_ = StoreAccess::open_session(store_, options);
+  }
 
   /// Finds the blocks that the edges [first, after) need. The next advance() pins them.
   void plan(EdgeId first, EdgeId after);

@@ -1,10 +1,12 @@
-#include "plait/pinned_patch.h"
+#include "plait/detail/pinned_patch.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "plait/error.h"
+#include "plait/extend/store_access.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -27,15 +29,17 @@ void PinnedPatch::activate(int readable, int first_writable, int last_writable) 
     return level >= first_writable && level <= last_writable ? Access::kUpdate : Access::kRead;
   };
   for (int level = base_level + 1; level <= readable; ++level)
-    if (access(level) != Access::kRead && !store_->level_file(attribute_, level).writable)
-      throw Error(ErrorCode::kBadState,
-                  fmt::format("activate level {} of '{}' for writing: {} was opened for reading",
-                              level, info.schema.name, store_->path().native()));
+    StoreAccess::check_readable(*store_, attribute_, level, true);
+  if (const int first = std::max(first_writable, base_level + 1);
+      first <= std::min(last_writable, readable))
+    const StorePass allowed(
+        *store_, fmt::format("activate level {} of '{}' for writing in", first, info.schema.name));
+  if (!walk_) walk_.emplace(*store_, StorePass::Kind::kWalk);
   levels_.clear();
   for (int level = base_level + 1; level <= readable; ++level)
-    levels_.emplace_back(store_->level_file(attribute_, level), access(level));
+    levels_.emplace_back(StoreAccess::level_file(*store_, attribute_, level), access(level));
   table_.set_levels(base_level, relative_to_base(readable, base_level));
-  session_ = store_->open_session();
+  session_ = StoreAccess::open_session(*store_);
 }
 
 void PinnedPatch::need_stencil(FaceId face) {

@@ -1,13 +1,13 @@
-// What only the compressed backend does; the rest is in backends/conformance.cpp.
+// What only the compressed backend does; the rest is in tools/conformance/.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <utility>
 
 #include "backends/conformance.h"
 #include "compressed/block_coder.h"
-#include "plait/backends/codec_time.h"
-#include "plait/backends/registry.h"
+#include "compressed/codec_time.h"
 #include "plait/error.h"
+#include "plait/registry.h"
 
 namespace plait::test {
 namespace {
@@ -27,7 +27,7 @@ TEST_CASE("BlockCoder_SavesLessThanAnEighth_StaysRaw") {
 
   const std::size_t size = 4096;
   const Filters none;
-  BlockCoder coder(default_pipelines().make_codec("lz4"), size, 0, 0);
+  BlockCoder coder(default_pipelines().make_codec({"lz4"}), size, 0, 0);
   std::size_t encoded_count = 0;
   for (std::size_t zeros = 0; zeros <= size; zeros += 16) {
     auto raw = make_content(size, Content::kRandom, 1);

@@ -1,17 +1,21 @@
 // What is a pipeline, and that a program's own codec and filter reach the blocks of a store.
-#include "plait/backends/pipeline.h"
+#include "plait/extend/pipeline.h"
 
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 
-#include "plait/attribute_levels.h"
-#include "plait/backends/compression.h"
-#include "plait/backends/registry.h"
+#include "backends/compressed/filters/predicted_levels.h"
+#include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/recode_attribute.h"
+#include "plait/extend/pipeline_registry.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "store/attribute_levels.h"
+#include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -20,7 +24,7 @@ namespace {
 
 ErrorCode refusal_of(const char* pipeline, const char* words) {
   try {
-    default_pipelines().make(pipeline, {});
+    default_pipelines().open(pipeline, {});
   } catch (const Error& error) {
     CAPTURE(pipeline, error.what());
     CHECK(std::string(error.what()).find(words) != std::string::npos);
@@ -49,7 +53,7 @@ class ComplementFilter final : public Filter {
 
 PipelineRegistry with_complement() {
   PipelineRegistry pipelines = default_pipelines();
-  pipelines.add(PipelineRegistry::FilterEntry{
+  pipelines.add(RegisteredFilter{
       "x-flip", "turns the bits round",
       [](std::string_view, const FilterLevel&) { return std::make_unique<ComplementFilter>(); }});
   return pipelines;
@@ -72,7 +76,7 @@ TEST_CASE("Pipeline_WellFormedText_HasItsFiltersInOrder") {
     CAPTURE(text);
     FilterLevel level;
     level.schema.type = type;
-    const Pipeline made = default_pipelines().make(text, level);
+    const OpenPipeline made = default_pipelines().open(text, level);
     CHECK(made.codec != nullptr);
     CHECK(made.filters.size() == filters);
   }
@@ -85,31 +89,47 @@ TEST_CASE("Pipeline_AnythingElse_IsRefusedInWordsThatNameIt") {
         ErrorCode::kNotSupported);
   CHECK(refusal_of("shuffle", "codec \"shuffle\"") == ErrorCode::kNotSupported);
   CHECK(refusal_of("delta,lz4",
-                   "filter \"delta\" of pipeline \"delta,lz4\": expected one of bytedelta, "
-                   "columns, hierarchy, lattice, lorenzo, normals, parallelogram, shuffle") ==
-        ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle+,lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of(",lz4", " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("shuffle,", " \"\" of pipeline") == ErrorCode::kNotSupported);
-  CHECK(refusal_of("", " \"\" of pipeline") == ErrorCode::kNotSupported);
+                   "filter \"delta\" of pipeline \"delta,lz4\": expected one of columns, "
+                   "hierarchy, lattice, normals, shuffle") == ErrorCode::kNotSupported);
+  CHECK(refusal_of("shuffle+,lz4", "expected [FILTER+FILTER,]CODEC such as shuffle,zstd:1") ==
+        ErrorCode::kInvalidArgument);
+  CHECK(refusal_of(",lz4", "expected [FILTER+FILTER,]CODEC such as shuffle,zstd:1") ==
+        ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("shuffle,", "expected [FILTER+FILTER,]CODEC such as shuffle,zstd:1") ==
+        ErrorCode::kInvalidArgument);
+  CHECK(refusal_of("", "expected [FILTER+FILTER,]CODEC such as shuffle,zstd:1") ==
+        ErrorCode::kInvalidArgument);
   CHECK(refusal_of("shuffle:4,lz4", "shuffle:4") == ErrorCode::kInvalidArgument);
   CHECK(refusal_of("lz4:9", "lz4:9") == ErrorCode::kInvalidArgument);
   CHECK(refusal_of("zstd:99", "zstd:99") == ErrorCode::kInvalidArgument);
   CHECK(refusal_of("zstd:3,lz4", "filter \"zstd\"") == ErrorCode::kNotSupported);
 }
 
+TEST_CASE("Pipeline_FilterThatNeedsOtherBlocksAfterAnother_IsRefused") {
+  const PredictedLevels<float> levels(BaseMesh::build(octahedron()), 2, 4096);
+  for (const std::string filter : {"hierarchy", "hierarchy:loop", "hierarchy:step=1e-3"})
+    for (const std::string first : {"shuffle", "columns", "hierarchy", "predicted+shuffle"}) {
+      const std::string pipeline = first + "+" + filter + ",zstd:1";
+      CAPTURE(pipeline);
+      const Error error =
+          error_of([&] { default_pipelines().open(pipeline, levels.filter_level(2)); });
+      CHECK(error.code() == ErrorCode::kNotSupported);
+      CHECK_THAT(error.what(), Catch::Contains("expected filter hierarchy in the first place"));
+    }
+}
+
 TEST_CASE("PipelineRegistry_EntriesThatCannotBe_AreRefused") {
   PipelineRegistry pipelines = default_pipelines();
-  const auto make = [](std::string_view) { return default_pipelines().make_codec("none"); };
+  const auto make = [](std::string_view) { return default_pipelines().make_codec({"none"}); };
   for (const char* name : {"lz4", "", "a,b", "a+b", "a:b", "a b"}) {
     CAPTURE(name);
-    CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{name, "", make}), Error);
+    CHECK_THROWS_AS(pipelines.add(RegisteredCodec{name, "", make}), Error);
   }
-  CHECK_THROWS_AS(pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", nullptr}), Error);
-  CHECK_THROWS_AS(pipelines.add(PipelineRegistry::FilterEntry{
+  CHECK_THROWS_AS(pipelines.add(RegisteredCodec{"x-none", "", nullptr}), Error);
+  CHECK_THROWS_AS(pipelines.add(RegisteredFilter{
                       "none", "", [](std::string_view, const FilterLevel&) { return nullptr; }}),
                   Error);
-  pipelines.add(PipelineRegistry::CodecEntry{"x-none", "", make});
+  pipelines.add(RegisteredCodec{"x-none", "", make});
   CHECK(pipelines.codec_names() ==
         std::vector<std::string>{"bitpack", "lz4", "none", "x-none", "zstd"});
 }
@@ -128,7 +148,7 @@ TEST_CASE("Store_OfAProgramsOwnFilter_IsReadByThoseWhoHaveIt") {
     store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3});
     store.add_level(0);
     store.add_level(0);
-    LevelFile& level = store.level_file(0, 2);
+    LevelFile& level = StoreAccess::level_file(store, 0, 2);
     const std::vector<std::byte> bytes(level.geometry.block_bytes(0), std::byte{7});
     level.backend->write({0, 1}, bytes);
     store.commit();
@@ -156,18 +176,18 @@ TEST_CASE("PipelineOfRounded_AnyPipeline_CountsInSteps") {
         "hierarchy:loop:step=0.5+shuffle,lz4");
   CHECK(pipeline_of_rounded("hierarchy:step=3+shuffle,lz4", 0.5) ==
         "hierarchy:step=0.5+shuffle,lz4");
-  CHECK(pipeline_of_rounded("parallelogram+shuffle,lz4", 1e20) ==
-        "lattice:1e20+lorenzo+shuffle,lz4");
-  CHECK(pipeline_of_rounded("columns,bitpack", 1) == "lattice:1+lorenzo,bitpack");
-  CHECK(pipeline_of_rounded("lattice:7+lorenzo,lz4", 1e-3) == "lattice:0.001+lorenzo,lz4");
+  CHECK(pipeline_of_rounded("columns+shuffle,lz4", 1e20) == "lattice:1e20+columns+shuffle,lz4");
+  CHECK(pipeline_of_rounded("columns,bitpack", 1) == "lattice:1+columns,bitpack");
+  CHECK(pipeline_of_rounded("lattice:7+columns,lz4", 1e-3) == "lattice:0.001+columns,lz4");
+  CHECK(pipeline_of_rounded("lattice:7+shuffle,lz4", 1e-3) == "lattice:0.001+shuffle,lz4");
   CHECK(pipeline_of_rounded("normals+shuffle,zstd:9", 1) == "hierarchy:step=1+shuffle,zstd:9");
   CHECK(pipeline_of_rounded("shuffle,zstd:9", 1) == "shuffle,zstd:9");
   CHECK(pipeline_of_rounded("none", 1) == "none");
   CHECK(pipeline_of_rounded("predicted+hierarchy+shuffle,zstd:1", 1) ==
         "hierarchy:step=1+shuffle,zstd:1");
   CHECK(pipeline_of_rounded("predicted,zstd:1", 1) == "zstd:1");
-  CHECK(pipeline_of_rounded("none;@1-2=predicted+hierarchy,lz4;@4=parallelogram,zstd:1", 2) ==
-        "none;@1-2=hierarchy:step=2,lz4;@4=lattice:2+lorenzo,zstd:1");
+  CHECK(pipeline_of_rounded("none;@1-2=predicted+hierarchy,lz4;@4=columns,zstd:1", 2) ==
+        "none;@1-2=hierarchy:step=2,lz4;@4=lattice:2+columns,zstd:1");
 }
 
 namespace {
@@ -175,7 +195,7 @@ namespace {
 std::string pipelines_of(const char* attribute, const std::vector<const char*>& texts) {
   Compression compression;
   for (const char* text : texts) compression.add(text);
-  return compression.pipeline_of({attribute, ComponentType::kFloat32, 2});
+  return compression.pipeline_of({attribute, ComponentType::kFloat32, 2}).to_text();
 }
 
 std::string refusal_of(const std::vector<const char*>& texts, int base_level, int finest_level) {
@@ -193,7 +213,8 @@ std::string refusal_of(const std::vector<const char*>& texts, int base_level, in
 }  // namespace
 
 TEST_CASE("Compression_TextsForLevels_TheNarrowerAndTheNamedGoFirst") {
-  const std::string usual = preset_pipeline("default", {"uv", ComponentType::kFloat32, 2});
+  const std::string usual =
+      preset_pipeline("default", {"uv", ComponentType::kFloat32, 2}).to_text();
   CHECK(pipelines_of("uv", {}) == usual);
   CHECK(pipelines_of("uv", {"@1-3=lz4"}) == usual + ";@1-3=lz4");
   CHECK(pipelines_of("uv", {"none", "uv@4-=zstd:1"}) == "none;@4-=zstd:1");
@@ -263,7 +284,7 @@ TEST_CASE("Store_PipelinesOfLevels_AreThoseOfTheirRanges") {
   store.add_level(0);
   const char* const expected[] = {"lz4", "lz4", "shuffle,zstd:1", "none"};
   for (int level = 1; level <= 4; ++level)
-    CHECK(store.level_file(0, level).pipeline == expected[level - 1]);
+    CHECK(StoreAccess::level_file(store, 0, level).pipeline == expected[level - 1]);
   CHECK(pipelines_of_levels(store, 0) == "none;@1-2=lz4;@3=shuffle,zstd:1");
   const AttributeId other = store.add_attribute(AttributeSchema{"b", ComponentType::kUint8, 1});
   CHECK(pipelines_of_levels(store, other) == options.pipeline);
@@ -284,9 +305,9 @@ TEST_CASE("Recode_WithVerify_DecodesTheNewLevelsBeforeTheOldOnesGo") {
     }
   };
   PipelineRegistry pipelines = default_pipelines();
-  pipelines.add(PipelineRegistry::FilterEntry{
-      "x-forgets", "",
-      [](std::string_view, const FilterLevel&) { return std::make_unique<ForgetfulFilter>(); }});
+  pipelines.add(RegisteredFilter{"x-forgets", "", [](std::string_view, const FilterLevel&) {
+                                   return std::make_unique<ForgetfulFilter>();
+                                 }});
   const TemporaryDirectory place;
   StoreOptions options;
   options.backend = "compressed";
@@ -295,7 +316,7 @@ TEST_CASE("Recode_WithVerify_DecodesTheNewLevelsBeforeTheOldOnesGo") {
                               default_backends(pipelines));
   store.add_attribute(AttributeSchema{"a", ComponentType::kFloat32, 3}, 2);
   for (const int level : {1, 2}) {
-    LevelFile& file = store.level_file(0, level);
+    LevelFile& file = StoreAccess::level_file(store, 0, level);
     file.backend->write({0, 1}, std::vector<std::byte>(file.geometry.block_bytes(0)));
   }
   store.commit();
@@ -303,8 +324,8 @@ TEST_CASE("Recode_WithVerify_DecodesTheNewLevelsBeforeTheOldOnesGo") {
   RecodeOptions verified;
   verified.verify = true;
   std::uint64_t done = 0, total = 0;
-  verified.proceed = [&](std::uint64_t bytes, std::uint64_t of) {
-    done = bytes, total = of;
+  verified.progress = [&](const Progress& now) {
+    done = now.done, total = now.total;
     return true;
   };
   recode_attribute(store, 0, "lz4;@2=zstd:1", verified);

@@ -5,13 +5,14 @@
 #include <utility>
 #include <vector>
 
-#include "plait/backends/registry.h"
-#include "plait/copy_levels.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/kernels/subdivide.h"
-#include "plait/recode_attribute.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "plait/subdivide.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -45,8 +46,8 @@ struct PredictedSurface {
     for (Point& point : store.base_records<Point>(position)) point = {next, -next, next += 0.25f};
   }
   void write_level(int level, float offset = 0) {
-    Session session = store.open_session();
-    LevelFile& file = store.level_file(position, level);
+    Session session = StoreAccess::open_session(store);
+    LevelFile& file = StoreAccess::level_file(store, position, level);
     for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
       const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
       auto* const numbers = reinterpret_cast<float*>(pinned.bytes().data());
@@ -83,12 +84,13 @@ TEST_CASE("PredictedStore_LevelsAndBaseRecordsThatOthersNeed_CannotBeChanged") {
     for (int level = 1; level < kFinest; ++level)
       for (const Access access : {Access::kOverwrite, Access::kUpdate})
         CHECK(code_of([&] {
-                store.open_session().pin(store.level_file(position, level), 0, access);
+                StoreAccess::open_session(store).pin(
+                    StoreAccess::level_file(store, position, level), 0, access);
               }) == ErrorCode::kBadState);
     CHECK(code_of([&] { store.base_records<Point>(position); }) == ErrorCode::kBadState);
     CHECK_NOTHROW(std::as_const(store).base_records<Point>(position));
-    CHECK_NOTHROW(
-        store.open_session().pin(store.level_file(position, kFinest), 0, Access::kUpdate));
+    CHECK_NOTHROW(StoreAccess::open_session(store).pin(
+        StoreAccess::level_file(store, position, kFinest), 0, Access::kUpdate));
   };
   check(surface.store);
   surface.store.commit();
@@ -127,7 +129,7 @@ TEST_CASE("PredictedStore_Digest_DecodesEachBlockOnce_AndIsTheSumOfTheLevelsUnde
       if (fitted++ > 0) continue;
       std::uint64_t blocks = 0;
       for (int level = 1; level <= kFinest; ++level)
-        blocks += store.level_file(0, level).geometry.block_count();
+        blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
       CHECK(store.statistics().blocks_read == blocks);
     } catch (const Error& error) {
       CHECK(error.code() == ErrorCode::kBudget);
@@ -142,9 +144,9 @@ TEST_CASE("PredictedStore_FinerLevelBeforeTheCoarserOneIsComplete_IsRefused") {
   PredictedSurface surface;
   surface.store.add_level(surface.position);
   surface.store.add_level(surface.position);
-  LevelFile& coarse = surface.store.level_file(surface.position, 1);
+  LevelFile& coarse = StoreAccess::level_file(surface.store, surface.position, 1);
   {
-    Session session = surface.store.open_session();
+    Session session = StoreAccess::open_session(surface.store);
     const PinnedBlock held = session.pin(coarse, 0, Access::kOverwrite);
     CHECK(code_of([&] { surface.write_level(2); }) == ErrorCode::kBadState);
   }
@@ -162,7 +164,7 @@ TEST_CASE("PredictedStore_ContextThatChangedAllTheSame_IsFoundWhenABlockIsRead")
   if (changes_base) {
     base[0].x += 1;  // by way of a span from before
   } else {
-    surface.store.level_file(surface.position, 2).is_fixed = false;
+    StoreAccess::level_file(surface.store, surface.position, 2).is_fixed = false;
     surface.write_level(2, 0.5f);
   }
   surface.store.commit();
@@ -201,11 +203,11 @@ TEST_CASE("PredictedStore_EncodedAnewWithPrediction_DoesNotNeedTheOldLevels") {
   surface.write_all();
   const std::string expected = digest(surface.store).to_string();
   recode_attribute(surface.store, surface.position, kPredicted);
-  CHECK(surface.store.level_file(surface.position, 3).pipeline == kPredicted);
+  CHECK(StoreAccess::level_file(surface.store, surface.position, 3).pipeline == kPredicted);
   surface.store.commit();
   CHECK(digest(surface.store).to_string() == expected);
-  surface.store.open_session().pin(surface.store.level_file(surface.position, kFinest), 0,
-                                   Access::kUpdate);
+  StoreAccess::open_session(surface.store)
+      .pin(StoreAccess::level_file(surface.store, surface.position, kFinest), 0, Access::kUpdate);
   surface.store.commit();
   surface.store.close();
   Store again = surface.reopened(true);
@@ -222,7 +224,7 @@ TEST_CASE("PredictedStore_NormalsOfTheLibrarysRule_TakeNextToNothingOnTheFinestL
         options.block_bytes = 64 << 10;
         Store store = Store::create(directory.path() / "s.plait", BaseMesh::build(mesh), options,
                                     default_backends());
-        add_base_positions(store, precise);
+        add_base_positions(store, precise ? ComponentType::kFloat64 : ComponentType::kFloat32);
         SubdivideOptions subdivision;
         subdivision.levels = kFinest;
         subdivision.normals = true;
@@ -234,7 +236,8 @@ TEST_CASE("PredictedStore_NormalsOfTheLibrarysRule_TakeNextToNothingOnTheFinestL
         recode_attribute(store, store.attribute("normal"), "normals,zstd:1");
         store.commit();
         CHECK(digest(store).to_string() == expected);
-        const LevelFile& finest = store.level_file(store.attribute("normal"), kFinest);
+        const LevelFile& finest =
+            StoreAccess::level_file(store, store.attribute("normal"), kFinest);
         std::uint64_t stored_bytes = 0;
         for (const BlockEntry& entry : finest.table.entries()) stored_bytes += entry.stored_bytes;
         CHECK(stored_bytes < finest.geometry.total_bytes() / 100);
@@ -254,7 +257,7 @@ TEST_CASE("PredictedStore_CancelledWhileItIsEncodedAnew_IsAsBefore") {
   int calls = 0;
   CHECK(code_of([&] {
           RecodeOptions options;
-          options.proceed = [&](std::uint64_t, std::uint64_t) { return ++calls < 3; };
+          options.progress = [&](const Progress&) { return ++calls < 3; };
           recode_attribute(surface.store, surface.position, kPredicted, options);
         }) == ErrorCode::kCancelled);
   CHECK(calls == 3);

@@ -1,7 +1,8 @@
-// A plug-in with a backend that breaks promises of plait/backend.h: it does not compare checksums.
-#include "plait/backends/plugin_in_cpp.h"
-#include "plait/backends/registry.h"
+// A plug-in with a backend that breaks promises of plait/extend/backend.h: it does not compare
+// checksums.
 #include "plait/error.h"
+#include "plait/extend/plugin_in_cpp.h"
+#include "plait/registry.h"
 #include "support/forwarding_backend.h"
 
 namespace {
@@ -22,7 +23,7 @@ class TrustingBackend final : public plait::test::ForwardingBackend {
 
 extern "C" PLAIT_PLUGIN_EXPORT std::int32_t plait_plugin_v1(const plait_host* host) {
   return plait::add_in_cpp(host, [](plait::PluginRegistry& registry) {
-    plait::BackendRegistry::Entry entry = plait::default_backends().find("pread");
+    plait::RegisteredBackend entry = plait::default_backends().find("pread");
     entry.name = "x-trusting";
     entry.open = plait::open_each_level([open = entry.open](const plait::LevelSpec& level) {
       return std::make_unique<TrustingBackend>(open({})->open_level(level));

@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "plait/backends/plugin_in_cpp.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/plugin_in_cpp.h"
+#include "plait/registry.h"
 
 namespace {
 
@@ -62,7 +62,7 @@ std::int32_t behave(const plait_host* host, std::string_view what) {
   if (what == "other stamp") return host->cpp_registry(host, "plait 9.9 v7, libc++ 1") == nullptr;
   if (what == "backend twice" || what == "backend name")
     return plait::add_in_cpp(host, [&](plait::PluginRegistry& registry) {
-      plait::BackendRegistry::Entry entry = plait::default_backends().find("memory");
+      plait::RegisteredBackend entry = plait::default_backends().find("memory");
       entry.name = what == "backend name" ? "x:y" : "x-memory";
       registry.add(entry);
       registry.add(entry);

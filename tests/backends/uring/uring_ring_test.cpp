@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/file.h"
+#include "plait/extend/file.h"
 #include "support/skip.h"
 #include "support/temporary_directory.h"
 

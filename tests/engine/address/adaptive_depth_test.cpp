@@ -1,6 +1,7 @@
 // A prototype of adaptive depth: every face is refined to a depth of its own. The shapes of the
 // slots follow from the depths, and nothing else changes: LevelGeometry places the slots without a
-// gap, and a patch table finds every vertex of every face in them. See docs/adaptive.md.
+// gap, a patch table finds every vertex of every face in them, and the grid of an edge gets the
+// vertices of both of its faces. See docs/adaptive.md.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -10,9 +11,10 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/level_geometry.h"
-#include "plait/patch_table.h"
-#include "plait/vertex_numbering.h"
+#include "plait/detail/edge_grid.h"
+#include "plait/detail/patch_table.h"
+#include "plait/extend/level_geometry.h"
+#include "plait/extend/vertex_numbering.h"
 #include "support/test_meshes.h"
 
 namespace plait {
@@ -60,6 +62,18 @@ class AdaptiveLevels {
     return records_[static_cast<std::size_t>(level - 1)];
   }
 
+  std::span<const std::uint32_t> base_records() const { return base_records_; }
+  SlotRecords<const std::uint32_t> slot(int level, EdgeId edge) const {
+    const Slot slot = geometry(level).slot(edge);
+    return {std::span(records_[static_cast<std::size_t>(level - 1)])
+                .subspan(slot.offset / sizeof(std::uint32_t), slot.bytes / sizeof(std::uint32_t)),
+            slot.shape};
+  }
+  /// The number of a vertex in the mesh in which all faces have all levels.
+  std::uint32_t vertex(const FaceIndex& point) const {
+    return static_cast<std::uint32_t>(numbering_.number(at_level(point, kMostDepth)));
+  }
+
   /// Stores the number of every vertex of the face through a patch table.
   /// False: a record holds another vertex already.
   bool write(FaceId face) {
@@ -78,9 +92,7 @@ class AdaptiveLevels {
     const std::int64_t size = std::int64_t{1} << depth;
     for (std::int64_t j = 0; j <= size; ++j)
       for (std::int64_t i = 0; i + j <= size; ++i) {
-        // The mesh in which all faces have all levels tells which vertex it is.
-        const auto vertex = static_cast<std::uint32_t>(
-            numbering_.number(at_level(FaceIndex{face, depth, i, j}, kMostDepth)));
+        const std::uint32_t vertex = this->vertex({face, depth, i, j});
         auto& record = *reinterpret_cast<std::uint32_t*>(table.inside(depth, i, j));
         right &= record == kUnused || record == vertex;
         record = vertex;
@@ -96,6 +108,36 @@ class AdaptiveLevels {
   std::vector<LevelGeometry> geometry_;              ///< [level - 1]
   std::vector<std::vector<std::uint32_t>> records_;  ///< [level - 1]
 };
+
+/// Whether the grid of an edge, gathered as far as both of its faces have levels, has the right
+/// vertices at all points. REQUIRES: every vertex was written.
+bool grid_is_right(const BaseMesh& base, const std::vector<int>& depths, AdaptiveLevels& levels,
+                   EdgeId edge) {
+  const Edge& at = base.edges()[edge];
+  int level = depths[at.own.face()];
+  if (!at.is_border()) level = std::min(level, depths[at.other.face()]);
+  EdgeGrid<std::uint32_t> grid;
+  grid.resize(level);
+  const std::int64_t size = grid.size();
+  std::fill_n(grid.at(-1, -1), grid.shape().point_count(), kUnused);
+  gather(base.topology(), levels, levels.base_records(), edge, 0, level, grid);
+  bool right = true;
+  for (std::int64_t p = 0; p <= size; ++p)
+    for (std::int64_t q = 0; q <= size; ++q) {
+      const bool turned = p + q > size;
+      const FaceSide side = turned ? at.other : at.own;
+      if (!side.exists()) continue;
+      std::array<std::int64_t, 3> weights{};
+      const auto corner = [&](int turn) -> std::int64_t& {
+        return weights[static_cast<std::size_t>((side.side() + turn) % 3)];
+      };
+      corner(1) = turned ? size - p : p;
+      corner(2) = turned ? size - q : q;
+      corner(0) = size - corner(1) - corner(2);
+      right &= *grid.at(p, q) == levels.vertex({side.face(), level, weights[1], weights[2]});
+    }
+  return right;
+}
 
 /// Offsets, blocks and totals against a sum over the edges.
 void check_geometry(const LevelGeometry& geometry, const BaseMesh& base,
@@ -161,6 +203,10 @@ TEST_CASE("AdaptiveDepth_RandomDepths_EveryVertexHasOneRecordAndEveryRecordAVert
       for (FaceId face = 0; face < base.face_count(); ++face)
         same_record_same_vertex &= levels.write(face);
       CHECK(same_record_same_vertex);
+      bool grids_are_right = true;
+      for (EdgeId edge = 0; edge < base.edge_count(); ++edge)
+        grids_are_right &= grid_is_right(base, depths, levels, edge);
+      CHECK(grids_are_right);
       std::set<std::uint32_t> vertices;
       std::uint64_t unused = 0, twice = 0;
       for (int level = 1; level <= kMostDepth; ++level)
@@ -181,7 +227,7 @@ TEST_CASE("AdaptiveDepth_EqualDepths_AreTheLevelsOfToday") {
     for (int level = 1; level <= kMostDepth; ++level) {
       const LevelGeometry adaptive(shapes_at(base, depths, level), BaseRelativeLevel(level), 12,
                                    4096);
-      const LevelGeometry uniform(base.slot_shapes(), BaseRelativeLevel(level), 12, 4096);
+      const LevelGeometry uniform = base.geometry(BaseRelativeLevel(level), 12, 4096);
       REQUIRE(adaptive.block_count() == uniform.block_count());
       REQUIRE(adaptive.total_bytes() == uniform.total_bytes());
       for (EdgeId edge = 0; edge < base.edge_count(); ++edge) {

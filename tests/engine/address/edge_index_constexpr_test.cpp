@@ -2,7 +2,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "plait/edge_index.h"
+#include "plait/extend/edge_index.h"
 
 using namespace plait;
 
@@ -59,8 +59,9 @@ static_assert(face_index(kTetrahedron, {2, 3, 2, 3}) == FaceIndex{0, 3, 4, 3});
 static_assert(edge_index(kTriangle, {0, 3, 4, 3}) == EdgeIndex{2, 3, 1, 0});
 
 static_assert(slot_side(1) == 1 && slot_side(kMaxLevel) == 524288);
-static_assert(slot_records(3) == 16 && slot_records(3, true) == 10);
-static_assert(slot_position(3, true, 1, 0) == 4 && slot_position(3, false, 1, 0) == 4);
+static_assert(slot_records(3) == 16 && slot_records(3, SlotShape::kHalf) == 10);
+static_assert(slot_position(3, SlotShape::kHalf, 1, 0) == 4 &&
+              slot_position(3, SlotShape::kWhole, 1, 0) == 4);
 static_assert(corner_point(1, 3, 2) == FaceIndex{1, 3, 0, 8} && corner_of(0, 8) == 2);
 static_assert(at_level({0, 2, 1, 2}, 4) == FaceIndex{0, 4, 4, 8});
 static_assert(at_level({0, 4, 4, 8}, 2) == FaceIndex{0, 2, 1, 2});

@@ -1,7 +1,7 @@
 // Face index <-> edge index, judged by what a vertex is: the base vertices or base edge or base
 // face that it lies on, and its weights there. Two face indices are the same vertex exactly when
 // these agree.
-#include "plait/edge_index.h"
+#include "plait/extend/edge_index.h"
 
 #include <algorithm>
 #include <array>
@@ -44,11 +44,15 @@ bool is_inside(const FaceIndex& point) {
   return point.i >= 0 && point.j >= 0 && point.i + point.j <= std::int64_t{1} << point.level;
 }
 
+SlotShape shape_of(const Edge& edge) {
+  return edge.is_border() ? SlotShape::kHalf : SlotShape::kWhole;
+}
+
 /// [edge] records of a level before the edge's slot; one more for the end.
 std::vector<std::uint64_t> slot_begins(const Topology& mesh, int level) {
   std::vector<std::uint64_t> begins{0};
   for (const Edge& edge : mesh.edges)
-    begins.push_back(begins.back() + slot_records(level, edge.is_border()));
+    begins.push_back(begins.back() + slot_records(level, shape_of(edge)));
   return begins;
 }
 
@@ -111,14 +115,13 @@ TEST_CASE("EdgeIndex_EveryPointThroughLevelSix_FillsEverySlotOnce") {
       for_each_point(mesh, finest, [&](const FaceIndex& point) {
         const EdgeIndex at = edge_index(mesh, point);
         const std::int64_t n = slot_side(at.level);
-        const bool border = mesh.edges[at.edge].is_border();
+        const SlotShape shape = shape_of(mesh.edges[at.edge]);
         const bool in_range = at.level >= 1 && at.level <= finest && at.row >= 0 && at.row < n &&
-                              at.column >= 0 && at.column < n &&
-                              (!border || at.row + at.column < n);
+                              at.column >= 0 && at.column < row_records(shape, n, at.row);
         if (!in_range) FAIL("face " << point.face << " (" << point.i << ", " << point.j << ")");
         const auto position = static_cast<std::size_t>(
             begins[static_cast<std::size_t>(at.level)][at.edge] +
-            static_cast<std::uint64_t>(slot_position(at.level, border, at.row, at.column)));
+            static_cast<std::uint64_t>(slot_position(at.level, shape, at.row, at.column)));
         Identity& there = stored[static_cast<std::size_t>(at.level)][position];
         const Identity here = identity(mesh, point);
         // As many records as vertices, each filled and by one vertex only: a bijection.
@@ -238,8 +241,8 @@ TEST_CASE("EdgeIndex_RandomPointsToLevelTwenty_RoundTrip") {
       const EdgeIndex at = edge_index(mesh, point);
       const FaceIndex back = face_index(mesh, at);
       const std::int64_t n = slot_side(at.level);
-      const bool border = mesh.edges[at.edge].is_border();
-      const std::int64_t position = slot_position(at.level, border, at.row, at.column);
+      const SlotShape shape = shape_of(mesh.edges[at.edge]);
+      const std::int64_t position = slot_position(at.level, shape, at.row, at.column);
       const bool good =
           is_inside(back) && back.level == at.level && at.level <= point.level &&
           identity(mesh, back) == identity(mesh, point) && edge_index(mesh, back) == at &&
@@ -248,7 +251,7 @@ TEST_CASE("EdgeIndex_RandomPointsToLevelTwenty_RoundTrip") {
           at_level(at_level(point, kMaxLevel), point.level) == point &&
           ((back.i | back.j) & 1) == 1 && at.row >= 0 && at.row < n && at.column >= 0 &&
           at.column < n && position >= 0 &&
-          static_cast<std::uint64_t>(position) < slot_records(at.level, border);
+          static_cast<std::uint64_t>(position) < slot_records(at.level, shape);
       if (!good)
         FAIL("face " << point.face << " level " << point.level << " (" << point.i << ", " << point.j
                      << ")");
@@ -258,21 +261,21 @@ TEST_CASE("EdgeIndex_RandomPointsToLevelTwenty_RoundTrip") {
   }
 }
 
-TEST_CASE("SlotPosition_InteriorAndBorder_IsABijectionInRowOrder") {
+TEST_CASE("SlotPosition_EveryShape_IsABijectionInRowOrder") {
   for (int level = 1; level <= 8; ++level) {
     const std::int64_t n = slot_side(level);
     REQUIRE(n == std::int64_t{1} << (level - 1));
-    for (const bool border : {false, true}) {
+    for (const SlotShape shape : {SlotShape::kWhole, SlotShape::kHalf, SlotShape::kAbsent}) {
       std::int64_t next = 0;
       for (std::int64_t row = 0; row < n; ++row)
-        for (std::int64_t column = 0; column < (border ? n - row : n); ++column)
-          REQUIRE(slot_position(level, border, row, column) == next++);
-      REQUIRE(static_cast<std::uint64_t>(next) == slot_records(level, border));
+        for (std::int64_t column = 0; column < row_records(shape, n, row); ++column)
+          REQUIRE(slot_position(level, shape, row, column) == next++);
+      REQUIRE(static_cast<std::uint64_t>(next) == slot_records(level, shape));
     }
   }
   const std::int64_t n = slot_side(kMaxLevel);
-  REQUIRE(slot_position(kMaxLevel, false, n - 1, n - 1) == n * n - 1);
-  REQUIRE(slot_position(kMaxLevel, true, n - 1, 0) == n * (n + 1) / 2 - 1);
+  REQUIRE(slot_position(kMaxLevel, SlotShape::kWhole, n - 1, n - 1) == n * n - 1);
+  REQUIRE(slot_position(kMaxLevel, SlotShape::kHalf, n - 1, 0) == n * (n + 1) / 2 - 1);
   REQUIRE(slot_records(kMaxLevel) == std::uint64_t{1} << 38);
 }
 

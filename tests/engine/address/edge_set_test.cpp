@@ -1,4 +1,4 @@
-#include "plait/edge_set.h"
+#include "plait/detail/edge_set.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

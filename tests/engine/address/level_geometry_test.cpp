@@ -1,11 +1,11 @@
-#include "plait/level_geometry.h"
+#include "plait/extend/level_geometry.h"
 
 #include <catch2/catch.hpp>
 #include <random>
 #include <vector>
 
-#include "plait/edge_index.h"
 #include "plait/error.h"
+#include "plait/extend/edge_index.h"
 
 namespace plait {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/topology.h"
+#include "plait/extend/topology.h"
 
 namespace plait::test {
 

@@ -1,5 +1,5 @@
 // Vertex numbers: a bijection onto 0 .. V-1, and triangles over them that make the same surface.
-#include "plait/vertex_numbering.h"
+#include "plait/extend/vertex_numbering.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -8,8 +8,9 @@
 #include <utility>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
 #include "plait/layout.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -49,7 +50,7 @@ Sum naive_digest(Store& store, int level) {
                       std::as_const(store).base_bytes(id).subspan(v * record, record));
     } else if (level <= info.finest_level) {
       const std::vector<std::byte> bytes = read_level(store, id, level);
-      const LevelGeometry& geometry = store.level_file(id, level).geometry;
+      const LevelGeometry& geometry = StoreAccess::level_file(store, id, level).geometry;
       for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge) {
         const Edge& ends = store.base().edges()[edge];
         sum +=
@@ -64,8 +65,7 @@ Sum naive_digest(Store& store, int level) {
 Store filled(const std::filesystem::path& path, const std::string& backend, const BaseMesh& base,
              int base_level = 0, std::uint64_t block_bytes = 4096) {
   StoreOptions options = sample_options(backend, block_bytes);
-  options.base_level = base_level;
-  Store store = Store::create(path, base, options, default_backends());
+  Store store = Store::create(path, base, options, default_backends(), {.base_level = base_level});
   for (const AttributeSchema& schema : sample_schemas())
     add_sample(store, schema, schema.name == "wide" ? 1 : 3);
   return store;
@@ -142,8 +142,8 @@ TEST_CASE("Digest_OtherContent_IsAnother") {
 
   Store flipped = in_memory(base);
   {
-    const PinnedBlock pinned =
-        flipped.open_session().pin(flipped.level_file(2, 3), 0, Access::kUpdate);
+    const PinnedBlock pinned = StoreAccess::open_session(flipped).pin(
+        StoreAccess::level_file(flipped, 2, 3), 0, Access::kUpdate);
     pinned.bytes()[17] ^= std::byte{1};
   }
   CHECK(digest(flipped) != expected);
@@ -151,8 +151,8 @@ TEST_CASE("Digest_OtherContent_IsAnother") {
 
   Store exchanged = in_memory(base);  // the slots of two edges
   {
-    LevelFile& file = exchanged.level_file(0, 1);
-    const PinnedBlock pinned = exchanged.open_session().pin(file, 0, Access::kUpdate);
+    LevelFile& file = StoreAccess::level_file(exchanged, 0, 1);
+    const PinnedBlock pinned = StoreAccess::open_session(exchanged).pin(file, 0, Access::kUpdate);
     const auto slot = pinned.bytes().begin();
     std::swap_ranges(slot, slot + 12, slot + 12);
   }
@@ -173,7 +173,7 @@ TEST_CASE("Digest_OptionsOutOfRange_AreRefused") {
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {"expected 1 to 4"}));
   }
-  for (const int threads : {0, -1, 1025}) {
+  for (const int threads : {-1, 1025}) {
     const Error error = error_of([&] { digest(store, {-1, threads, {}}); });
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {"threads"}));
@@ -184,10 +184,10 @@ TEST_CASE("Digest_Progress_RisesToTheTotalAndCancels") {
   Store store = in_memory(BaseMesh::build(random_sphere(3, 60)));
   for (const int level : {-1, 2}) {
     std::uint64_t last = 0, total = 0;
-    digest(store, {level, 1, [&](std::uint64_t done, std::uint64_t of) {
-                     CHECK(done > last);
-                     last = done;
-                     total = of;
+    digest(store, {level, 1, [&](const Progress& now) {
+                     CHECK(now.done > last);
+                     last = now.done;
+                     total = now.total;
                      return true;
                    }});
     CHECK(last == total);
@@ -195,7 +195,7 @@ TEST_CASE("Digest_Progress_RisesToTheTotalAndCancels") {
   }
   int calls = 0;
   const Error error = error_of([&] {
-    digest(store, {-1, 1, [&](std::uint64_t, std::uint64_t) { return ++calls < 3; }});
+    digest(store, {-1, 1, [&](const Progress&) { return ++calls < 3; }});
   });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(calls == 3);

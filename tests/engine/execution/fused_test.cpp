@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include "engine/execution/numbering_refiner.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
 #include "plait/layout.h"
+#include "plait/registry.h"
 #include "support/counting_backend.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
@@ -54,7 +55,7 @@ std::uint64_t block_count(const Store& store) {
   std::uint64_t count = 0;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)
     for (int level = 1; level <= store.attributes()[id].finest_level; ++level)
-      count += store.level_file(id, level).geometry.block_count();
+      count += StoreAccess::level_file(store, id, level).geometry.block_count();
   return count;
 }
 
@@ -110,9 +111,8 @@ TEST_CASE("Fused_HaloOfAnyWidth_ChangesNothing") {
 
 TEST_CASE("Fused_RefinedBaseMesh_CountsLevelsFromIt") {
   const BaseMesh base = BaseMesh::build(random_sphere(4, 60));
-  StoreOptions options = options_of("memory");
-  options.base_level = 2;
-  Store store = numbered_store({}, base, options, assorted_schemas(), 3, default_backends());
+  Store store =
+      numbered_store({}, base, options_of("memory"), assorted_schemas(), 3, default_backends(), 2);
   REQUIRE(store.finest_level() == 5);
   NumberingCalls calls(base.face_count());
   fused(store, numbering_pass(store, 3, calls), {2, {}});

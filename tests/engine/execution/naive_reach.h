@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
 
 namespace plait::test {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
-#include "plait/edge_index.h"
-#include "plait/sweep.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/sweep.h"
+#include "plait/registry.h"
 #include "support/naive_subdivision.h"
 #include "support/temporary_directory.h"
 
@@ -118,9 +118,9 @@ class Expected {
 struct OnDisk {
   OnDisk(const std::string& backend, const BaseMesh& base, int base_level = 0) : expected(base) {
     StoreOptions options = sample_options(backend);
-    options.base_level = base_level;
     options.budget_bytes = 64 << 20;
-    Store store = Store::create(path, base, options, default_backends());
+    Store store =
+        Store::create(path, base, options, default_backends(), {.base_level = base_level});
     const AttributeId id = store.add_attribute(schema_of<Wide>("vertex"));
     for (VertexId v = 0; v < base.vertex_count(); ++v) store.base_records<Wide>(id)[v] = {v, {}};
     for (int level = 1; level <= kLevels; ++level) {

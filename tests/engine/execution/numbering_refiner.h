@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/edge_index.h"
-#include "plait/fused.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/fused.h"
 
 namespace plait::test {
 
@@ -137,8 +137,8 @@ class NumberingRefiner final : public PatchRefiner {
 inline Store numbered_store(const std::filesystem::path& path, const BaseMesh& base,
                             const StoreOptions& options,
                             const std::vector<AttributeSchema>& schemas, int levels,
-                            const BackendRegistry& backends) {
-  Store store = Store::create(path, base, options, backends);
+                            const BackendRegistry& backends, int base_level = 0) {
+  Store store = Store::create(path, base, options, backends, {.base_level = base_level});
   for (const AttributeSchema& schema : schemas) {
     const AttributeId id = store.add_attribute(schema);
     for (int level = 1; level <= levels; ++level) store.add_level(id);

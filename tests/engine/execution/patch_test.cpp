@@ -1,5 +1,5 @@
 // The transparent executor: at(level, i, j) is the right record of the store, wherever it is kept.
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,8 @@
 #include <utility>
 
 #include "engine/execution/numbered_store.h"
-#include "plait/in_core_mesh.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/store_access.h"
 #include "support/error_of.h"
 #include "support/test_meshes.h"
 
@@ -55,7 +56,7 @@ std::uint64_t widest_face_bytes(Store& store) {
       for (const FaceId near : {face, beyond.exists() ? beyond.face() : face})
         for (const EdgeId edge : mesh.face_edges[near])
           for (int level = 1; level <= kLevels; ++level)
-            blocks.emplace(level, store.level_file(0, level).geometry.block_of(edge));
+            blocks.emplace(level, StoreAccess::level_file(store, 0, level).geometry.block_of(edge));
     }
     most = std::max<std::uint64_t>(most, blocks.size() * 4096);
   }
@@ -146,7 +147,7 @@ TEST_CASE("PatchAt_AmpleWindow_ReadsEveryBlockOnce") {
   check_all_points(store, place.expected, Reach::kFaces, 32 << 20);
   std::uint64_t blocks = 0;
   for (int level = 1; level <= kLevels; ++level)
-    blocks += store.level_file(0, level).geometry.block_count();
+    blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
   CHECK(store.statistics().blocks_read == blocks);
   CHECK(store.statistics().blocks_written == 0);
 }

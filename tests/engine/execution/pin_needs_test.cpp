@@ -1,13 +1,13 @@
 // What passes will need, against what they are told to need, and get, where the levels are there.
-#include "plait/pin_needs.h"
+#include "execution/pin_needs.h"
 
 #include <catch2/catch.hpp>
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
 #include "plait/error.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/registry.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -26,9 +26,8 @@ Store make_store(const std::filesystem::path& path, const BaseMesh& base, int ba
                  std::uint64_t budget_bytes) {
   StoreOptions options;
   options.block_bytes = 4096;
-  options.base_level = base_level;
   options.budget_bytes = budget_bytes;
-  return Store::create(path, base, options, default_backends());
+  return Store::create(path, base, options, default_backends(), {.base_level = base_level});
 }
 
 }  // namespace

@@ -136,6 +136,25 @@ TEST_CASE("Reader_RangesOfVertices_AreTheLevelInSlotOrder") {
   }
 }
 
+TEST_CASE("Reader_RangeOfVertices_ReadsItsBlocksAheadAndNoOthers") {
+  const BaseMesh base = BaseMesh::build(torus_grid(3, 4));
+  const OnDisk disk("pread", base);
+  const auto ignore = [](std::uint64_t, std::span<const Wide>) {};
+  const auto blocks_of = [&](std::uint64_t vertices) {
+    const Store store = disk.open();
+    const Reader reader(store);
+    reader.for_each_block<Wide>("vertex", kLevels, 0, vertices, ignore);
+    return reader.statistics();
+  };
+  const std::uint64_t all = Reader(disk.open()).vertex_count(kLevels);
+  const std::uint64_t every_block = blocks_of(all).blocks_read;
+  REQUIRE(every_block > 8);
+  CHECK(blocks_of(all).blocks_prefetched > 0);
+  CHECK(blocks_of(all / 2).blocks_read <= every_block / 2 + 1);
+  CHECK(blocks_of(1).blocks_read == 1);
+  CHECK(blocks_of(1).blocks_prefetched == 0);
+}
+
 TEST_CASE("Reader_Threads_ReadTheSamePatchesInLittleMemory") {
   const auto backend = GENERATE(as<std::string>(), "pread", "mmap", "uring", "compressed");
   const auto policy = GENERATE(EvictionPolicy::kClock, EvictionPolicy::kLayoutOrder);

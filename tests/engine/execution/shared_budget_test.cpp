@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "engine/execution/numbered_store.h"
-#include "plait/budget.h"
+#include "plait/extend/budget.h"
 #include "plait/reader.h"
 #include "support/error_of.h"
 #include "support/test_meshes.h"

@@ -5,8 +5,8 @@
 
 #include "engine/execution/naive_reach.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -41,7 +41,7 @@ struct SumPass {
       std::uint32_t sum = 0;
       for (const EdgeId other : reach_of[edge])
         for (int level = 1; level <= kBudgetLevels; ++level) {
-          const std::span<std::byte> slot = view.slot(0, level, other);
+          const std::span<std::byte> slot = view.slot(0, level, other).bytes;
           const Edge& ends = base.edges()[other];
           if (!std::ranges::equal(
                   slot, sample_slot(sample_schemas()[0], level, ends.start, ends.end, slot.size())))

@@ -1,14 +1,16 @@
 // The sweep executor: what a kernel is called for, sees and writes.
-#include "plait/sweep.h"
+#include "plait/extend/sweep.h"
 
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <string>
 
 #include "engine/execution/naive_reach.h"
 #include "engine/store/sample_store.h"
 #include "execution/sweep/stencil.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/counting_backend.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -39,8 +41,8 @@ namespace {
 Store sweep_in_memory(const IndexedMesh& mesh, int base_level = 0) {
   StoreOptions options = sample_options("memory");
   options.budget_bytes = 64 << 20;
-  options.base_level = base_level;
-  return Store::create({}, BaseMesh::build(mesh), options, default_backends());
+  return Store::create({}, BaseMesh::build(mesh), options, default_backends(),
+                       {.base_level = base_level});
 }
 
 /// A committed store in a directory of its own.
@@ -87,10 +89,10 @@ TEST_CASE("Sweep_AnyNumberOfThreads_CallsTheKernelOncePerEdge") {
         if (worker < 0 || worker >= threads) right_worker = false;
       };
       std::uint64_t last = 0, total = 0;
-      sweep(store, pass, {threads, [&](std::uint64_t done, std::uint64_t of) {
-                            CHECK(done > last);
-                            last = done;
-                            total = of;
+      sweep(store, pass, {threads, [&](const Progress& now) {
+                            CHECK(now.done > last);
+                            last = now.done;
+                            total = now.total;
                             return true;
                           }});
       CHECK(std::ranges::all_of(calls, [](const std::atomic<int>& count) { return count == 1; }));
@@ -122,7 +124,7 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
         pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
           if (edge % 3 != 0) {  // kOverwrite promises all of it
             for (const int level : {2, 3})
-              std::ranges::fill(view.slot(0, level, edge), std::byte{0});
+              std::ranges::fill(view.slot(0, level, edge).bytes, std::byte{0});
             return;
           }
           for (const int level : {2, 3})
@@ -136,7 +138,7 @@ TEST_CASE("Sweep_WritesOfOneEdge_AreInItsSlotAndNowhereElse") {
       CHECK(read_level(store, 0, 1) == sample_level(store, sample_schemas()[0], 1));
       for (const int level : {2, 3}) {
         const std::vector<std::byte> bytes = read_level(store, 0, level);
-        const LevelGeometry& geometry = store.level_file(0, level).geometry;
+        const LevelGeometry& geometry = StoreAccess::level_file(store, 0, level).geometry;
         bool right = true;
         for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge)
           for (std::uint64_t at = 0; at < geometry.slot(edge).bytes; at += 12) {
@@ -160,7 +162,7 @@ TEST_CASE("Sweep_UpdateAccess_ReadsAndWritesEverySlotOnce") {
       pass.accesses = {{0, 1, 3, Access::kUpdate, Reach::kOwn}};
       pass.kernel = [](const SweepView& view, EdgeId edge, int) {
         for (int level = 1; level <= 3; ++level)
-          for (std::byte& byte : view.slot(0, level, edge)) byte ^= std::byte{0x5a};
+          for (std::byte& byte : view.slot(0, level, edge).bytes) byte ^= std::byte{0x5a};
       };
       sweep(store, pass, {2, {}});
       store.commit();
@@ -184,13 +186,13 @@ TEST_CASE("Sweep_WriteOnlyLevels_AreNeverRead") {
     pass.accesses = {{0, 1, 3, Access::kOverwrite, Reach::kOwn}};
     pass.kernel = [](const SweepView& view, EdgeId edge, int) {
       for (int level = 1; level <= 3; ++level)
-        std::ranges::fill(view.slot(0, level, edge), std::byte{1});
+        std::ranges::fill(view.slot(0, level, edge).bytes, std::byte{1});
     };
     sweep(store, pass, {});
     store.commit();
     std::uint64_t blocks = 0;
     for (int level = 1; level <= 3; ++level)
-      blocks += store.level_file(0, level).geometry.block_count();
+      blocks += StoreAccess::level_file(store, 0, level).geometry.block_count();
     CHECK(counts.read_calls == 0);
     CHECK(store.statistics().blocks_read == 0);
     CHECK(store.statistics().blocks_written == blocks);
@@ -206,8 +208,8 @@ TEST_CASE("Sweep_AmpleBudget_ReadsEveryBlockOnce") {
     pass.accesses = {{0, 2, 3, Access::kRead, Reach::kRing}};
     pass.kernel = [](const SweepView&, EdgeId, int) {};
     sweep(store, pass, {});
-    const std::uint64_t blocks = store.level_file(0, 2).geometry.block_count() +
-                                 store.level_file(0, 3).geometry.block_count();
+    const std::uint64_t blocks = StoreAccess::level_file(store, 0, 2).geometry.block_count() +
+                                 StoreAccess::level_file(store, 0, 3).geometry.block_count();
     REQUIRE(blocks > 50);
     CHECK(store.statistics().blocks_read == blocks);
     CHECK(store.statistics().blocks_written == 0);
@@ -227,7 +229,7 @@ TEST_CASE("Sweep_SeveralAttributesAndLevels_SeesEachByItsNumber") {
   std::atomic<bool> right = true;
   const auto check = [&](const SweepView& view, std::size_t access, int level, EdgeId edge) {
     const AttributeSchema& schema = store.attributes()[pass.accesses[access].attribute].schema;
-    const std::span<std::byte> slot = view.slot(access, level, edge);
+    const std::span<std::byte> slot = view.slot(access, level, edge).bytes;
     const Edge& ends = store.base().edges()[edge];
     const std::size_t n = std::size_t{1} << (level - 3);
     const std::size_t records = ends.is_border() ? n * (n + 1) / 2 : n * n;
@@ -285,8 +287,8 @@ TEST_CASE("Sweep_Cancelled_StopsBetweenBlocksAndLeavesTheStoreUsable") {
   pass.accesses = {{0, 1, 3, Access::kRead, Reach::kFaces}};
   pass.kernel = [&](const SweepView&, EdgeId, int) { ++calls; };
   const Error error = error_of([&] {
-    sweep(store, pass, {1, [&](std::uint64_t done, std::uint64_t) {
-                          reported = done;
+    sweep(store, pass, {1, [&](const Progress& now) {
+                          reported = now.done;
                           return calls < 100;
                         }});
   });
@@ -304,7 +306,7 @@ TEST_CASE("Sweep_DamagedBlock_ThrowsCorruptionAndLeavesTheStoreUsable") {
   for (const std::string& backend : durable_backends()) {
     const SweptOnDisk place(backend, torus_grid(20, 30), 3);
     Store store = Store::open(place.path, {false, 1 << 20}, default_backends());
-    const LevelFile& file = store.level_file(0, 3);
+    const LevelFile& file = StoreAccess::level_file(store, 0, 3);
     const std::uint64_t offset = file.table[20].offset + 5;
     overwrite_byte(file.path, offset, file_bytes(file.path)[offset] ^ std::byte{1});
     std::vector<int> calls(store.base().edge_count());
@@ -333,7 +335,7 @@ TEST_CASE("Sweep_OptionsOrAccessesOutOfRange_AreRefused") {
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {"'wrong'", word}));
   };
-  for (const int threads : {0, -1, 1025}) refused(threads, "threads");
+  for (const int threads : {-1, 1025}) refused(threads, "threads");
   for (const Access access : {Access::kOverwrite, Access::kUpdate})
     for (const Reach reach : {Reach::kFaces, Reach::kRing}) {
       pass.accesses[0].access = access;
@@ -374,4 +376,42 @@ TEST_CASE("Sweep_WritesToAStoreOpenedForReading_AreRefused") {
       CHECK(names(error, {place.path.string(), "opened for reading"}));
     }
   }
+}
+
+TEST_CASE("Sweep_KernelThatThrows_EndsTheCallAndLeavesTheLevelUnfinished") {
+  for (const char* backend : {"memory", "pread"})
+    for (const int threads : {1, 2}) {
+      CAPTURE(backend, threads);
+      const TemporaryDirectory directory;
+      const bool on_disk = std::string(backend) != "memory";
+      Store store = Store::create(on_disk ? directory.path() / "s.plait" : std::filesystem::path(),
+                                  BaseMesh::build(random_sheet(5, 60)), sample_options(backend),
+                                  default_backends());
+      add_sample(store, sample_schemas()[0], 3);
+      store.commit();
+      SweepPass pass;
+      pass.accesses = {{0, 2, 2, Access::kUpdate, Reach::kOwn}};
+      pass.kernel = [&](const SweepView&, EdgeId edge, int) {
+        if (edge == 40) throw std::string("of the program's own");
+      };
+      CHECK_THROWS_AS(sweep(store, pass, {.threads = threads}), std::string);
+      CHECK_FALSE(StoreAccess::level_file(store, 0, 2).is_finished());
+      CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+      store.roll_back();
+      CHECK(holds_sample(store, 0));
+    }
+}
+
+TEST_CASE("Sweep_OfAConstStore_ReadsAndRefusesToWrite") {
+  Store store = sweep_in_memory(random_sheet(5, 60));
+  add_sample(store, sample_schemas()[0], 2);
+  const Store& reading = store;
+  SweepPass pass;
+  pass.accesses = {{0, 1, 2, Access::kRead, Reach::kOwn}};
+  std::atomic<int> edges = 0;
+  pass.kernel = [&](const SweepView&, EdgeId, int) { ++edges; };
+  sweep(reading, pass, {.threads = 0});
+  CHECK(edges == static_cast<int>(store.base().edge_count()));
+  pass.accesses[0].access = Access::kUpdate;
+  CHECK(error_of([&] { sweep(reading, pass, {}); }).code() == ErrorCode::kInvalidArgument);
 }

@@ -1,4 +1,4 @@
-#include "plait/machine.h"
+#include "io/machine.h"
 
 #include <sys/statvfs.h>
 #include <unistd.h>

@@ -1,16 +1,19 @@
 // What is made under a temporary name: whole or not there, whenever the process ends.
-#include "plait/partial_output.h"
+#include "io/partial_output.h"
 
 #include <sys/file.h>
 
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <fstream>
 #include <span>
 #include <string>
 
+#include "io/made_mark.h"
 #include "plait/error.h"
-#include "plait/left_overs.h"
+#include "store/left_overs.h"
 #include "support/before_operation.h"
+#include "support/error_of.h"
 #include "support/killing_operations.h"
 #include "support/temporary_directory.h"
 
@@ -34,7 +37,7 @@ void remove_file_a(const Directory& directory) { directory.remove("a"); }
 
 /// A directory that holds one file.
 void make_directory(const fs::path& path) {
-  PartialDirectory output(path, "partial", remove_file_a);
+  PartialDirectory output(path, "partial", MadeProof::kManifest, remove_file_a);
   File(output.directory(), "a", OpenMode::kCreate).close();
   REQUIRE(output.publish(true));
 }
@@ -59,19 +62,48 @@ TEST_CASE("LeftOver_RemovedByAnotherProcessMeanwhile_IsNoError") {
   const TemporaryDirectory here;
   const Directory directory(here.path());
   const std::string name = "mesh.ply.partial-12";
-  const auto make = [&] { std::ofstream(here.path() / name) << "part"; };
+  const auto make = [&] {
+    fs::remove_all(here.path() / name);
+    fs::create_directory(here.path() / name);
+    write_made_mark(Directory(here.path() / name));
+    std::ofstream(here.path() / name / "output") << "part";
+  };
   make();
   const std::vector<LeftOver> found = find_left_overs(directory);
   REQUIRE(found.size() == 1);
   const auto removed = [&](const auto& call) {
     make();
     const BeforeOperation other(FileOperation::Kind::kOpen, name,
-                                [&] { fs::remove(here.path() / name); });
+                                [&] { fs::remove_all(here.path() / name); });
     call();
     CHECK(other.was_done());
   };
   removed([&] { CHECK(find_left_overs(directory).empty()); });
   removed([&] { CHECK(remove_left_over(directory, found[0])); });
+}
+
+TEST_CASE("LeftOver_WithoutAProofThatPlaitMadeIt_IsNone") {
+  const TemporaryDirectory here;
+  std::ofstream(here.path() / "essay.partial-77") << "mine";
+  for (const char* file : {"manifest", "plait-made", "output", "lock", "image"}) {
+    const fs::path directory = here.path() / (std::string(file) + ".partial-0012");
+    fs::create_directory(directory);
+    std::ofstream(directory / file) << "mine";
+  }
+  fs::create_directory(here.path() / "link.partial-3");
+  std::ofstream(here.path() / "content");
+  write_made_mark(Directory(here.path()));
+  fs::create_symlink("../plait-made", here.path() / "link.partial-3" / "plait-made");
+  const std::vector<std::string> before = names_in(here.path());
+  CHECK(find_left_overs(Directory(here.path())).empty());
+  for (const std::string& name : before)
+    if (fs::is_directory(here.path() / name)) {
+      LeftOver forced;
+      forced.name = name;
+      CHECK_FALSE(remove_left_over(Directory(here.path()), forced));
+      CHECK(names_in(here.path() / name).size() == 1);
+    }
+  CHECK(names_in(here.path()) == before);
 }
 
 TEST_CASE("PartialFile_KilledBeforeAnyOperation_LeavesTheOldFileOrTheNew") {
@@ -113,7 +145,7 @@ TEST_CASE("PartialOutput_NotPublished_LeavesNothing") {
   const TemporaryDirectory here;
   {
     PartialFile file(here.path() / "f", Existing::kRefuse);
-    PartialDirectory directory(here.path() / "d", "repair", remove_file_a);
+    PartialDirectory directory(here.path() / "d", "repair", MadeProof::kMark, remove_file_a);
     File(directory.directory(), "a", OpenMode::kCreate).close();
     CHECK(names_in(here.path()).size() == 2);
     for (const LeftOver& left_over : find_left_overs(Directory(here.path()))) {
@@ -126,6 +158,7 @@ TEST_CASE("PartialOutput_NotPublished_LeavesNothing") {
 
 TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
   const TemporaryDirectory here;
+  fs::path kept;
   const auto give_away = [&](const fs::path& made) {
     fs::rename(made, here.path() / "away");
     std::ofstream(made) << "another's";
@@ -134,10 +167,13 @@ TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
     PartialFile file(here.path() / "f", Existing::kRefuse);
     give_away(file.path());
     CHECK_THROWS_AS(file.publish(), Error);
+    kept = file.path();
   }
+  CHECK(content_of(kept) == "another's");
+  fs::remove_all(kept.parent_path());
   fs::remove(here.path() / "away");
   {
-    PartialDirectory directory(here.path() / "d", "partial", remove_file_a);
+    PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
     directory.directory();
     give_away(directory.name().path());
     CHECK_THROWS_AS(directory.publish(true), Error);
@@ -148,13 +184,45 @@ TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
   std::size_t others = 0;
   for (const std::string& name : names_in(here.path()))
     others += content_of(here.path() / name) == "another's";
-  CHECK(others == 2);
+  CHECK(others == 1);
+}
+
+TEST_CASE("PartialOutput_WhoseLastSyncFails_SaysThatItIsCompleteUnderItsName") {
+  class NoSyncOfNames final : public FileOperationHook {
+   public:
+    explicit NoSyncOfNames(fs::path directory) : directory_(std::move(directory)) {
+      set_file_operation_hook(this);
+    }
+    ~NoSyncOfNames() { set_file_operation_hook(nullptr); }
+    Verdict before(const FileOperation& operation) noexcept override {
+      const bool is_it =
+          operation.kind == FileOperation::Kind::kSyncDirectory && operation.path == directory_;
+      return {.error = is_it ? EIO : 0};
+    }
+    void after(const FileOperation&) noexcept override {}
+
+   private:
+    fs::path directory_;
+  };
+  const TemporaryDirectory here;
+  const NoSyncOfNames hook(here.path());
+  const auto is_told = [&](const char* name, const Error& error) {
+    CHECK(error.code() == ErrorCode::kIo);
+    const std::string message = error.what();
+    CHECK(message.starts_with((here.path() / name).native()));
+    CHECK(message.find("it is complete and has its name") != std::string::npos);
+    CHECK(fs::exists(here.path() / name));
+  };
+  is_told("f", error_of([&] { make_file(here.path() / "f", "new", Existing::kReplace); }));
+  PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
+  directory.directory();
+  is_told("d", error_of([&] { directory.publish(true); }));
 }
 
 TEST_CASE("PartialOutput_WhoseFinalNameIsTakenMeanwhile_IsRefused") {
   const TemporaryDirectory here;
   PartialFile file(here.path() / "f", Existing::kRefuse);
-  PartialDirectory directory(here.path() / "d", "partial", remove_file_a);
+  PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
   directory.directory();
   std::ofstream(here.path() / "f") << "first";
   fs::create_directory(here.path() / "d");

@@ -1,5 +1,5 @@
 // copy_levels(): the same content from any backend to any other.
-#include "plait/copy_levels.h"
+#include "plait/extend/copy_levels.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
-#include "plait/compare_attribute.h"
+#include "maintenance/compare_attribute.h"
 #include "plait/digest.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -27,17 +28,17 @@ bool is_durable(const std::string& backend) {
 }
 
 Store create(const TemporaryDirectory& directory, const std::string& name, const BaseMesh& base,
-             const StoreOptions& options) {
+             const StoreOptions& options, int base_level = 0) {
   return Store::create(
       is_durable(options.backend) ? directory.path() / name : std::filesystem::path(), base,
-      options, default_backends());
+      options, default_backends(), {.base_level = base_level});
 }
 
 /// Attributes of several types and depths; in the last one nothing was written.
 Store filled(const TemporaryDirectory& directory, const std::string& backend, int base_level = 0) {
   StoreOptions options = sample_options(backend);
-  options.base_level = base_level;
-  Store store = create(directory, "from", BaseMesh::build(random_sheet(5, 120)), options);
+  Store store =
+      create(directory, "from", BaseMesh::build(random_sheet(5, 120)), options, base_level);
   for (const AttributeSchema& schema : sample_schemas())
     add_sample(store, schema, schema.name == "wide" ? 1 : 3);
   store.add_level(store.add_attribute({"empty", ComponentType::kInt64, 2}));
@@ -93,9 +94,9 @@ TEST_CASE("CopyLevels_BetweenBlockSizes_ReadsAndWritesEveryBlockOnce") {
       to.commit();
       std::uint64_t bytes = 0, from_blocks = 0, to_blocks = 0;
       for (int level = 1; level <= 4; ++level) {
-        bytes += from.level_file(0, level).geometry.total_bytes();
-        from_blocks += from.level_file(0, level).geometry.block_count();
-        to_blocks += to.level_file(0, level).geometry.block_count();
+        bytes += StoreAccess::level_file(from, 0, level).geometry.total_bytes();
+        from_blocks += StoreAccess::level_file(from, 0, level).geometry.block_count();
+        to_blocks += StoreAccess::level_file(to, 0, level).geometry.block_count();
       }
       REQUIRE(bytes > 4 * (64 << 10));  // far more than the budgets
       CHECK(from.statistics().blocks_read == from_blocks);
@@ -111,8 +112,7 @@ TEST_CASE("CopyLevels_BaseLevelAboveZero_KeepsLevelNumbers") {
   const TemporaryDirectory directory;
   Store from = filled(directory, "pread", 3);
   StoreOptions options = sample_options("compressed");
-  options.base_level = 3;
-  Store to = create(directory, "to", from.base(), options);
+  Store to = create(directory, "to", from.base(), options, 3);
   copy_levels(from, to);
   CHECK(to.finest_level() == 6);
   CHECK(digest(to) == digest(from));
@@ -127,10 +127,10 @@ TEST_CASE("CopyLevels_Progress_RisesToTheTotal") {
     add_sample(from, sample_schemas()[0], 5);
     Store to = create(directory, "to", from.base(), sample_options("memory"));
     std::uint64_t last = 0, total = 0;
-    copy_levels(from, to, [&](std::uint64_t done, std::uint64_t of) {
-      CHECK(done > last);
-      last = done;
-      total = of;
+    copy_levels(from, to, [&](const Progress& now) {
+      CHECK(now.done > last);
+      last = now.done;
+      total = now.total;
       return true;
     });
     CHECK(last == total);
@@ -143,8 +143,8 @@ TEST_CASE("CopyLevels_Cancelled_Throws") {
   Store from = filled(directory, "memory");
   Store to = create(directory, "to", from.base(), sample_options("pread"));
   int calls = 0;
-  const Error error = error_of(
-      [&] { copy_levels(from, to, [&](std::uint64_t, std::uint64_t) { return ++calls < 4; }); });
+  const Error error =
+      error_of([&] { copy_levels(from, to, [&](const Progress&) { return ++calls < 4; }); });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(calls == 4);
 }
@@ -156,7 +156,7 @@ TEST_CASE("CompareAttribute_RecordsBeyondTheBound_AreNamed") {
     Store from = create(directory, "from", base, sample_options("memory"));
     from.add_attribute({"a", ComponentType::kFloat32, 2}, 2);
     for (const int level : {1, 2}) {
-      std::vector<std::byte> bytes(from.level_file(0, level).geometry.total_bytes());
+      std::vector<std::byte> bytes(StoreAccess::level_file(from, 0, level).geometry.total_bytes());
       for (std::size_t at = 0; at < bytes.size() / sizeof(float); ++at) {
         const float number = static_cast<float>(std::sin(static_cast<double>(at)));
         std::memcpy(bytes.data() + at * sizeof number, &number, sizeof number);
@@ -193,10 +193,10 @@ TEST_CASE("CompareAttribute_RecordsBeyondTheBound_AreNamed") {
     CHECK(refusal("1e-3").find("slot of edge 0 of level 2") != std::string::npos);
     int calls = 0;
     CHECK(error_of([&] {
-            compare_attribute(from, 0, to, 0, {}, [&](std::uint64_t) { return ++calls < 1; });
+            compare_attribute(from, 0, to, 0, {}, [&](const Progress&) { return ++calls < 1; });
           }).code() == ErrorCode::kCorruption);
     CHECK(error_of([&] {
-            compare_attribute(from, 0, from, 0, {}, [&](std::uint64_t) { return ++calls < 1; });
+            compare_attribute(from, 0, from, 0, {}, [&](const Progress&) { return ++calls < 1; });
           }).code() == ErrorCode::kCancelled);
     // Base records are never rounded.
     to.base_bytes(0).front() ^= std::byte{1};

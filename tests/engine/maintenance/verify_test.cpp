@@ -4,7 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -42,14 +43,14 @@ TEST_CASE("Verify_HealthyStore_ReadsEveryBlockOnce") {
     std::uint64_t blocks = 0, bytes = 0;
     for (AttributeId id = 0; id < 2; ++id)
       for (int level = 1; level <= 3; ++level) {
-        blocks += store.level_file(id, level).geometry.block_count();
-        bytes += store.level_file(id, level).geometry.total_bytes();
+        blocks += StoreAccess::level_file(store, id, level).geometry.block_count();
+        bytes += StoreAccess::level_file(store, id, level).geometry.total_bytes();
       }
     std::uint64_t last_done = 0, last_total = 0, calls = 0;
-    const VerifyReport report = verify(store, [&](std::uint64_t done, std::uint64_t total) {
-      CHECK(done > last_done);
-      last_done = done;
-      last_total = total;
+    const VerifyReport report = verify(store, [&](const Progress& now) {
+      CHECK(now.done > last_done);
+      last_done = now.done;
+      last_total = now.total;
       ++calls;
       return true;
     });
@@ -70,15 +71,16 @@ TEST_CASE("Verify_FlippedByteInAnyBlock_NamesThatBlock") {
     const std::filesystem::path path = make_store(directory, backend);
     for (AttributeId id = 0; id < 2; ++id)
       for (int level = 1; level <= 3; ++level) {
-        const std::uint64_t blocks = open(path).level_file(id, level).geometry.block_count();
+        const std::uint64_t blocks =
+            StoreAccess::level_file(open(path), id, level).geometry.block_count();
         if (level == 3) REQUIRE(blocks > 3);
         for (const std::uint64_t block : std::set<std::uint64_t>{0, blocks / 2, blocks - 1}) {
           std::filesystem::path file;
           BlockEntry entry;
           {
             const Store store = open(path);
-            file = store.level_file(id, level).path;
-            entry = store.level_file(id, level).table[block];
+            file = StoreAccess::level_file(store, id, level).path;
+            entry = StoreAccess::level_file(store, id, level).table[block];
           }
           for (const std::uint64_t offset : {entry.offset, entry.offset + entry.stored_bytes - 1}) {
             flip_in_file(file, offset);
@@ -88,7 +90,7 @@ TEST_CASE("Verify_FlippedByteInAnyBlock_NamesThatBlock") {
             CHECK(report.damaged_count == 1);
             REQUIRE(report.damaged.size() == 1);
             const DamagedBlock& damaged = report.damaged[0];
-            const LevelGeometry& geometry = store.level_file(id, level).geometry;
+            const LevelGeometry& geometry = StoreAccess::level_file(store, id, level).geometry;
             CHECK(damaged.attribute == store.attributes()[id].schema.name);
             CHECK(damaged.level == level);
             CHECK(damaged.block == block);
@@ -113,7 +115,7 @@ TEST_CASE("Verify_SeveralDamagedBlocks_NamesAllOfThem") {
     for (AttributeId id = 0; id < 2; ++id)
       for (int level = 1; level <= 3; ++level) {
         const Store store = open(path);
-        const LevelFile& file = store.level_file(id, level);
+        const LevelFile& file = StoreAccess::level_file(store, id, level);
         for (std::uint64_t block = 0; block < file.table.size(); block += 2, ++expected)
           flip_in_file(file.path, file.table[block].offset + 1);
       }
@@ -145,7 +147,7 @@ TEST_CASE("Verify_NeverWrittenBlock_IsZerosWhateverTheFileHolds") {
     flip_in_file(path / "attribute0.level01.1", 100);
     Store store = open(path);
     CHECK(verify(store).damaged_count == 0);
-    const std::vector<std::byte> zeros(store.level_file(0, 1).geometry.total_bytes());
+    const std::vector<std::byte> zeros(StoreAccess::level_file(store, 0, 1).geometry.total_bytes());
     CHECK(read_level(store, 0, 1) == zeros);
   }
 }
@@ -155,7 +157,7 @@ TEST_CASE("Verify_Cancelled_Throws") {
   Store store = open(make_store(directory, "pread"));
   int calls = 0;
   const Error error =
-      error_of([&] { verify(store, [&](std::uint64_t, std::uint64_t) { return ++calls < 3; }); });
+      error_of([&] { verify(store, [&](const Progress&) { return ++calls < 3; }); });
   CHECK(error.code() == ErrorCode::kCancelled);
   CHECK(calls == 3);
 }

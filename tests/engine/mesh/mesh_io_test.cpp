@@ -93,9 +93,10 @@ TEST_CASE("ReadIndexedMesh_UnknownContent_IsRefused") {
   const auto read = [&](const std::string& name, const std::string& bytes) {
     return refusal([&] { read_indexed_mesh(directory.file(name, bytes)); });
   };
-  CHECK_THAT(read("mesh.stl", "solid \x01 cube"),
-             Contains("mesh.stl, byte 0: expected PLY or OFF content or a name that ends in .obj, "
-                      "found 'solid ? cube'"));
+  CHECK_THAT(
+      read("mesh.3mf", "solid \x01 cube"),
+      Contains("mesh.3mf, byte 0: expected PLY or OFF content or a name that ends in .obj or "
+               ".stl, found 'solid ? cube'"));
   CHECK_THAT(read("mesh.ply", ""), Contains("an empty file"));
   CHECK_THAT(read("mesh.gz", gzip("")), Contains("an empty file"));
   CHECK_THAT(refusal([&] { read_indexed_mesh(directory.path()); }), Contains("a regular file"));

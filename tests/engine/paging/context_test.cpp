@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "plait/error.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 #include "support/error_of.h"
 
 using namespace plait;

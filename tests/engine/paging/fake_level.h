@@ -8,7 +8,7 @@
 
 #include "engine/paging/waiting.h"
 #include "plait/error.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 namespace plait::test {
 
@@ -35,16 +35,14 @@ class FakeBackend final : public Backend {
     if (fail_addresses) throw Error(ErrorCode::kCorruption, "fake: cut short");
     return address_of(block);
   }
-  void advise(BlockRange, Advice advice) noexcept override {
-    if (advice == Advice::kWillNeed) ++prefetches;
-  }
+  void advise(BlockRange, Advice) noexcept override {}
   void sync(bool) override {}
   std::uint64_t stored_bytes() const override { return bytes_.size(); }
 
   std::byte* address_of(std::uint64_t block) {
     return bytes_.data() + spec_.geometry.block_offset(block);
   }
-  std::atomic<int> reads = 0, writes = 0, prefetches = 0;
+  std::atomic<int> reads = 0, writes = 0;
   std::atomic<bool> fail_writes = false, fail_addresses = false;
 
  private:

@@ -15,7 +15,7 @@
 
 #include "engine/paging/waiting.h"
 #include "plait/error.h"
-#include "plait/pager.h"
+#include "plait/extend/pager.h"
 
 namespace plait::test {
 

@@ -1,11 +1,11 @@
-#include "plait/pinned_level.h"
+#include "plait/detail/pinned_level.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "fake_level.h"
-#include "plait/level_cursor.h"
+#include "paging/level_cursor.h"
 
 using namespace plait;
 using namespace plait::test;

@@ -1,5 +1,5 @@
-// The rules of plait/session.h on frames without blocks: whose frame goes first, who waits for
-// whom.
+// The rules of plait/extend/session.h on frames without blocks: whose frame goes first, who waits
+// for whom.
 #include "paging/sessions.h"
 
 #include <catch2/catch.hpp>

@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "plait/file.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
-#include "store/manifest.h"
-#include "store/version_description.h"
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
+#include "format/version_description.h"
+#include "plait/extend/file.h"
 
 namespace plait::test {
 

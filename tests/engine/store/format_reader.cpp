@@ -31,6 +31,9 @@ std::uint64_t number(const Bytes& bytes, std::size_t offset, int size) {
     value = value << 8 | bytes.at(offset + static_cast<std::size_t>(i));
   return value;
 }
+std::uint32_t u16(const Bytes& bytes, std::size_t offset) {
+  return bytes.at(offset) | static_cast<std::uint32_t>(bytes.at(offset + 1)) << 8;
+}
 std::uint32_t u32(const Bytes& bytes, std::size_t offset) {
   return static_cast<std::uint32_t>(number(bytes, offset, 4));
 }
@@ -117,7 +120,7 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
     if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
   }
   require(!newest.empty(), "no slot");
-  require(u32(newest, 8) == 2 && u32(newest, 12) == 0 && u32(newest, 16) == 0, "version, flags");
+  require(u32(newest, 8) == 3 && u32(newest, 12) == 0 && u32(newest, 16) <= 7, "version, flags");
   require(u32(newest, 20) == 0, "reserved bytes");
   for (std::size_t i = 64; i < 4088; ++i) require(newest[i] == 0, "reserved bytes");
   return newest;
@@ -165,16 +168,45 @@ Attribute read_attribute(Fields& fields, std::uint32_t base_level) {
     const std::uint32_t size = fields.take_u32(), representation = fields.take_u32();
     require(representation == 0, "representation");
     attribute.described.insert(attribute.described.end(), size,
-                               {fields.take_text(), representation, 0});
+                               {fields.take_text(), representation, {}});
   }
   require(attribute.described.size() == levels, "ranges of levels");
-  for (Level& level : attribute.described) level.generation = fields.take(8);
+  for (Level& level : attribute.described) {
+    level.generations.push_back(fields.take(8));
+    for (std::uint32_t sparse = fields.take_u32(); sparse > 0; --sparse) {
+      level.generations.push_back(fields.take(8));
+      fields.take(8);  // how many blocks were written to it
+    }
+  }
   attribute.finest_level = base_level + levels;
   attribute.record_bytes = component_bytes(attribute.type) * attribute.components;
   return attribute;
 }
 
-BaseFigures read_description(Store& store, Bytes description) {
+/// The optional parts at the end of the description.
+void read_optional(Store& store, Fields& fields, std::uint32_t flags) {
+  if ((flags & 1) != 0)
+    for (std::uint32_t rounded = fields.take_u32(); rounded > 0; --rounded)
+      for (const int size : {4, 1, 8, 8, 8, 8}) fields.take(size);
+  if ((flags & 2) != 0)
+    for (std::uint32_t texts = fields.take_u32(); texts > 0; --texts) {
+      const std::string name = fields.take_text();
+      require(store.texts.empty() || store.texts.rbegin()->first < name, "order of texts");
+      store.texts[name] = fields.take_text();
+    }
+  if ((flags & 4) != 0)
+    for (std::uint32_t attributes = fields.take_u32(); attributes > 0; --attributes) {
+      FaceAttribute attribute;
+      attribute.name = fields.take_text();
+      attribute.number = fields.take_u32();
+      attribute.type = static_cast<unsigned>(fields.take(1));
+      require(attribute.type >= 7 && attribute.type <= 9, "type of a face attribute");
+      attribute.checksum = fields.take(8);
+      store.face_attributes.push_back(attribute);
+    }
+}
+
+BaseFigures read_description(Store& store, Bytes description, std::uint32_t flags) {
   Fields fields(std::move(description));
   BaseFigures base{};
   base.vertices = fields.take(8);
@@ -196,6 +228,7 @@ BaseFigures read_description(Store& store, Bytes description) {
   const std::uint32_t attributes = fields.take_u32();
   for (std::uint32_t i = 0; i < attributes; ++i)
     store.attributes.push_back(read_attribute(fields, store.base_level));
+  read_optional(store, fields, flags);
   require(fields.at_end(), "end of the description");
   return base;
 }
@@ -204,16 +237,72 @@ void read_base_mesh(Store& store, const std::filesystem::path& path, const BaseF
   const Bytes bytes = read_file(path);
   require(bytes.size() == base.bytes, "size of base.mesh");
   require(XXH3_64bits(bytes.data(), bytes.size()) == base.checksum, "checksum of base.mesh");
-  require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 1, "header of base.mesh");
+  require(starts_with(bytes, "plaitmsh") && u32(bytes, 8) == 2, "header of base.mesh");
   const std::uint64_t vertex_count = u64(bytes, 16), face_count = u64(bytes, 24);
   require(vertex_count == base.vertices && face_count == base.faces, "V, F");
-  require(bytes.size() == 32 + 24 * vertex_count + 12 * face_count, "contents of base.mesh");
+  std::size_t frame = 32;
+  const auto take_frame = [&](std::size_t size) {
+    Bytes content(size);
+    const std::size_t length = ZSTD_findFrameCompressedSize(&bytes.at(frame), bytes.size() - frame);
+    require(ZSTD_getFrameContentSize(&bytes[frame], bytes.size() - frame) == size,
+            "stated size of base.mesh");
+    require(ZSTD_decompress(content.data(), size, &bytes[frame], length) == size,
+            "frame of base.mesh");
+    frame += length;
+    return content;
+  };
+  Bytes content = take_frame(28 * vertex_count + 12 * face_count);
+  // Number i of `count` numbers of `size` bytes whose planes begin at `offset`.
+  const auto in_planes = [&](std::size_t offset, std::size_t count, int size, std::size_t i) {
+    std::uint64_t value = 0;
+    for (int plane = size - 1; plane >= 0; --plane)
+      value = value << 8 | content.at(offset + static_cast<std::size_t>(plane) * count + i);
+    return value;
+  };
   store.positions.resize(vertex_count);
-  std::memcpy(store.positions.data(), &bytes[32], 24 * vertex_count);
+  for (std::size_t v = 0; v < vertex_count; ++v)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint64_t bits = in_planes(8 * vertex_count * i, vertex_count, 8, v);
+      std::memcpy(&store.positions[v][i], &bits, 8);
+    }
+  const std::size_t codes = 24 * vertex_count, numbers = codes + 12 * face_count;
+  std::vector<std::uint32_t> named;
   for (std::size_t f = 0; f < face_count; ++f) {
-    const std::size_t offset = 32 + 24 * vertex_count + 12 * f;
-    store.faces.push_back({u32(bytes, offset), u32(bytes, offset + 4), u32(bytes, offset + 8)});
+    std::array<std::uint32_t, 3> face{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint64_t code = in_planes(codes, 3 * face_count, 4, 3 * f + i);
+      if (code == 0) {
+        const std::uint64_t d = in_planes(numbers, vertex_count, 4, named.size());
+        const std::uint64_t before = named.empty() ? 0 : named.back();
+        named.push_back(
+            static_cast<std::uint32_t>(d % 2 == 0 ? before + d / 2 : before - (d + 1) / 2));
+        face[i] = named.back();
+      } else {
+        face[i] = code <= 3 ? store.faces.at(f - 1)[code - 1] : named.at(named.size() + 3 - code);
+      }
+    }
+    store.faces.push_back(face);
   }
+  require(named.size() == vertex_count, "vertices that faces name");
+  store.input_vertex_count = u32(bytes, 12) == 0 ? vertex_count : u32(bytes, 12);
+  if (u32(bytes, 12) != 0) content = take_frame(4 * vertex_count + 4 * face_count);
+  require(frame == bytes.size(), "end of base.mesh");
+  // Entry after entry, each from the one before.
+  const auto entries = [&](std::size_t offset, std::size_t count, std::uint32_t step) {
+    std::vector<std::uint32_t> result;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (u32(bytes, 12) == 0) {
+        result.push_back(static_cast<std::uint32_t>(i) * step);
+        continue;
+      }
+      const std::uint64_t d = in_planes(offset, count, 4, i), before = i == 0 ? 0 : result.back();
+      result.push_back(
+          static_cast<std::uint32_t>(d % 2 == 0 ? before + d / 2 : before - (d + 1) / 2));
+    }
+    return result;
+  };
+  store.input_vertices = entries(0, vertex_count, 1);
+  store.input_faces = entries(4 * vertex_count, face_count, 2);
 }
 
 void number_edges(Store& store, const BaseFigures& base) {
@@ -256,12 +345,15 @@ std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
   while (2 * slots * full <= store.block_bytes && slots < store.edges.size()) slots *= 2;
 
   const Level& described = attribute.described.at(k - 1);
-  const Bytes file =
-      read_file(directory / fmt::format("attribute{}.level{:02}.{}", attribute.number, level,
-                                        described.generation));
   const bool compressed = store.backend == "compressed";
-  if (!compressed)
-    require(file.size() == (slot_offsets.back() + 4095) / 4096 * 4096, "size of a level file");
+  std::vector<Bytes> files;
+  for (const std::uint64_t generation : described.generations) {
+    files.push_back(read_file(
+        directory / fmt::format("attribute{}.level{:02}.{}", attribute.number, level, generation)));
+    if (!compressed)
+      require(files.back().size() == (slot_offsets.back() + 4095) / 4096 * 4096,
+              "size of a level file");
+  }
   Bytes& content = attribute.levels[level];
   std::uint64_t block = 0;
   for (std::size_t first = 0; first < store.edges.size(); first += slots, ++block, entry += 24) {
@@ -269,7 +361,9 @@ std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
     const std::uint64_t raw_bytes =
         slot_offsets[std::min(first + slots, store.edges.size())] - raw_offset;
     const std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8);
-    const std::uint32_t encoding = u32(tables, entry + 12);
+    const std::uint32_t encoding = u16(tables, entry + 12), number = u16(tables, entry + 14);
+    require(number < files.size(), "file of a block");
+    const Bytes& file = files[number];
     require(encoding <= (compressed ? 2 : 1), "encoding");
     ++store.blocks_of_encoding[encoding];
     if (encoding == 0) {
@@ -315,7 +409,7 @@ Store read_store(const std::filesystem::path& directory) {
   const Bytes description(begin, begin + static_cast<std::ptrdiff_t>(described_bytes));
   require(XXH3_64bits(description.data(), description.size()) == u64(version, 24),
           "checksum of the description");
-  const BaseFigures base = read_description(store, description);
+  const BaseFigures base = read_description(store, description, u32(manifest, 16));
   read_base_mesh(store, directory / "base.mesh", base);
   number_edges(store, base);
 
@@ -329,6 +423,14 @@ Store read_store(const std::filesystem::path& directory) {
             "checksum of the base records");
     for (std::uint32_t level = store.base_level + 1; level <= attribute.finest_level; ++level)
       entry = read_level(store, attribute, level, directory, version, entry);
+  }
+  for (FaceAttribute& attribute : store.face_attributes) {
+    attribute.numbers = read_file(
+        directory / fmt::format("attribute{}.faces.{}", attribute.number, store.sequence));
+    require(attribute.numbers.size() == store.faces.size() * component_bytes(attribute.type),
+            "size of a face attribute");
+    require(XXH3_64bits(attribute.numbers.data(), attribute.numbers.size()) == attribute.checksum,
+            "checksum of a face attribute");
   }
   require(entry == version.size(), "end of the version");
   return store;

@@ -23,7 +23,7 @@ struct Edge {
 struct Level {
   std::string pipeline;
   std::uint32_t representation;
-  std::uint64_t generation;
+  std::vector<std::uint64_t> generations;  ///< the whole file's, then those of sparse files
 };
 
 struct Attribute {
@@ -37,6 +37,14 @@ struct Attribute {
   std::map<std::uint32_t, Bytes> levels;  ///< slots one after another, decoded
 };
 
+struct FaceAttribute {
+  std::string name;
+  std::uint32_t number;
+  unsigned type;
+  std::uint64_t checksum;
+  Bytes numbers;
+};
+
 struct Store {
   std::array<unsigned char, 16> uuid;
   std::uint64_t sequence, block_bytes;
@@ -48,6 +56,11 @@ struct Store {
   std::vector<std::array<std::uint32_t, 3>> faces;
   std::vector<Edge> edges;
   std::vector<Attribute> attributes;
+  std::map<std::string, std::string> texts;
+  std::vector<FaceAttribute> face_attributes;
+  std::uint64_t input_vertex_count;
+  std::vector<std::uint32_t> input_vertices;  ///< [vertex]
+  std::vector<std::uint32_t> input_faces;     ///< [face] twice the face, plus 1 if it was turned
   std::array<std::uint64_t, 3> blocks_of_encoding{};  ///< never written, raw, encoded
 };
 

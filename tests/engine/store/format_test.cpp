@@ -1,12 +1,18 @@
 // docs/format.md: a reader written from it finds in a store what the library was told to put there.
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
 
 #include "engine/store/format_reader.h"
 #include "engine/store/sample_store.h"
-#include "plait/attribute_levels.h"
-#include "plait/backends/registry.h"
-#include "plait/patch.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/store_access.h"
+#include "plait/layout.h"
+#include "plait/registry.h"
+#include "store/attribute_levels.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
 
@@ -98,13 +104,11 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
   {
     StoreOptions options = sample_options(variant.backend);
     options.pipeline = variant.pipeline;
-    options.base_level = variant.base_level;
-    options.layout = "given";
     Store store = Store::create(path, BaseMesh::build(with_integer_positions(mesh)), options,
-                                default_backends());
+                                default_backends(), {.base_level = variant.base_level});
     uuid = store.uuid();
-    store.set_provenance(
-        {"midpoint", true, ComponentType::kFloat64, "given", variant.base_level, "0.12.3"});
+    StoreAccess::set_provenance(
+        store, {"midpoint", true, ComponentType::kFloat64, "given", variant.base_level, "0.12.3"});
     const AttributeId dropped = add_sample(store, {"dropped", ComponentType::kUint8, 1}, 1);
     const AttributeId noise = add_sample(store, sample_schemas()[5], 2);
     store.replace_attribute(dropped, noise);  // numbers and positions now differ
@@ -116,12 +120,13 @@ void check_store(const IndexedMesh& mesh, const Variant& variant) {
       noise_levels[level - 1] = read_level(store, 0, variant.base_level + level);
     const AttributeId some = add_sample(store, {"part", ComponentType::kUint16, 255}, 0);
     store.add_level(some);
-    LevelFile& file = store.level_file(some, variant.base_level + 1);
+    LevelFile& file = StoreAccess::level_file(store, some, variant.base_level + 1);
     REQUIRE(file.geometry.block_count() > 1);
-    std::ranges::fill(store.open_session().pin(file, 1, Access::kOverwrite).bytes(), std::byte{7});
+    std::ranges::fill(StoreAccess::open_session(store).pin(file, 1, Access::kOverwrite).bytes(),
+                      std::byte{7});
     part = read_level(store, some, variant.base_level + 1);
     store.commit();
-    if (variant.base_level > 0) store.commit();  // both slots of the manifest get their turn
+    if (variant.base_level > 0) commit_anew(store);  // both slots of the manifest get their turn
   }
   const format::Store store = format::read_store(path);
   CHECK(std::memcmp(store.uuid.data(), uuid.data(), 16) == 0);
@@ -186,12 +191,11 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
   {
     StoreOptions options = sample_options("compressed");
     options.pipeline = "zstd:3";
-    options.layout = layout;
-    Store store =
-        Store::create(path, BaseMesh::build(random_sphere(3, 60)), options, default_backends());
+    Store store = Store::create(path, BaseMesh::build(random_sphere(3, 60)), options,
+                                default_backends(), {.layout = layout});
     Provenance provenance = store.provenance();
     provenance.scheme = scheme;
-    store.set_provenance(provenance);
+    StoreAccess::set_provenance(store, provenance);
     const AttributeId id = add_sample(store, smooth, 1);
     store.commit();
     store.set_pipeline(id, "shuffle,lz4;@4=zstd:1");
@@ -212,18 +216,72 @@ TEST_CASE("Format_PipelinesOfAttributesAndLevelsAndLongStrings_AreReadAsTheDocum
   REQUIRE(attribute.described.size() == 4);
   CHECK(attribute.described[3].pipeline == "zstd:1");
   CHECK(attribute.described[0].pipeline == "zstd:3");
-  CHECK(attribute.described[0].generation == 1);
+  CHECK(attribute.described[0].generations == std::vector<std::uint64_t>{1});
   for (const std::size_t level : {1u, 2u}) {
     CHECK(attribute.described[level].pipeline == "shuffle,lz4");
-    CHECK(attribute.described[level].generation == 2);
+    CHECK(attribute.described[level].generations == std::vector<std::uint64_t>{2});
   }
   for (const std::uint32_t level : {1u, 2u, 3u, 4u})
     CHECK(equal(attribute.levels.at(level), expected[level - 1]));
   Store store = Store::open(path, {}, default_backends());
   CHECK(store.provenance().scheme == scheme);
-  CHECK(store.options().layout == layout);
-  CHECK(store.level_file(0, 1).pipeline == "zstd:3");
-  CHECK(store.level_file(0, 3).pipeline == "shuffle,lz4");
+  CHECK(store.provenance().layout == layout);
+  CHECK(StoreAccess::level_file(store, 0, 1).pipeline == "zstd:3");
+  CHECK(StoreAccess::level_file(store, 0, 3).pipeline == "shuffle,lz4");
   CHECK(pipelines_of_levels(store, 0) == "zstd:1;@1=zstd:3;@2-3=shuffle,lz4");
   CHECK(holds_sample(store, 0));
+}
+
+TEST_CASE("Format_TextsFaceAttributesAndMapsToTheInput_AreReadAsTheDocumentSays") {
+  const TemporaryDirectory directory;
+  const std::filesystem::path path = directory.path() / "s.plait";
+  IndexedMesh input = random_sphere(3, 60);
+  input.positions.insert(input.positions.begin() + 4, {9, 9, 9});  // no face uses it
+  for (auto& face : input.faces)
+    for (VertexId& vertex : face) vertex += vertex >= 4 ? 1 : 0;
+  input.positions.push_back({8, 8, 8});
+  for (const std::size_t face : {std::size_t{3}, std::size_t{7}})
+    std::swap(input.faces[face][1], input.faces[face][2]);
+  const std::string note = "\tGitter für Ü-Wagen\n\xe2\x82\xac 20";
+  {
+    Store store = Store::create(path, lay_out(BaseMesh::build(input), LayoutKind::kHilbert),
+                                sample_options("pread"), default_backends());
+    store.set_text("unit", "mm");
+    store.set_text("author", note);
+    store.add_face_attribute({"material", ComponentType::kUint16, 1});
+    store.add_face_attribute({"part", ComponentType::kUint32, 1});
+    const std::span<std::uint32_t> part = store.face_records<std::uint32_t>("part");
+    for (std::size_t face = 0; face < part.size(); ++face)
+      part[face] = static_cast<std::uint32_t>(70000 * face);
+    store.commit();
+  }
+  const format::Store read = format::read_store(path);
+  CHECK(read.texts == std::map<std::string, std::string>{{"author", note}, {"unit", "mm"}});
+  REQUIRE(read.face_attributes.size() == 2);
+  CHECK(read.face_attributes[0].name == "material");
+  CHECK(read.face_attributes[0].numbers == format::Bytes(2 * input.faces.size(), 0));
+  CHECK(read.face_attributes[1].name == "part");
+  CHECK(read.face_attributes[1].type == 9);
+  for (std::uint32_t face = 0; face < input.faces.size(); ++face) {
+    std::uint32_t number = 0;
+    std::memcpy(&number, &read.face_attributes[1].numbers.at(4 * face), 4);
+    REQUIRE(number == 70000 * face);
+  }
+  CHECK(read.input_vertex_count == input.positions.size());
+  REQUIRE(read.input_vertices.size() == read.positions.size());
+  for (std::size_t vertex = 0; vertex < read.positions.size(); ++vertex) {
+    const Vector3<double>& there = input.positions.at(read.input_vertices[vertex]);
+    REQUIRE(read.positions[vertex] == std::array<double, 3>{there.x, there.y, there.z});
+  }
+  int turned = 0;
+  for (std::size_t face = 0; face < read.faces.size(); ++face) {
+    auto corners = input.faces.at(read.input_faces[face] / 2);
+    if (read.input_faces[face] % 2 != 0) {
+      std::swap(corners[1], corners[2]);
+      ++turned;
+    }
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      REQUIRE(read.input_vertices[read.faces[face][corner]] == corners[corner]);
+  }
+  CHECK(turned == 2);
 }

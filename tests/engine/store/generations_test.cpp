@@ -1,4 +1,4 @@
-// What happens to levels of a committed version that are written anew: a new file, or in place;
+// What happens to levels of a committed version that are written anew: which files a version has,
 // which files and extents stay for readers, and who is kept out.
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 #include "engine/store/sample_store.h"
 #include "maintenance/replace_file.h"
-#include "plait/backends/registry.h"
-#include "plait/check_store.h"
-#include "plait/store_directory.h"
+#include "plait/extend/check_store.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
-#include "store/generation_volume.h"
+#include "store/store_directory.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -36,10 +36,9 @@ struct GenerationsPlace {
     add_sample(store, kSchema, kGenerationLevels);
     store.commit();
   }
-  Store open(bool writable = false, Overwriting overwriting = Overwriting::kNewGeneration) const {
+  Store open(bool writable = false) const {
     OpenOptions options;
     options.writable = writable;
-    options.overwriting = overwriting;
     options.durability = Durability::kNone;
     return Store::open(path, options, default_backends());
   }
@@ -62,13 +61,15 @@ std::vector<std::string> backends_in_place() {
 
 /// Writes `value` over one block of a level.
 void fill_block(Store& store, int level, std::uint64_t block, std::byte value) {
-  std::ranges::fill(
-      store.open_session().pin(store.level_file(0, level), block, Access::kOverwrite).bytes(),
-      value);
+  std::ranges::fill(StoreAccess::open_session(store)
+                        .pin(StoreAccess::level_file(store, 0, level), block, Access::kOverwrite)
+                        .bytes(),
+                    value);
 }
 
 void fill_level(Store& store, int level, std::byte value) {
-  for (std::uint64_t block = 0; block < store.level_file(0, level).geometry.block_count(); ++block)
+  for (std::uint64_t block = 0;
+       block < StoreAccess::level_file(store, 0, level).geometry.block_count(); ++block)
     fill_block(store, level, block, value);
 }
 
@@ -84,14 +85,14 @@ TEST_CASE("Generation_LevelOverwritten_HasANewFileAndTheOldOneGoesWithTheCommit"
     const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
-    writer.pager().flush();
+    StoreAccess::pager(writer).flush();
     CHECK(place.has("attribute0.level03.1"));
     CHECK(place.has("attribute0.level03.2"));
     CHECK_FALSE(place.has("attribute0.level02.2"));
     CHECK(is_filled(writer, 3, std::byte{7}));
     writer.commit();
     CHECK_FALSE(place.has("attribute0.level03.1"));
-    CHECK(writer.level_file(0, 3).path == place.path / "attribute0.level03.2");
+    CHECK(StoreAccess::level_file(writer, 0, 3).path == place.path / "attribute0.level03.2");
     CHECK(is_filled(writer, 3, std::byte{7}));
     fill_level(writer, 3, std::byte{8});
     writer.commit();
@@ -102,11 +103,10 @@ TEST_CASE("Generation_LevelOverwritten_HasANewFileAndTheOldOneGoesWithTheCommit"
     CHECK(is_filled(reader, 3, std::byte{8}));
     CHECK(read_level(reader, 0, 2) == sample_level(reader, kSchema, 2));
     CHECK(verify(reader).damaged_count == 0);
-    CHECK_FALSE(place.has("journal"));
   }
 }
 
-TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
+TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreReadFromTheirFile") {
   for (const std::string& backend : backends_in_place()) {
     CAPTURE(backend);
     const GenerationsPlace place(backend);
@@ -114,7 +114,8 @@ TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
     {
       Store writer = place.open(true);
       expected = read_level(writer, 0, kGenerationLevels);
-      const LevelGeometry& geometry = writer.level_file(0, kGenerationLevels).geometry;
+      const LevelGeometry& geometry =
+          StoreAccess::level_file(writer, 0, kGenerationLevels).geometry;
       REQUIRE(geometry.block_count() > 9);
       // What is left are single blocks, the first and the last among them, and a run.
       for (const std::uint64_t block :
@@ -124,8 +125,8 @@ TEST_CASE("Generation_BlocksThatWereNotOverwritten_AreCopiedByTheCommit") {
             expected.begin() + static_cast<std::ptrdiff_t>(geometry.block_offset(block));
         std::fill_n(begin, geometry.block_bytes(block), std::byte{9});
       }
-      writer.pager().flush();
-      writer.pager().discard();
+      StoreAccess::pager(writer).flush();
+      StoreAccess::pager(writer).discard();
       CHECK(read_level(writer, 0, kGenerationLevels) == expected);  // from both files
       writer.commit();
       CHECK(read_level(writer, 0, kGenerationLevels) == expected);
@@ -144,7 +145,7 @@ TEST_CASE("Generation_WithoutACommit_LeavesTheOldFileAndNothingElse") {
     {
       Store writer = place.open(true);
       fill_level(writer, 3, std::byte{7});
-      writer.pager().flush();
+      StoreAccess::pager(writer).flush();
     }
     CHECK(file_names(place.path) == before);
     Store reader = place.open();
@@ -166,17 +167,6 @@ TEST_CASE("Generation_NewFileThatCannotBeMade_IsAnErrorAndLeavesTheVersion") {
   }
   Store reader = place.open();
   CHECK(holds_sample(reader, 0));
-}
-
-TEST_CASE("GenerationFreeSpace_LessThanTheFileNeeds_IsRefusedWithBothFigures") {
-  const LevelGeometry geometry(SlotShapes(100), BaseRelativeLevel(1), 12, 4096);
-  BlockTable table({}, 5, 3, geometry.block_count());
-  const Directory directory;
-  const LevelSpec level{directory, "attribute5.level03.1", OpenMode::kReadWrite, geometry, table};
-  CHECK_NOTHROW(check_free_space(level, 4096, 4096));
-  const Error error = error_of([&] { check_free_space(level, 4096, 4095); });
-  CHECK(error.code() == ErrorCode::kNoSpace);
-  CHECK(names(error, {"attribute 5", "level 3", "4096", "4095"}));
 }
 
 TEST_CASE("Reader_WhileVersionsAreCommitted_KeepsItsOwnAndItsFiles") {
@@ -258,7 +248,7 @@ TEST_CASE("Reader_WhoseVersionFileIsReplacedBeforeItsLock_LocksTheNewOne") {
                                 [&] { fs::rename(copy, file); });
   const Store reader = place.open();
   CHECK(replace.was_done());
-  CHECK(error_of([&] { place.open(true, Overwriting::kInPlace); }).code() == ErrorCode::kBusy);
+  CHECK(error_of([&] { hold_store(Directory(place.path)); }).code() == ErrorCode::kBusy);
 }
 
 TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
@@ -268,7 +258,7 @@ TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
       fill_level(store, kGenerationLevels, static_cast<std::byte>(round));
       store.commit();
     }
-    return store.level_file(0, kGenerationLevels).backend->stored_bytes();
+    return StoreAccess::level_file(store, 0, kGenerationLevels).backend->stored_bytes();
   };
   Store writer = place.open(true);
   const std::uint64_t alone = rewrite(writer, 10);
@@ -279,38 +269,6 @@ TEST_CASE("Reader_ThatIsGone_GivesTheBytesOfItsVersionBack") {
   rewrite(writer, 3);
   CHECK(rewrite(writer, 10) <= beside_a_reader);
   CHECK(beside_a_reader <= alone + alone);
-}
-
-TEST_CASE("WriterInPlace_AndReaders_KeepEachOtherOut") {
-  for (const std::string& backend : backends_in_place()) {
-    CAPTURE(backend);
-    const GenerationsPlace place(backend);
-    {
-      const Store reader = place.open();
-      const Error error = error_of([&] { place.open(true, Overwriting::kInPlace); });
-      CHECK(error.code() == ErrorCode::kBusy);
-      CHECK(names(error, {place.path.string(), "readers", "version 1"}));
-      // A reader of an older version is in the way, too: it shares files with the newest.
-      place.open(true).commit();
-      CHECK(error_of([&] { place.open(true, Overwriting::kInPlace); }).code() == ErrorCode::kBusy);
-    }
-    Store writer = place.open(true, Overwriting::kInPlace);
-    for (int version = 0; version < 2; ++version) {
-      const Error error = error_of([&] { place.open(); });
-      CHECK(error.code() == ErrorCode::kBusy);
-      CHECK(names(error, {"which writes it"}));
-      fill_level(writer, 3, static_cast<std::byte>(version));
-      writer.commit();
-    }
-    CHECK(place.has("attribute0.level03.1"));
-    writer.close();
-    Store reader = place.open();
-    CHECK(is_filled(reader, 3, std::byte{1}));
-  }
-  // One that never overwrites in place has no reason to.
-  const GenerationsPlace place("compressed");
-  const Store reader = place.open();
-  CHECK(place.open(true, Overwriting::kInPlace).sequence() == 1);
 }
 
 TEST_CASE("HoldStore_WhileAReaderHasAnyVersion_IsBusy") {
@@ -341,7 +299,7 @@ TEST_CASE("CheckStructure_WhileAWriterWorks_SeesTheCommittedVersion") {
     const GenerationsPlace place(backend);
     Store writer = place.open(true);
     fill_level(writer, 3, std::byte{7});
-    writer.pager().flush();
+    StoreAccess::pager(writer).flush();
     const StoreCheck check = check_store(place.path, default_backends());
     CHECK(check.sequence == 1);
     CHECK(check.damaged.empty());

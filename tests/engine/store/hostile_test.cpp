@@ -8,13 +8,16 @@
 
 #include "engine/store/forge.h"
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "format/base_mesh_file.h"
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/manifest.h"
+#include "format/packed_mesh.h"
 #include "plait/digest.h"
-#include "plait/edge_index.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
-#include "store/manifest.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -89,7 +92,7 @@ Outcome expected_of_flip(const std::string& name, std::uint64_t offset, const St
   const std::size_t dot = name.find(".level0");
   if (dot == std::string::npos) return Outcome::kHarmless;  // version 1, or the lock
   const LevelFile& file =
-      store.level_file(static_cast<AttributeId>(name[9] - '0'), name[dot + 7] - '0');
+      StoreAccess::level_file(store, static_cast<AttributeId>(name[9] - '0'), name[dot + 7] - '0');
   const BlockEntry& entry = file.table[0];
   // A block that was never written is not read, whatever the file holds there: stored_bytes is 0.
   return offset < entry.stored_bytes ? Outcome::kFound : Outcome::kHarmless;
@@ -261,10 +264,12 @@ TEST_CASE("StoreOpen_TableEntryForgedWithTheRightChecksum_IsRefusedOrFound") {
         const Outcome outcome = examine_with(entry + 8, bytes);
         CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
       }
-      for (const std::uint32_t encoding : {0u, 1u, 2u, 3u, 0xffffffffu}) {
-        const Outcome outcome = examine_with(entry + 12, encoding);
+      for (const unsigned encoding : {0u, 1u, 2u, 3u, 0xffffu}) {
+        const Outcome outcome = examine_with(entry + 12, static_cast<std::uint16_t>(encoding));
         CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
       }
+      for (const unsigned file : {1u, 2u, 0xffffu})
+        CHECK(examine_with(entry + 14, static_cast<std::uint16_t>(file)) == Outcome::kRefused);
       const Outcome outcome = examine_with(entry + 16, std::uint64_t{12345});
       CHECK((outcome == Outcome::kRefused || outcome == Outcome::kFound));
     }
@@ -293,7 +298,7 @@ TEST_CASE("StoreOpen_LevelForgedTooLargeToBe_IsRefused") {
     store.commit();
   }
   forge_description(path, [](VersionDescription& version) {
-    version.attributes[0].levels.resize(kMaxLevel, {"none", Representation::kValues, 1});
+    version.attributes[0].levels.resize(kMaxLevel, {"none", Representation::kValues, {{1, 0}}});
   });
   const Error error = error_of([&] { Store::open(path, {}, default_backends()); });
   CHECK(error.code() == ErrorCode::kCorruption);
@@ -301,36 +306,78 @@ TEST_CASE("StoreOpen_LevelForgedTooLargeToBe_IsRefused") {
 
 TEST_CASE("StoreOpen_BaseMeshForgedWithTheRightChecksum_IsRefused") {
   const Victim victim("pread");
-  const std::vector<std::byte> mesh = file_bytes(victim.path() / "base.mesh");
-  const std::size_t faces = mesh.size() - 24;
-  const auto refused = [&](std::size_t offset, auto value) {
-    std::vector<std::byte> forged = mesh;
-    save(std::span(forged), offset, value);
+  const std::vector<std::byte> file = file_bytes(victim.path() / "base.mesh");
+  const auto examine = [&](std::span<const std::byte> forged) {
     forge_base_mesh(victim.path(), forged);
-    return victim.examine() == Outcome::kRefused;
+    return victim.examine();
+  };
+  const auto refused = [&](std::size_t offset, auto value) {
+    std::vector<std::byte> forged = file;
+    save(std::span(forged), offset, value);
+    return examine(forged) == Outcome::kRefused;
   };
   CHECK(refused(0, 'x'));
-  CHECK(refused(8, 2u));
+  CHECK(refused(8, 1u));
+  CHECK(refused(32, 'x'));
   for (const std::uint64_t count :
-       {std::uint64_t{0}, std::uint64_t{3}, std::uint64_t{1} << 32, std::uint64_t{1} << 40,
-        std::uint64_t{1} << 61, ~std::uint64_t{0}}) {
+       {std::uint64_t{0}, std::uint64_t{3}, std::uint64_t{1} << 31, std::uint64_t{1} << 32,
+        std::uint64_t{1} << 40, std::uint64_t{1} << 61, ~std::uint64_t{0}}) {
     CHECK(refused(16, count));
     CHECK(refused(24, count));
+    // The description says the same. A file of so few bytes cannot have so many vertices, and none
+    // of their memory is taken.
+    std::vector<std::byte> forged = file;
+    save(std::span(forged), 16, count);
+    write_whole(victim.path() / "base.mesh", forged);
+    const std::vector<std::byte> version = whole_file(version_file(victim.path()));
+    forge_description(victim.path(), [&](VersionDescription& description) {
+      description.vertex_count = count;
+      description.base_mesh_bytes = forged.size();
+      description.base_mesh_checksum = checksum_of(forged);
+    });
+    CHECK(victim.examine() == Outcome::kRefused);
+    forge_version_file(victim.path(), version);
   }
-  // So many positions of 24 bytes are as long, modulo 2^64, as four are.
-  CHECK(refused(16, (std::uint64_t{1} << 61) + 4));
-  CHECK(refused(32, std::nan("")));
-  CHECK(refused(faces, VertexId{4}));
-  CHECK(refused(faces, kNoId));
-  CHECK(refused(faces, load<VertexId>(mesh, faces + 4)));  // a vertex twice
-  std::vector<std::byte> turned = mesh;                    // one face the other way round
-  std::swap_ranges(turned.begin() + static_cast<std::ptrdiff_t>(faces),
-                   turned.begin() + static_cast<std::ptrdiff_t>(faces) + 4,
-                   turned.begin() + static_cast<std::ptrdiff_t>(faces) + 4);
-  forge_base_mesh(victim.path(), turned);
-  CHECK(victim.examine() == Outcome::kRefused);
-  forge_base_mesh(victim.path(), mesh);
-  CHECK(victim.examine() == Outcome::kHarmless);
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{31}, std::size_t{32}, std::size_t{40}, file.size() - 1})
+    CHECK(examine(std::span(file).first(bytes)) == Outcome::kRefused);
+  std::vector<std::byte> longer = file;
+  longer.push_back(std::byte{0});
+  CHECK(examine(longer) == Outcome::kRefused);
+  longer.insert(longer.end() - 1, file.begin() + 32, file.end());  // a second frame, and a byte
+  CHECK(examine(longer) == Outcome::kRefused);
+  CHECK(examine(file) == Outcome::kHarmless);
+
+  const BaseMesh mesh = Store::open(victim.path(), {}, default_backends()).base();
+  const std::uint64_t vertices = mesh.vertex_count(), faces = mesh.face_count();
+  const std::vector<std::byte> packed = pack_mesh(mesh);
+  const auto forged = [&](const auto& change) {
+    std::vector<std::byte> bytes = packed;
+    change(std::span(bytes));
+    return examine(base_mesh_file(vertices, faces, bytes));
+  };
+  CHECK(forged([](auto) {}) == Outcome::kHarmless);
+  CHECK(examine(base_mesh_file(vertices, faces, std::span(packed).first(packed.size() - 1))) ==
+        Outcome::kRefused);
+  const std::size_t codes = 24 * vertices, numbers = codes + 12 * faces;
+  // The planes of the highest bytes of coordinates: exponents of NaN.
+  CHECK(forged([&](auto bytes) {
+          std::ranges::fill(bytes.subspan(6 * vertices, 2 * vertices), std::byte{0xff});
+        }) == Outcome::kRefused);
+  // The planes of the lowest bytes of codes and numbers. A vertex too many, too few, too far
+  // behind.
+  for (std::size_t corner = 0; corner < 3 * faces; ++corner)
+    for (const int code : {0, 1, 2, 3, 4, 5, 255}) {
+      const bool was_new = packed[codes + corner] == std::byte{0};
+      if (was_new == (code == 0) && code != 255) continue;
+      CAPTURE(corner, code);
+      CHECK(forged([&](auto bytes) { bytes[codes + corner] = static_cast<std::byte>(code); }) ==
+            Outcome::kRefused);
+    }
+  CHECK(forged([&](auto bytes) { bytes[codes + 9 * faces] = std::byte{0xff}; }) ==
+        Outcome::kRefused);
+  CHECK(forged([&](auto bytes) { bytes[numbers] = std::byte{200}; }) == Outcome::kRefused);
+  CHECK(forged([&](auto bytes) { bytes[numbers + 1] = std::byte{0}; }) == Outcome::kRefused);
 }
 
 TEST_CASE("StoreOpen_ManifestForgedWithTheRightChecksum_IsRefused") {
@@ -361,6 +408,16 @@ TEST_CASE("StoreOpen_ManifestForgedWithTheRightChecksum_IsRefused") {
   }
 }
 
+namespace {
+
+/// A pipeline whose text ends with `text`, which no pipeline's does.
+Pipeline with_behind(Pipeline pipeline, const char* text) {
+  pipeline.codec.name += text;
+  return pipeline;
+}
+
+}  // namespace
+
 TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
   for (const std::string& backend : durable_backends()) {
     const Victim victim(backend);
@@ -372,7 +429,7 @@ TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
       forge_version_file(victim.path(), right);
       return result;
     };
-    const LevelRecord level{"none", Representation::kValues, 2};
+    const LevelRecord level{"none", Representation::kValues, {{2, 0}}};
     const Change changes[] = {
         [](auto& v) { ++v.vertex_count; },
         [](auto& v) { v.edge_count = 1u << 31; },
@@ -388,11 +445,27 @@ TEST_CASE("StoreOpen_DescriptionForgedWithTheRightChecksum_IsRefused") {
         [](auto& v) { v.pipeline = "rar"; },
         [](auto& v) { v.attributes[0].pipeline = "rar"; },
         [](auto& v) { v.attributes[0].levels[0].pipeline = "shuffle,rar"; },
-        [](auto& v) { v.attributes[0].pipeline += ";@3"; },
-        [](auto& v) { v.attributes[0].pipeline += ";@3=rar"; },
-        [](auto& v) { v.attributes[0].levels[0].pipeline += ";@1=none"; },
-        [](auto& v) { v.attributes[0].levels[0].generation = 1; },
-        [](auto& v) { v.attributes[0].levels[0].generation = 3; },
+        [](auto& v) {
+          v.attributes[0].pipeline = with_behind(v.attributes[0].pipeline.of(0), ";@3");
+        },
+        [](auto& v) {
+          v.attributes[0].pipeline = with_behind(v.attributes[0].pipeline.of(0), ";@3=rar");
+        },
+        [](auto& v) {
+          v.attributes[0].levels[0].pipeline =
+              with_behind(v.attributes[0].levels[0].pipeline, ";@1=none");
+        },
+        [](auto& v) { v.attributes[0].levels[0].generations[0].version = 1; },
+        [](auto& v) { v.attributes[0].levels[0].generations[0].version = 3; },
+        [](auto& v) {
+          v.attributes[0].levels[0].generations.push_back({2, 1});
+        },
+        [](auto& v) {
+          v.attributes[0].levels[0].generations = {{1, 0}, {2, 0}};
+        },
+        [](auto& v) {
+          v.attributes[0].levels[0].generations.resize(9, {2, 1});
+        },
         [](auto& v) { v.attributes[0].levels[0].representation = Representation{9}; },
         [&](auto& v) { v.attributes[0].levels.resize(20, level); },
         [](auto& v) { v.attributes[0].levels.clear(); },

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
 #include "plait/reader.h"
+#include "plait/registry.h"
 #include "plait/verify.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
@@ -32,8 +32,8 @@ namespace {
 
 Store in_memory(int base_level = 0) {
   StoreOptions options = sample_options("memory");
-  options.base_level = base_level;
-  return Store::create({}, BaseMesh::build(octahedron()), options, default_backends());
+  return Store::create({}, BaseMesh::build(octahedron()), options, default_backends(),
+                       {.base_level = base_level});
 }
 
 }  // namespace

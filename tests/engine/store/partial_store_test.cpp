@@ -1,14 +1,16 @@
 // Replaces a store by another one. This must not happen while another process has the old store
 // open, and the new store must never be lost.
-#include "plait/partial_store.h"
+#include "store/partial_store.h"
 
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "plait/backends/registry.h"
 #include "plait/error.h"
-#include "plait/left_overs.h"
+#include "plait/registry.h"
 #include "plait/store.h"
+#include "store/left_overs.h"
+#include "support/before_operation.h"
+#include "support/error_of.h"
 #include "support/killing_operations.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -52,6 +54,26 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
     CHECK(uuid_of(path) == old);
     CHECK(uuid_of(made) != old);
   }
+}
+
+TEST_CASE("ReplaceStore_ThatAnotherProcessReplacesMeanwhile_StaysBesideAndSaysSo") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  make_store(path);
+  PartialStore output(path, Existing::kReplace);
+  const StoreUuid made = make_store(output.make());
+  StoreUuid faster{};
+  const BeforeOperation other(FileOperation::Kind::kExchange, output.path().filename(), [&] {
+    std::filesystem::rename(path, here.path() / "old.plait");
+    faster = make_store(path);
+  });
+  const Error error = error_of([&] { output.publish(true); });
+  CHECK(other.was_done());
+  CHECK(error.code() == ErrorCode::kBusy);
+  CHECK_THAT(error.what(), Catch::Contains("another process has replaced the store") &&
+                               Catch::Contains(output.path().native()));
+  CHECK(uuid_of(path) == faster);
+  CHECK(uuid_of(output.path()) == made);
 }
 
 TEST_CASE("ReplaceStore_ThatNobodyHolds_TakesItsName") {

@@ -5,7 +5,8 @@
 #include <iterator>
 #include <utility>
 
-#include "plait/backends/registry.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/usable_backends.h"
 
 namespace plait::test {
@@ -83,9 +84,9 @@ AttributeId add_sample(Store& store, const AttributeSchema& schema, int levels) 
 }
 
 void write_level(Store& store, AttributeId attribute, int level, std::span<const std::byte> bytes) {
-  LevelFile& file = store.level_file(attribute, level);
+  LevelFile& file = StoreAccess::level_file(store, attribute, level);
   REQUIRE(bytes.size() == file.geometry.total_bytes());
-  Session session = store.open_session();
+  Session session = StoreAccess::open_session(store);
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
     const PinnedBlock pinned = session.pin(file, block, Access::kOverwrite);
     std::ranges::copy(bytes.first(pinned.bytes().size()), pinned.bytes().begin());
@@ -94,9 +95,9 @@ void write_level(Store& store, AttributeId attribute, int level, std::span<const
 }
 
 std::vector<std::byte> read_level(Store& store, AttributeId attribute, int level) {
-  LevelFile& file = store.level_file(attribute, level);
+  LevelFile& file = StoreAccess::level_file(store, attribute, level);
   std::vector<std::byte> bytes;
-  Session session = store.open_session();
+  Session session = StoreAccess::open_session(store);
   for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
     const PinnedBlock pinned = session.pin(file, block, Access::kRead);
     bytes.insert(bytes.end(), pinned.bytes().begin(), pinned.bytes().end());
@@ -115,9 +116,14 @@ bool holds_sample(Store& store, AttributeId attribute) {
   return true;
 }
 
+void commit_anew(Store& store) {
+  StoreAccess::set_provenance(store, store.provenance());
+  store.commit();
+}
+
 void leave_for_frames(Store& store, std::uint64_t bytes) {
-  store.pager().set_aside(store.options().budget_bytes - bytes);
-  REQUIRE(store.pager().budget_bytes() == bytes);
+  StoreAccess::pager(store).set_aside(store.options().budget_bytes - bytes);
+  REQUIRE(StoreAccess::pager(store).budget_bytes() == bytes);
 }
 
 std::vector<std::string> durable_backends() {

@@ -39,6 +39,9 @@ std::vector<std::byte> read_level(Store& store, AttributeId attribute, int level
 /// Whether base records and all levels of the attribute are the sample's.
 bool holds_sample(Store& store, AttributeId attribute);
 
+/// Commits another version of the same content. Store::commit() makes none without a change.
+void commit_anew(Store& store);
+
 /// Of the store's budget, which is larger, exactly so much is for frames from now on, whatever its
 /// backend keeps for itself.
 void leave_for_frames(Store& store, std::uint64_t bytes);

@@ -13,11 +13,12 @@
 #include <utility>
 
 #include "engine/store/sample_store.h"
+#include "format/manifest.h"
 #include "maintenance/replace_file.h"
-#include "plait/backends/registry.h"
-#include "plait/check_store.h"
-#include "plait/file.h"
-#include "store/manifest.h"
+#include "plait/extend/check_store.h"
+#include "plait/extend/file.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -188,9 +189,8 @@ TEST_CASE("Store_BaseLevelAboveZero_CountsLevelsFromTheUsersMesh") {
     const Place place;
     {
       StoreOptions options = sample_options(backend);
-      options.base_level = 2;
       Store store = Store::create(place.path, BaseMesh::build(random_sheet(7, 30)), options,
-                                  default_backends());
+                                  default_backends(), {.base_level = 2});
       CHECK(store.finest_level() == 2);
       const AttributeId id = add_sample(store, sample_schemas()[0], 2);
       CHECK(store.attributes()[id].finest_level == 4);
@@ -201,7 +201,7 @@ TEST_CASE("Store_BaseLevelAboveZero_CountsLevelsFromTheUsersMesh") {
     Store store = place.open();
     CHECK(store.base_level() == 2);
     CHECK(store.finest_level() == 4);
-    CHECK(store.level_file(0, 3).geometry.level() == BaseRelativeLevel(1));
+    CHECK(StoreAccess::level_file(store, 0, 3).geometry.level() == BaseRelativeLevel(1));
     CHECK(holds_sample(store, 0));
   }
 }
@@ -263,11 +263,22 @@ TEST_CASE("StoreCreate_OptionsOutOfRange_AreRefusedBeforeAnythingIsMade") {
   };
   for (const std::uint64_t bytes : {0u, 2048u, 5000u, 1u << 31})
     refused([&](StoreOptions& o) { o.block_bytes = bytes; }, "block size");
-  refused([](StoreOptions& o) { o.base_level = -1; }, "base level");
-  refused([](StoreOptions& o) { o.base_level = 21; }, "base level");
+  const auto facts_refused = [](const Provenance& facts, const char* word) {
+    const Place place;
+    const Error error = error_of([&] {
+      Store::create(place.path, BaseMesh::build(tetrahedron()), sample_options("compressed"),
+                    default_backends(), facts);
+    });
+    CHECK(error.code() == ErrorCode::kInvalidArgument);
+    CHECK(names(error, {word}));
+    CHECK(file_names(place.directory.path()).empty());
+  };
+  facts_refused({.base_level = -1}, "base level");
+  facts_refused({.base_level = 21}, "base level");
   refused([](StoreOptions& o) { o.budget_bytes = 65535; }, "budget");
   refused([](StoreOptions& o) { o.backend = "tape"; }, "pread", ErrorCode::kNotSupported);
-  refused([](StoreOptions& o) { o.backend = "compressed:speed=9"; }, "speed=9");
+  refused([](StoreOptions& o) { o.backend = "compressed:speed=9"; }, "speed=9",
+          ErrorCode::kNotSupported);
   refused([](StoreOptions& o) { o.pipeline = "rar"; }, "zstd", ErrorCode::kNotSupported);
   refused([](StoreOptions& o) { o.pipeline = "blur,lz4"; }, "shuffle", ErrorCode::kNotSupported);
   refused(
@@ -277,32 +288,30 @@ TEST_CASE("StoreCreate_OptionsOutOfRange_AreRefusedBeforeAnythingIsMade") {
       },
       "expected pipeline");
   // What a version cannot hold is better refused now than at the first commit.
-  refused([](StoreOptions& o) { o.layout = std::string(65537, 'x'); }, "65537 bytes");
+  facts_refused({.layout = std::string(65537, 'x')}, "65537 bytes");
 }
 
 TEST_CASE("StoreProvenance_WhatTheStoreIsNot_IsRefusedAndLeavesTheFormerOne") {
   StoreOptions options = sample_options("memory");
-  options.layout = "hilbert";
-  Store store = Store::create({}, BaseMesh::build(octahedron()), options, default_backends());
+  Store store = Store::create({}, BaseMesh::build(octahedron()), options, default_backends(),
+                              {.layout = "hilbert"});
   Provenance right = store.provenance();
   CHECK(right == Provenance{.layout = "hilbert"});
   right.scheme = "loop";
   right.limit = true;
   right.program = program_version();
-  store.set_provenance(right);
+  Provenance of_another_mesh = right;
+  of_another_mesh.layout = "given";
+  of_another_mesh.base_level = 1;
+  StoreAccess::set_provenance(store, of_another_mesh);
+  CHECK(store.provenance() == right);
   const auto refused = [&](Provenance wrong, const char* word) {
-    const Error error = error_of([&] { store.set_provenance(wrong); });
+    const Error error = error_of([&] { StoreAccess::set_provenance(store, wrong); });
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {word}));
     CHECK(store.provenance() == right);
   };
   Provenance wrong = right;
-  wrong.layout = "given";
-  refused(wrong, "hilbert");
-  wrong = right;
-  wrong.base_level = 1;
-  refused(wrong, "base level 0");
-  wrong = right;
   wrong.scheme = std::string(65537, 'x');
   refused(wrong, "65537 bytes");
   wrong.scheme = "two\nlines";
@@ -323,7 +332,7 @@ TEST_CASE("StoreCommit_SecondAndThird_CountOnAndRemoveWhatNoSlotNames") {
     CHECK(file_names(place.path) == Names{"attribute0.base.1", "attribute0.base.2",
                                           "attribute0.level01.1", "attribute1.base.2", "base.mesh",
                                           "lock", "manifest", "version.1", "version.2"});
-    store.commit();
+    commit_anew(store);
     CHECK(store.sequence() == 3);
   }
   CHECK(file_names(place.path) ==
@@ -356,7 +365,7 @@ TEST_CASE("Store_ClosedWithoutASecondCommit_IsAtTheFirst") {
     // What that run left behind is in nobody's way.
     Store store = place.open(true);
     store.add_level(0);
-    const std::vector<std::byte> zeros(store.level_file(0, 2).geometry.total_bytes());
+    const std::vector<std::byte> zeros(StoreAccess::level_file(store, 0, 2).geometry.total_bytes());
     CHECK(read_level(store, 0, 2) == zeros);
     add_sample(store, sample_schemas()[2], 1);
     store.commit();
@@ -374,7 +383,7 @@ TEST_CASE("StoreAddLevel_NeverWritten_ReadsAsZerosBeforeAndAfterACommit") {
       store.commit();
     }
     Store store = place.open();
-    const std::vector<std::byte> zeros(store.level_file(0, 1).geometry.total_bytes());
+    const std::vector<std::byte> zeros(StoreAccess::level_file(store, 0, 1).geometry.total_bytes());
     CHECK(read_level(store, 0, 1) == zeros);
     CHECK(std::ranges::all_of(std::as_const(store).base_bytes(0),
                               [](std::byte b) { return b == std::byte{}; }));
@@ -387,7 +396,7 @@ TEST_CASE("StoreReplaceAttribute_Committed_LeavesOnlyTheReplacementsFiles") {
     place.make(backend);
     {
       Store store = place.open(true);
-      store.commit();  // two versions have files now
+      commit_anew(store);  // two versions have files now
       AttributeSchema schema = sample_schemas()[1];
       add_sample(store, schema, 2);
       store.replace_attribute(store.attribute("position"), store.attribute("mass"));
@@ -478,7 +487,7 @@ TEST_CASE("StoreLock_ReadersAndAWriter_DoNotKeepEachOtherOut") {
     CHECK(reader.run() == 7);
     Store writer = place.open(true);
     CHECK(place.open().sequence() == 1);
-    writer.commit();
+    commit_anew(writer);
     CHECK(place.open().sequence() == 2);
     CHECK(first.sequence() == 1);
   }
@@ -519,7 +528,7 @@ TEST_CASE("ReplaceFile_StoreThatHasMovedOn_IsRefused") {
   place.make();
   {
     Store store = place.open(true);
-    store.commit();
+    commit_anew(store);
   }
   const std::filesystem::path image = place.path.parent_path() / "image";
   File(image, OpenMode::kCreate).close();
@@ -673,10 +682,12 @@ TEST_CASE("StoreOpenedForReading_PinnedForWriting_IsRefusedOnEveryBackend") {
     }
     Store reader = Store::open(place.path, {}, default_backends());
     for (const Access access : {Access::kOverwrite, Access::kUpdate}) {
-      const Error error =
-          error_of([&] { reader.open_session().pin(reader.level_file(0, 2), 0, access); });
+      const Error error = error_of([&] {
+        StoreAccess::open_session(reader).pin(StoreAccess::level_file(reader, 0, 2), 0, access);
+      });
       CHECK(error.code() == ErrorCode::kBadState);
-      CHECK(names(error, {reader.level_file(0, 2).path.string(), "opened for reading"}));
+      CHECK(names(error,
+                  {StoreAccess::level_file(reader, 0, 2).path.string(), "opened for reading"}));
     }
     CHECK(holds_sample(reader, 0));
   }
@@ -702,23 +713,24 @@ TEST_CASE("Store_AttributeOrLevelThatIsNotThere_IsRefusedInWords") {
   const AttributeId id = add_sample(store, sample_schemas()[0], 2);
   const Store& reading = store;
   const std::vector<std::function<void()>> calls = {
-      [&] { store.level_file(1, 1); },
-      [&] { reading.level_file(1, 1); },
+      [&] { StoreAccess::level_file(store, 1, 1); },
+      [&] { StoreAccess::level_file(reading, 1, 1); },
       [&] { store.base_bytes(1); },
       [&] { reading.base_bytes(1); },
       [&] { store.add_level(kNoId); },
       [&] { store.set_pipeline(1, "none"); },
       [&] { store.replace_attribute(id, 1); },
       [&] { store.replace_attribute(1, id); },
-      [&] { store.check_type(1, ComponentType::kFloat32, 3); }};
+      [&] { StoreAccess::check_type(store, 1, ComponentType::kFloat32, 3); }};
   for (const auto& call : calls) {
     const Error error = error_of(call);
     CHECK(error.code() == ErrorCode::kInvalidArgument);
     CHECK(names(error, {"an attribute below 1", "found"}));
   }
   for (const int level : {-1, 0, 3, 1000})
-    for (const auto& call : std::vector<std::function<void()>>{
-             [&] { store.level_file(id, level); }, [&] { reading.level_file(id, level); }}) {
+    for (const auto& call :
+         std::vector<std::function<void()>>{[&] { StoreAccess::level_file(store, id, level); },
+                                            [&] { StoreAccess::level_file(reading, id, level); }}) {
       const Error error = error_of(call);
       CHECK(error.code() == ErrorCode::kInvalidArgument);
       CHECK(names(error, {"level " + std::to_string(level), "1 to 2"}));

@@ -8,12 +8,13 @@
 #include <fstream>
 
 #include "engine/store/sample_store.h"
-#include "plait/backends/registry.h"
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/manifest.h"
 #include "plait/digest.h"
-#include "store/byte_order.h"
-#include "store/checksum.h"
-#include "store/file_names.h"
-#include "store/manifest.h"
+#include "plait/extend/store_access.h"
+#include "plait/registry.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 #include "support/test_meshes.h"
@@ -33,7 +34,7 @@ struct Store0 {
     add_sample(store, sample_schemas()[0], 1);
     store.add_level(0);
     store.commit();
-    level_bytes = store.level_file(0, 1).geometry.block_bytes(0);
+    level_bytes = StoreAccess::level_file(store, 0, 1).geometry.block_bytes(0);
   }
   ErrorCode error_of_opening(bool writable) const {
     return error_of([&] { Store::open(path, {writable}, default_backends()); }).code();
@@ -44,77 +45,11 @@ struct Store0 {
   std::uint64_t level_bytes = 0;  ///< of block 0 of level 1
 };
 
-struct Record {
-  std::uint32_t attribute, level;
-  std::uint64_t block, offset;
-  Bytes content;
-};
-
-/// docs/format.md, "journal": a hot one, with right checksums.
-Bytes hot_journal(const fs::path& store, const std::vector<Record>& records) {
-  const Manifest manifest = read_manifest(Directory(store));
-  Bytes bytes(48);
-  std::memcpy(bytes.data(), "plaitjnl", 8);
-  save(std::span(bytes), 8, std::uint32_t{1});
-  std::ranges::copy(manifest.uuid, bytes.begin() + 16);
-  save(std::span(bytes), 32, manifest.sequence);
-  const std::uint64_t seed = checksum_of(std::span(bytes).first(40));
-  save(std::span(bytes), 40, seed);
-  for (const Record& record : records) {
-    Bytes encoded(40);
-    save(std::span(encoded), 0, record.attribute);
-    save(std::span(encoded), 4, record.level);
-    save(std::span(encoded), 8, record.block);
-    save(std::span(encoded), 16, record.offset);
-    save(std::span(encoded), 24, std::uint64_t{record.content.size()});
-    Bytes sealed(encoded.begin(), encoded.begin() + 32);
-    sealed.insert(sealed.end(), record.content.begin(), record.content.end());
-    save(std::span(encoded), 32,
-         std::uint64_t{XXH3_64bits_withSeed(sealed.data(), sealed.size(), seed)});
-    bytes.insert(bytes.end(), encoded.begin(), encoded.end());
-    bytes.insert(bytes.end(), record.content.begin(), record.content.end());
-  }
-  return bytes;
-}
-
 void write_file(const fs::path& path, const Bytes& bytes) {
   File(path, OpenMode::kCreate).write_at(0, bytes);
 }
 
 }  // namespace
-
-TEST_CASE("Journal_RecordOfWhatTheVersionDoesNotName_IsRefusedBeforeAnythingIsWritten") {
-  const Store0 store;
-  const Bytes block(store.level_bytes, std::byte{0xee});
-  const Record right{0, 1, 0, 0, block};
-  const std::vector<std::pair<std::string, Record>> forged = {
-      {"another attribute", {7, 9, 0, 0, block}},
-      {"no such level", {0, 3, 0, 0, block}},
-      {"no level at all", {0, 77, 0, 0, block}},
-      {"a block never written", {0, 2, 0, 0, Bytes(Store0().level_bytes, std::byte{1})}},
-      {"a block beyond the last", {0, 1, 1000, 0, block}},
-      {"another place", {0, 1, 0, 8, block}},
-      {"another size", {0, 1, 0, 0, Bytes(8)}},
-  };
-  const Bytes level = file_bytes(store.path / "attribute0.level01.1");
-  const fs::path victim = store.directory.path() / "victim";
-  write_file(victim, Bytes(2 * store.level_bytes, std::byte{'v'}));
-  const Bytes victims = file_bytes(victim);
-  fs::create_symlink(victim, store.path / "attribute7.level09.1");
-  for (const auto& [what, record] : forged)
-    for (const bool writable : {false, true}) {
-      CAPTURE(what, writable);
-      fs::remove(store.path / "journal");
-      write_file(store.path / "journal", hot_journal(store.path, {right, record}));
-      CHECK(store.error_of_opening(writable) == ErrorCode::kCorruption);
-      CHECK(file_bytes(victim) == victims);
-      CHECK(file_bytes(store.path / "attribute0.level01.1") == level);
-    }
-  fs::remove(store.path / "journal");
-  write_file(store.path / "journal", hot_journal(store.path, {right}));
-  Store::open(store.path, {}, default_backends());
-  CHECK(file_bytes(store.path / "attribute0.level01.1") != level);
-}
 
 TEST_CASE("Store_AnyFileALinkOrAFifo_IsRefusedByNameAtOnceAndTheTargetUntouched") {
   for (const std::string& backend : durable_backends()) {
@@ -145,17 +80,6 @@ TEST_CASE("Store_AnyFileALinkOrAFifo_IsRefusedByNameAtOnceAndTheTargetUntouched"
   }
 }
 
-TEST_CASE("StoreOpen_ForReadingWithAHotJournal_LeavesTheLockFileAlone") {
-  const Store0 store;
-  const Bytes lock = file_bytes(store.path / "lock");
-  write_file(store.path / "journal", hot_journal(store.path, {}));
-  fs::last_write_time(store.path / "lock", fs::file_time_type{});
-  CHECK(Store::open(store.path, {}, default_backends()).sequence() == 1);
-  CHECK_FALSE(fs::exists(store.path / "journal"));
-  CHECK(file_bytes(store.path / "lock") == lock);
-  CHECK(fs::last_write_time(store.path / "lock") == fs::file_time_type{});
-}
-
 TEST_CASE("StoreOpen_ForWritingWhatIsNoStore_LeavesItsLockFileAlone") {
   const TemporaryDirectory here;
   for (const char* name : {"manifest", "lock", "thesis.tex"})
@@ -164,6 +88,19 @@ TEST_CASE("StoreOpen_ForWritingWhatIsNoStore_LeavesItsLockFileAlone") {
         ErrorCode::kCorruption);
   CHECK(file_bytes(here.path() / "lock").size() == 4);
   CHECK(file_names(here.path()).size() == 3);
+}
+
+TEST_CASE("StoreCommit_OfAWriterWhoseLockIsGone_IsRefusedBecauseAnotherMayWrite") {
+  const Store0 store;
+  Store first = Store::open(store.path, {true}, default_backends());
+  fs::remove(store.path / "lock");
+  Store second = Store::open(store.path, {true}, default_backends());
+  const Error error = error_of([&] { commit_anew(first); });
+  CHECK(error.code() == ErrorCode::kBusy);
+  CHECK(names(error, {(store.path / "lock").string()}));
+  commit_anew(second);
+  second.close();
+  CHECK(Store::open(store.path, {}, default_backends()).sequence() == 2);
 }
 
 TEST_CASE("StoreOpen_ForWriting_RemovesNothingWhoseNameIsNotAVersions") {
@@ -207,7 +144,7 @@ TEST_CASE("StoreCommit_AtTheLastVersionThatThereCanBe_IsRefusedAndKeepsIt") {
   }
   {
     Store writer = Store::open(store.path, {true}, default_backends());
-    CHECK(error_of([&] { writer.commit(); }).code() == ErrorCode::kNotSupported);
+    CHECK(error_of([&] { commit_anew(writer); }).code() == ErrorCode::kNotSupported);
   }
   CHECK(Store::open(store.path, {}, default_backends()).sequence() == kMaxSequence);
   ++manifest.sequence;
@@ -240,12 +177,12 @@ TEST_CASE("Store_MovedWhileItIsWritten_GoesOnInItsOwnDirectory") {
       // Levels are made, blocks overwritten in place, files of older versions removed.
       add_sample(writer, sample_schemas()[1], 2);
       {
-        const PinnedBlock block =
-            writer.open_session().pin(writer.level_file(0, 1), 0, Access::kUpdate);
+        const PinnedBlock block = StoreAccess::open_session(writer).pin(
+            StoreAccess::level_file(writer, 0, 1), 0, Access::kUpdate);
         for (std::byte& byte : block.bytes()) byte ^= std::byte{1};
       }
-      writer.commit();
-      writer.commit();
+      commit_anew(writer);
+      commit_anew(writer);
       older = digest(writer);
     }
     Store first = Store::open(moved, {}, default_backends());

@@ -50,25 +50,4 @@ TEST_CASE("BytePlanes_SplitAndJoin_AreTheDefinitionOnEveryInstructionSet") {
   });
 }
 
-TEST_CASE("BytePlanes_DifferencesAndSums_AreTheDefinitionOnEveryInstructionSet") {
-  fused_rows::on_every_target([](const char* target) {
-    for (const std::size_t distance : {1u,  2u,  3u,  4u,  5u,  6u,  7u,  8u,  9u,  10u,  11u, 12u,
-                                       13u, 14u, 15u, 16u, 17u, 31u, 32u, 33u, 64u, 100u, 255u})
-      for (const std::size_t count : kCounts) {
-        CAPTURE(target, distance, count);
-        const Bytes bytes = random_bytes(count, 2);
-        Bytes expected(count), differences(count), back(count);
-        for (std::size_t i = 0; i < count; ++i) {
-          const unsigned before = i < distance ? 0 : std::to_integer<unsigned>(bytes[i - distance]);
-          expected[i] =
-              static_cast<std::byte>((256 + std::to_integer<unsigned>(bytes[i]) - before) % 256);
-        }
-        byte_differences(bytes.data(), count, distance, differences.data());
-        CHECK(different(differences, expected) == 0);
-        byte_sums(differences.data(), count, distance, back.data());
-        CHECK(different(back, bytes) == 0);
-      }
-  });
-}
-
 }  // namespace plait::test

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "plait/default_arithmetic.h"
-#include "plait/number_lattice.h"
-#include "plait/rounding.h"
+#include "base/default_arithmetic.h"
+#include "base/number_lattice.h"
+#include "plait/extend/rounding.h"
 
 namespace plait::test {
 

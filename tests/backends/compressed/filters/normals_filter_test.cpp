@@ -9,7 +9,7 @@
 
 #include "backends/compressed/filters/predicted_levels.h"
 #include "plait/error.h"
-#include "plait/vector3.h"
+#include "plait/extend/vector3.h"
 #include "rows/every_target.h"
 #include "support/test_meshes.h"
 
@@ -26,7 +26,7 @@ struct Surface {
     positions.surroundings.attributes[0].schema.name = "position";
   }
   LevelGeometry geometry(int level) const {
-    return {positions.mesh.slot_shapes(), BaseRelativeLevel(level), 12, bytes};
+    return positions.mesh.geometry(BaseRelativeLevel(level), 12, bytes);
   }
   FilterLevel filter_level(const LevelGeometry& of, int level) const {
     FilterLevel made;

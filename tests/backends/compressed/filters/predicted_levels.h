@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "plait/backends/pipeline.h"
 #include "plait/base_mesh.h"
-#include "plait/edge_index.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/filter.h"
 
 namespace plait::test {
 
@@ -26,7 +26,7 @@ class PredictedLevels {
       : mesh(std::move(base)), base_records(mesh.vertex_count()) {
     for (int level = 1; level <= finest; ++level) {
       geometries.push_back(std::make_unique<LevelGeometry>(
-          mesh.slot_shapes(), BaseRelativeLevel(level), sizeof(Record), block_bytes));
+          mesh.geometry(BaseRelativeLevel(level), sizeof(Record), block_bytes)));
       records.emplace_back(geometries.back()->total_bytes() / sizeof(Record));
     }
     surroundings.mesh = mesh.topology();
@@ -70,11 +70,10 @@ class PredictedLevels {
       return base_records[mesh.faces()[point.face][corner]];
     }
     const EdgeIndex at = edge_index(surroundings.mesh, point);
-    const bool border = mesh.edges()[at.edge].is_border();
-    const std::uint64_t slot = geometry(at.level).slot(at.edge).offset / sizeof(Record);
+    const Slot slot = geometry(at.level).slot(at.edge);
     return records[static_cast<std::size_t>(at.level - 1)]
-                  [slot +
-                   static_cast<std::uint64_t>(slot_position(at.level, border, at.row, at.column))];
+                  [slot.offset / sizeof(Record) + static_cast<std::uint64_t>(slot_position(
+                                                      at.level, slot.shape, at.row, at.column))];
   }
 
   BaseMesh mesh;

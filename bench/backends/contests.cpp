@@ -1,0 +1,251 @@
+#include "backends/contests.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <span>
+#include <tuple>
+
+namespace plait::bench {
+namespace {
+
+using instrument::Estimate;
+
+/// The label whose cells are ranked: cold ones if there are any; warm ones never.
+std::string ranked_label(const std::vector<CellFigures>& cells,
+                         const std::vector<std::size_t>& among) {
+  std::string found = "warm";
+  for (const std::size_t at : among) {
+    if (!cells[at].seconds || cells[at].label == "warm") continue;
+    if (found == "warm" || cells[at].label == "cold") found = cells[at].label;
+  }
+  return found;
+}
+
+/// Seconds by round, of the runs that succeeded; the first one of a round.
+using Rounds = std::map<std::uint64_t, double>;
+Rounds rounds_of(const RunSet& set, const CellFigures& figures) {
+  Rounds rounds;
+  for (const std::size_t at : figures.runs)
+    rounds.emplace(set.runs[at].round, set.runs[at].seconds);
+  return rounds;
+}
+
+struct Pairs {
+  std::vector<double> first, second;
+};
+Pairs pairs_of(const Rounds& first, const Rounds& second) {
+  Pairs pairs;
+  for (const auto& [round, seconds] : first)
+    if (const auto other = second.find(round); other != second.end()) {
+      pairs.first.push_back(seconds);
+      pairs.second.push_back(other->second);
+    }
+  return pairs;
+}
+
+/// A comparison of a contest, before it is known how many there are in all.
+struct Open {
+  Contest* contest;
+  Rival* rival;
+  Pairs pairs;
+};
+
+/// The fastest is chosen among many, so that its rivals look slower than they are: as if each pair
+/// had been compared.
+double pairs_for_each_rival(const Contest& contest) {
+  return static_cast<double>(contest.ranked) / 2;
+}
+
+Answer answer_of(const Estimate& factor) {
+  if (factor.confidence == 0 || factor.count < kLeastRounds) return Answer::kUndecided;
+  if (factor.low >= 1 / kEqualWithin && factor.high <= kEqualWithin) return Answer::kEqual;
+  return factor.low > 1 ? Answer::kSlower : Answer::kUndecided;
+}
+
+/// Until the interval leaves 1 or shrinks into 5 %, if the noise stays as it is.
+std::optional<double> more_seconds(const instrument::Comparison& found, double confidence,
+                                   double seconds_of_round) {
+  constexpr std::size_t kMostRounds = 10'000;
+  const double difference = std::abs(std::log(found.factor.value));
+  const double target = std::max(difference, std::log(kEqualWithin) - difference);
+  const std::size_t now = found.factor.count;
+  for (std::size_t rounds = std::max(now + 1, kLeastRounds); rounds < kMostRounds;
+       rounds += 1 + rounds / 10) {
+    const auto n = static_cast<double>(rounds);
+    if (instrument::student_factor(n - 1, confidence) * found.spread / std::sqrt(n) < target)
+      return static_cast<double>(rounds - now) * seconds_of_round;
+  }
+  return std::nullopt;
+}
+
+double seconds_of_round(const RunSet& set, const std::vector<CellFigures>& cells,
+                        const Contest& contest) {
+  double seconds = 0;
+  for (std::size_t at = 0; at < contest.ranked; ++at) {
+    const CellFigures& figures = cells[contest.cells[at]];
+    const MeasuredRun& run = set.runs[figures.middle];
+    seconds += run.seconds * run.repetitions.value_or(1) + run.floor_seconds.value_or(0);
+  }
+  return seconds;
+}
+
+/// Puts the cells that can be ranked first, the fastest before all; says why if there is nothing to
+/// compare.
+void rank(Contest& contest, const RunSet& set, const std::vector<CellFigures>& cells) {
+  const std::string label = ranked_label(cells, contest.cells);
+  const auto can_rank = [&](std::size_t at) {
+    return label != "warm" && cells[at].seconds && cells[at].label == label &&
+           cells[at].failed == 0;
+  };
+  const auto first_unranked =
+      std::stable_partition(contest.cells.begin(), contest.cells.end(), can_rank);
+  contest.ranked = static_cast<std::size_t>(first_unranked - contest.cells.begin());
+  if (contest.ranked < 2) {
+    contest.why_not = label == "warm" ? "no run was cold" : "there is nothing to compare it with";
+    return;
+  }
+  // In pairs with the one that has the most rounds, because what left early ran in other rounds.
+  const std::span<std::size_t> ranked(contest.cells.data(), contest.ranked);
+  const std::size_t longest =
+      *std::ranges::max_element(ranked, {}, [&](std::size_t at) { return cells[at].runs.size(); });
+  const Rounds reference = rounds_of(set, cells[longest]);
+  std::map<std::size_t, double> factors;
+  for (const std::size_t at : ranked) {
+    const Pairs pairs = pairs_of(reference, rounds_of(set, cells[at]));
+    factors[at] = pairs.first.empty()
+                      ? cells[at].seconds->value / cells[longest].seconds->value
+                      : instrument::compare_paired(pairs.first, pairs.second).factor.value;
+  }
+  std::ranges::stable_sort(ranked, {}, [&](std::size_t at) { return factors[at]; });
+  for (const std::size_t at : ranked.subspan(1)) contest.rivals.emplace_back().cell = at;
+}
+
+/// Whether more rounds would teach nothing of use: it takes a fifth longer, or is known within 5 %.
+bool is_outpaced(const Estimate& factor) {
+  constexpr std::size_t kRoundsToLeave = 4;
+  constexpr double kFifth = 1.2;
+  return factor.count >= kRoundsToLeave && factor.low > kFifth;
+}
+bool is_settled(const Estimate& factor) {
+  return is_outpaced(factor) ||
+         (factor.count > kLeastRounds && factor.high / factor.low < kEqualWithin * kEqualWithin);
+}
+
+using Group =
+    std::tuple<std::string, std::string, std::string, double, double, double, double, double, bool>;
+std::vector<Contest> ranked_contests(const RunSet& set, const std::vector<CellFigures>& cells) {
+  std::map<Group, Contest> contests;
+  for (std::size_t at = 0; at < cells.size(); ++at) {
+    const MeasuredCell& cell = cells[at].cell;
+    contests[{cell.disk, cell.mesh, cell.workload, cell.vertices.value_or(0),
+              cell.levels.value_or(0), cell.memory.value_or(0), cell.ratio.value_or(0),
+              cell.rate.value_or(0), cell.durable}]
+        .cells.push_back(at);
+  }
+  std::vector<Contest> result;
+  for (auto& [group, contest] : contests) {
+    rank(contest, set, cells);
+    result.push_back(std::move(contest));
+  }
+  return result;
+}
+
+Pairs pairs_of(const RunSet& set, const std::vector<CellFigures>& cells, const Contest& contest,
+               const Rival& rival) {
+  return pairs_of(rounds_of(set, cells[contest.cells.front()]), rounds_of(set, cells[rival.cell]));
+}
+
+std::string why_undecided(const std::vector<CellFigures>& cells, const Contest& contest) {
+  std::vector<std::string> open;
+  double seconds = 0;
+  bool known = true;
+  for (const Rival& rival : contest.rivals) {
+    if (rival.answer != Answer::kUndecided) continue;
+    open.push_back(cells[rival.cell].name);
+    known = known && rival.more_seconds;
+    seconds = std::max(seconds, rival.more_seconds.value_or(0));
+  }
+  if (open.empty()) return {};
+  const std::string between = fmt::format(
+      "not decided between {} and {}", cells[contest.cells.front()].name, fmt::join(open, " and "));
+  if (!known || seconds > 86400) return between + ", and more rounds hardly would";
+  return seconds < 60
+             ? fmt::format("{}, {:.0f} more seconds would", between, std::ceil(seconds))
+             : fmt::format("{}, {:.0f} more minutes would", between, std::ceil(seconds / 60));
+}
+
+}  // namespace
+
+std::string answer_text(const Rival& rival) {
+  if (rival.answer == Answer::kEqual) return "equal within 5 %";
+  if (rival.answer == Answer::kUndecided) return "not decided";
+  return rival.factor.high < 1.995
+             ? fmt::format("{:.2f} to {:.2f} times as long", rival.factor.low, rival.factor.high)
+             : fmt::format("{:.2g} to {:.2g} times as long", rival.factor.low, rival.factor.high);
+}
+
+std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells) {
+  std::vector<Contest> contests = ranked_contests(set, cells);
+  std::vector<Open> open;
+  std::vector<double> p_values;
+  for (Contest& contest : contests)
+    for (Rival& rival : contest.rivals) {
+      Pairs pairs = pairs_of(set, cells, contest, rival);
+      if (pairs.first.empty()) continue;
+      const double p = pairs_for_each_rival(contest) *
+                       instrument::compare_paired(pairs.first, pairs.second).p_value;
+      p_values.push_back(std::min(1.0, p));
+      open.push_back({&contest, &rival, std::move(pairs)});
+    }
+  constexpr double kWrong = 0.05;
+  const double error = 1 - instrument::confidence_among(p_values, kWrong);
+  for (const Open& one : open) {
+    const double confidence = 1 - error / pairs_for_each_rival(*one.contest);
+    const instrument::Comparison found =
+        instrument::compare_paired(one.pairs.first, one.pairs.second, confidence);
+    one.rival->factor = found.factor;
+    one.rival->answer = answer_of(found.factor);
+    if (one.rival->answer == Answer::kUndecided)
+      one.rival->more_seconds =
+          more_seconds(found, confidence, seconds_of_round(set, cells, *one.contest));
+  }
+  for (Contest& contest : contests) {
+    if (contest.ranked < 2) continue;
+    contest.why_not = why_undecided(cells, contest);
+    contest.decided = contest.why_not.empty();
+  }
+  return contests;
+}
+
+std::set<std::string> settled_keys(const RunSet& set) {
+  const std::vector<CellFigures> cells = cells_of(set);
+  std::set<std::string> keys;
+  for (const Contest& contest : ranked_contests(set, cells)) {
+    std::set<std::size_t> done;
+    bool all = true;
+    for (const Rival& rival : contest.rivals) {
+      const Pairs pairs = pairs_of(set, cells, contest, rival);
+      const Estimate factor =
+          pairs.first.empty() ? Estimate{}
+                              : instrument::compare_paired(pairs.first, pairs.second,
+                                                           1 - 0.05 / pairs_for_each_rival(contest))
+                                    .factor;
+      if (is_outpaced(factor)) done.insert(rival.cell);
+      all = all && is_settled(factor);
+    }
+    for (const std::size_t at : contest.cells) {
+      // Alone, a cell has five rounds to say how long it takes; one that fails is not to be used.
+      const std::size_t rounds = cells[at].runs.size() + cells[at].failed;
+      if (contest.ranked < 2 ? rounds >= 5 : all || done.contains(at) || cells[at].failed >= 2)
+        keys.insert(cells[at].key);
+    }
+  }
+  return keys;
+}
+
+}  // namespace plait::bench

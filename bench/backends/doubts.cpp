@@ -1,0 +1,145 @@
+#include "backends/doubts.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "instrument/surroundings.h"
+
+namespace plait::bench {
+namespace {
+
+using instrument::Estimate;
+
+/// Our own floor and fio's may differ by this share.
+constexpr double kFloorsAgree = 0.10;
+constexpr double kFasterSecondCold = 1.25;
+/// Traffic of other programs, beside that of the run, and as much as says nothing: file systems
+/// write their journals.
+constexpr double kOtherPrograms = 0.05, kOtherBytes = 16 << 20;
+constexpr double kNarrow = 0.05;
+
+/// Collects doubts of runs: one line for each kind, with how many runs have it.
+class Doubts {
+ public:
+  void add(const std::string& what) {
+    if (counts_.size() < 100 || counts_.count(what) > 0) ++counts_[what];
+  }
+  void append_to(std::vector<std::string>& lines, std::size_t runs) const {
+    for (const auto& [what, count] : counts_)
+      lines.push_back(fmt::format("{} ({} of {} runs)", what, count, runs));
+  }
+
+ private:
+  std::map<std::string, std::uint64_t> counts_;
+};
+
+/// Why the page cache may have served a run that was not to be served by it; empty: it did not.
+std::string limit_doubt(const MeasuredRun& run) {
+  if (!run.limit_bytes) return {};
+  // Where files are in memory, no page cache stands before a disk.
+  const auto in_memory = run.environment.find("disk.in_memory");
+  if (in_memory != run.environment.end() && in_memory->second == "true") return {};
+  const std::string why =
+      run.limit_why_not.empty() ? std::string() : fmt::format(" ({})", run.limit_why_not);
+  if (*run.limit_bytes == 0)
+    return fmt::format("there was no memory limit{}, so the page cache may have helped", why);
+  if (!run.limit_held.value_or(false))
+    return fmt::format("the memory limit was not held{}, so the page cache may have helped", why);
+  return {};
+}
+
+bool floors_differ(const MeasuredRun& run) {
+  if (!run.floor_seconds || !run.fio_seconds) return false;
+  // fio may move fewer bytes than it was asked for; a floor without a count moved the same.
+  const double own = *run.floor_seconds / run.floor_bytes.value_or(1);
+  const double fio =
+      *run.fio_seconds / (run.floor_bytes ? run.fio_bytes.value_or(*run.floor_bytes) : 1);
+  return std::abs(own - fio) > kFloorsAgree * std::min(own, fio);
+}
+
+bool others_used_device(const MeasuredRun& run) {
+  const double others = run.others_read.value_or(0) + run.others_written.value_or(0);
+  const double own =
+      run.process_moved.value_or(run.device_read.value_or(0) + run.device_written.value_or(0));
+  return others > kOtherBytes && others > kOtherPrograms * own;
+}
+
+void add_doubts_of_run(const MeasuredRun& run, Doubts& spoiling, Doubts& doubts) {
+  if (!run.ok)
+    return doubts.add(fmt::format("failed: {}", run.failure.empty()
+                                                    ? "for a reason that the record does not say"
+                                                    : run.failure));
+  if (const std::string limit = limit_doubt(run); !limit.empty()) spoiling.add(limit);
+  if (run.label == "warm")
+    doubts.add(fmt::format("warm: {}, so this is no figure of a disk",
+                           run.why_warm.empty() ? "the page cache held the data" : run.why_warm));
+  if (run.second_cold && *run.second_cold > kFasterSecondCold)
+    doubts.add("a second cold read was faster: there is a cache below this machine");
+  if (floors_differ(run)) doubts.add("our floor and fio's differ by more than 10 %");
+  if (run.others_busy.value_or(0) + run.stolen.value_or(0) > instrument::kDisturbed)
+    doubts.add("other programs or machines had more than a tenth of the processors, twice");
+  if (others_used_device(run)) doubts.add("other programs used the device during the run");
+  if (run.checksums && !*run.checksums) doubts.add("checksums were not verified");
+  for (const std::string& doubt : run.doubts) doubts.add(doubt);
+}
+
+void add_doubts_of_cells(const std::vector<CellFigures>& cells, std::vector<std::string>& lines) {
+  std::size_t few = 0;
+  std::size_t wide = 0;
+  std::size_t no_floor = 0;
+  for (const CellFigures& figures : cells) {
+    if (!figures.seconds) continue;
+    few += figures.seconds->count < kLeastRounds;
+    no_floor += !figures.ratio.has_value();
+    const Estimate& judged = figures.ratio ? *figures.ratio : *figures.seconds;
+    wide += judged.count >= kLeastRounds && judged.relative_half_width() > kNarrow;
+  }
+  const auto add = [&](std::size_t count, const std::string& what) {
+    if (count > 0) lines.push_back(fmt::format("{} of {} cells {}", count, cells.size(), what));
+  };
+  add(few, fmt::format("have fewer than {} rounds, which decides nothing", kLeastRounds));
+  add(wide, "have an interval wider than 5 % on either side: more rounds narrow it");
+  add(no_floor, "have no floor beside them, or one that was warm where the run was cold");
+}
+
+/// Runs of several machines or versions in one report may be meant, but have to be seen.
+void add_doubts_of_environment(const RunSet& set, std::vector<std::string>& lines) {
+  for (const auto& [name, what] :
+       {std::pair("commit", "versions of plait"), std::pair("kernel", "kernels"),
+        std::pair("processor", "processors")}) {
+    std::set<std::string> values;
+    for (const MeasuredRun& run : set.runs) {
+      const auto found = run.environment.find(name);
+      if (found != run.environment.end() && values.size() < 100) values.insert(found->second);
+    }
+    if (values.size() > 1)
+      lines.push_back(fmt::format("the runs come from {} {}: {}", values.size(), what,
+                                  fmt::join(values, ", ")));
+  }
+}
+
+}  // namespace
+
+DoubtLines doubts_of(const RunSet& set, const std::vector<CellFigures>& cells) {
+  Doubts spoiling;
+  Doubts doubts;
+  for (const MeasuredRun& run : set.runs) add_doubts_of_run(run, spoiling, doubts);
+  DoubtLines lines;
+  spoiling.append_to(lines.spoiling, set.runs.size());
+  doubts.append_to(lines.others, set.runs.size());
+  add_doubts_of_cells(cells, lines.others);
+  add_doubts_of_environment(set, lines.others);
+  if (set.skipped > 0) {
+    lines.others.push_back(fmt::format("{} lines are no records and were skipped", set.skipped));
+    lines.others.insert(lines.others.end(), set.skipped_lines.begin(), set.skipped_lines.end());
+  }
+  return lines;
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,98 @@
+// bench/backends/findings.h: what a set of runs shows, and what it does not: the figures of each
+// cell, which cell is the fastest where their intervals allow to say so, and every reason for
+// doubt.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backends/read_runs.h"
+#include "instrument/statistics.h"
+
+namespace plait::bench {
+
+/// Fewer rounds in common than this decide nothing.
+constexpr std::size_t kLeastRounds = 3;
+/// Times that differ by less are equal for all uses.
+constexpr double kEqualWithin = 1.05;
+
+struct CellFigures {
+  MeasuredCell cell;
+  std::string key;
+  /// "uring, shuffle+lz4, blocks of 256KiB": the backend, and whatever differs between cells.
+  std::string name;
+  std::vector<std::size_t> runs;  ///< indices of the runs that succeeded
+  std::uint64_t failed = 0;
+  bool is_auto = false;  ///< what `auto` would choose
+  /// "warm" if one of its runs was warm: a page cache is not to be sold as a disk.
+  std::string label;
+  std::optional<instrument::Estimate> seconds, ratio;
+  /// The index of the run with the median time (the lower one of two).
+  std::size_t middle = 0;
+};
+
+/// What is known of two cells that do the same work.
+enum class Answer : std::uint8_t {
+  kSlower,     ///< shown to take longer
+  kEqual,      ///< shown to be within 5 %
+  kUndecided,  ///< more rounds would tell
+};
+
+/// A cell beside the fastest one of its contest.
+struct Rival {
+  std::size_t cell = 0;
+  Answer answer = Answer::kUndecided;
+  instrument::Estimate factor;         ///< how many times as long, in the rounds that both have
+  std::optional<double> more_seconds;  ///< until it is decided, about; empty: nobody can tell
+};
+
+/// Cells that do the same work on the same disk, within the same memory.
+struct Contest {
+  std::vector<std::size_t> cells;  ///< fastest first; those that cannot be ranked come last
+  std::size_t ranked = 0;
+  std::vector<Rival> rivals;  ///< the ranked cells but the first, in their order
+  bool decided = false;       ///< every rival is slower or equal
+  std::string why_not;  ///< if not decided: "not decided between A and B, 3 more minutes would"
+};
+
+struct Findings {
+  std::vector<CellFigures> cells;
+  std::vector<Contest> contests;
+  std::string verdict;  ///< one sentence
+  bool failed = false;  ///< digests differ: no figure counts
+  bool doubtful = false;
+  std::vector<std::string> doubts;
+  /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold.
+  std::size_t spoiling = 0;
+};
+
+/// The runs by key, in the order in which the keys first come.
+std::vector<CellFigures> cells_of(const RunSet& set);
+
+/// REQUIRES: `set` has a run.
+Findings find(const RunSet& set);
+
+/// "4 × memory", "12.6 million vertices", or "spot.ply, 4 × memory".
+std::string size_of(const MeasuredCell& cell);
+/// "sweep-read" with its rate and durability.
+std::string work_of(const MeasuredCell& cell);
+/// "3 of 5 survived" of a cell with failures; empty without any.
+std::string survival_of(const CellFigures& figures);
+/// "1.4 to 1.7 times as long", "equal within 5 %", or "not decided".
+std::string answer_text(const Rival& rival);
+
+/// Findings as JSON: {verdict, failed, doubts, cells, comparisons, runs, skipped}.
+nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings);
+
+/// What a terminal shows: the doubts that spoil everything, the first screen (first_screen.h), the
+/// other doubts, and the figures of the cells if they are few.
+std::string to_text(const RunSet& set, const Findings& findings);
+
+/// Pairs of runs whose digests have to be equal and are not, as lines. `set` may hold the runs of
+/// several files.
+std::vector<std::string> digest_failures(const std::vector<MeasuredRun>& runs);
+
+}  // namespace plait::bench

@@ -1,0 +1,136 @@
+#include "backends/first_screen.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace plait::bench {
+namespace {
+
+constexpr double kNever = 2;  // times as long
+
+/// Who must not be used in a contest, and why.
+std::vector<std::pair<std::string, std::string>> banned(const Findings& findings,
+                                                        const Contest& contest) {
+  std::vector<std::pair<std::string, std::string>> list;
+  for (const std::size_t at : contest.cells)
+    if (const CellFigures& figures = findings.cells[at]; figures.failed > 0)
+      list.emplace_back(figures.name, survival_of(figures));
+  for (const Rival& rival : contest.rivals)
+    if (rival.answer == Answer::kSlower && rival.factor.low >= kNever)
+      list.emplace_back(findings.cells[rival.cell].name,
+                        fmt::format("{:.2g} times as long", rival.factor.value));
+  return list;
+}
+
+bool has_something_to_compare(const Contest& contest) { return contest.cells.size() > 1; }
+
+}  // namespace
+
+std::vector<MatrixRow> matrix_of(const Findings& findings) {
+  std::vector<MatrixRow> rows;
+  for (const Contest& contest : findings.contests) {
+    if (!has_something_to_compare(contest)) continue;
+    const CellFigures& first = findings.cells[contest.cells.front()];
+    MatrixRow row{first.cell.disk, work_of(first.cell), size_of(first.cell), "undecided", {}, {}};
+    std::vector<std::string> others, never;
+    for (const Rival& rival : contest.rivals)
+      if (rival.answer == Answer::kEqual ||
+          (rival.answer == Answer::kSlower && rival.factor.low < kNever))
+        others.push_back(fmt::format("{} {}", findings.cells[rival.cell].name, answer_text(rival)));
+    for (const auto& [name, why] : banned(findings, contest))
+      never.push_back(fmt::format("{} ({})", name, why));
+    if (contest.decided || contest.ranked == 1) row.fastest = first.name;
+    if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
+    row.others = fmt::format("{}", fmt::join(others, "; "));
+    row.never = fmt::format("{}", fmt::join(never, "; "));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<std::string> advice_of(const Findings& findings) {
+  struct Disk {
+    std::map<std::string, int> good;  ///< how often it is the fastest, or its equal
+    std::map<std::string, std::vector<std::string>> never;
+    int decided = 0, all = 0;
+  };
+  std::map<std::string, Disk> disks;
+  for (const Contest& contest : findings.contests) {
+    if (!has_something_to_compare(contest)) continue;
+    const CellFigures& first = findings.cells[contest.cells.front()];
+    Disk& disk = disks[first.cell.disk];
+    ++disk.all;
+    disk.decided += contest.decided;
+    if (contest.decided) ++disk.good[first.name];
+    for (const Rival& rival : contest.rivals)
+      if (contest.decided && rival.answer == Answer::kEqual)
+        ++disk.good[findings.cells[rival.cell].name];
+    for (const auto& [name, why] : banned(findings, contest))
+      disk.never[name].push_back(fmt::format("{} ({})", work_of(first.cell), why));
+  }
+  std::vector<std::string> lines;
+  for (const auto& [name, disk] : disks) {
+    std::string line = fmt::format("On {}: ", name.empty() ? "a disk without a name" : name);
+    if (disk.good.empty()) {
+      line += "nothing is decided";
+    } else {
+      const auto best =
+          std::ranges::max_element(disk.good, {}, [](const auto& each) { return each.second; });
+      line += fmt::format("use {}, the fastest or its equal in {} of {}", best->first, best->second,
+                          disk.all);
+    }
+    for (const auto& [backend, reasons] : disk.never)
+      line +=
+          fmt::format("; never {} for {}{}", backend, reasons.front(),
+                      reasons.size() > 1 ? fmt::format(" and {} more", reasons.size() - 1) : "");
+    lines.push_back(line + ".");
+  }
+  return lines;
+}
+
+std::string text_about_auto(const Findings& findings) {
+  constexpr double kNear = 1.1;
+  int near = 0, all = 0;
+  double farthest = 0;
+  std::string where;
+  for (const Contest& contest : findings.contests) {
+    if (!has_something_to_compare(contest)) continue;
+    for (const std::size_t at : contest.cells) {
+      const CellFigures& figures = findings.cells[at];
+      if (!figures.is_auto || (figures.failed == 0 && contest.ranked < 2)) continue;
+      ++all;
+      const auto rival = std::ranges::find(contest.rivals, at, &Rival::cell);
+      const double factor = figures.failed > 0 ? std::numeric_limits<double>::infinity()
+                            : rival == contest.rivals.end() ? 1
+                                                            : rival->factor.value;
+      near += factor <= kNear;
+      if (factor <= farthest) continue;
+      farthest = factor;
+      where = fmt::format("{} on {} ({}{})", work_of(figures.cell), figures.cell.disk, figures.name,
+                          figures.failed > 0 ? ", " + survival_of(figures) : "");
+    }
+  }
+  if (all == 0) return {};
+  return fmt::format(" auto is within {:.0f} % of the fastest in {} of {}{}", 100 * (kNear - 1),
+                     near, all,
+                     near == all ? "."
+                     : std::isfinite(farthest)
+                         ? fmt::format("; the farthest is {:.2f} times, for {}.", farthest, where)
+                         : fmt::format("; it fails for {}.", where));
+}
+
+std::string verdict_of(const Findings& findings) {
+  const auto all = std::ranges::count_if(findings.contests, has_something_to_compare);
+  const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
+  if (all == 0) return "There is one way only, and nothing to compare it with.";
+  return fmt::format("{} of {} comparison{} decided. {}{}", decided, all,
+                     all == 1 ? " is" : "s are", fmt::join(advice_of(findings), " "),
+                     text_about_auto(findings));
+}
+
+}  // namespace plait::bench

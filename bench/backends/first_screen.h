@@ -1,0 +1,34 @@
+// bench/backends/first_screen.h: what a reader needs first, on a terminal and on a page: a matrix
+// of disk by workload, a line of advice for each disk, and how much is decided.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "backends/findings.h"
+
+namespace plait::bench {
+
+/// What a contest says, in words.
+struct MatrixRow {
+  std::string disk, work, size;
+  std::string fastest;  ///< "pread", or "undecided"
+  std::string others;   ///< "uring equal within 5 %; mmap 8.8 to 9.4 times as long"
+  std::string never;    ///< who takes twice the time or fails: "compressed (2 of 5 survived)"
+};
+
+/// A row for each contest with anything to compare, by disk, workload and size.
+std::vector<MatrixRow> matrix_of(const Findings& findings);
+
+/// "On ext4: use pread, the fastest or its equal in 12 of 15; never mmap for sweep-read (9 times as
+/// long)."
+std::vector<std::string> advice_of(const Findings& findings);
+
+/// "auto is at most 8 % behind the fastest in 14 of 15 comparisons; the farthest is 2.1 times, for
+/// scan-export on ext4 (uring)." Empty if no run was of `auto`'s choice.
+std::string text_about_auto(const Findings& findings);
+
+/// "41 of 60 comparisons are decided." and the advice.
+std::string verdict_of(const Findings& findings);
+
+}  // namespace plait::bench

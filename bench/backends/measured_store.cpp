@@ -1,0 +1,186 @@
+#include "backends/measured_store.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "compressed/codec_time.h"
+#include "generate/generate.h"
+#include "instrument/disk.h"
+#include "plait/compression.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+
+namespace plait::bench {
+
+namespace fs = std::filesystem;
+
+Store open_for_reading(const WorkloadRun& run) {
+  OpenOptions options;
+  options.budget_bytes = run.cell.budget_bytes;
+  return Store::open(run.store, options, *run.backends);
+}
+
+namespace {
+
+const AttributeSchema kSchema{kAttribute, ComponentType::kFloat32, 3};
+
+bool needs_other_blocks(const WorkloadRun& run) {
+  return run.backends->find(run.cell.backend)
+      .needs_other_blocks(pipeline_from_name(run.cell.pipeline), kSchema);
+}
+
+}  // namespace
+
+Pipeline pipeline_from_name(const std::string& name) {
+  const auto& presets = compression_presets();
+  return std::ranges::find(presets, name, &CompressionPreset::name) == presets.end()
+             ? Pipeline(name)
+             : preset_pipeline(name, kSchema);
+}
+
+void encode_anew(const WorkloadRun& run, Store& store) {
+  if (!needs_other_blocks(run)) return;
+  StoreAccess::pager(store).flush();
+  recode_attribute(store, store.attribute(kAttribute), pipeline_from_name(run.cell.pipeline));
+}
+
+StoreOptions options_of_new_store(const WorkloadRun& run) {
+  StoreOptions options;
+  options.backend = run.cell.backend;
+  if (needs_other_blocks(run)) {
+    Pipeline first = preset_pipeline("fast", kSchema);
+    if (pipeline_from_name(run.cell.pipeline).has_predicted_stage()) first.recipe = "";
+    options.pipeline = first;
+  } else if (run.cell.pipeline != "none") {
+    options.pipeline = pipeline_from_name(run.cell.pipeline);
+  }
+  options.block_bytes = run.cell.block_bytes;
+  options.budget_bytes = run.cell.budget_bytes;
+  options.durability = run.cell.durable ? Durability::kCommit : Durability::kNone;
+  return options;
+}
+
+LaidOutMesh base_mesh(const Cell& cell) {
+  return lay_out(cell.mesh_file.empty()
+                     ? BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices, 1))
+                     : read_base_mesh(cell.mesh_file),
+                 LayoutKind::kHilbert);
+}
+
+nlohmann::ordered_json effective_mode(const fs::path& store) {
+  bool direct = false, ring = false, maps = false;
+  const std::string inside = fs::absolute(store).lexically_normal().native() + "/";
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc/self/fd", ignored)) {
+    const std::string target = fs::read_symlink(entry.path(), ignored).native();
+    ring = ring || target.find("[io_uring]") != std::string::npos;
+    if (!target.starts_with(inside)) continue;
+    const int flags = ::fcntl(std::stoi(entry.path().filename().native()), F_GETFL);
+    direct = direct || (flags >= 0 && (flags & O_DIRECT) != 0);
+  }
+  std::ifstream mappings("/proc/self/maps");
+  for (std::string line; std::getline(mappings, line);)
+    maps = maps || line.find(inside) != std::string::npos;
+  return {{"direct", direct}, {"engine", ring ? "io_uring" : "synchronous"}, {"maps", maps}};
+}
+
+SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level) {
+  thread_local std::vector<std::uint32_t> words;
+  const std::size_t count = slot.size() / sizeof(std::uint32_t);
+  words.resize(count);
+  std::memcpy(words.data(), slot.data(), count * sizeof(std::uint32_t));
+  const std::uint32_t turned = count == 0 ? 0 : words[0] & 1;
+  std::uint32_t difference = 0;
+  for (std::uint32_t& word : words) {
+    difference |= word ^ turned;
+    word &= ~std::uint32_t{1};
+  }
+  return {XXH3_64bits_withSeed(words.data(), count * sizeof(std::uint32_t),
+                               edge * 64 + static_cast<std::uint64_t>(level)),
+          (difference & 1) != 0};
+}
+
+std::string sweep_digest(Store& store, int first, int last, int threads) {
+  struct alignas(64) Sum {
+    std::uint64_t value = 0;
+    bool torn = false;
+  };
+  std::vector<Sum> sums(static_cast<std::size_t>(threads));
+  SweepPass pass;
+  pass.name = "read";
+  pass.accesses = {{store.attribute(kAttribute), first, last, Access::kRead, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    Sum& sum = sums[static_cast<std::size_t>(worker)];
+    for (int level = first; level <= last; ++level) {
+      const SlotHash hash = slot_hash(view.slot(0, level, edge).bytes, edge, level);
+      sum.value += hash.value;
+      sum.torn = sum.torn || hash.torn;
+    }
+  };
+  sweep(store, pass, {.threads = threads});
+  Sum all;
+  for (const Sum& sum : sums) {
+    all.value += sum.value;
+    all.torn = all.torn || sum.torn;
+  }
+  return all.torn ? "torn" : fmt::format("{:016x}", all.value);
+}
+
+nlohmann::ordered_json latencies_to_json(std::vector<double> seconds) {
+  if (seconds.empty()) return nullptr;
+  std::ranges::sort(seconds);
+  // The smallest one that so many of the requests did not exceed.
+  const auto at = [&](double fraction) {
+    const auto rank =
+        static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(seconds.size())));
+    return seconds[std::clamp<std::size_t>(rank, 1, seconds.size()) - 1];
+  };
+  return {{"count", seconds.size()}, {"p50", at(0.5)},    {"p90", at(0.9)},
+          {"p99", at(0.99)},         {"p999", at(0.999)}, {"max", seconds.back()}};
+}
+
+nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
+                               double sync_seconds) {
+  const PagingStatistics paging = store.statistics();
+  const double wait = 1e-9 * static_cast<double>(paging.read_wait_ns + paging.write_wait_ns);
+  const double compute = seconds - sync_seconds - wait / run.cell.threads;
+  nlohmann::ordered_json split = {
+      {"compute", nullptr}, {"wait", wait}, {"codec", nullptr}, {"sync", sync_seconds}};
+  if (compute >= 0) split["compute"] = compute;
+  if (store.backend_traits().compressed)
+    split["codec"] = 1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns);
+  const instrument::ProcessTraffic traffic = instrument::process_traffic();
+  const instrument::DiskCounters device =
+      run.disk ? instrument::disk_counters(*run.disk) - run.disk_before
+               : instrument::DiskCounters{};
+  nlohmann::ordered_json object = {{"seconds", seconds},
+                                   {"moved_read", paging.bytes_read},
+                                   {"moved_written", paging.bytes_written},
+                                   {"blocks_read", paging.blocks_read},
+                                   {"split", split},
+                                   {"stored", store.stored_bytes()},
+                                   {"mode", effective_mode(store.path())},
+                                   {"process_read", nullptr},
+                                   {"process_written", nullptr},
+                                   {"device_read", nullptr},
+                                   {"device_written", nullptr}};
+  if (traffic.known) {
+    object["process_read"] = traffic.bytes_read;
+    object["process_written"] = traffic.bytes_written;
+  }
+  if (device.known) {
+    object["device_read"] = device.bytes_read;
+    object["device_written"] = device.bytes_written;
+  }
+  return object;
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,257 @@
+#include "backends/patch_workloads.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <random>
+#include <thread>
+
+#include "backends/measured_store.h"
+#include "plait/reader.h"
+
+namespace plait::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Position = Vector3<float>;
+
+constexpr std::size_t kRequests = 400;
+constexpr double kOpenLoopSeconds = 3;
+
+/// Faces in the order of requests; only the seed and the counts decide.
+std::vector<FaceId> draw(bool zipf, std::uint64_t faces, std::size_t count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<double> sums;
+  if (zipf)
+    for (std::uint64_t rank = 1; rank <= faces; ++rank)
+      sums.push_back((sums.empty() ? 0 : sums.back()) + 1 / static_cast<double>(rank));
+  std::vector<FaceId> drawn;
+  while (drawn.size() < count) {
+    std::uint64_t face = random();
+    if (zipf) {
+      const double at = static_cast<double>(face >> 11) * 0x1p-53 * sums.back();
+      // Popular faces are scattered over the store.
+      face = static_cast<std::uint64_t>(std::ranges::lower_bound(sums, at) - sums.begin()) *
+             2654435761u;
+    }
+    drawn.push_back(static_cast<FaceId>(face % faces));
+  }
+  return drawn;
+}
+
+/// Reads one patch and adds its hash, without the lowest bits, to `sum`.
+std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds,
+                            Clock::time_point since) {
+  thread_local std::vector<Position> records;
+  const PatchView patch = reader.read_patch(face, level);
+  records.resize(patch_vertex_count(patch.size()));
+  patch.attribute<Position>(kAttribute).copy_to(records);
+  seconds = std::chrono::duration<double>(Clock::now() - since).count();
+  auto* const words = reinterpret_cast<std::uint32_t*>(records.data());
+  for (std::size_t at = 0; at < 3 * records.size(); ++at) words[at] &= ~1u;
+  return XXH3_64bits_withSeed(words, records.size() * sizeof(Position), face);
+}
+
+struct Requests {
+  std::vector<double> latencies;
+  std::uint64_t sum = 0;
+  double seconds = 0;
+};
+
+Requests read_patches(const Reader& reader, const std::vector<FaceId>& faces, const Cell& cell) {
+  const auto threads = static_cast<std::size_t>(cell.threads);
+  std::vector<std::vector<double>> latencies(threads);
+  std::vector<std::exception_ptr> failures(threads);
+  std::atomic<std::uint64_t> sum = 0;
+  const Clock::time_point start = Clock::now();
+  {
+    std::vector<std::jthread> workers;
+    for (std::size_t worker = 0; worker < threads; ++worker)
+      workers.emplace_back([&, worker] {
+        try {
+          for (std::size_t at = worker; at < faces.size(); at += threads) {
+            Clock::time_point since = Clock::now();
+            if (cell.rate > 0) {
+              since =
+                  start + std::chrono::duration_cast<Clock::duration>(
+                              std::chrono::duration<double>(static_cast<double>(at) / cell.rate));
+              std::this_thread::sleep_until(since);
+            }
+            double seconds = 0;
+            sum += read_and_hash(reader, faces[at], cell.levels, seconds, since);
+            latencies[worker].push_back(seconds);
+          }
+        } catch (...) {
+          failures[worker] = std::current_exception();
+        }
+      });
+  }
+  Requests done;
+  done.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+  for (const std::vector<double>& of_worker : latencies)
+    done.latencies.insert(done.latencies.end(), of_worker.begin(), of_worker.end());
+  done.sum = sum;
+  return done;
+}
+
+nlohmann::ordered_json result_of(const Store& store, const WorkloadRun& run, double seconds) {
+  nlohmann::ordered_json result = counted(store, run, seconds);
+  // What a request needs beyond its patch depends on the blocks, so the pager's bytes count.
+  result["needed_read"] = result["moved_read"];
+  result["needed_written"] = 0;
+  return result;
+}
+
+nlohmann::ordered_json read_drawn(const WorkloadRun& run, bool zipf) {
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}});
+  const std::size_t count =
+      run.cell.rate > 0
+          ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
+          : kRequests;
+  const Requests done =
+      read_patches(reader, draw(zipf, store.base().face_count(), count, run.seed), run.cell);
+  nlohmann::ordered_json result = result_of(store, run, done.seconds);
+  result["latencies"] = latencies_to_json(done.latencies);
+  if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
+  result["digest"] = {
+      {"of", fmt::format("{} {} patches of {}, seed {}", count, zipf ? "Zipf" : "uniform",
+                         surface_name(run.cell), run.seed)},
+      {"value", fmt::format("{:016x}", done.sum)}};
+  return result;
+}
+
+}  // namespace
+
+nlohmann::ordered_json patch_random(const WorkloadRun& run) { return read_drawn(run, false); }
+nlohmann::ordered_json patch_zipf(const WorkloadRun& run) { return read_drawn(run, true); }
+
+nlohmann::ordered_json box(const WorkloadRun& run) {
+  constexpr int kBoxes = 10;
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}});
+  Vector3<double> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (const auto& position : store.base().positions()) {
+    low = {std::min<double>(low.x, position.x), std::min<double>(low.y, position.y),
+           std::min<double>(low.z, position.z)};
+    high = {std::max<double>(high.x, position.x), std::max<double>(high.y, position.y),
+            std::max<double>(high.z, position.z)};
+  }
+  const Vector3<double> half{(high.x - low.x) / 40, (high.y - low.y) / 40, (high.z - low.z) / 40};
+  const std::vector<FaceId> centres =
+      draw(false, store.base().positions().size(), kBoxes, run.seed);
+  std::vector<double> latencies;
+  std::uint64_t sum = 0;
+  const Stopwatch clock;
+  for (const FaceId vertex : centres) {
+    const Clock::time_point since = Clock::now();
+    const auto& c = store.base().positions()[vertex];
+    double seconds = 0;
+    for (const FaceId face : reader.faces_in_box({{c.x - half.x, c.y - half.y, c.z - half.z},
+                                                  {c.x + half.x, c.y + half.y, c.z + half.z}}))
+      sum += read_and_hash(reader, face, run.cell.levels, seconds, since);
+    latencies.push_back(std::chrono::duration<double>(Clock::now() - since).count());
+  }
+  nlohmann::ordered_json result = result_of(store, run, clock.seconds());
+  result["latencies"] = latencies_to_json(latencies);
+  result["digest"] = {
+      {"of", fmt::format("{} boxes of {}, seed {}", kBoxes, surface_name(run.cell), run.seed)},
+      {"value", fmt::format("{:016x}", sum)}};
+  return result;
+}
+
+nlohmann::ordered_json open_store(const WorkloadRun& run) {
+  const Clock::time_point since = Clock::now();
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}});
+  double seconds = 0;
+  const FaceId face = draw(false, store.base().face_count(), 1, run.seed)[0];
+  const std::uint64_t sum = read_and_hash(reader, face, run.cell.levels, seconds, since);
+  nlohmann::ordered_json result = result_of(store, run, seconds);
+  result["digest"] = {{"of", fmt::format("face {} of {}", face, surface_name(run.cell))},
+                      {"value", fmt::format("{:016x}", sum)}};
+  return result;
+}
+
+nlohmann::ordered_json scan_export(const WorkloadRun& run) {
+  const Stopwatch clock;
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}, .policy = EvictionPolicy::kLayoutOrder});
+  std::uint64_t sum = 0, needed = 0;
+  for (int level = 1; level <= run.cell.levels; ++level)
+    reader.for_each_block<Position>(
+        kAttribute, level, 0, reader.vertex_count(level),
+        [&](std::uint64_t first, std::span<const Position> records) {
+          needed += records.size_bytes();
+          const auto* const words = reinterpret_cast<const std::uint32_t*>(records.data());
+          // Neither the blocks' sizes nor the lowest bits change the sum.
+          for (std::size_t at = 0; at < 3 * records.size(); ++at)
+            sum += (words[at] | 1) * (2 * (3 * first + at) + static_cast<std::uint64_t>(level));
+        });
+  nlohmann::ordered_json result = result_of(store, run, clock.seconds());
+  result["needed_read"] = needed;
+  result["digest"] = {{"of", "export of " + surface_name(run.cell)},
+                      {"value", fmt::format("{:016x}", sum)}};
+  return result;
+}
+
+nlohmann::ordered_json mixed(const WorkloadRun& run) {
+  OpenOptions options;
+  options.writable = true;
+  options.budget_bytes = run.cell.budget_bytes / 2;
+  WorkloadRun half = run;
+  half.cell.budget_bytes = options.budget_bytes;
+  const Store read = open_for_reading(half);
+  const Reader reader(read, {.attributes = {kAttribute}});
+  const std::vector<FaceId> faces = draw(false, read.base().face_count(), 4096, run.seed);
+  std::vector<double> latencies;
+  std::exception_ptr failure;
+  std::atomic<bool> written = false;
+  const Stopwatch clock;
+  nlohmann::ordered_json result;
+  {
+    Store store = Store::open(run.store, options, *run.backends);
+    const std::jthread other([&] {
+      try {
+        double seconds = 0;
+        for (std::size_t at = 0; !written; at = (at + 1) % faces.size()) {
+          read_and_hash(reader, faces[at], run.cell.levels, seconds, Clock::now());
+          latencies.push_back(seconds);
+        }
+      } catch (...) {
+        failure = std::current_exception();
+      }
+    });
+    struct End {
+      std::atomic<bool>& flag;
+      ~End() { flag = true; }
+    } const end{written};
+    SweepPass pass;
+    pass.name = "update";
+    pass.accesses = {
+        {store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
+    pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+      for (int level = 1; level <= run.cell.levels; ++level)
+        for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
+    };
+    sweep(store, pass, {.threads = run.cell.threads});
+    const double swept = clock.seconds();
+    store.commit();
+    const double seconds = clock.seconds();
+    result = counted(store, run, seconds, seconds - swept);
+  }
+  if (failure) std::rethrow_exception(failure);
+  result["needed_read"] = run.cell.raw_bytes();
+  result["needed_written"] = run.cell.raw_bytes();
+  result["latencies"] = latencies_to_json(latencies);
+  result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
+                      {"value", surface_digest(run.store, run)}};
+  return result;
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,269 @@
+#include "backends/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <map>
+#include <set>
+
+#include "backends/measured_store.h"
+#include "backends/workloads.h"
+#include "base/byte_text.h"
+#include "io/machine.h"
+#include "plait/attribute.h"
+#include "plait/error.h"
+#include "plait/extend/backend_registry.h"
+
+namespace plait::bench {
+namespace {
+
+constexpr const char* kAuto = "auto";
+
+struct Subject {
+  std::string backend, pipeline;
+  bool is_fixed = false;  ///< its levels cannot be changed: blocks are encoded from others
+};
+
+std::vector<Subject> subjects(const PlanRequest& request, const BackendRegistry& backends,
+                              Plan& plan) {
+  std::vector<std::string> names;
+  for (const std::string& name : request.backends)
+    if (name != "all")
+      names.push_back(name);
+    else
+      for (const std::string& known : backends.names()) {
+        const RegisteredBackend& entry = backends.find(known);
+        if (!entry.traits.durable) {
+          plan.left_out.push_back(fmt::format("{}: keeps no files", known));
+          continue;
+        }
+        try {
+          entry.check_machine();
+          names.push_back(known);
+        } catch (const Error& error) {
+          plan.left_out.push_back(fmt::format("{}: {}", known, error.what()));
+        }
+      }
+  const AttributeSchema schema{"position", ComponentType::kFloat32, 3};
+  std::vector<Subject> subjects;
+  for (const std::string& name : names) {
+    if (name == kAuto) {
+      subjects.push_back({name, "none"});
+      continue;
+    }
+    const RegisteredBackend& entry = backends.find(name);
+    if (!entry.traits.durable)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("plan: backend {} keeps no files to measure", name));
+    entry.check_machine();
+    if (!entry.traits.compressed) {
+      subjects.push_back({name, "none"});
+      continue;
+    }
+    for (const std::string& name_of_pipeline : request.codecs) {
+      const Pipeline pipeline = pipeline_from_name(name_of_pipeline);
+      entry.check_pipelines(pipeline, schema);
+      subjects.push_back({name, name_of_pipeline, entry.needs_other_blocks(pipeline, schema)});
+    }
+  }
+  return subjects;
+}
+
+std::vector<std::string> names_of_workloads(const PlanRequest& request) {
+  std::vector<std::string> names;
+  for (const std::string& name : request.workloads)
+    if (name == "all")
+      for (const Workload& workload : workloads()) names.emplace_back(workload.name);
+    else
+      names.emplace_back(workload_from_name(name).name);
+  return names;
+}
+
+constexpr double kGuessedRate = 300e6;
+/// To start a process, to open its store, and to look at caches and counters.
+constexpr double kGuessedSecondsOfRun = 0.3;
+
+/// The minutes are a guess: every cell and its floor move the store's bytes once, and so does
+/// making a store twice.
+void add_costs(const PlanRequest& request, Plan& plan) {
+  std::map<std::string, std::set<std::string>> stores;
+  std::map<std::string, std::uint64_t> bytes, largest;
+  double moved = 0;
+  for (const Cell& cell : plan.cells) {
+    const std::string& directory = cell.directory.native();
+    moved += 2 * static_cast<double>(cell.raw_bytes()) * request.rounds;
+    largest[directory] = std::max(largest[directory], cell.raw_bytes());
+    if (!stores[directory].insert(store_name(cell)).second) continue;
+    bytes[directory] += cell.raw_bytes();
+    moved += 3 * static_cast<double>(cell.raw_bytes());
+  }
+  for (PlannedDisk& disk : plan.disks) {
+    const std::string& directory = disk.facts.directory.native();
+    // Beside the stores: a new store or generation, a floor's file, and one that a floor writes.
+    disk.needed_bytes = bytes[directory] + 3 * largest[directory];
+  }
+  plan.minutes = (moved / kGuessedRate +
+                  static_cast<double>(plan.cells.size()) * request.rounds * kGuessedSecondsOfRun) /
+                 60;
+}
+
+/// Disks with the names that the user gave them, or that the system has for them. Two directories
+/// on one disk have the directory in their names, because the name is part of a cell's key.
+std::vector<PlannedDisk> disks_of(const PlanRequest& request) {
+  std::vector<PlannedDisk> disks;
+  for (const DiskPlace& place : request.disks) {
+    disks.push_back({instrument::disk_facts(place.directory), place.name, 0});
+    if (place.name.empty()) disks.back().name = disks.back().facts.name();
+  }
+  std::map<std::string, int> times;
+  for (const PlannedDisk& disk : disks) ++times[disk.name];
+  for (PlannedDisk& disk : disks)
+    if (times[disk.name] > 1)
+      disk.name = fmt::format("{} at {}", disk.name, disk.facts.directory.native());
+  return disks;
+}
+
+/// The base meshes that a memory limit asks for: their vertices and those of all levels.
+struct Size {
+  std::uint64_t base_vertices, vertices;
+};
+std::vector<Size> sizes_of(const PlanRequest& request, std::uint64_t memory) {
+  if (request.mesh) return {{request.mesh->base_vertices, request.mesh->vertices}};
+  const int shift = 2 * request.levels;
+  std::vector<std::uint64_t> bases;
+  if (request.vertices > 0)
+    bases = {request.vertices};
+  else
+    for (const double size : request.sizes)
+      bases.push_back(static_cast<std::uint64_t>(size * static_cast<double>(memory) / 12) >> shift);
+  std::vector<Size> sizes;
+  for (const std::uint64_t base : bases) {
+    const std::uint64_t least = std::max<std::uint64_t>(base, 64);
+    sizes.push_back({least, least << shift});
+  }
+  return sizes;
+}
+
+/// Adds cells, each once, and says what `auto` is.
+class Cells {
+ public:
+  Cells(const BackendRegistry& backends, Plan& plan) : backends_(backends), plan_(plan) {}
+
+  void add(Cell cell) {
+    if (cell.backend == kAuto) {
+      // The limit around the process is the memory that its page cache has.
+      const BackendChoice choice =
+          backends_.choose({cell.directory / "store.plait", cell.raw_bytes(), false,
+                            std::min(cell.memory_bytes, available_memory_bytes())});
+      const std::string line =
+          fmt::format("auto on {}: {}: {}", cell.disk, choice.name, choice.reason);
+      if (std::ranges::find(plan_.chosen, line) == plan_.chosen.end()) plan_.chosen.push_back(line);
+      cell.backend = choice.name;
+      cell.is_auto = true;
+    }
+    const auto [same, is_new] = keys_.try_emplace(key_of(cell), plan_.cells.size());
+    if (is_new)
+      plan_.cells.push_back(std::move(cell));
+    else if (cell.is_auto)
+      plan_.cells[same->second].is_auto = true;
+  }
+
+ private:
+  const BackendRegistry& backends_;
+  Plan& plan_;
+  std::map<std::string, std::size_t> keys_;
+};
+
+std::uint64_t budget_of(std::uint64_t memory_bytes) { return memory_bytes / 4; }
+
+/// A fused build keeps several blocks of each level open, so the budget has room for 16.
+std::vector<std::uint64_t> blocks_of(const PlanRequest& request, std::uint64_t memory_bytes) {
+  if (!request.blocks.empty()) return request.blocks;
+  constexpr std::uint64_t kLeast = 4 << 10, kMost = 1 << 20;
+  return {std::clamp(std::bit_floor(budget_of(memory_bytes) / 16), kLeast, kMost)};
+}
+
+}  // namespace
+
+Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
+  Plan plan;
+  const std::vector<Subject> all = subjects(request, backends, plan);
+  const std::vector<std::string> names = names_of_workloads(request);
+  plan.disks = disks_of(request);
+  Cells cells(backends, plan);
+  for (const PlannedDisk& disk : plan.disks)
+    for (const std::uint64_t memory : request.memory)
+      for (const Size& size : sizes_of(request, memory))
+        for (const std::uint64_t block : blocks_of(request, memory))
+          for (const int threads : request.threads)
+            for (const Subject& subject : all)
+              for (const std::string& workload : names) {
+                if (subject.is_fixed && workload_from_name(workload).changes_store) {
+                  const std::string line = fmt::format(
+                      "{} with {}: {} encodes blocks from others, so its records cannot "
+                      "be changed in place",
+                      workload, subject.pipeline, subject.pipeline);
+                  if (std::ranges::find(plan.left_out, line) == plan.left_out.end())
+                    plan.left_out.push_back(line);
+                  continue;
+                }
+                Cell cell{.backend = subject.backend,
+                          .pipeline = subject.pipeline,
+                          .disk = disk.name,
+                          .directory = disk.facts.directory,
+                          .workload = workload,
+                          .base_vertices = size.base_vertices,
+                          .vertices = size.vertices,
+                          .levels = request.levels,
+                          .memory_bytes = memory,
+                          .budget_bytes = budget_of(memory),
+                          .block_bytes = block,
+                          .threads = threads};
+                if (request.mesh) {
+                  cell.mesh = request.mesh->name;
+                  cell.mesh_file = request.mesh->file;
+                }
+                cell.durable = true;
+                if (workload == "patch-random" || workload == "patch-zipf")
+                  cell.rate = request.rate;
+                cells.add(std::move(cell));
+              }
+  add_costs(request, plan);
+  return plan;
+}
+
+std::vector<std::string> refusals(const Plan& plan, std::uint64_t limit_bytes) {
+  std::vector<std::string> lines;
+  for (const PlannedDisk& disk : plan.disks) {
+    std::uint64_t usable = instrument::usable_bytes(disk.facts);
+    if (disk.needed_bytes > usable)
+      lines.push_back(fmt::format(
+          "measure {}: needs {}, and {} may be used so that a tenth of the disk stays free",
+          disk.facts.directory.native(), format_bytes(disk.needed_bytes), format_bytes(usable)));
+    else if (limit_bytes != 0 && disk.needed_bytes > limit_bytes)
+      lines.push_back(fmt::format("measure {}: needs {}, and --limit is {}",
+                                  disk.facts.directory.native(), format_bytes(disk.needed_bytes),
+                                  format_bytes(limit_bytes)));
+  }
+  return lines;
+}
+
+std::string to_text(const Plan& plan) {
+  std::string text = fmt::format("{} cells:\n", plan.cells.size());
+  for (const Cell& cell : plan.cells)
+    text +=
+        fmt::format("  {}, {}, {}, {}, {}{} in blocks of {}, memory {}, {} threads\n", cell.disk,
+                    cell.backend, cell.pipeline, cell.workload,
+                    cell.mesh.empty() ? "" : cell.mesh + ", ", format_bytes(cell.raw_bytes()),
+                    format_bytes(cell.block_bytes), format_bytes(cell.memory_bytes), cell.threads);
+  for (const PlannedDisk& disk : plan.disks)
+    text += fmt::format("{}: {}, needs {} of {} free\n", disk.facts.directory.native(), disk.name,
+                        format_bytes(disk.needed_bytes), format_bytes(disk.facts.free_bytes));
+  for (const std::string& line : plan.chosen) text += line + "\n";
+  for (const std::string& line : plan.left_out) text += fmt::format("left out: {}\n", line);
+  return text + fmt::format("about {:.0f} minutes, if every disk moves {:.0f} MB/s\n", plan.minutes,
+                            1e-6 * kGuessedRate);
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,52 @@
+// bench/instrument/disk.h: which disk is under a directory, and what it counts.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace plait::instrument {
+
+/// What the system says of the disk under a directory. A text that is not known is empty.
+struct DiskFacts {
+  std::filesystem::path directory;
+  std::string file_system;  ///< "ext4"
+  std::string mount_point, mount_options, source;
+  std::string device;     ///< the kernel's name of the block device: "vda"; empty without one
+  std::string scheduler;  ///< "none", "mq-deadline"
+  std::string model;
+  std::uint64_t read_ahead_bytes = 0;
+  bool rotational = false;
+  bool in_memory = false;  ///< tmpfs or ramfs: reads never come from a disk
+  bool network = false;    ///< nfs, cifs, 9p, fuse...: caches of the other side are not seen
+  std::uint64_t bytes = 0, free_bytes = 0;
+
+  /// "ext4 on vda", "tmpfs".
+  std::string name() const;
+};
+/// Errors: kNotFound, kIo.
+DiskFacts disk_facts(const std::filesystem::path& directory);
+nlohmann::ordered_json to_json(const DiskFacts& facts);
+
+/// Counters of a block device, for all programs together (/sys/dev/block/M:N/stat).
+struct DiskCounters {
+  bool known = false;
+  std::uint64_t bytes_read = 0, bytes_written = 0, reads = 0, writes = 0;
+  double busy_seconds = 0;
+};
+DiskCounters disk_counters(const DiskFacts& facts);
+DiskCounters operator-(const DiskCounters& after, const DiskCounters& before);
+
+/// Bytes that this process and its children that have ended made a disk read and write
+/// (/proc/self/io): a second opinion, and what remains where there is no block device.
+struct ProcessTraffic {
+  bool known = false;
+  std::uint64_t bytes_read = 0, bytes_written = 0;
+};
+ProcessTraffic process_traffic();
+
+/// How many bytes a measurement may use in `directory`: what is free less a tenth of the disk.
+std::uint64_t usable_bytes(const DiskFacts& facts);
+
+}  // namespace plait::instrument

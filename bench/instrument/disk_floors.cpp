@@ -1,0 +1,257 @@
+#include "instrument/disk_floors.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <exception>
+#include <memory>
+#include <new>
+#include <random>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "base/stopwatch.h"
+#include "instrument/page_cache.h"
+#include "instrument/process.h"
+#include "plait/error.h"
+#include "plait/extend/file.h"
+
+namespace plait::instrument {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct FreeAligned {
+  void operator()(std::byte* memory) const { ::operator delete(memory, std::align_val_t(4096)); }
+};
+using AlignedBytes = std::unique_ptr<std::byte, FreeAligned>;
+
+/// Bytes that no file system or disk compresses away.
+AlignedBytes filled(std::uint64_t bytes, std::uint64_t seed) {
+  AlignedBytes memory(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(4096))));
+  std::mt19937_64 random(seed);
+  for (std::uint64_t at = 0; at < bytes; ++at)
+    memory.get()[at] = static_cast<std::byte>(random() >> 56);
+  return memory;
+}
+
+std::uint64_t file_bytes(const FloorRequest& request) {
+  const std::uint64_t bytes = request.file_bytes == 0 ? request.bytes : request.file_bytes;
+  return std::max<std::uint64_t>(bytes, 1) / request.block_bytes * request.block_bytes +
+         (bytes % request.block_bytes != 0 ? request.block_bytes : 0);
+}
+std::uint64_t moved_blocks(const FloorRequest& request) {
+  return std::max<std::uint64_t>((request.bytes + request.block_bytes - 1) / request.block_bytes,
+                                 1);
+}
+
+fs::path read_file(const FloorRequest& request) { return request.directory / "plait-bench.floor"; }
+fs::path written_file(const FloorRequest& request) {
+  return request.directory / "plait-bench.floor.new";
+}
+
+void check(const FloorRequest& request) {
+  if (request.block_bytes == 0 || request.block_bytes % 4096 != 0 || request.threads < 1)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("measure a floor: expected blocks of whole pages of 4096 bytes and at "
+                            "least one thread, found {} bytes and {} threads",
+                            request.block_bytes, request.threads));
+}
+
+/// Calls work(thread) in each thread and rethrows an error of one of them.
+template <class Work>
+void in_threads(int count, Work work) {
+  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(count));
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t thread = 0; thread < failures.size(); ++thread)
+      threads.emplace_back([&, thread] {
+        try {
+          work(thread);
+        } catch (...) {
+          failures[thread] = std::current_exception();
+        }
+      });
+  }
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+/// Moves the blocks of one thread: every `threads`-th one, so that all threads stay close together.
+void move_share(const FloorRequest& request, File& file, std::size_t thread,
+                std::span<std::byte> memory) {
+  const std::uint64_t blocks = moved_blocks(request);
+  const std::uint64_t in_file = file_bytes(request) / request.block_bytes;
+  std::mt19937_64 random(request.seed * 1000 + thread);
+  for (std::uint64_t block = thread; block < blocks;
+       block += static_cast<std::uint64_t>(request.threads)) {
+    const std::uint64_t at =
+        request.kind == FloorKind::kRandomRead ? random() % in_file : block % in_file;
+    if (request.kind != FloorKind::kWrite) file.read_at(at * request.block_bytes, memory);
+    if (request.kind == FloorKind::kWrite || request.kind == FloorKind::kUpdate)
+      file.write_at(at * request.block_bytes, memory);
+  }
+}
+
+bool writes(FloorKind kind) { return kind == FloorKind::kWrite || kind == FloorKind::kUpdate; }
+
+FloorResult figures_of(const FloorRequest& request) {
+  const std::uint64_t bytes = moved_blocks(request) * request.block_bytes;
+  FloorResult result;
+  result.bytes_read = request.kind == FloorKind::kWrite ? 0 : bytes;
+  result.bytes_written = writes(request.kind) ? bytes : 0;
+  return result;
+}
+
+}  // namespace
+
+std::string_view to_string(FloorKind kind) noexcept {
+  switch (kind) {
+    case FloorKind::kWrite:
+      return "write";
+    case FloorKind::kRead:
+      return "read";
+    case FloorKind::kRandomRead:
+      return "random-read";
+    case FloorKind::kUpdate:
+      return "update";
+  }
+  return "";
+}
+
+FloorKind floor_kind_from_name(std::string_view name) {
+  for (const FloorKind kind :
+       {FloorKind::kWrite, FloorKind::kRead, FloorKind::kRandomRead, FloorKind::kUpdate})
+    if (to_string(kind) == name) return kind;
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("find a floor: expected write, read, random-read or update, found \"{}\"", name));
+}
+
+nlohmann::ordered_json to_json(const FloorResult& result) {
+  return {{"seconds", result.seconds},
+          {"bytes_read", result.bytes_read},
+          {"bytes_written", result.bytes_written},
+          {"method", result.method},
+          {"cold", result.cold}};
+}
+
+void prepare_floor_file(const FloorRequest& request) {
+  check(request);
+  fs::remove(read_file(request));
+  File file(read_file(request), OpenMode::kCreate);
+  const std::uint64_t bytes = file_bytes(request);
+  if (bytes > 0) file.preallocate(bytes);
+  const AlignedBytes memory = filled(request.block_bytes, 7);
+  for (std::uint64_t at = 0; at < bytes; at += request.block_bytes)
+    file.write_at(at, {memory.get(), request.block_bytes});
+  file.sync();
+  file.close();
+}
+
+void remove_floor_files(const fs::path& directory) noexcept {
+  std::error_code ignored;
+  fs::remove(directory / "plait-bench.floor", ignored);
+  fs::remove(directory / "plait-bench.floor.new", ignored);
+}
+
+FloorResult own_floor(const FloorRequest& request) {
+  check(request);
+  const bool fresh = request.kind == FloorKind::kWrite;
+  const fs::path path = fresh ? written_file(request) : read_file(request);
+  FloorResult result = figures_of(request);
+  if (fresh)
+    fs::remove(path);
+  else if (!fs::exists(path) || fs::file_size(path) < file_bytes(request))
+    prepare_floor_file(request);
+  if (!fresh) result.cold = is_cold(make_cold({path})) || request.direct;
+  std::vector<AlignedBytes> memory;
+  memory.reserve(static_cast<std::size_t>(request.threads));
+  for (int thread = 0; thread < request.threads; ++thread)
+    memory.push_back(filled(request.block_bytes, static_cast<std::uint64_t>(thread)));
+  const Stopwatch clock;
+  {
+    File file(path,
+              fresh                  ? OpenMode::kCreate
+              : writes(request.kind) ? OpenMode::kReadWrite
+                                     : OpenMode::kRead,
+              request.direct ? Caching::kNone : Caching::kPageCache);
+    if (fresh && request.direct) file.preallocate(moved_blocks(request) * request.block_bytes);
+    in_threads(request.threads, [&](std::size_t thread) {
+      move_share(request, file, thread, {memory[thread].get(), request.block_bytes});
+    });
+    if (writes(request.kind) && request.durable) file.sync();
+    file.close();
+  }
+  result.seconds = clock.seconds();
+  result.method =
+      fmt::format("{}{}{}{}{}", request.direct ? "O_DIRECT " : "",
+                  request.kind == FloorKind::kWrite    ? "pwrite"
+                  : request.kind == FloorKind::kUpdate ? "pread + pwrite"
+                                                       : "pread",
+                  writes(request.kind) && request.durable ? " + fdatasync" : "",
+                  request.threads > 1 ? fmt::format(", {} threads", request.threads) : "",
+                  result.cold ? "" : ", WARM");
+  if (fresh) fs::remove(path);
+  return result;
+}
+
+bool have_fio() {
+  static const bool have = !output_of("fio --version 2>/dev/null").empty();
+  return have;
+}
+
+std::optional<FloorResult> fio_floor(const FloorRequest& request) {
+  check(request);
+  // fio cannot read a block and write the same one back, so an update has no partner.
+  if (!have_fio() || request.kind == FloorKind::kUpdate) return {};
+  const bool fresh = request.kind == FloorKind::kWrite;
+  const fs::path path = fresh ? written_file(request) : read_file(request);
+  // The name of the file is in a shell command, and ':' separates files in fio.
+  if (path.native().find_first_of("'\\:") != std::string::npos) return {};
+  if (fresh)
+    fs::remove(path);
+  else if (!fs::exists(path) || fs::file_size(path) < file_bytes(request))
+    prepare_floor_file(request);
+  FloorResult result = figures_of(request);
+  if (!fresh) result.cold = is_cold(make_cold({path})) || request.direct;
+  const auto threads = static_cast<std::uint64_t>(request.threads);
+  const std::uint64_t share =
+      std::max<std::uint64_t>(moved_blocks(request) / threads, 1) * request.block_bytes;
+  // As own_floor(): each thread has every threads-th block and one in flight, without advice to the
+  // kernel, and space is reserved where own_floor() does so.
+  const std::uint64_t skip = (threads - 1) * request.block_bytes;
+  const std::string pattern =
+      request.kind == FloorKind::kRandomRead
+          ? fmt::format("--rw=randread --norandommap --randrepeat=1 --size={} --readonly",
+                        file_bytes(request))
+          : fmt::format("--rw={}{} --offset_increment={} --size={}", fresh ? "write" : "read",
+                        skip > 0 ? fmt::format(":{}", skip) : "", request.block_bytes,
+                        share * threads - skip);
+  const std::string command = fmt::format(
+      "fio --name=floor '--filename={}' {} --bs={} --ioengine=psync --direct={} --thread "
+      "--numjobs={} --group_reporting --io_size={} --fadvise_hint=0 --fallocate={} {} "
+      "--output-format=json 2>/dev/null",
+      path.native(), pattern, request.block_bytes, request.direct ? 1 : 0, threads, share,
+      fresh && request.direct ? "native" : "none", fresh && request.durable ? "--end_fsync=1" : "");
+  const std::string text = output_of(command);
+  if (fresh) fs::remove(path);
+  const std::size_t start = text.find('{');
+  if (start == std::string::npos) return {};
+  const nlohmann::json report = nlohmann::json::parse(text.substr(start), nullptr, false);
+  if (!report.is_object() || !report.contains("jobs") || report["jobs"].empty()) return {};
+  const nlohmann::json& job = report["jobs"][0];
+  result.bytes_read = job["read"]["io_bytes"].get<std::uint64_t>();
+  result.bytes_written = job["write"]["io_bytes"].get<std::uint64_t>();
+  // job_runtime adds up the threads, and counts the fsync at the end.
+  result.seconds = job["job_runtime"].get<double>() / 1000 / static_cast<double>(threads);
+  if (result.seconds <= 0 || result.bytes_read + result.bytes_written == 0) return {};
+  result.method = fmt::format("fio psync{}", request.direct ? " O_DIRECT" : "");
+  return result;
+}
+
+}  // namespace plait::instrument

@@ -1,0 +1,56 @@
+#include "instrument/environment.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "instrument/built_from_commit.h"
+#include "instrument/processor.h"
+#include "plait/version.h"
+
+namespace plait::instrument {
+namespace {
+
+std::uint64_t memory_of_machine() {
+  std::ifstream file("/proc/meminfo");
+  std::string word;
+  std::uint64_t kibibytes = 0;
+  file >> word >> kibibytes;
+  return kibibytes * 1024;
+}
+
+}  // namespace
+
+nlohmann::ordered_json environment(const DiskFacts& disk) {
+  utsname names{};
+  ::uname(&names);
+  const std::string commit(built_from_commit());
+  return {
+      {"plait", PLAIT_VERSION},
+      {"commit", commit.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(commit)},
+      {"kernel", fmt::format("{} {}", names.sysname, names.release)},
+      {"processor", processor_name()},
+      {"processors", std::thread::hardware_concurrency()},
+      {"memory", memory_of_machine()},
+      {"disk", to_json(disk)}};
+}
+
+std::string machine_text(const nlohmann::ordered_json& environment) {
+  const std::string processor = environment["processor"].get<std::string>();
+  return fmt::format("{} x {}, {}, {}", environment["processors"].get<unsigned>(),
+                     processor.empty() ? "unknown processor" : processor,
+                     environment["kernel"].get<std::string>(),
+                     environment["disk"]["name"].get<std::string>());
+}
+
+std::string date_text() {
+  return fmt::format(
+      "{:%Y-%m-%d}",
+      fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+}  // namespace plait::instrument

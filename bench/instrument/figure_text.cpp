@@ -1,0 +1,90 @@
+#include "instrument/figure_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <sstream>
+
+namespace plait::instrument {
+namespace {
+
+/// Characters of UTF-8.
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));
+}
+
+/// Three digits.
+std::string digits(double value) {
+  return fmt::format("{:.{}f}", value, value >= 99.95 ? 0 : value >= 9.995 ? 1 : 2);
+}
+
+}  // namespace
+
+std::string seconds_text(double seconds) {
+  if (seconds >= 0.9995) return digits(seconds) + " s";
+  if (seconds >= 0.9995e-3) return digits(seconds * 1e3) + " ms";
+  return digits(seconds * 1e6) + " us";
+}
+
+std::string clock_text(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(std::llround(seconds));
+  return whole < 3600 ? fmt::format("{}:{:02}", whole / 60, whole % 60)
+                      : fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+std::string rate_text(double bytes_per_second) {
+  return bytes_per_second < 0.9995e9 ? digits(bytes_per_second * 1e-6) + " MB/s"
+                                     : digits(bytes_per_second * 1e-9) + " GB/s";
+}
+
+nlohmann::ordered_json to_json(const Estimate& estimate) {
+  return {{"value", estimate.value},
+          {"low", estimate.low},
+          {"high", estimate.high},
+          {"confidence", estimate.confidence},
+          {"count", estimate.count}};
+}
+
+std::string aligned(const std::vector<std::vector<std::string>>& rows, bool left) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t at = 0; at < row.size(); ++at)
+      widths[at] = std::max(widths[at], width_of(row[at]));
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t at = 0; at < row.size(); ++at) {
+      const std::string space(widths[at] - width_of(row[at]), ' ');
+      line += (at == 0 ? "" : "  ") + (left || at == 0 ? row[at] + space : space + row[at]);
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+std::string printable(std::string text) {
+  for (char& character : text)
+    if (static_cast<unsigned char>(character) < 0x20 || character == 0x7f) character = '?';
+  return text;
+}
+
+std::string wrapped(const std::string& text, std::size_t width, const std::string& indent) {
+  std::istringstream words(text);
+  std::string lines, line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > width) {
+      lines += line + "\n";
+      line = indent + word;
+    } else {
+      line += (line.empty() ? "" : " ") + word;
+    }
+  }
+  return lines + line + "\n";
+}
+
+}  // namespace plait::instrument

@@ -1,0 +1,31 @@
+// bench/instrument/figure_text.h: figures and tables as text, the same in every report.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "instrument/statistics.h"
+
+namespace plait::instrument {
+
+/// "1.25 s", "3.20 ms", "12.0 us".
+std::string seconds_text(double seconds);
+/// "8:27", "1:55:24".
+std::string clock_text(double seconds);
+/// Bytes a second: "85.0 MB/s", "1.25 GB/s".
+std::string rate_text(double bytes_per_second);
+
+/// {value, low, high, confidence, count}.
+nlohmann::ordered_json to_json(const Estimate& estimate);
+
+/// Lines with columns as wide as their widest cell, in characters and not in bytes. The first
+/// column, and with `left` all of them, begin at the left.
+std::string aligned(const std::vector<std::vector<std::string>>& rows, bool left = true);
+/// Without what moves a terminal's cursor: names come from foreign files.
+std::string printable(std::string text);
+/// At most so many characters a line, broken between words; each line but the first begins with
+/// `indent`.
+std::string wrapped(const std::string& text, std::size_t width, const std::string& indent = "");
+
+}  // namespace plait::instrument

@@ -1,0 +1,56 @@
+// bench/instrument/process.h: runs work in a process of its own, so that memory, faults and
+// processor time are those of this work alone.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace plait::instrument {
+
+class MemoryLimit;
+
+/// What the kernel counted for a process, from its start to its end.
+struct ProcessFigures {
+  double seconds = 0;  ///< from start to end, with the start itself
+  double user_seconds = 0, system_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0;  ///< VmHWM since the work began; 0 if not known
+  std::uint64_t minor_faults = 0, major_faults = 0;
+};
+
+/// The result of the work, and the figures of its process.
+struct ProcessResult {
+  nlohmann::json result;
+  ProcessFigures figures;
+};
+
+/// Forks, runs `work` in the child (inside `limit`, if one is given) and returns its result. The
+/// child is killed when this process dies; signals end it at once. An error of the child is thrown
+/// here with its code and its message; a child that a signal ended is kOutOfMemory if the signal is
+/// SIGKILL and there was a limit, else kIo. REQUIRES: this process has no other thread, and none of
+/// TBB, because a child has only the thread that forked.
+ProcessResult run_in_own_process(const std::function<nlohmann::json()>& work,
+                                 const MemoryLimit* limit = nullptr);
+
+/// The result alone.
+nlohmann::json in_own_process(const std::function<nlohmann::json()>& work);
+
+/// VmHWM or VmRSS of /proc/self/status in bytes; 0 if the file has no such line.
+std::uint64_t memory_status(const std::string& name);
+
+/// Measures by how much the resident set grows from construction to its peak.
+class PeakMemory {
+ public:
+  /// First returns free heap pages to the system, so that pages which the work takes are counted.
+  PeakMemory();
+  std::uint64_t bytes() const;
+
+ private:
+  std::uint64_t before_;
+};
+
+/// The output of a shell command; empty if the command fails or is missing.
+std::string output_of(const std::string& command);
+
+}  // namespace plait::instrument

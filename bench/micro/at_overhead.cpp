@@ -1,0 +1,173 @@
+// What does at(level, i, j) of a store cost, compared with plain arrays, when everything is in
+// memory?
+//
+//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
+//
+// The same source, plait/extend/rule_patches.h, refines the same mesh in three kinds of storage:
+// the library's in-core mesh of plain arrays, a store in memory, and a store on disk whose blocks
+// are all in frames. All memory is allocated and touched before the measurement. Every counted run
+// begins with the base positions and computes all levels. A turn runs the three once each, and
+// ratios are computed within a turn, so that a change of the machine's speed does not affect them.
+// The program fails unless all vertices agree. Without --mesh it takes an octahedron, refined in
+// memory to 2048 faces.
+#include <fmt/format.h>
+
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "micro/command_line.h"
+#include "micro/support.h"
+#include "plait/error.h"
+#include "plait/extend/in_core_mesh.h"
+#include "plait/extend/patch.h"
+#include "plait/extend/rule_patches.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/registry.h"
+#include "plait/store.h"
+#include "plait/subdivide.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+namespace fs = std::filesystem;
+using Position = Vector3<float>;
+
+struct Settings {
+  std::string mesh, directory = ".", json;
+  int levels = 5, runs = 5;
+};
+
+/// The code that is measured.
+template <PatchMesh Mesh>
+void refine_from_base(Mesh& mesh, const BaseMesh& base, int levels) {
+  for (std::size_t vertex = 0; vertex < base.vertex_count(); ++vertex)
+    mesh.base_records()[vertex] = narrow<float>(base.positions()[vertex]);
+  for (int level = 1; level <= levels; ++level)
+    refine_patches(mesh, level, loop_scheme().rule<float>());
+}
+
+template <PatchMesh First, PatchMesh Second>
+std::uint64_t count_differences(First& first, Second& second, int level) {
+  first.activate(level, 1, 0);
+  second.activate(level, 1, 0);
+  std::uint64_t differences = 0;
+  const std::int64_t size = std::int64_t{1} << level;
+  for (FaceId face = 0; face < first.topology().faces.size(); ++face) {
+    const auto here = first.patch(face);
+    const auto there = second.patch(face);
+    for (std::int64_t j = 0; j <= size; ++j)
+      for (std::int64_t i = 0; i + j <= size; ++i)
+        differences += !(here.at(level, i, j) == there.at(level, i, j));
+  }
+  return differences;
+}
+
+/// A store that has all levels, and a budget large enough for all of them.
+Store resident_store(const BaseMesh& base, const Settings& settings, const std::string& backend,
+                     const fs::path& path) {
+  StoreOptions options;
+  options.backend = backend;
+  options.budget_bytes =
+      2 * sizeof(Position) * counts_at_level(base, settings.levels).vertices + (64 << 20);
+  options.durability = Durability::kNone;
+  Store store = Store::create(path, base, options, default_backends());
+  add_base_positions(store);
+  for (int level = 1; level <= settings.levels; ++level)
+    store.add_level(store.attribute("position"));
+  return store;
+}
+
+struct Subject {
+  std::string name;
+  std::function<void()> work;
+  std::vector<double> seconds, ratios;  ///< ratios to the first subject of the same turn
+};
+
+void print(const std::vector<Subject>& subjects, const Settings& settings, std::uint64_t vertices) {
+  fmt::print("{} vertices at level {}, {} runs, one thread\n\n", vertices, settings.levels,
+             settings.runs);
+  fmt::print(
+      "| at() over | seconds (min to max) | ns a vertex | over InCoreMesh (min to max) |\n"
+      "|---|---|---|---|\n");
+  nlohmann::ordered_json rows;
+  for (const Subject& of : subjects) {
+    const Spread time = spread(of.seconds), ratio = spread(of.ratios);
+    fmt::print("| {} | {:.3f} ({:.3f} to {:.3f}) | {:.1f} | {:.2f} ({:.2f} to {:.2f}) |\n", of.name,
+               median(of.seconds), time.smallest, time.largest,
+               1e9 * median(of.seconds) / double(vertices), median(of.ratios), ratio.smallest,
+               ratio.largest);
+    rows.push_back({{"name", of.name},
+                    {"seconds", median(of.seconds)},
+                    {"seconds_min", time.smallest},
+                    {"seconds_max", time.largest},
+                    {"ratio", median(of.ratios)}});
+  }
+  write_json(settings.json, {{"levels", settings.levels},
+                             {"vertices", vertices},
+                             {"runs", settings.runs},
+                             {"subjects", rows}});
+}
+
+int run(const Settings& settings) {
+  const BaseMesh base =
+      lay_out(settings.mesh.empty() ? octahedron(4) : read_base_mesh(settings.mesh),
+              LayoutKind::kAutomatic)
+          .mesh;
+  const fs::path path = fs::path(settings.directory) / "plait-bench-at.plait";
+  fs::remove_all(path);  // nothing is committed, so the Store's destructor removes the files
+  InCoreMesh<Position> in_core(base, settings.levels);
+  Store in_memory = resident_store(base, settings, "memory", {});
+  Store on_disk = resident_store(base, settings, "pread", path);
+  const auto patches_of = [](Store& store) {
+    return StorePatches<Position>(store, store.attribute("position"), store.options().budget_bytes);
+  };
+  auto memory_patches = patches_of(in_memory), disk_patches = patches_of(on_disk);
+  const auto refine = [&](auto& mesh) {
+    return [&] { refine_from_base(mesh, base, settings.levels); };
+  };
+  std::vector<Subject> subjects = {{"InCoreMesh", refine(in_core), {}, {}},
+                                   {"store, memory", refine(memory_patches), {}, {}},
+                                   {"store, warm pread window", refine(disk_patches), {}, {}}};
+  for (int turn = 0; turn <= settings.runs; ++turn)
+    for (Subject& subject : subjects) {
+      say_progress(fmt::format("turn {} of {}: {}", turn, settings.runs, subject.name));
+      const double time = seconds(subject.work);
+      if (turn == 0) continue;  // the first turn only touches the memory
+      subject.seconds.push_back(time);
+      subject.ratios.push_back(time / subjects.front().seconds.back());
+    }
+  const std::uint64_t read = on_disk.statistics().blocks_read;
+  const std::uint64_t differences = count_differences(in_core, memory_patches, settings.levels) +
+                                    count_differences(in_core, disk_patches, settings.levels);
+  if (differences > 0)
+    throw Error(ErrorCode::kCorruption, fmt::format("{} vertices differ", differences));
+  if (read > 0)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{} blocks were read: not all blocks are resident", read));
+  print(subjects, settings, counts_at_level(base, settings.levels).vertices);
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  Settings settings;
+  return run_program(
+      "plait_bench_at_overhead",
+      "The cost of at(level, i, j) of a store, compared with plain arrays", count, words,
+      [&](CommandLine& app) {
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 2,048 faces");
+        add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
+        add_runs_option(app, settings.runs);
+        add_directory_option(app, settings.directory);
+        add_json_option(app, settings.json);
+      },
+      [&] { return run(settings); }, &settings.directory);
+}

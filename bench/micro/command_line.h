@@ -1,0 +1,102 @@
+// The command line of a measurement: options, each with its help; errors in one line; exit
+// status 0 done, 1 failed, 2 bad usage; progress on a terminal; figures in a file; a temporary
+// directory for its files.
+#pragma once
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command_line/command_line.h"
+#include "micro/work_directory.h"
+#include "plait/error.h"
+
+namespace plait::bench {
+
+/// Writes `figures` to `path`; does nothing if `path` is empty. Errors: kIo.
+inline void write_json(const std::string& path, const nlohmann::ordered_json& figures) {
+  if (path.empty()) return;
+  std::ofstream file(path);
+  file << figures.dump(2) << '\n';
+  if (!file.flush())
+    throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", path));
+}
+
+/// Prints a line to standard error if it is a terminal.
+inline void say_progress(const std::string& text) {
+  if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
+}
+
+// Options of several measurements, with the same words in each.
+inline void add_mesh_option(CommandLine& app, std::string& mesh, const char* otherwise) {
+  app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; default: {}", otherwise));
+}
+inline Option* add_number_option(CommandLine& app, const char* name, int& value, int first,
+                                 int last, const std::string& description) {
+  return app.add_option(name, value, description)->range(first, last)->capture_default_str();
+}
+/// Of a surface that is made from an octahedron.
+inline void add_surface_options(CommandLine& app, int& refinements, int& level) {
+  add_number_option(app, "--refinements", refinements, 0, 9,
+                    "How often an octahedron is refined to be the base mesh");
+  add_number_option(app, "--level", level, 1, 10, "The finest level");
+}
+inline void add_runs_option(CommandLine& app, int& runs) {
+  add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
+}
+inline void add_layout_option(CommandLine& app, std::string& layout) {
+  app.add_option("--layout", layout, "Order of the faces: given, spatial, hilbert, rcm or auto")
+      ->capture_default_str();
+}
+inline void add_executor_option(CommandLine& app, std::string& executor) {
+  app.add_option("--executor", executor, "fused, sweep or transparent")->capture_default_str();
+}
+inline void add_directory_option(CommandLine& app, std::string& directory) {
+  app.add_option("--directory", directory, "Where to make temporary files: on the disk to measure")
+      ->capture_default_str();
+}
+inline void add_json_option(CommandLine& app, std::string& json) {
+  app.add_option("--json", json, "Also write the figures to this file");
+}
+
+/// declare(app) adds the options. run() measures and returns the exit status. `directory` is where
+/// the measurement makes files, as for in_work_directory(); nullptr if it makes none.
+template <class Declare, class Run>
+int run_program(const char* name, const char* description, int count, char** words, Declare declare,
+                Run run, std::string* directory = nullptr) {
+  constexpr int kBadUsage = 2;
+  const auto run_and_report = [&] {
+    try {
+      return run();
+    } catch (const std::exception& error) {
+      std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
+    }
+    return 1;
+  };
+  try {
+    CommandLine app(description, name);
+    declare(app);
+    try {
+      if (app.parse(count, words) == CommandLine::Outcome::kAnswered) {
+        std::fputs(app.answer().c_str(), stdout);
+        return 0;
+      }
+    } catch (const UsageError& error) {
+      std::fputs(fmt::format("{}: {} (see --help)\n", name, error.what()).c_str(), stderr);
+      return kBadUsage;
+    }
+    return directory != nullptr ? in_work_directory(*directory, run_and_report) : run_and_report();
+  } catch (const std::exception& error) {
+    std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
+    return 1;
+  } catch (...) {
+    return 1;
+  }
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,174 @@
+// How small does a level get, and how fast is it encoded and decoded?
+//
+//   plait_bench_compression [--mesh FILE] [--level 5] [--blocks 32] [--block 256] [--runs 5]
+//                           [--surface NAME]... [--only PIPELINE]... [--every-target] [--json FILE]
+//
+// Four surfaces: a Loop surface; the same with noise of 3e-7 diagonals; with a fractal of 0.005
+// diagonals; and the noisy one with normals that another rule made. Of each, some blocks of the
+// finest level, positions and normals, go through pipelines of plait, through the codecs alone, and
+// through the peers that are installed. Rates are raw bytes by the processor time of one thread.
+// Floors: memcpy, and the entropy of the bytes that the filters leave: the smallest size for a
+// codec that takes each byte plane of a level for random bytes of one distribution. The program
+// prints a Markdown table of medians over the runs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "micro/command_line.h"
+#include "micro/support.h"
+#include "peers/compression_peers.h"
+#include "peers/compression_surfaces.h"
+#include "peers/compression_ways.h"
+#include "plait/extend/block_makers.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "rows/every_target.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+
+struct Settings {
+  SurfaceSettings surface;
+  int runs = 5, refinements = 4;
+  std::string mesh, json;
+  std::vector<std::string> surfaces, only;  ///< empty: all
+  bool every_target = false;                ///< with each instruction set of the processor
+
+  static bool has(const std::vector<std::string>& chosen, const std::string& name) {
+    return chosen.empty() || std::ranges::find(chosen, name) != chosen.end();
+  }
+};
+
+// With the codec `none`, the filter alone.
+const std::array kPipelines = {"shuffle,none",
+                               "columns,none",
+                               "hierarchy,none",
+                               "normals,none",
+                               "zstd:3",
+                               "lz4",
+                               "shuffle,lz4",
+                               "shuffle,zstd:1",
+                               "shuffle,zstd:3",
+                               "columns+shuffle,lz4",
+                               "columns+shuffle,zstd:1",
+                               "hierarchy,bitpack",
+                               "hierarchy+shuffle,lz4",
+                               "hierarchy+shuffle,zstd:1",
+                               "hierarchy+shuffle,zstd:9",
+                               "fast",
+                               "default",
+                               "small"};
+
+using Way = std::function<void(const MeasuredAttribute&, Sizes&, Times&)>;
+
+void measure(const Settings& settings, const std::string& surface, const std::string& name,
+             const std::vector<MeasuredAttribute>& attributes, const Way& way,
+             nlohmann::ordered_json& figures) {
+  std::vector<double> encode, decode;
+  std::vector<double> bytes_a_vertex;
+  Sizes all;
+  for (int run = 0; run < settings.runs; ++run) {
+    Times times;
+    all = {};
+    bytes_a_vertex.clear();
+    for (const MeasuredAttribute& attribute : attributes) {
+      Sizes sizes;
+      way(attribute, sizes, times);
+      bytes_a_vertex.push_back(12 * sizes.stored / sizes.raw);
+      all.raw += sizes.raw;
+      all.stored += sizes.stored;
+      all.entropy += sizes.entropy;
+    }
+    encode.push_back(all.raw / times.encode / 1e9);
+    decode.push_back(all.raw / times.decode / 1e9);
+  }
+  const std::string floor =
+      all.entropy > 0 ? fmt::format("{:.2f}", all.stored / all.entropy) : std::string("-");
+  fmt::print("| {} | {} | {:.2f} | {:.2f} + {:.2f} | {} | {:.2f} | {:.2f} |\n", surface, name,
+             all.raw / all.stored, bytes_a_vertex[0], bytes_a_vertex[1], floor, median(encode),
+             median(decode));
+  std::fflush(stdout);
+  figures.push_back({{"surface", surface},
+                     {"way", name},
+                     {"ratio", all.raw / all.stored},
+                     {"position_bytes_a_vertex", bytes_a_vertex[0]},
+                     {"normal_bytes_a_vertex", bytes_a_vertex[1]},
+                     {"over_entropy", all.entropy > 0 ? all.stored / all.entropy : 0},
+                     {"encode_gb_a_second", median(encode)},
+                     {"decode_gb_a_second", median(decode)}});
+}
+
+int run(const Settings& settings) {
+  const LaidOutMesh mesh = lay_out(
+      settings.mesh.empty() ? octahedron(settings.refinements) : read_base_mesh(settings.mesh),
+      LayoutKind::kAutomatic);
+  nlohmann::ordered_json figures = nlohmann::json::array();
+  fmt::print(
+      "| surface | pipeline | ratio | bytes a vertex | over entropy | encode GB/s | decode "
+      "GB/s |\n|---|---|---|---|---|---|---|\n");
+  for (const std::string surface : {"exact", "noise", "fractal", "noise, other normals"}) {
+    say_progress(surface);
+    if (!Settings::has(settings.surfaces, surface)) continue;
+    Store store = make_surface(settings.surface, mesh, surface);
+    MeasuredSurface read(store);
+    std::vector<MeasuredAttribute> attributes;
+    for (const char* name : {"position", "normal"})
+      attributes.push_back(read_attribute(settings.surface, store, name, read));
+    const auto add = [&](const std::string& name, const Way& way) {
+      if (name != "memcpy" && !Settings::has(settings.only, name)) return;
+      if (!settings.every_target) return measure(settings, surface, name, attributes, way, figures);
+      fused_rows::on_every_target([&](const char* target) {
+        measure(settings, surface, fmt::format("{} with {}", name, target), attributes, way,
+                figures);
+      });
+    };
+    add("memcpy", [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
+      run_copies(of, sizes, times);
+    });
+    for (const std::string pipeline : kPipelines)
+      add(pipeline, [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
+        run_pipeline(of, pipeline, sizes, times);
+      });
+    if (surface == "exact" && settings.surface.level <= kMostMadeLevels)
+      add("predicted,none", [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
+        run_predicted(of, sizes, times);
+      });
+    for (const CompressionPeer& peer : compression_peers())
+      add(peer.name, [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
+        run_peer(of, peer, sizes, times);
+      });
+  }
+  write_json(settings.json, figures);
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  Settings settings;
+  return run_program(
+      "plait_bench_compression", "Size and speed of pipelines and of other libraries", count, words,
+      [&](CommandLine& app) {
+        add_mesh_option(app, settings.mesh, "an octahedron that is refined first");
+        add_surface_options(app, settings.refinements, settings.surface.level);
+        add_number_option(app, "--blocks", settings.surface.blocks, 1, 1000000,
+                          "Blocks of each attribute, at the same distance");
+        add_number_option(app, "--block", settings.surface.block_kib, 4, 65536, "KiB of a block");
+        app.add_option("--surface", settings.surfaces, "Only this surface; may be repeated")
+            ->allow_extra_args(false);
+        app.add_option("--only", settings.only, "Only this way; may be repeated")
+            ->allow_extra_args(false);
+        app.add_flag("--every-target", settings.every_target,
+                     "Measure with each instruction set of this processor");
+        add_runs_option(app, settings.runs);
+        add_json_option(app, settings.json);
+      },
+      [&] { return run(settings); });
+}

@@ -1,0 +1,247 @@
+// How fast are the positions of a Loop surface computed in memory, compared with other libraries?
+//
+//   plait_bench_loop_peers [--mesh FILE] [--level 4] [--runs 5] [--layout hilbert] [--json FILE]
+//
+// Without --mesh it takes an octahedron, refined in memory to 8192 faces. All libraries get the
+// same faces in the same order, one thread, and memory that was touched before: plait uses a
+// backend that keeps its pages, the others use a heap that returns no pages to the system. Times
+// are processor times of the thread, so that other programs on the machine affect them little. A
+// turn runs each library once, and ratios are computed within a turn. The first turn does not
+// count; in it the surfaces must agree. Memory is measured before, with a process for each library.
+#include <fmt/format.h>
+#include <malloc.h>
+#include <tbb/task_arena.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "instrument/process.h"
+#include "micro/command_line.h"
+#include "micro/recycled_memory.h"
+#include "micro/support.h"
+#include "peers/peer.h"
+#include "plait/error.h"
+#include "plait/extend/store_access.h"
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
+#include "plait/store.h"
+
+namespace {
+
+using namespace plait;
+using namespace plait::bench;
+
+struct Settings {
+  std::string mesh, layout = "hilbert", json;
+  int level = 4, runs = 5;
+};
+
+LaidOutMesh load(const Settings& settings) {
+  return lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
+                 layout_from_name(settings.layout));
+}
+
+void read_positions(Store& store, Points& points) {
+  const AttributeId position = store.attribute("position");
+  const auto base = store.base_records<Vector3<float>>(position);
+  points.assign(base.begin(), base.end());
+  Session session = StoreAccess::open_session(store);
+  for (int level = 1; level <= store.finest_level(); ++level) {
+    const LevelFile& file = StoreAccess::level_file(store, position, level);
+    for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
+      const PinnedBlock pinned = session.pin(file, block);
+      const std::size_t count = pinned.bytes().size() / sizeof(Vector3<float>);
+      const std::size_t before = points.size();
+      points.resize(before + count);
+      std::memcpy(&points[before], pinned.bytes().data(), count * sizeof(Vector3<float>));
+    }
+  }
+}
+
+/// plait itself. The connectivity and the order of the faces, which a program computes once per
+/// mesh, are in the time only if `preparation_too`.
+Peer plait_peer(const Settings& settings, RecycledPages& pages, bool preparation_too) {
+  return {
+      "plait", preparation_too ? "fused executor, connectivity and order" : "fused executor",
+      [&settings, &pages, preparation_too](const BaseMesh& base, int level, Points* points) {
+        const BackendRegistry backends = recycled_memory(pages);
+        IndexedMesh given{{base.positions().begin(), base.positions().end()},
+                          {base.faces().begin(), base.faces().end()}};
+        BaseMesh mesh = base;
+        const double preparation = !preparation_too ? 0 : thread_seconds([&] {
+          tbb::task_arena(1).execute([&] {
+            mesh =
+                lay_out(BaseMesh::build(std::move(given)), layout_from_name(settings.layout)).mesh;
+          });
+        });
+        StoreOptions options;
+        options.backend = "recycled";
+        options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
+        Store store = Store::create({}, std::move(mesh), options, backends);
+        add_base_positions(store);
+        SubdivideOptions how;
+        how.executor = ExecutorKind::kFused;
+        how.levels = level;
+        const double result = thread_seconds([&] { subdivide(store, how); });
+        if (points != nullptr) read_positions(store, *points);
+        return result + preparation;
+      }};
+}
+
+[[maybe_unused]] void add(std::vector<Peer>& to, std::vector<Peer> peers) {
+  to.insert(to.end(), peers.begin(), peers.end());
+}
+
+std::vector<Peer> all_peers(const Settings& settings, RecycledPages& pages) {
+  std::vector<Peer> peers = {plait_peer(settings, pages, false), plait_peer(settings, pages, true)};
+#ifdef PLAIT_BENCH_OPEN_SUBDIV
+  add(peers, open_subdiv_peers());
+#endif
+#ifdef PLAIT_BENCH_CGAL
+  add(peers, cgal_peers());
+#endif
+#ifdef PLAIT_BENCH_OPEN_MESH
+  add(peers, open_mesh_peers());
+#endif
+  return peers;
+}
+
+/// Three sorted lists of coordinates. Equal surfaces give equal lists, whatever the order of their
+/// vertices.
+struct SortedCoordinates {
+  std::vector<float> axes[3];
+
+  explicit SortedCoordinates(const Points& points) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const Vector3<float>& point : points) axes[axis].push_back(point[axis]);
+      std::ranges::sort(axes[axis]);
+    }
+  }
+  double diagonal() const {
+    double square = 0;
+    for (const std::vector<float>& axis : axes)
+      square += std::pow(double(axis.back()) - double(axis.front()), 2);
+    return std::sqrt(square);
+  }
+  /// The largest difference between corresponding numbers of the two objects.
+  double largest_difference(const SortedCoordinates& other) const {
+    double largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (axes[axis].size() != other.axes[axis].size())
+        return std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < axes[axis].size(); ++i)
+        largest = std::max(largest, std::abs(double(axes[axis][i]) - double(other.axes[axis][i])));
+    }
+    return largest;
+  }
+};
+
+constexpr double kTolerance = 1e-4;  // in diagonals of the bounding box
+
+/// Throws kCorruption naming a library whose surface differs from that of the first.
+void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int level) {
+  const auto surface = [&](const Peer& peer) {
+    Points points;
+    peer.refine(base, level, &points);
+    if (points.size() != counts_at_level(base, level).vertices)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("{}, {}: {} vertices, expected {}", peer.name, peer.measured,
+                              points.size(), counts_at_level(base, level).vertices));
+    return SortedCoordinates(points);
+  };
+  const SortedCoordinates expected = surface(peers.front());
+  for (const Peer& peer : peers) {
+    const double difference = surface(peer).largest_difference(expected) / expected.diagonal();
+    if (!(difference <= kTolerance))
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("{}, {}: differs by {} of the diagonal, expected at most {}",
+                              peer.name, peer.measured, difference, kTolerance));
+  }
+}
+
+std::uint64_t peak_of(const Settings& settings, std::size_t which) {
+  return instrument::in_own_process([&] {
+    RecycledPages pages;
+    const std::vector<Peer> peers = all_peers(settings, pages);
+    const LaidOutMesh base = load(settings);
+    const instrument::PeakMemory peak;
+    peers[which].refine(base.mesh, settings.level, nullptr);
+    return peak.bytes();
+  });
+}
+
+int run(const Settings& settings) {
+  RecycledPages pages;
+  const std::vector<Peer> peers = all_peers(settings, pages);
+  std::vector<std::uint64_t> peaks;
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    say_progress(fmt::format("memory: {}, {}", peers[i].name, peers[i].measured));
+    peaks.push_back(peak_of(settings, i));
+  }
+
+  ::mallopt(M_MMAP_MAX, 0);
+  ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+  const LaidOutMesh base = load(settings);
+  check_agreement(peers, base.mesh, settings.level);
+  std::vector<std::vector<double>> times(peers.size()), ratios(peers.size());
+  for (int turn = 0; turn < settings.runs; ++turn)
+    for (std::size_t i = 0; i < peers.size(); ++i) {
+      say_progress(fmt::format("turn {} of {}: {}, {}", turn + 1, settings.runs, peers[i].name,
+                               peers[i].measured));
+      // An extra run, not measured: it removes what the library before left in the caches and in
+      // the heap.
+      peers[i].refine(base.mesh, settings.level, nullptr);
+      times[i].push_back(peers[i].refine(base.mesh, settings.level, nullptr));
+      ratios[i].push_back(times[i].back() / times[0].back());
+    }
+
+  const auto vertices = static_cast<double>(counts_at_level(base.mesh, settings.level).vertices);
+  fmt::print(
+      "{} base vertices, {} at level {}, positions only, one thread, layout {}, {} runs; not "
+      "found: {}\n\n"
+      "| library | measured | thread ns a vertex (min to max) | over plait (min to max) | peak "
+      "bytes a "
+      "vertex |\n|---|---|---|---|---|\n",
+      base.mesh.vertex_count(), vertices, settings.level, to_string(base.kind), settings.runs,
+      PLAIT_BENCH_PEERS_NOT_FOUND);
+  nlohmann::json rows = nlohmann::json::array();
+  for (std::size_t i = 0; i < peers.size(); ++i) {
+    const double scale = 1e9 / vertices, peak = static_cast<double>(peaks[i]) / vertices;
+    const Spread time = spread(times[i]), ratio = spread(ratios[i]);
+    fmt::print("| {} | {} | {:.2f} ({:.2f} to {:.2f}) | {:.1f} ({:.1f} to {:.1f}) | {:.0f} |\n",
+               peers[i].name, peers[i].measured, median(times[i]) * scale, time.smallest * scale,
+               time.largest * scale, median(ratios[i]), ratio.smallest, ratio.largest, peak);
+    rows.push_back({{"library", peers[i].name},
+                    {"measured", peers[i].measured},
+                    {"level", settings.level},
+                    {"vertices", vertices},
+                    {"ns_per_vertex", median(times[i]) * scale},
+                    {"ns_per_vertex_min", time.smallest * scale},
+                    {"ns_per_vertex_max", time.largest * scale},
+                    {"over_plait", median(ratios[i])},
+                    {"over_plait_min", ratio.smallest},
+                    {"over_plait_max", ratio.largest},
+                    {"peak_bytes_per_vertex", peak}});
+  }
+  write_json(settings.json, rows);
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  Settings settings;
+  return run_program(
+      "plait_bench_loop_peers", "Positions of Loop surfaces in memory, plait and other libraries",
+      count, words,
+      [&](CommandLine& app) {
+        add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
+        add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");
+        add_runs_option(app, settings.runs);
+        add_layout_option(app, settings.layout);
+        add_json_option(app, settings.json);
+      },
+      [&] { return run(settings); });
+}

@@ -1,0 +1,287 @@
+#include "tune/report.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "base/byte_text.h"
+#include "instrument/figure_text.h"
+#include "instrument/html_page.h"
+
+namespace plait::tune {
+namespace {
+
+using instrument::Estimate;
+using instrument::seconds_text;
+using Json = nlohmann::ordered_json;
+
+std::string bytes_text(double bytes) { return format_bytes(static_cast<std::uint64_t>(bytes)); }
+
+std::string words_for(Goal goal) {
+  switch (goal) {
+    case Goal::kRead:
+      return "For a full read";
+    case Goal::kWrite:
+      return "For a full write";
+    case Goal::kUpdate:
+      return "For reading, changing and writing all records";
+    case Goal::kSize:
+      return "For size";
+    case Goal::kBalanced:
+      break;
+  }
+  return "For reading, writing and size together";
+}
+
+double ratio_of(const Findings& findings, const Measured& one) {
+  return static_cast<double>(findings.raw_bytes) / one.stored_bytes();
+}
+
+/// "the pick", "equal within 3 %", "1.2 to 1.4 times the cost", or why there is no figure.
+std::string remark_on(const Findings& findings, const Decision& decision, std::size_t at) {
+  const Measured& one = findings.choices[at];
+  if (!one.refused.empty()) return "refused: " + one.refused;
+  if (at == decision.pick) return "the pick";
+  if (one.runs.empty()) return "not measured";
+  std::string text;
+  if (findings.goal == Goal::kUpdate && !one.runs.back().can_change) return "cannot be changed";
+  const Beside& beside = *decision.beside[at];
+  const Estimate& factor = beside.cost.factor;
+  if (beside.is_tied && factor.low < kEqualWithin && factor.high < kEqualWithin)
+    text = fmt::format("equal within {:.0f} %", 100 * (kEqualWithin - 1));
+  else if (beside.is_tied)
+    text = fmt::format("no difference shown ({:.2f} to {:.2f} times)", factor.low, factor.high);
+  else
+    text = fmt::format("{:.2f} to {:.2f} times the pick{}", factor.low, factor.high,
+                       factor.low < 1 && factor.high > 1 ? ": more rounds would tell" : "");
+  return text + (one.left ? fmt::format("; left after {} rounds", one.runs.size()) : "");
+}
+
+std::string interval_text(const Estimate& seconds) {
+  return seconds.count < 2 ? seconds_text(seconds.value)
+                           : fmt::format("{} ({} to {})", seconds_text(seconds.value),
+                                         seconds_text(seconds.low), seconds_text(seconds.high));
+}
+
+struct DiskClass {
+  const char* name;
+  double speed;
+};
+constexpr std::array<DiskClass, 3> kDisks = {
+    {{"100 MB/s (hard disk)", 1e8}, {"500 MB/s (SATA)", 5e8}, {"3 GB/s (NVMe)", 3e9}}};
+
+std::size_t best_at(const Findings& findings, double speed) {
+  std::size_t best = findings.choices.size();
+  for (std::size_t at = 0; at < findings.choices.size(); ++at)
+    if (!findings.choices[at].runs.empty() &&
+        (best == findings.choices.size() || read_seconds_at(findings.choices[at], speed) <
+                                                read_seconds_at(findings.choices[best], speed)))
+      best = at;
+  return best;
+}
+
+std::vector<std::vector<std::string>> table_of(const Findings& findings, const Decision& decision) {
+  std::vector<std::vector<std::string>> rows = {
+      {"stored", "ratio", "read", "write", "beside the pick", "  choice"}};
+  for (std::size_t at = 0; at < findings.choices.size(); ++at) {
+    const Measured& one = findings.choices[at];
+    std::vector<std::string> row = {"-",
+                                    "-",
+                                    "-",
+                                    "-",
+                                    remark_on(findings, decision, at),
+                                    (at == decision.pick ? "* " : "  ") + one.choice.name};
+    if (!one.runs.empty()) {
+      row[0] = bytes_text(one.stored_bytes());
+      row[1] = fmt::format("{:.2f}", ratio_of(findings, one));
+      row[2] = interval_text(estimate(one, &CopyRun::read_seconds));
+      row[3] = interval_text(estimate(one, &CopyRun::write_seconds));
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// What a reader must know before believing the figures.
+std::vector<std::string> doubts_of(const Findings& findings) {
+  std::vector<std::string> lines;
+  if (findings.is_interrupted)
+    lines.push_back("interrupted: the figures are of what there was by then");
+  if (const double others = findings.surroundings.disturbance(); others > instrument::kDisturbed)
+    lines.push_back(fmt::format(
+        "the processors were busy: other programs and machines took {:.0f} % of their time, so "
+        "choices that compute more look slower than they are; measure again on a machine at rest",
+        100 * others));
+  const bool warm = std::ranges::any_of(findings.choices, [](const Measured& one) {
+    return !one.runs.empty() && !one.runs.back().is_cold;
+  });
+  if (warm) lines.push_back("the files were in memory while they were read");
+  if (!findings.sample.is_complete)
+    lines.push_back(
+        "the time was up before all pipelines were tried on the sample; more --seconds "
+        "try all");
+  for (const std::string& note : findings.notes) lines.push_back(note);
+  for (const auto& [why, pipelines] : findings.sample.refused)
+    lines.push_back(fmt::format("the sample refused {}: {}", fmt::join(pipelines, " and "), why));
+  return lines;
+}
+
+std::string method_text(const Findings& findings) {
+  std::size_t tried = 0, kept = 0;
+  for (const auto& pipelines : findings.sample.pipelines) {
+    tried += pipelines.size();
+    kept += not_dominated(pipelines).size();
+  }
+  std::size_t rounds = 0;
+  for (const Measured& one : findings.choices) rounds = std::max(rounds, one.runs.size());
+  return fmt::format(
+      "{}: {} of records to level {}, blocks of {}. {} pipelines of attributes were tried on {}, "
+      "and {} of them are not dominated. {} choices were stored in full under {} and read, {} "
+      "rounds, {:.0f} s. Intervals are of 95 %. Writing contains reading the source.",
+      findings.input, bytes_text(static_cast<double>(findings.raw_bytes)), findings.finest_level,
+      format_bytes(findings.block_bytes), tried, format_bytes(findings.sample.bytes), kept,
+      findings.choices.size(), findings.directory.native(), rounds, findings.seconds);
+}
+
+}  // namespace
+
+double read_seconds_at(const Measured& measured, double bytes_per_second) {
+  return std::max(measured.stored_bytes() / bytes_per_second,
+                  estimate(measured, &CopyRun::warm_seconds).value);
+}
+
+std::string advice_text(const Findings& findings, const Decision& decision) {
+  const Measured& pick = findings.choices[decision.pick];
+  std::vector<std::string> equal;
+  for (std::size_t at = 0; at < decision.beside.size(); ++at)
+    if (decision.beside[at] && decision.beside[at]->is_tied)
+      equal.push_back(findings.choices[at].choice.name);
+  return fmt::format(
+      "{}: {}. It takes {} ({:.2f} to 1), is read in {} and written in {}.{}",
+      words_for(findings.goal), pick.choice.name, bytes_text(pick.stored_bytes()),
+      ratio_of(findings, pick), seconds_text(estimate(pick, &CopyRun::read_seconds).value),
+      seconds_text(estimate(pick, &CopyRun::write_seconds).value),
+      equal.empty() ? "" : fmt::format(" Not shown to differ: {}.", fmt::join(equal, "; ")));
+}
+
+std::string advised_command(const Findings& findings, const Decision& decision) {
+  return fmt::format("{} {}", findings.command_start,
+                     findings.choices[decision.pick].choice.options());
+}
+
+std::string to_text(const Findings& findings, const Decision& decision) {
+  constexpr std::size_t kWidth = 118;
+  std::string text = instrument::wrapped(method_text(findings), kWidth);
+  if (!findings.note.empty()) text += instrument::wrapped(findings.note, kWidth);
+  for (const std::string& line : doubts_of(findings))
+    text += instrument::wrapped("- " + line, kWidth, "  ");
+  text += "\n" + instrument::aligned(table_of(findings, decision));
+  text += "\nFull reads of other disks, by the formula max(stored / speed, seconds from memory):\n";
+  for (const DiskClass& disk : kDisks) {
+    const std::size_t best = best_at(findings, disk.speed);
+    text += fmt::format("  {:<22}the pick {}, the best {} ({})\n", disk.name,
+                        seconds_text(read_seconds_at(findings.choices[decision.pick], disk.speed)),
+                        seconds_text(read_seconds_at(findings.choices[best], disk.speed)),
+                        findings.choices[best].choice.name);
+  }
+  return text + "\n" + instrument::wrapped(advice_text(findings, decision), kWidth) +
+         advised_command(findings, decision) + "\n";
+}
+
+Json to_json(const Findings& findings, const Decision& decision) {
+  Json choices = Json::array(), sampled = Json::array(), disks = Json::array();
+  for (std::size_t at = 0; at < findings.choices.size(); ++at) {
+    const Measured& one = findings.choices[at];
+    Json json = {{"name", one.choice.name},
+                 {"options", one.choice.options()},
+                 {"pick", at == decision.pick},
+                 {"rounds", one.runs.size()},
+                 {"left", one.left},
+                 {"refused", one.refused.empty() ? Json() : Json(one.refused)}};
+    if (!one.runs.empty()) {
+      json["stored_bytes"] = one.stored_bytes();
+      json["ratio"] = ratio_of(findings, one);
+      json["can_change_in_place"] = one.runs.back().can_change;
+      json["read_seconds"] = instrument::to_json(estimate(one, &CopyRun::read_seconds));
+      json["write_seconds"] = instrument::to_json(estimate(one, &CopyRun::write_seconds));
+      json["seconds_from_memory"] = instrument::to_json(estimate(one, &CopyRun::warm_seconds));
+    }
+    if (decision.beside[at]) {
+      json["cost_over_the_picks"] = instrument::to_json(decision.beside[at]->cost.factor);
+      json["tied"] = decision.beside[at]->is_tied;
+    }
+    choices.push_back(std::move(json));
+  }
+  for (std::size_t id = 0; id < findings.sample.attributes.size(); ++id)
+    for (const SampledPipeline& one : findings.sample.pipelines[id])
+      sampled.push_back({{"attribute", findings.sample.attributes[id].name},
+                         {"pipeline", one.pipeline.to_text()},
+                         {"stored_bytes", one.part.stored_bytes},
+                         {"write_seconds", one.part.write_seconds},
+                         {"read_seconds", one.part.warm_seconds}});
+  for (const DiskClass& disk : kDisks)
+    disks.push_back({{"bytes_a_second", disk.speed},
+                     {"pick_seconds", read_seconds_at(findings.choices[decision.pick], disk.speed)},
+                     {"best", findings.choices[best_at(findings, disk.speed)].choice.name}});
+  return {{"input", findings.input},
+          {"note", findings.note},
+          {"doubts", doubts_of(findings)},
+          {"goal", to_string(findings.goal)},
+          {"directory", findings.directory.native()},
+          {"seconds", findings.seconds},
+          {"interrupted", findings.is_interrupted},
+          {"raw_bytes", findings.raw_bytes},
+          {"block_bytes", findings.block_bytes},
+          {"finest_level", findings.finest_level},
+          {"surroundings", instrument::to_json(findings.surroundings)},
+          {"sample", {{"bytes", findings.sample.bytes}, {"pipelines", std::move(sampled)}}},
+          {"choices", std::move(choices)},
+          {"other_disks_by_formula", std::move(disks)},
+          {"pick", findings.choices[decision.pick].choice.name},
+          {"advice", advice_text(findings, decision)},
+          {"command", advised_command(findings, decision)}};
+}
+
+std::string to_html(const Findings& findings, const Decision& decision, const Json& report) {
+  using instrument::Cell, instrument::Tone;
+  instrument::HtmlPage page(fmt::format("plait tune {}", findings.input), method_text(findings));
+  const auto doubts = doubts_of(findings);
+  page.verdict(advice_text(findings, decision), Tone::kGood);
+  if (!findings.note.empty()) page.paragraph(findings.note);
+  if (!doubts.empty()) page.list(doubts, Tone::kDoubt);
+  instrument::ScatterPlot plot;
+  plot.caption = {"Bytes and seconds",
+                  "Down and to the left is better; the pick is filled and named.", ""};
+  plot.x = {"stored", "B"};
+  plot.y = {"full read", "s"};
+  instrument::Table table;
+  table.caption = {"Stored in full, read and written", "The pick is green.", ""};
+  const auto rows = table_of(findings, decision);
+  for (std::size_t at = 0; at < rows.front().size(); ++at)
+    table.columns.push_back({rows.front()[at], at < 4});
+  for (std::size_t at = 0; at < findings.choices.size(); ++at) {
+    const Measured& one = findings.choices[at];
+    const bool is_pick = at == decision.pick;
+    instrument::Table::Row& row = table.rows.emplace_back();
+    row.tone = is_pick ? Tone::kGood : Tone::kPlain;
+    for (const std::string& text : rows[at + 1]) row.cells.emplace_back(text);
+    if (one.runs.empty()) continue;
+    const Estimate read = estimate(one, &CopyRun::read_seconds);
+    const std::array<double, 4> values = {one.stored_bytes(), ratio_of(findings, one), read.value,
+                                          estimate(one, &CopyRun::write_seconds).value};
+    for (std::size_t i = 0; i < values.size(); ++i) row.cells[i].value = values[i];
+    plot.points.push_back({is_pick ? "the pick" : "others",
+                           (is_pick ? "pick: " : "") + one.choice.name, one.stored_bytes(),
+                           read.value, is_pick, "", one.stored_bytes(), one.stored_bytes(),
+                           read.low, read.high});
+  }
+  page.plot(plot);
+  page.table(table);
+  page.command(advised_command(findings, decision));
+  page.embed("tune", report);
+  return page.html();
+}
+
+}  // namespace plait::tune

@@ -1,0 +1,120 @@
+#include "tune/tune.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/byte_text.h"
+#include "base/stopwatch.h"
+#include "instrument/scratch_directory.h"
+#include "io/machine.h"
+#include "plait/compression.h"
+#include "plait/error.h"
+#include "plait/registry.h"
+
+namespace plait::tune {
+namespace {
+
+/// Of the time, for the sample.
+constexpr double kSampleShare = 0.3;
+
+std::vector<Choice> presets() {
+  std::vector<Choice> choices = {choice_of_preset("none")};
+  for (const CompressionPreset& preset : compression_presets())
+    if (preset.name != "none") choices.push_back(choice_of_preset(std::string(preset.name)));
+  return choices;
+}
+
+/// The presets that store what others make again from other blocks, so that they make it again too.
+/// Says in `notes` what was made again and what was not.
+std::vector<Choice> made_again(const std::vector<MeasuredOnce>& measured,
+                               const std::vector<AttributeSchema>& attributes,
+                               std::vector<std::string>& notes) {
+  std::vector<Choice> choices;
+  for (std::size_t at = 0; at < attributes.size(); ++at) {
+    const auto maker = std::ranges::find_if(measured, [&](const MeasuredOnce& one) {
+      return pipeline_of(one.choice, attributes[at]).has_predicted_stage();
+    });
+    if (maker == measured.end()) continue;
+    const PartOfCopy& part = maker->run.parts[at];
+    notes.push_back(fmt::format(
+        "{}: {} of {} blocks equal what is made again bit by bit, and take no bytes with the "
+        "presets default and small",
+        attributes[at].name, part.made_blocks, part.blocks));
+    if (2 * part.made_blocks < part.blocks) continue;
+    for (const MeasuredOnce& one : measured) {
+      Pipeline pipeline = pipeline_of(one.choice, attributes[at]);
+      if (one.choice.compress.empty() || pipeline.has_predicted_stage()) continue;
+      pipeline.recipe = "";
+      const std::string text = fmt::format("{}={}", attributes[at].name, pipeline.to_text());
+      const auto same = std::ranges::find_if(choices, [&](const Choice& choice) {
+        return choice.compress.front() == one.choice.compress.front();
+      });
+      Choice& choice = same == choices.end() ? choices.emplace_back(one.choice) : *same;
+      choice.is_preset = false;
+      choice.name += fmt::format(", {} made again", attributes[at].name);
+      choice.compress.push_back(text);
+    }
+  }
+  return choices;
+}
+
+}  // namespace
+
+Findings measure_store(Store& store, const PipelineRegistry& registry, const TuneOptions& options) {
+  if (store.finest_level() == store.base_level())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("tune {}: expected a store with at least one level, found none",
+                            store.path().native()));
+  const Stopwatch clock;
+  Findings findings;
+  findings.directory = options.directory;
+  findings.goal = options.goal;
+  findings.finest_level = store.finest_level();
+  findings.raw_bytes = raw_bytes(store);
+  findings.block_bytes = store.options().block_bytes;
+  // A copy takes at most what the records take, and its tables.
+  const std::uint64_t needed = findings.raw_bytes + findings.raw_bytes / 8 + (1u << 20);
+  const instrument::ScratchDirectory scratch(options.directory);
+  if (const std::uint64_t free = free_disk_bytes(options.directory); free < needed)
+    throw Error(ErrorCode::kNoSpace,
+                fmt::format("tune under {}: expected {} free for a copy, found {}",
+                            options.directory.native(), format_bytes(needed), format_bytes(free)));
+  const BackendRegistry backends = default_backends(registry);
+  std::string phase = "presets";
+  const auto proceed = [&] {
+    return options.proceed(phase, std::min(clock.seconds() / options.seconds, 1.0));
+  };
+  const auto run = [&](const Choice& choice) {
+    return store_and_read(store, choice, scratch.path() / "copy.plait", Reads::kCold, backends,
+                          proceed);
+  };
+
+  std::vector<MeasuredOnce> once;
+  for (const Choice& choice : presets()) once.push_back({choice, run(choice)});
+  phase = "sample";
+  const double end_of_sample = clock.seconds() + kSampleShare * options.seconds;
+  bool is_cancelled = false;
+  findings.sample =
+      take_sample(store, options.sample_bytes, scratch.path(), Reads::kWarmOnly, registry, [&] {
+        is_cancelled = is_cancelled || !proceed();
+        return !is_cancelled && clock.seconds() < end_of_sample;
+      });
+  if (is_cancelled) throw Error(ErrorCode::kCancelled, "tune: cancelled before the first round");
+  for (const MeasuredOnce& one : once) findings.choices.push_back({one.choice});
+  for (const Choice& choice : made_again(once, findings.sample.attributes, findings.notes))
+    if (findings.choices.size() < kMostChoices) findings.choices.push_back({choice});
+  for (const Choice& choice :
+       propose(findings.sample, once, options.goal, kMostChoices - findings.choices.size()))
+    findings.choices.push_back({choice});
+
+  phase = "rounds";
+  const instrument::SurroundingsWatch watch;
+  findings.is_interrupted = !measure_rounds(
+      findings.choices, options.goal, options.seconds, [&] { return clock.seconds(); }, run);
+  findings.surroundings = watch.since(0);
+  findings.seconds = clock.seconds();
+  return findings;
+}
+
+}  // namespace plait::tune

@@ -1,0 +1,72 @@
+// base/regular_normal.h: the unit normal of a Loop surface at a vertex with six neighbours, or
+// with four on a border: at every vertex that is no base vertex. The kernels compute normals by it,
+// and the filter `normals` predicts them by it, so both get the same bits.
+//
+// Interior: t1 = sum cos(2 pi i/6) p_i, t2 = sum sin(2 pi i/6) p_i (C. Loop, "Smooth Subdivision
+// Surfaces Based on Triangles", 1987). These are combinations of the differences of opposite
+// neighbours, so rotating the ring by 180 degrees does not change any bit. Border: the mask (-2,
+// -1, 2, 2, -1) across it (H. Hoppe et al., "Piecewise Smooth Surface Reconstruction", 1994).
+// Pinned by tests/kernels/normals_test.cpp.
+#pragma once
+
+#include <cmath>
+
+#include "plait/detail/namespace.h"
+#include "plait/extend/vector3.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// All functions are safe from any thread and never fail.
+struct RegularNormal {
+  /// Whether the square of a length is far from the smallest and the largest float.
+  template <class Real>
+  static constexpr bool comfortable(Real square) {
+    return square > Real(1e-30) && square < Real(1e30);
+  }
+
+  /// direction() of `v`. REQUIRES: `square` is dot(v, v), and comfortable(square).
+  template <class Real>
+  static Vector3<float> scaled_to_unit(Vector3<Real> v, Real square) {
+    const Real scale = Real(1) / std::sqrt(square);
+    return Vector3<float>{float(scale * v.x), float(scale * v.y), float(scale * v.z)} +
+           positive_zeros();
+  }
+
+  /// The direction of a vector, in float32. If the square of its length is not comfortable() (the
+  /// units of the mesh are very small or very large), the length is computed in double. Zeros are
+  /// made positive: a ring rotated by 180 degrees would give them the other sign, but the result
+  /// must not depend on the face that evaluates the vertex. Pinned by
+  /// tests/acceptance/flat_surface_test.cpp.
+  template <class Real>
+  static Vector3<float> direction(Vector3<Real> v) {
+    const Real square = dot(v, v);
+    if (comfortable(square)) return scaled_to_unit(v, square);
+    const Vector3<double> unit = normalized(Vector3<double>{v.x, v.y, v.z});
+    return Vector3<float>{float(unit.x), float(unit.y), float(unit.z)} + positive_zeros();
+  }
+
+  /// A normal of any length to the tangent plane of a regular vertex, from the differences of
+  /// opposite neighbours: p_0 - p_3, p_1 - p_4, p_2 - p_5.
+  template <class Real>
+  static constexpr Vector3<Real> cross_of(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
+    return cross(d0 + Real(0.5) * (d1 - d2), d1 + d2);
+  }
+  template <class Real>
+  static Vector3<float> interior(Vector3<Real> d0, Vector3<Real> d1, Vector3<Real> d2) {
+    return direction(cross_of(d0, d1, d2));
+  }
+
+  /// The same for a border vertex with three faces: neighbours p_1 .. p_4, counterclockwise from
+  /// border to border.
+  template <class Real>
+  static Vector3<float> border(Vector3<Real> v, Vector3<Real> p1, Vector3<Real> p2,
+                               Vector3<Real> p3, Vector3<Real> p4) {
+    const Vector3<Real> across = Real(2) * ((p2 - v) + (p3 - v)) - ((p1 - v) + (p4 - v));
+    return direction(cross(p1 - p4, across));
+  }
+
+ private:
+  static constexpr Vector3<float> positive_zeros() { return {0, 0, 0}; }  // -0 + 0 = 0
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,18 @@
+#include "plait/extend/backend.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+void Backend::start(Transfer& transfer) noexcept {
+  std::exception_ptr error;
+  try {
+    if (transfer.direction == Transfer::Direction::kRead)
+      read({transfer.block, 1}, transfer.memory);
+    else
+      write({transfer.block, 1}, transfer.memory);
+  } catch (...) {
+    error = std::current_exception();
+  }
+  transfer.listener->finished(transfer, error);
+}
+
+PLAIT_END_NAMESPACE

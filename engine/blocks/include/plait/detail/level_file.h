@@ -1,0 +1,85 @@
+// plait/detail/level_file.h: an open level of one attribute, and the record of which levels are
+// unfinished.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+class KeptBlocks;
+
+/// How the owner of a pin uses the block, or how a pass uses a level.
+enum class Access : std::uint8_t {
+  kRead,
+  kOverwrite,  ///< writes all of it, so the pager does not read it first
+  kUpdate,     ///< reads it and then changes it
+};
+
+/// One open level of one attribute. Not movable, because the backend has references to its members.
+/// A const level can only be read; blocks are pinned for writing through a level that is not const.
+struct LevelFile {
+  LevelGeometry geometry;
+  BlockTable table;
+  std::filesystem::path path;
+  std::string attribute = {};  ///< the name that it had when the level was opened
+  std::unique_ptr<Backend> backend;
+  BackendTraits traits;
+  Pipeline pipeline = {};  ///< how the backend encodes blocks
+  bool writable = true;    ///< false if the level was opened for reading
+  /// Other levels were encoded with the help of this one (Backend::context), so it can no longer be
+  /// changed: they would decode to wrong records.
+  mutable std::atomic<bool> is_fixed = false;
+  /// What the last commit has of a level in memory. Not set for other levels, and for new ones.
+  std::shared_ptr<KeptBlocks> committed;
+  std::uint32_t pager_slot = kNoId;  ///< for use by the pager only
+
+  /// Whether all passes that wrote to the level have finished. A level that is not finished must
+  /// not be read or committed (StoreAccess::check_readable).
+  bool is_finished() const noexcept { return !left_unfinished && passes_under_way == 0; }
+  /// Set by UnfinishedLevels, PinnedBlock::abandon() and patches.
+  std::atomic<bool> left_unfinished = false;
+  std::atomic<std::uint32_t> passes_under_way = 0;  ///< counted by UnfinishedLevels
+  /// For messages: a face that a PatchWriter left out. Passes that begin forget it.
+  std::uint32_t first_missing_face = kNoId;
+};
+
+/// Whether blocks of the level may need blocks of other levels (Backend::context).
+bool needs_other_blocks(const LevelFile& level) noexcept;
+
+/// Throws kBadState for a level that is fixed. The message names the ways to change its records.
+void check_not_fixed(const LevelFile& level);
+
+/// Marks levels as unfinished while a pass writes to them, from add() to finish(). If finish() is
+/// not called, for example after an error, the levels stay unfinished until a pass has overwritten
+/// each of them as a whole. The executors use one object for each pass. A program that changes a
+/// level in several passes, or through pins, uses one object around all of them. Threads: one
+/// (docs/threads.md).
+class UnfinishedLevels {
+ public:
+  UnfinishedLevels() = default;
+  ~UnfinishedLevels();
+  UnfinishedLevels(const UnfinishedLevels&) = delete;
+  UnfinishedLevels& operator=(const UnfinishedLevels&) = delete;
+  /// `access` tells how the pass uses the whole level; with kRead the call does nothing. The
+  /// backend learns that all blocks will be written (Advice::kOverwrite). The level must outlive
+  /// this object. Errors: kBadState as check_not_fixed().
+  void add(LevelFile& level, Access access);
+  void finish() noexcept;
+
+ private:
+  struct Added {
+    LevelFile* level;
+    Access access;
+  };
+  std::vector<Added> levels_;
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,50 @@
+#include "plait/detail/level_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+bool needs_other_blocks(const LevelFile& level) noexcept {
+  if (level.traits.in_memory || level.geometry.block_count() == 0) return false;
+  std::array<ContextBlock, kMostContextBlocks> needed;
+  return level.backend->context(0, needed) > 0;
+}
+
+void check_not_fixed(const LevelFile& level) {
+  if (level.is_fixed)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("write {}: expected a level that no other level is encoded from; "
+                            "write to a new attribute, or convert the store to a pipeline "
+                            "without prediction first (plait convert --compress fast)",
+                            level.path.native()));
+}
+
+UnfinishedLevels::~UnfinishedLevels() {
+  for (const Added& added : levels_) {
+    --added.level->passes_under_way;
+    added.level->left_unfinished = true;
+  }
+}
+
+void UnfinishedLevels::add(LevelFile& level, Access access) {
+  if (access == Access::kRead) return;
+  check_not_fixed(level);
+  level.backend->advise({0, level.geometry.block_count()}, Advice::kOverwrite);
+  level.first_missing_face = kNoId;
+  levels_.push_back({&level, access});
+  ++level.passes_under_way;
+}
+
+void UnfinishedLevels::finish() noexcept {
+  for (const Added& added : levels_) {
+    --added.level->passes_under_way;
+    if (added.access == Access::kOverwrite) added.level->left_unfinished = false;
+  }
+  levels_.clear();
+}
+
+PLAIT_END_NAMESPACE

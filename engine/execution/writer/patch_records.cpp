@@ -1,0 +1,34 @@
+#include "execution/writer/patch_records.h"
+
+#include <cstring>
+
+#include "address/record_sizes.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+void copy_any(const PatchRecords& patch, int from, const std::array<bool, 3>& with_edge,
+              const FaceSlots& slots) {
+  const std::int64_t size = patch.size();
+  const std::byte* next = patch.records;
+  for (std::int64_t j = 0; j <= size; ++j)
+    for (std::int64_t i = 0; i + j <= size; ++i, next += patch.record_bytes) {
+      if (is_corner(patch.level, i, j) || to_side(patch.level, i, j).level < from) continue;
+      const bool left_out = (i + j == size && !with_edge[0]) || (i == 0 && !with_edge[1]) ||
+                            (j == 0 && !with_edge[2]);
+      if (!left_out) std::memcpy(slots.find(patch.level, i, j), next, patch.record_bytes);
+    }
+}
+
+}  // namespace
+
+void copy_inside(const PatchRecords& patch, int from, const std::array<bool, 3>& with_edge,
+                 const FaceSlots& slots) {
+  const bool copied = with_record_size(patch.record_bytes, [&](auto record) {
+    slots.copy_from(from, patch.level, with_edge,
+                    reinterpret_cast<const decltype(record)*>(patch.records));
+  });
+  if (!copied) copy_any(patch, from, with_edge, slots);
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,370 @@
+#include "plait/patch_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstring>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "execution/writer/patch_records.h"
+#include "execution/writer/record_text.h"
+#include "execution/writer/written_attribute.h"
+#include "plait/error.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/pager.h"
+#include "plait/extend/store_access.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// The records of edited positions are no longer those that a scheme makes.
+void forget_how_made(Store& store, AttributeId id) {
+  if (store.rounding(id)) StoreAccess::set_rounding(store, id, {});
+  if (store.attributes()[id].schema.name != "position" || store.provenance().scheme.empty()) return;
+  Provenance provenance = store.provenance();
+  provenance.scheme.clear();
+  provenance.limit = false;
+  StoreAccess::set_provenance(store, provenance);
+}
+
+}  // namespace
+
+struct PatchWriter::State {
+  State(Store& store, const PatchWriterOptions& options);
+  ~State();
+
+  WrittenAttribute& find(const Target& target);
+  void check_patch(const WrittenAttribute& attribute, FaceId face, int level,
+                   std::size_t bytes) const;
+  int number(int refinements) const {
+    return level_number(BaseRelativeLevel(refinements), base_level);
+  }
+
+  using Lock = std::unique_lock<std::mutex>;
+  void begin(Lock& lock, WrittenAttribute& attribute, FaceId face, int from, int to);
+  bool make_room(std::uint64_t needed_bytes, std::uint64_t most_bytes);
+  void end(WrittenAttribute& attribute, FaceId face, int from, int to) noexcept;
+
+  void copy_corners(const PatchRecords& patch, FaceId face, const FaceSlots& slots) const;
+  void compare_shared(const WrittenAttribute& attribute, const PatchRecords& patch, FaceId face,
+                      int from, const FaceSlots& slots) const;
+  void copy_shared(const PatchRecords& patch, FaceId face, int from, const FaceSlots& slots,
+                   std::vector<bool>& vertices) const;
+  [[noreturn]] void refuse_other(const WrittenAttribute& attribute, const PatchRecords& patch,
+                                 FaceId face, FaceId other, std::int64_t i, std::int64_t j,
+                                 const std::byte* found) const;
+
+  std::optional<StorePass> under_way;  ///< keeps the store's files and memory
+  UnfinishedLevels unfinished;
+  Topology mesh;
+  int base_level;
+  bool compare;
+  bool finished = false;
+  std::uint64_t share_bytes;
+  Session session;  ///< not open after finish()
+  PagingStatistics statistics_at_end;
+
+  mutable std::mutex mutex;  ///< for the following
+  std::condition_variable call_ended;
+  std::uint64_t calls = 0;  ///< that fill blocks now
+  std::vector<WrittenAttribute> attributes;
+  /// [attribute][base vertex] whether a patch has written it; empty unless `compare`.
+  std::vector<std::vector<bool>> vertices;
+};
+
+PatchWriter::State::State(Store& store, const PatchWriterOptions& options)
+    : mesh(store.base().topology()), base_level(store.base_level()), compare(options.compare) {
+  const std::string_view verb = "write patches of";
+  { const StorePass allowed(store, verb); }
+  std::vector<AttributeId> ids;
+  for (const std::string& name : options.attributes) ids.push_back(store.attribute(name));
+  if (options.attributes.empty())
+    for (AttributeId id = 0; id < store.attributes().size(); ++id) ids.push_back(id);
+  attributes.reserve(ids.size());
+  std::vector<std::pair<int, int>> ranges;
+  for (const AttributeId id : ids) {
+    const AttributeInfo& info = store.attributes()[id];
+    const int first = options.first_level.value_or(base_level),
+              last = options.last_level.value_or(info.finest_level);
+    if (first < base_level || last < first || last > info.finest_level)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("write levels {} to {} of '{}': expected levels from {} to {}", first,
+                              last, info.schema.name, base_level, info.finest_level));
+    if (std::ranges::count(ids, id) > 1)
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("write patches of '{}': the attribute is named twice", info.schema.name));
+    for (int level = std::max(first, base_level + 1); level <= last; ++level) {
+      const LevelFile& file = StoreAccess::level_file(store, id, level);
+      check_not_fixed(file);
+      if (needs_other_blocks(file))
+        throw Error(ErrorCode::kNotSupported,
+                    fmt::format("write patches of '{}': level {} is encoded from other blocks "
+                                "(pipeline {}), which must be complete first: write to a level "
+                                "without prediction, then encode the attribute anew",
+                                info.schema.name, level, file.pipeline.to_text()));
+    }
+    ranges.push_back({first - base_level, last - base_level});
+  }
+  // From here on nothing is refused: a PinnedLevel that an exception ends leaves its level
+  // unfinished.
+  for (std::size_t at = 0; at < ids.size(); ++at) {
+    attributes.emplace_back(store, ids[at], ranges[at].first, ranges[at].second);
+    if (compare)
+      vertices.emplace_back(attributes.back().first() == 0 ? mesh.vertex_corners.size() : 0);
+  }
+  for (const AttributeId id : ids) forget_how_made(store, id);
+
+  under_way.emplace(store, verb);
+  for (WrittenAttribute& attribute : attributes)
+    for (int level = std::max(attribute.first(), 1); level <= attribute.last(); ++level)
+      unfinished.add(attribute.file(level), Access::kOverwrite);
+  // Blocks that are being written to the disk need frames too.
+  share_bytes = store.backend_traits().in_memory ? std::numeric_limits<std::uint64_t>::max()
+                : options.share_bytes != 0       ? options.share_bytes
+                                                 : StoreAccess::pager(store).budget_bytes() / 4 * 3;
+  session = StoreAccess::open_session(store);
+}
+
+PatchWriter::State::~State() {
+  if (finished) return;
+  for (const WrittenAttribute& attribute : attributes)
+    for (int level = std::max(attribute.first(), 1); level <= attribute.last(); ++level)
+      if (attribute.missing_faces(level) > 0)
+        attribute.file(level).first_missing_face = attribute.first_missing(level);
+}
+
+WrittenAttribute& PatchWriter::State::find(const Target& target) {
+  const auto found = std::ranges::find(
+      attributes, target.name,
+      [](const WrittenAttribute& each) -> std::string_view { return each.schema().name; });
+  if (found == attributes.end())
+    throw Error(ErrorCode::kNotFound,
+                fmt::format("write a patch: the writer fills no attribute '{}'", target.name));
+  const AttributeSchema& schema = found->schema();
+  if (target.components != 0 &&
+      (schema.type != target.type || schema.components != target.components))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("write a patch: attribute '{}' holds {} x {}, found records of {} x {}",
+                            schema.name, to_string(schema.type), schema.components,
+                            to_string(target.type), target.components));
+  return *found;
+}
+
+void PatchWriter::State::check_patch(const WrittenAttribute& attribute, FaceId face, int level,
+                                     std::size_t bytes) const {
+  const AttributeSchema& schema = attribute.schema();
+  if (face >= mesh.faces.size())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("write face {} of '{}': expected a face below {}", face, schema.name,
+                            mesh.faces.size()));
+  if (level < number(attribute.first()) || level > number(attribute.last()))
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("write face {} of '{}' at level {}: the writer fills levels {} to {}", face,
+                    schema.name, level, number(attribute.first()), number(attribute.last())));
+  const std::uint64_t records =
+      patch_vertex_count(std::int64_t{1} << relative_to_base(level, base_level).refinements);
+  if (bytes != records * schema.record_bytes())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("write face {} of '{}' at level {}: expected {} records of {} bytes, "
+                            "found {} bytes",
+                            face, schema.name, level, records, schema.record_bytes(), bytes));
+}
+
+/// Pins the blocks of the face's slots, and releases others if there is no room.
+void PatchWriter::State::begin(Lock& lock, WrittenAttribute& attribute, FaceId face, int from,
+                               int to) {
+  while (true) {
+    for (WrittenAttribute& each : attributes) each.begin_step();
+    const std::uint64_t missing = attribute.need(face, from, to);
+    if (missing > 0) make_room(missing, share_bytes);
+    try {
+      attribute.use(session, face, from, to);
+      ++calls;
+      return;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::kBudget) throw;
+      if (make_room(missing, 0)) continue;
+      if (calls == 0) throw;
+    }
+    call_ended.wait(lock);
+  }
+}
+
+/// Releases the blocks that no patch has needed for the longest time, until `needed_bytes` more fit
+/// into `most_bytes`. Returns whether it released any.
+bool PatchWriter::State::make_room(std::uint64_t needed_bytes, std::uint64_t most_bytes) {
+  std::uint64_t held_bytes = 0;
+  for (const WrittenAttribute& attribute : attributes)
+    for (const PinnedLevel& level : attribute.held()) held_bytes += level.pinned_bytes();
+  bool released = false;
+  while (held_bytes > most_bytes || needed_bytes > most_bytes - held_bytes) {
+    PinnedLevel* oldest = nullptr;
+    for (WrittenAttribute& attribute : attributes)
+      if (PinnedLevel* const level = attribute.oldest_idle();
+          level && (!oldest || level->oldest_step() < oldest->oldest_step()))
+        oldest = level;
+    if (!oldest) break;
+    oldest->release_oldest();
+    held_bytes -= oldest->frame_bytes();
+    released = true;
+  }
+  return released;
+}
+
+void PatchWriter::State::end(WrittenAttribute& attribute, FaceId face, int from, int to) noexcept {
+  attribute.end_use(face, from, to);
+  --calls;
+  call_ended.notify_all();
+}
+
+/// The corners that the face owns.
+void PatchWriter::State::copy_corners(const PatchRecords& patch, FaceId face,
+                                      const FaceSlots& slots) const {
+  for (int corner = 0; corner < 3; ++corner) {
+    const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(corner)];
+    if (mesh.vertex_corners[vertex].face() != face) continue;
+    const FaceIndex at = corner_point(face, patch.level, corner);
+    std::memcpy(slots.find(patch.level, at.i, at.j), patch.at(at.i, at.j), patch.record_bytes);
+  }
+}
+
+/// Compares the vertices that other patches have written.
+void PatchWriter::State::compare_shared(const WrittenAttribute& attribute,
+                                        const PatchRecords& patch, FaceId face, int from,
+                                        const FaceSlots& slots) const {
+  const auto compare_at = [&](FaceId other, std::int64_t i, std::int64_t j) {
+    const std::byte* const found = slots.find(patch.level, i, j);
+    if (std::memcmp(found, patch.at(i, j), patch.record_bytes) != 0)
+      refuse_other(attribute, patch, face, other, i, j, found);
+  };
+  const std::vector<bool>& of_vertices =
+      vertices[static_cast<std::size_t>(&attribute - attributes.data())];
+  for (int corner = 0; from == 0 && corner < 3; ++corner)
+    if (of_vertices[mesh.faces[face][static_cast<std::size_t>(corner)]]) {
+      const FaceIndex at = corner_point(face, patch.level, corner);
+      compare_at(kNoId, at.i, at.j);
+    }
+  for (int born = std::max(from, 1); born <= patch.level; ++born)
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide across = mesh.across(FaceSide(face, side));
+      if (across.exists() && attribute.is_written(across.face(), born))
+        for_each_on_side(patch, side, born,
+                         [&](std::int64_t i, std::int64_t j) { compare_at(across.face(), i, j); });
+    }
+}
+
+void PatchWriter::State::copy_shared(const PatchRecords& patch, FaceId face, int from,
+                                     const FaceSlots& slots, std::vector<bool>& of_vertices) const {
+  const auto copy = [&](std::int64_t i, std::int64_t j) {
+    std::memcpy(slots.find(patch.level, i, j), patch.at(i, j), patch.record_bytes);
+  };
+  for (int corner = 0; from == 0 && corner < 3; ++corner) {
+    const FaceIndex at = corner_point(face, patch.level, corner);
+    copy(at.i, at.j);
+    of_vertices[mesh.faces[face][static_cast<std::size_t>(corner)]] = true;
+  }
+  for (int born = std::max(from, 1); born <= patch.level; ++born)
+    for (int side = 0; side < 3; ++side) for_each_on_side(patch, side, born, copy);
+}
+
+void PatchWriter::State::refuse_other(const WrittenAttribute& attribute, const PatchRecords& patch,
+                                      FaceId face, FaceId other, std::int64_t i, std::int64_t j,
+                                      const std::byte* found) const {
+  if (other == kNoId) {  // a corner: one of the faces around it
+    const auto is_other = [&](FaceId each) {
+      return each != face && attribute.is_written(each, 0);
+    };
+    const VertexId vertex = mesh.faces[face][static_cast<std::size_t>(corner_of(i, j))];
+    const FaceSide first = mesh.vertex_corners[vertex];
+    FaceSide at = first;
+    while (at.exists() && !is_other(at.face())) {
+      at = mesh.next_corner(at);
+      if (at == first) break;
+    }
+    other = at.exists() && is_other(at.face()) ? at.face() : face;
+  }
+  const AttributeSchema& schema = attribute.schema();
+  const auto text = [&](const std::byte* record) {
+    return record_text(schema, {record, patch.record_bytes});
+  };
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("write face {} of '{}' at level {}: the record at ({}, {}) is {}, and face "
+                  "{} has written {} there",
+                  face, schema.name, number(patch.level), i, j, text(patch.at(i, j)), other,
+                  text(found)));
+}
+
+PatchWriter::PatchWriter(Store& store, const PatchWriterOptions& options) {
+  with_memory_errors("write patches", [&] { state_ = std::make_unique<State>(store, options); });
+}
+PatchWriter::~PatchWriter() = default;
+PatchWriter::PatchWriter(PatchWriter&&) noexcept = default;
+
+void PatchWriter::write(const Target& target, FaceId face, Levels levels, int level,
+                        std::span<const std::byte> records) try {
+  State& state = *state_;
+  if (state.finished) throw Error(ErrorCode::kBadState, "write a patch: the writer has finished");
+  WrittenAttribute& attribute = state.find(target);
+  state.check_patch(attribute, face, level, records.size());
+  const int to = relative_to_base(level, state.base_level).refinements;
+  const int from = levels == Levels::kOnly ? to : attribute.first();
+  const PatchRecords patch{records.data(), attribute.schema().record_bytes(), to};
+
+  State::Lock lock(state.mutex);
+  state.begin(lock, attribute, face, from, to);
+  lock.unlock();
+  const FaceSlots slots = attribute.slots(face, from, to);
+  std::array<bool, 3> with_edge{};
+  for (int side = 0; side < 3 && !state.compare; ++side)
+    with_edge[static_cast<std::size_t>(side)] = state.mesh.is_own(face, side);
+  copy_inside(patch, std::max(from, 1), with_edge, slots);
+  if (from == 0 && !state.compare) state.copy_corners(patch, face, slots);
+
+  lock.lock();
+  try {
+    if (state.compare) {
+      state.compare_shared(attribute, patch, face, from, slots);
+      state.copy_shared(
+          patch, face, from, slots,
+          state.vertices[static_cast<std::size_t>(&attribute - state.attributes.data())]);
+    }
+  } catch (...) {
+    state.end(attribute, face, from, to);
+    throw;
+  }
+  attribute.note_written(face, from, to);
+  state.end(attribute, face, from, to);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("write a patch");
+}
+
+void PatchWriter::finish() {
+  State& state = *state_;
+  if (state.finished) return;
+  for (const WrittenAttribute& attribute : state.attributes)
+    for (int level = attribute.first(); level <= attribute.last(); ++level)
+      if (const std::uint64_t missing = attribute.missing_faces(level); missing > 0)
+        throw Error(ErrorCode::kBadState,
+                    fmt::format("finish writing '{}': face {} was not written at level {}; {} of "
+                                "{} faces are missing there",
+                                attribute.schema().name, attribute.first_missing(level),
+                                state.number(level), missing, state.mesh.faces.size()));
+  for (WrittenAttribute& attribute : state.attributes) attribute.release_all();
+  state.unfinished.finish();
+  state.statistics_at_end = state.session.statistics();
+  state.session = Session();
+  state.finished = true;
+  state.under_way.reset();
+}
+
+PagingStatistics PatchWriter::statistics() const {
+  return state_->finished ? state_->statistics_at_end : state_->session.statistics();
+}
+
+PLAIT_END_NAMESPACE

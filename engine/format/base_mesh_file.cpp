@@ -1,0 +1,180 @@
+#include "format/base_mesh_file.h"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <array>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "base/byte_text.h"
+#include "format/byte_order.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "format/packed_maps.h"
+#include "format/packed_mesh.h"
+#include "io/machine.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr char kMeshMagic[] = "plaitmsh";
+constexpr std::size_t kMeshHeaderBytes = 32;
+/// Faster than a disk; higher levels save less than 5 % more.
+constexpr int kZstdLevel = 3;
+/// A block of a zstd frame takes 4 bytes at least and gives so many at most.
+constexpr std::uint64_t kLeastBlockBytes = 4, kMostContentBytes = 1u << 17;
+/// Of the number of the input's vertices; 0 if the file has no maps.
+constexpr std::size_t kInputVerticesOffset = 12;
+
+void append_frame(std::vector<std::byte>& file, std::span<const std::byte> content) {
+  const std::size_t most = ZSTD_compressBound(content.size());
+  // Not a vector: it would touch all pages, and a frame needs few of them.
+  const auto frame = std::make_unique_for_overwrite<std::byte[]>(most);
+  const std::size_t frame_bytes =
+      ZSTD_compress(frame.get(), most, content.data(), content.size(), kZstdLevel);
+  if (ZSTD_isError(frame_bytes))
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("create {}: zstd: {}", kBaseMeshName, ZSTD_getErrorName(frame_bytes)));
+  file.insert(file.end(), frame.get(), frame.get() + frame_bytes);
+}
+
+/// The bytes of the first frame. Returns 0 if the frame cannot have this content.
+std::size_t first_frame_bytes(std::span<const std::byte> frames, std::uint64_t content_bytes) {
+  const std::size_t bytes = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
+  if (ZSTD_isError(bytes) ||
+      ZSTD_getFrameContentSize(frames.data(), frames.size()) != content_bytes ||
+      content_bytes / kMostContentBytes > bytes / kLeastBlockBytes)
+    return 0;
+  return bytes;
+}
+
+/// Takes the first frame from `frames`, which must have this content. Returns its content, or
+/// nullptr and a reason.
+std::unique_ptr<std::byte[]> take_frame(std::span<const std::byte>& frames,
+                                        std::uint64_t content_bytes, std::string& reason) {
+  const std::size_t frame_bytes = first_frame_bytes(frames, content_bytes);
+  if (frame_bytes == 0) {
+    reason = fmt::format("expected a zstd frame of {} bytes", content_bytes);
+    return nullptr;
+  }
+  auto content = std::make_unique_for_overwrite<std::byte[]>(content_bytes);
+  const std::size_t found =
+      ZSTD_decompress(content.get(), content_bytes, frames.data(), frame_bytes);
+  frames = frames.subspan(frame_bytes);
+  if (found == content_bytes) return content;
+  reason = fmt::format("zstd: {}",
+                       ZSTD_isError(found) ? ZSTD_getErrorName(found) : "fewer bytes than stated");
+  return nullptr;
+}
+
+/// For smaller meshes, the memory of the machine is not looked up.
+constexpr std::uint64_t kFreelyTakenBytes = 64u << 20;
+
+/// Zeros are small in a frame, so a small file can have a mesh that the machine cannot hold.
+void refuse_without_memory(const std::filesystem::path& path, std::uint64_t vertex_count,
+                           std::uint64_t face_count) {
+  // At least the packed mesh and the unpacked one, at the same time.
+  const std::uint64_t needed = packed_mesh_bytes(vertex_count, face_count) +
+                               vertex_count * sizeof(Vector3<double>) +
+                               face_count * sizeof(std::array<VertexId, 3>);
+  if (needed <= kFreelyTakenBytes) return;
+  if (const std::uint64_t available = available_memory_bytes(); needed > available)
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("open {}: {} vertices and {} faces need at least {} of memory, and {} "
+                            "are available",
+                            path.native(), vertex_count, face_count, format_bytes(needed),
+                            format_bytes(available)))
+        .about(path);
+}
+
+}  // namespace
+
+std::vector<std::byte> base_mesh_file(std::uint64_t vertex_count, std::uint64_t face_count,
+                                      std::span<const std::byte> packed) {
+  std::vector<std::byte> bytes(kMeshHeaderBytes);
+  std::memcpy(bytes.data(), kMeshMagic, 8);
+  save(std::span(bytes), 8, std::uint32_t{2});
+  save(std::span(bytes), 16, vertex_count);
+  save(std::span(bytes), 24, face_count);
+  append_frame(bytes, packed);
+  return bytes;
+}
+
+void append_input_maps(std::vector<std::byte>& file, std::uint64_t input_vertex_count,
+                       std::span<const std::byte> packed) {
+  save(std::span(file), kInputVerticesOffset, static_cast<std::uint32_t>(input_vertex_count));
+  append_frame(file, packed);
+}
+
+StoredSize write_base_mesh_file(const Directory& store, const BaseMesh& mesh) {
+  std::vector<std::byte> bytes =
+      base_mesh_file(mesh.vertex_count(), mesh.face_count(), pack_mesh(mesh));
+  if (mesh.differs_from_input()) {
+    const InputMaps maps = mesh.input_maps();
+    append_input_maps(bytes, maps.input_vertex_count, pack_maps(maps));
+  }
+  File file(store, kBaseMeshName, OpenMode::kCreate);
+  file.write_at(0, bytes);
+  file.sync();
+  file.close();
+  return {bytes.size(), checksum_of(bytes)};
+}
+
+BaseMesh read_base_mesh_file(const File& file, const StoredSize& expected,
+                             std::uint64_t vertex_count, std::uint64_t face_count) {
+  const std::filesystem::path& path = file.path();
+  const auto refuse = [&](const std::string& reason) {
+    return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), reason))
+        .about(path);
+  };
+  if (file.size() != expected.bytes || expected.bytes < kMeshHeaderBytes)
+    throw refuse(fmt::format("{} bytes, expected {}", file.size(), expected.bytes));
+  std::vector<std::byte> bytes(expected.bytes);
+  file.read_at(0, bytes);
+  if (const std::uint64_t found = checksum_of(bytes); found != expected.checksum)
+    throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, expected.checksum));
+  if (std::memcmp(bytes.data(), kMeshMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != 2)
+    throw refuse("expected the header of a base mesh");
+  if (load<std::uint64_t>(bytes, 16) != vertex_count ||
+      load<std::uint64_t>(bytes, 24) != face_count || vertex_count >= kNoId || face_count >= kNoId)
+    throw refuse(fmt::format("expected {} vertices and {} faces, found {} and {}", vertex_count,
+                             face_count, load<std::uint64_t>(bytes, 16),
+                             load<std::uint64_t>(bytes, 24)));
+  std::span<const std::byte> frames = std::span<const std::byte>(bytes).subspan(kMeshHeaderBytes);
+  const auto input_vertices = load<std::uint32_t>(bytes, kInputVerticesOffset);
+  std::string reason;
+  if (first_frame_bytes(frames, packed_mesh_bytes(vertex_count, face_count)) > 0)
+    refuse_without_memory(path, vertex_count, face_count);
+  auto packed = take_frame(frames, packed_mesh_bytes(vertex_count, face_count), reason);
+  if (!packed) throw refuse(reason);
+  std::optional<IndexedMesh> mesh = unpack_mesh(
+      {packed.get(), packed_mesh_bytes(vertex_count, face_count)}, vertex_count, face_count);
+  if (!mesh) throw refuse("a face refers to a vertex that is not there");
+  packed.reset();
+  std::optional<InputMaps> maps;
+  if (input_vertices > 0) {
+    packed = take_frame(frames, packed_maps_bytes(vertex_count, face_count), reason);
+    if (!packed) throw refuse(reason);
+    maps = unpack_maps({packed.get(), packed_maps_bytes(vertex_count, face_count)}, vertex_count,
+                       face_count, input_vertices);
+    packed.reset();
+  }
+  if (!frames.empty())
+    throw refuse(fmt::format("{} bytes after the last frame, expected none", frames.size()));
+  bytes = {};
+  std::vector<std::string> warnings;
+  try {
+    BaseMesh result = BaseMesh::build(*std::move(mesh), path.native(), &warnings);
+    if (!warnings.empty()) throw refuse(warnings.front());
+    return maps ? std::move(result).with_input_maps(*maps) : std::move(result);
+  } catch (const Error& error) {
+    throw Error(ErrorCode::kCorruption, error.what()).about(path);
+  }
+}
+
+PLAIT_END_NAMESPACE

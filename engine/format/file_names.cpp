@@ -1,0 +1,59 @@
+#include "format/file_names.h"
+
+#include <algorithm>
+#include <charconv>
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// The text after `prefix`, or nothing if `text` does not begin with it.
+std::optional<std::string_view> after(std::string_view prefix, std::string_view text) {
+  if (!text.starts_with(prefix)) return std::nullopt;
+  return text.substr(prefix.size());
+}
+
+bool is_number(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> version_described_by(std::string_view name) {
+  const auto digits = after("version.", name);
+  if (!digits || !is_number(*digits)) return std::nullopt;
+  std::uint64_t version = 0;
+  const auto end = digits->data() + digits->size();
+  const auto [rest, error] = std::from_chars(digits->data(), end, version);
+  if (error != std::errc() || version_file_name(version) != name) return std::nullopt;
+  return version;
+}
+
+bool is_of_version_alone(std::string_view name, std::uint64_t version) {
+  return name == version_file_name(version) ||
+         (is_version_file_name(name) && (name.ends_with(fmt::format(".base.{}", version)) ||
+                                         name.ends_with(fmt::format(".faces.{}", version))));
+}
+
+bool is_bounds_file_name(std::string_view name) {
+  const auto rest = after("attribute", name);
+  if (!rest) return false;
+  const std::size_t digits = std::min(rest->find('.'), rest->size());
+  const std::string_view kind = rest->substr(digits);
+  return is_number(rest->substr(0, digits)) && (kind == ".bounds" || kind == ".bounds.new");
+}
+
+bool is_version_file_name(std::string_view name) {
+  if (const auto version = after("version.", name)) return is_number(*version);
+  const auto rest = after("attribute", name);
+  if (!rest) return false;
+  const std::size_t digits = std::min(rest->find('.'), rest->size());
+  if (!is_number(rest->substr(0, digits))) return false;
+  if (const auto level = after(".level", rest->substr(digits)))
+    return level->size() > 3 && is_number(level->substr(0, 2)) && (*level)[2] == '.' &&
+           is_number(level->substr(3));
+  for (const std::string_view kind : {".base.", ".faces."})
+    if (const auto version = after(kind, rest->substr(digits))) return is_number(*version);
+  return false;
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,54 @@
+// The names of a store's files; docs/format.md, "Directory".
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+inline constexpr char kManifestName[] = "manifest";
+inline constexpr char kBaseMeshName[] = "base.mesh";
+inline constexpr char kLockName[] = "lock";
+
+inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation) {
+  return fmt::format("attribute{}.level{:02}.{}", attribute, level, generation);
+}
+inline std::string base_file_name(std::uint32_t attribute, std::uint64_t version) {
+  return fmt::format("attribute{}.base.{}", attribute, version);
+}
+/// Of an attribute of the base faces.
+inline std::string faces_file_name(std::uint32_t attribute, std::uint64_t version) {
+  return fmt::format("attribute{}.faces.{}", attribute, version);
+}
+inline std::string version_file_name(std::uint64_t version) {
+  return fmt::format("version.{}", version);
+}
+
+/// Bounds of the patches of an attribute (format/bounds_file.h); and the name of the file while it
+/// is written.
+inline std::string bounds_file_name(std::uint32_t attribute) {
+  return fmt::format("attribute{}.bounds", attribute);
+}
+inline std::string new_bounds_file_name(std::uint32_t attribute) {
+  return bounds_file_name(attribute) + ".new";
+}
+/// Whether the name is one of these two, of any attribute.
+bool is_bounds_file_name(std::string_view name);
+
+/// S for the name "version.S"; nothing for other names.
+std::optional<std::uint64_t> version_described_by(std::string_view name);
+
+/// Whether the file is version.S or has records of base vertices or faces of this version. No other
+/// version needs such a file.
+bool is_of_version_alone(std::string_view name, std::uint64_t version);
+
+/// Whether a name is that of a file that a version adds or removes.
+bool is_version_file_name(std::string_view name);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,80 @@
+// The manifest names the newest version of a store, and has the size and the checksum of the file
+// that describes this version. Byte table: docs/format.md.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "plait/extend/block_table.h"
+#include "plait/extend/directory.h"
+#include "plait/extend/file.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct Manifest {
+  StoreUuid uuid{};
+  std::uint64_t sequence = 0;
+  std::uint64_t version_bytes = 0, version_checksum = 0;  ///< of the file version.S
+  std::uint32_t required_features = 0;                    ///< bits of RequiredFeature
+  /// Of the features below; a reader ignores others.
+  std::uint32_t optional_features = 0;
+
+  friend bool operator==(const Manifest&, const Manifest&) = default;
+};
+
+/// Stored: never renumber.
+enum RequiredFeature : std::uint32_t {
+  kPredictedBlocks = 1,  ///< a block table has a predicted block
+};
+
+/// Optional features: the description ends with how attributes were rounded, with texts, with
+/// attributes of the base faces.
+constexpr std::uint32_t kRoundingsFeature = 1, kTextsFeature = 2, kFacesFeature = 4;
+constexpr std::uint32_t kKnownOptionalFeatures = kRoundingsFeature | kTextsFeature | kFacesFeature;
+
+constexpr std::size_t kManifestSlotBytes = 4096;
+/// At one commit per nanosecond, a store reaches it after 292 years.
+constexpr std::uint64_t kMaxSequence = std::uint64_t{1} << 63;
+using ManifestSlot = std::array<std::byte, kManifestSlotBytes>;
+
+ManifestSlot encode_manifest(const Manifest& manifest);
+
+/// Whether the magic number and the checksum are valid: then the whole slot was written.
+bool is_whole_slot(std::span<const std::byte, kManifestSlotBytes> slot);
+
+/// Checks that each field is in its range. Errors: kNotSupported for an unknown format version or
+/// required flag; kCorruption (the message names the field). The messages begin with `path`.
+Manifest decode_manifest(std::span<const std::byte, kManifestSlotBytes> slot,
+                         const std::filesystem::path& path);
+
+/// Reads the newest whole slot of the file. Errors: kNotFound if there is no file; kCorruption if
+/// no slot is whole.
+Manifest read_manifest(const Directory& store);
+Manifest read_manifest(const File& file);
+/// The slots that are whole and valid, at most two.
+std::vector<Manifest> read_whole_slots(const File& file);
+
+/// Creates the manifest that a store has until its first commit. The first slot has sequence number
+/// 0 and names no version; the second one is all zeros. With `durable`, the file is on the disk
+/// when the call returns.
+void create_begun_manifest(const Directory& store, bool durable);
+/// Resets an existing manifest to its content before the first commit. Errors: kIo.
+void begin_manifest_again(const Directory& store);
+/// Whether the manifest is that of a store that was never committed. False for a damaged manifest.
+/// Errors: kIo; kCorruption if the manifest is not a regular file.
+bool is_begun_manifest(const Directory& store);
+bool is_begun_slot(std::span<const std::byte, kManifestSlotBytes> slot);
+/// Whether the file can be a manifest of a new store that was written only in part, because its
+/// creator was killed.
+bool is_begun_manifest_in_part(const Directory& store);
+/// Whether a slot is whole, of any format version: then the directory is a store.
+bool has_whole_slot(const Directory& store);
+
+/// Writes the slot that belongs to the sequence number.
+void write_manifest(File& file, const Manifest& manifest);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,105 @@
+#include "format/packed_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <utility>
+
+#include "format/planes.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A corner is one of these: a vertex that no corner before it has named; corner a, b or c of the
+/// face before; or, from kBehind on, the vertex that is so many (1, 2, ...) behind the next new one
+/// in the order in which corners name vertices.
+constexpr std::uint32_t kNew = 0, kCornerBefore = 1, kBehind = 4;
+
+constexpr double Vector3<double>::*kCoordinates[] = {&Vector3<double>::x, &Vector3<double>::y,
+                                                     &Vector3<double>::z};
+
+}  // namespace
+
+std::vector<std::byte> pack_mesh(const BaseMesh& mesh) {
+  const Planes<std::uint64_t> coordinates(mesh.vertex_count());
+  const Planes<std::uint32_t> corners(3 * mesh.face_count()), numbers(mesh.vertex_count());
+  std::vector<std::byte> packed(packed_mesh_bytes(mesh.vertex_count(), mesh.face_count()));
+  std::byte* to = packed.data();
+  for (const auto coordinate : kCoordinates) {
+    for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
+      coordinates.put(to, v, std::bit_cast<std::uint64_t>(mesh.positions()[v].*coordinate));
+    to += coordinates.bytes();
+  }
+  std::byte* const to_numbers = to + corners.bytes();
+  std::vector<std::uint32_t> places(mesh.vertex_count(), kNoId);  // in the order of first use
+  std::array<std::uint32_t, 3> before = {kNoId, kNoId, kNoId};
+  std::uint32_t next = 0;
+  VertexId last = 0;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    std::array<std::uint32_t, 3> face;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VertexId vertex = mesh.faces()[f][i];
+      std::uint32_t& place = places[vertex];
+      std::uint32_t corner = kNew;
+      if (place == kNoId) {
+        numbers.put(to_numbers, next, zigzag(vertex - std::exchange(last, vertex)));
+        place = next++;
+      } else if (const auto found = std::ranges::find(before, place); found != before.end()) {
+        corner = kCornerBefore + static_cast<std::uint32_t>(found - before.begin());
+      } else {
+        corner = kBehind - 1 + next - place;
+      }
+      corners.put(to, 3 * f + i, corner);
+      face[i] = place;
+    }
+    before = face;
+  }
+  return packed;
+}
+
+std::optional<IndexedMesh> unpack_mesh(std::span<const std::byte> packed,
+                                       std::uint64_t vertex_count, std::uint64_t face_count) {
+  if (vertex_count == 0 && face_count > 0) return std::nullopt;
+  const Planes<std::uint64_t> coordinates(vertex_count);
+  const Planes<std::uint32_t> corners(3 * face_count), numbers(vertex_count);
+  IndexedMesh mesh;
+  mesh.positions.resize(vertex_count);
+  mesh.faces.resize(face_count);
+  const std::byte* from = packed.data();
+  for (const auto coordinate : kCoordinates) {
+    coordinates.for_each(from, [&](std::size_t v, std::uint64_t bits) {
+      mesh.positions[v].*coordinate = std::bit_cast<double>(bits);
+    });
+    from += coordinates.bytes();
+  }
+  const std::byte* const from_numbers = from + corners.bytes();
+  std::vector<VertexId> vertices(vertex_count);
+  VertexId last = 0;
+  bool sound = true;
+  numbers.for_each(from_numbers, [&](std::size_t place, std::uint32_t difference) {
+    last += from_zigzag(difference);
+    sound &= last < vertex_count;
+    vertices[place] = last;
+  });
+  // The places that codes below kBehind stand for, in this face and in the next one. Codes are hard
+  // to foresee, so the loop looks them up instead of branching.
+  std::array<std::uint32_t, kBehind> both[2] = {{0, kNoId, kNoId, kNoId}, {}};
+  std::uint32_t next = 0;
+  std::size_t f = 0, i = 0;
+  corners.for_each(from, [&](std::size_t, std::uint32_t corner) {
+    auto& places = both[f % 2];
+    places[kNew] = next;
+    // What is too far behind wraps to a large number.
+    const std::uint32_t place = corner < kBehind ? places[corner] : next + (kBehind - 1) - corner;
+    next += corner == kNew ? 1 : 0;
+    const bool known = place < next && next <= vertex_count;
+    sound &= known;
+    mesh.faces[f][i] = vertices[known ? place : 0];
+    both[1 - f % 2][kCornerBefore + i] = place;
+    if (++i == 3) ++f, i = 0;
+  });
+  if (!sound || next != vertex_count) return std::nullopt;
+  return mesh;
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,29 @@
+// The numbers of a base mesh in the order in which a codec finds most to save (docs/format.md,
+// base.mesh): positions as planes of bytes, corners of faces as references to vertices that faces
+// have just used.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "plait/base_mesh.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// REQUIRES: both counts are below kNoId.
+constexpr std::uint64_t packed_mesh_bytes(std::uint64_t vertex_count, std::uint64_t face_count) {
+  return 28 * vertex_count + 12 * face_count;
+}
+
+std::vector<std::byte> pack_mesh(const BaseMesh& mesh);
+
+/// The inverse; nothing if the bytes refer to a vertex that is not there, or have vertices that no
+/// face uses. A number may stand for two vertices, and positions may be anything: BaseMesh::build()
+/// refuses such meshes. REQUIRES: packed_mesh_bytes() bytes.
+std::optional<IndexedMesh> unpack_mesh(std::span<const std::byte> packed,
+                                       std::uint64_t vertex_count, std::uint64_t face_count);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,433 @@
+// PLY: vertices and faces with any properties. Binary records of fixed size are read in bulk,
+// everything else value by value.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+#include "mesh/connectivity.h"
+#include "mesh/files/ply_attributes.h"
+#include "mesh/files/ply_values.h"
+#include "mesh/files/readers.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A list that claims more entries than this is an error: vertex indices have 32 bits.
+constexpr double kMaxListCount = 4294967295.0;
+
+/// The positions of x, y and z among the properties of a vertex.
+struct VertexProperties {
+  std::array<std::size_t, 3> index;
+};
+
+bool is_vertex_list(const PlyProperty& property) {
+  return property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+bool is_finite_point(const Vector3<double>& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+template <class Values>
+std::uint64_t read_list_count(Values& values, const PlyProperty& property) {
+  const double count = values.value(property.count_type);
+  if (!(count >= 0 && count <= kMaxListCount) || count != std::floor(count))
+    values.refuse(fmt::format("a count for the list {}", in_quotes(property.name)),
+                  fmt::format("{}", count));
+  return static_cast<std::uint64_t>(count);
+}
+
+/// Returns false if the type has no such number.
+bool append_number(PlyType type, double value, std::vector<std::byte>& to) {
+  const auto append = [&]<class Number>(Number number) {
+    if constexpr (std::is_integral_v<Number>)
+      if (!(value >= static_cast<double>(std::numeric_limits<Number>::lowest()) &&
+            value <= static_cast<double>(std::numeric_limits<Number>::max()) &&
+            value == std::floor(value)))
+        return false;
+    number = static_cast<Number>(value);
+    const auto bytes = std::as_bytes(std::span(&number, 1));
+    to.insert(to.end(), bytes.begin(), bytes.end());
+    return true;
+  };
+  switch (type) {
+    case PlyType::kInt8:
+      return append(std::int8_t{});
+    case PlyType::kUint8:
+      return append(std::uint8_t{});
+    case PlyType::kInt16:
+      return append(std::int16_t{});
+    case PlyType::kUint16:
+      return append(std::uint16_t{});
+    case PlyType::kInt32:
+      return append(std::int32_t{});
+    case PlyType::kUint32:
+      return append(std::uint32_t{});
+    case PlyType::kFloat32:
+      return append(float{});
+    case PlyType::kFloat64:
+      break;
+  }
+  return append(double{});
+}
+
+template <class Values>
+void skip_property(Values& values, const PlyProperty& property) {
+  values.skip(property.type, property.is_list ? read_list_count(values, property) : 1);
+}
+
+class PlyReader {
+ public:
+  PlyReader(Input& input, PlyHeader header, bool with_attributes)
+      : input_(input), header_(std::move(header)) {
+    check_header();
+    if (!with_attributes) return;
+    attributes_ = attributes_of(*vertices_, left_out_);
+    records_.resize(attributes_.size());
+  }
+
+  void read() {
+    if (header_.format == PlyFormat::kAscii)
+      read_body(TextPlyValues(input_, header_));
+    else
+      read_body(BinaryPlyValues(input_, header_));
+  }
+
+  IndexedMesh finish(Warnings* warnings) {
+    divider_.report(input_, warnings);
+    if (ignored_bytes_ > 0 && warnings != nullptr)
+      warnings->push_back(
+          fmt::format("{}: {} bytes after the last element of the header were ignored",
+                      input_.path().native(), ignored_bytes_));
+    if (!left_out_.empty() && warnings != nullptr)
+      warnings->push_back(
+          fmt::format("{}: vertex properties left out, because they are lists or "
+                      "no names of attributes: {}",
+                      input_.path().native(), fmt::join(left_out_, ", ")));
+    return std::move(mesh_);
+  }
+  ComponentType precision() const {
+    const bool is_double = std::ranges::any_of(position_.index, [&](std::size_t property) {
+      return vertices_->properties[property].type == PlyType::kFloat64;
+    });
+    return is_double ? ComponentType::kFloat64 : ComponentType::kFloat32;
+  }
+  std::vector<MeshAttribute> finish_attributes() {
+    std::vector<MeshAttribute> result;
+    for (std::size_t at = 0; at < attributes_.size(); ++at)
+      result.push_back({attributes_[at].schema, std::move(records_[at])});
+    return result;
+  }
+
+ private:
+  template <class Values>
+  void read_body(Values values) {
+    for (const PlyElement& element : header_.elements) {
+      // Elements without properties take no bytes, whatever their count.
+      if (element.properties.empty()) continue;
+      if (&element == vertices_) {
+        const std::uint64_t count = input_.plausible_count(element.count, element.least_bytes());
+        mesh_.positions.reserve(count);
+        for (std::size_t at = 0; at < attributes_.size(); ++at)
+          records_[at].reserve(count * attributes_[at].schema.record_bytes());
+        read_vertices(values);
+      } else if (&element == faces_) {
+        mesh_.faces.reserve(input_.plausible_count(element.count, least_triangle_bytes()));
+        read_faces(values);
+      } else {
+        skip_element(values, element);
+      }
+    }
+    if (!values.at_end()) ignore_rest();
+  }
+
+  /// Reads to the end of the input, so that the checksum of a compressed file is checked.
+  void ignore_rest() {
+    do {
+      ignored_bytes_ += input_.unread().size();
+      input_.consume(input_.unread().size());
+    } while (input_.fill());
+  }
+
+  /// A number of a vertex's record in the file, and the records that get it.
+  struct RecordPart {
+    std::size_t offset, bytes;
+    std::vector<std::byte>* to;
+  };
+  std::vector<RecordPart> record_parts();
+
+  void check_header();
+  std::uint64_t least_triangle_bytes() const;
+  [[noreturn]] void refuse_header(std::string_view what) const {
+    input_.refuse_at_line(header_.lines, fmt::format("header: {}", what));
+  }
+
+  template <class Values>
+  void skip_element(Values& values, const PlyElement& element);
+  template <class Values>
+  void read_vertices(Values& values);
+  template <class Values>
+  void read_faces(Values& values);
+  template <class Values>
+  void read_face(Values& values);
+  std::uint64_t read_vertices_in_bulk(BinaryPlyValues& values);
+  template <class Values>
+  void add_numbers(Values& values, std::span<const double> numbers);
+  bool read_triangle_in_bulk(BinaryPlyValues& values);
+  bool is_vertex(double index) const {
+    return index >= 0 && index < static_cast<double>(vertices_->count) &&
+           index == std::floor(index);
+  }
+
+  Input& input_;
+  PlyHeader header_;
+  const PlyElement* vertices_ = nullptr;
+  const PlyElement* faces_ = nullptr;
+  VertexProperties position_{};
+  std::size_t face_list_ = 0;
+  std::uint64_t ignored_bytes_ = 0;
+  std::vector<PlyAttribute> attributes_;
+  std::vector<std::vector<std::byte>> records_;  ///< [attribute]
+  std::vector<std::string> left_out_;
+  IndexedMesh mesh_;
+  FaceDivider divider_{mesh_.faces};
+};
+
+void PlyReader::check_header() {
+  for (const PlyElement& element : header_.elements) {
+    if (element.name == "vertex") vertices_ = &element;
+    if (element.name == "face") faces_ = &element;
+  }
+  if (vertices_ == nullptr) refuse_header("expected an element vertex, found none");
+  if (faces_ == nullptr) refuse_header("expected an element face, found none");
+  if (vertices_->count > kMaxVertices)
+    refuse_header(
+        fmt::format("expected at most {} vertices, found {}", kMaxVertices, vertices_->count));
+  if (faces_->count > kMaxFaces)
+    refuse_header(fmt::format("expected at most {} faces, found {}", kMaxFaces, faces_->count));
+
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string_view name = std::string_view("xyz").substr(axis, 1);
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < vertices_->properties.size(); ++i)
+      if (vertices_->properties[i].name == name && !vertices_->properties[i].is_list) {
+        position_.index[axis] = i;
+        ++found;
+      }
+    if (found != 1)
+      refuse_header(fmt::format("expected one vertex property {}, found {}", name, found));
+  }
+  std::size_t lists = 0;
+  for (std::size_t i = 0; i < faces_->properties.size(); ++i)
+    if (is_vertex_list(faces_->properties[i])) {
+      face_list_ = i;
+      ++lists;
+    }
+  if (lists != 1)
+    refuse_header(
+        fmt::format("expected one face list vertex_indices or vertex_index, found {}", lists));
+}
+
+std::uint64_t PlyReader::least_triangle_bytes() const {
+  const std::size_t index_bytes = ply_type_bytes(faces_->properties[face_list_].type);
+  // In ascii, a number and its blank take at least two bytes, and a face has at least four numbers.
+  return header_.format == PlyFormat::kAscii ? 8 : faces_->least_bytes() + 3 * index_bytes;
+}
+
+template <class Values>
+void PlyReader::skip_element(Values& values, const PlyElement& element) {
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    values.begin_element({element.name, i, element.count});
+    for (const PlyProperty& property : element.properties) skip_property(values, property);
+    values.end_element();
+  }
+}
+
+std::vector<PlyReader::RecordPart> PlyReader::record_parts() {
+  std::vector<RecordPart> parts;
+  for (std::size_t at = 0; at < attributes_.size(); ++at)
+    for (const std::size_t property : attributes_[at].properties) {
+      std::size_t offset = 0;
+      for (std::size_t i = 0; i < property; ++i)
+        offset += ply_type_bytes(vertices_->properties[i].type);
+      parts.push_back(
+          {offset, ply_type_bytes(vertices_->properties[property].type), &records_[at]});
+    }
+  return parts;
+}
+
+/// REQUIRES: no lists, a record shorter than the buffer. Returns the number of records, all of
+/// which it has read.
+std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
+  std::array<std::size_t, 3> offset{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t i = 0; i < position_.index[axis]; ++i)
+      offset[axis] += ply_type_bytes(vertices_->properties[i].type);
+  const auto type = [&](std::size_t axis) {
+    return vertices_->properties[position_.index[axis]].type;
+  };
+  const std::array<PlyType, 3> types = {type(0), type(1), type(2)};
+  const std::size_t stride = vertices_->least_bytes();
+  const bool big_endian = values.big_endian();
+  const std::vector<RecordPart> parts = record_parts();
+
+  std::uint64_t done = 0;
+  while (done < vertices_->count) {
+    values.begin_element({"vertex", done, vertices_->count});
+    if (!input_.ensure(stride)) values.refuse_end();
+    const std::string_view bytes = input_.unread();
+    const std::uint64_t ready =
+        std::min<std::uint64_t>(bytes.size() / stride, vertices_->count - done);
+    for (std::uint64_t i = 0; i < ready; ++i) {
+      const char* record = bytes.data() + i * stride;
+      const Vector3<double> p = {load_ply_number(types[0], record + offset[0], big_endian),
+                                 load_ply_number(types[1], record + offset[1], big_endian),
+                                 load_ply_number(types[2], record + offset[2], big_endian)};
+      if (!is_finite_point(p)) {
+        values.begin_element({"vertex", done + i, vertices_->count});
+        values.refuse_at(input_.offset() + i * stride, "a finite position",
+                         fmt::format("({}, {}, {})", p.x, p.y, p.z));
+      }
+      mesh_.positions.push_back(p);
+      for (const RecordPart& part : parts)
+        for (std::size_t byte = 0; byte < part.bytes; ++byte)
+          part.to->push_back(static_cast<std::byte>(
+              record[part.offset + (big_endian ? part.bytes - 1 - byte : byte)]));
+    }
+    input_.consume(ready * stride);
+    done += ready;
+  }
+  return done;
+}
+
+/// Appends the numbers of a vertex to the records. [property of the vertex]
+template <class Values>
+void PlyReader::add_numbers(Values& values, std::span<const double> numbers) {
+  for (std::size_t at = 0; at < attributes_.size(); ++at)
+    for (const std::size_t property : attributes_[at].properties)
+      if (!append_number(vertices_->properties[property].type, numbers[property], records_[at]))
+        values.refuse(fmt::format("a number of the type of {}",
+                                  in_quotes(vertices_->properties[property].name)),
+                      fmt::format("{}", numbers[property]));
+}
+
+template <class Values>
+void PlyReader::read_vertices(Values& values) {
+  std::uint64_t first = 0;
+  if constexpr (std::is_same_v<Values, BinaryPlyValues>)
+    if (!vertices_->has_lists() && vertices_->least_bytes() <= Input::kBufferBytes / 4)
+      first = read_vertices_in_bulk(values);
+  std::vector<double> numbers(vertices_->properties.size());
+  for (std::uint64_t vertex = first; vertex < vertices_->count; ++vertex) {
+    values.begin_element({"vertex", vertex, vertices_->count});
+    Vector3<double> p{};
+    for (std::size_t i = 0; i < vertices_->properties.size(); ++i) {
+      const auto axis = std::find(position_.index.begin(), position_.index.end(), i);
+      if (axis == position_.index.end()) {
+        if (vertices_->properties[i].is_list || attributes_.empty())
+          skip_property(values, vertices_->properties[i]);
+        else
+          numbers[i] = values.value(vertices_->properties[i].type);
+        continue;
+      }
+      const double value = values.value(vertices_->properties[i].type);
+      if (!std::isfinite(value)) values.refuse("a finite position", fmt::format("{}", value));
+      p[static_cast<int>(axis - position_.index.begin())] = value;
+    }
+    add_numbers(values, numbers);
+    values.end_element();
+    mesh_.positions.push_back(p);
+  }
+}
+
+/// Reads the next face if it is a triangle, has no other list, and lies in the buffer as a whole;
+/// otherwise consumes nothing and returns false. A face with a bad index also returns false: the
+/// value-by-value reader then reports the place of the index.
+bool PlyReader::read_triangle_in_bulk(BinaryPlyValues& values) {
+  const PlyProperty& list = faces_->properties[face_list_];
+  const std::size_t index_bytes = ply_type_bytes(list.type);
+  const std::size_t count_bytes = ply_type_bytes(list.count_type);
+  const std::uint64_t record_bytes = faces_->least_bytes() + 3 * index_bytes;
+  const std::string_view bytes = input_.unread();
+  if (bytes.size() < record_bytes) return false;
+
+  const char* at = bytes.data();
+  for (std::size_t i = 0; i < face_list_; ++i) at += ply_type_bytes(faces_->properties[i].type);
+  if (load_ply_number(list.count_type, at, values.big_endian()) != 3) return false;
+  at += count_bytes;
+  std::array<VertexId, 3> face;
+  for (VertexId& vertex : face) {
+    const double index = load_ply_number(list.type, at, values.big_endian());
+    if (!is_vertex(index)) return false;
+    vertex = static_cast<VertexId>(index);
+    at += index_bytes;
+  }
+  // With this many triangles, the value-by-value reader reports the error.
+  if (mesh_.faces.size() >= kMaxFaces) return false;
+  mesh_.faces.push_back(face);
+  input_.consume(record_bytes);
+  return true;
+}
+
+template <class Values>
+void PlyReader::read_face(Values& values) {
+  for (std::size_t i = 0; i < faces_->properties.size(); ++i) {
+    const PlyProperty& property = faces_->properties[i];
+    if (i != face_list_) {
+      skip_property(values, property);
+      continue;
+    }
+    const std::uint64_t corners = read_list_count(values, property);
+    if (corners < 3) values.refuse("three corners or more", fmt::format("{}", corners));
+    divider_.begin();
+    for (std::uint64_t corner = 0; corner < corners; ++corner) {
+      const double index = values.value(property.type);
+      if (!is_vertex(index))
+        values.refuse(fmt::format("a vertex below {}", vertices_->count), fmt::format("{}", index));
+      if (!divider_.add(static_cast<VertexId>(index)))
+        values.refuse(fmt::format("at most {} triangles", kMaxFaces), "more");
+    }
+  }
+}
+
+template <class Values>
+void PlyReader::read_faces(Values& values) {
+  bool bulk = false;
+  if constexpr (std::is_same_v<Values, BinaryPlyValues>) {
+    std::size_t lists = 0;
+    for (const PlyProperty& property : faces_->properties) lists += property.is_list ? 1 : 0;
+    bulk = lists == 1;
+  }
+  for (std::uint64_t face = 0; face < faces_->count; ++face) {
+    if constexpr (std::is_same_v<Values, BinaryPlyValues>)
+      if (bulk && read_triangle_in_bulk(values)) continue;
+    values.begin_element({"face", face, faces_->count});
+    read_face(values);
+    values.end_element();
+  }
+}
+
+}  // namespace
+
+IndexedMesh read_ply(Input& input, Warnings* warnings) {
+  PlyReader reader(input, read_ply_header(input), false);
+  reader.read();
+  return reader.finish(warnings);
+}
+
+AttributedMesh read_ply_with_attributes(Input& input, Warnings* warnings) {
+  PlyReader reader(input, read_ply_header(input), true);
+  reader.read();
+  AttributedMesh result{reader.finish(warnings), reader.precision()};
+  result.attributes = reader.finish_attributes();
+  return result;
+}
+
+PLAIT_END_NAMESPACE

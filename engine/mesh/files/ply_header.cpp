@@ -1,0 +1,204 @@
+#include "mesh/files/ply_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10;
+
+struct TypeName {
+  std::string_view name;
+  PlyType type;
+};
+constexpr std::array<TypeName, 16> kTypeNames = {{{"char", PlyType::kInt8},
+                                                  {"int8", PlyType::kInt8},
+                                                  {"uchar", PlyType::kUint8},
+                                                  {"uint8", PlyType::kUint8},
+                                                  {"short", PlyType::kInt16},
+                                                  {"int16", PlyType::kInt16},
+                                                  {"ushort", PlyType::kUint16},
+                                                  {"uint16", PlyType::kUint16},
+                                                  {"int", PlyType::kInt32},
+                                                  {"int32", PlyType::kInt32},
+                                                  {"uint", PlyType::kUint32},
+                                                  {"uint32", PlyType::kUint32},
+                                                  {"float", PlyType::kFloat32},
+                                                  {"float32", PlyType::kFloat32},
+                                                  {"double", PlyType::kFloat64},
+                                                  {"float64", PlyType::kFloat64}}};
+
+class HeaderReader {
+ public:
+  explicit HeaderReader(Input& input) : input_(input) {}
+
+  PlyHeader read();
+
+ private:
+  /// The words of the next line.
+  const std::vector<std::string>& next_line();
+  std::size_t find_line_end();
+  void read_format();
+  void read_element();
+  void read_property();
+  PlyType type_from_name(const std::string& name) const;
+
+  [[noreturn]] void refuse(std::string_view expected, std::string_view found) const {
+    input_.refuse_at_line(header_.lines,
+                          fmt::format("header: expected {}, found {}", expected, found));
+  }
+
+  Input& input_;
+  PlyHeader header_;
+  char terminator_ = '\n';
+  std::vector<std::string> words_;
+};
+
+std::size_t HeaderReader::find_line_end() {
+  for (std::size_t from = 0;;) {
+    const std::string_view text = input_.unread();
+    const std::size_t end =
+        header_.lines == 1 ? text.find_first_of("\r\n", from) : text.find(terminator_, from);
+    from = std::min(end, text.size());
+    if (from > kMaxLineBytes)
+      refuse(fmt::format("lines of at most {} bytes", kMaxLineBytes), "a longer one");
+    if (end != std::string_view::npos) return end;
+    if (!input_.fill()) refuse("end_header", "the end of the file");
+  }
+}
+
+const std::vector<std::string>& HeaderReader::next_line() {
+  ++header_.lines;
+  const std::size_t end = find_line_end();
+  if (header_.lines == 1) {
+    const bool more = input_.ensure(end + 2);
+    const std::string_view text = input_.unread();
+    if (text[end] == '\r' && !(more && text[end + 1] == '\n')) terminator_ = '\r';
+  }
+  words_.clear();
+  std::string_view line = input_.unread().substr(0, end);
+  constexpr std::string_view kBlanks = " \t\r";
+  for (;;) {
+    const std::size_t start = line.find_first_not_of(kBlanks);
+    if (start == std::string_view::npos) break;
+    line.remove_prefix(start);
+    words_.emplace_back(line.substr(0, line.find_first_of(kBlanks)));
+    line.remove_prefix(words_.back().size());
+  }
+  input_.consume(end);
+  while (input_.unread().front() != terminator_) input_.consume(1);
+  input_.consume(1);
+  return words_;
+}
+
+PlyType HeaderReader::type_from_name(const std::string& name) const {
+  for (const TypeName& known : kTypeNames)
+    if (known.name == name) return known.type;
+  refuse("a PLY type", in_quotes(name));
+}
+
+void HeaderReader::read_format() {
+  if (words_.size() != 3 || words_[2] != "1.0")
+    refuse("'format NAME 1.0'", words_.size() > 2 ? in_quotes(words_[2]) : "too few words");
+  if (words_[1] == "ascii")
+    header_.format = PlyFormat::kAscii;
+  else if (words_[1] == "binary_little_endian")
+    header_.format = PlyFormat::kLittleEndian;
+  else if (words_[1] == "binary_big_endian")
+    header_.format = PlyFormat::kBigEndian;
+  else
+    refuse("ascii, binary_little_endian or binary_big_endian", in_quotes(words_[1]));
+}
+
+void HeaderReader::read_element() {
+  if (words_.size() != 3) refuse("'element NAME COUNT'", fmt::format("{} words", words_.size()));
+  PlyElement element;
+  element.name = words_[1];
+  const std::string& count = words_[2];
+  const auto [end, error] =
+      std::from_chars(count.data(), count.data() + count.size(), element.count);
+  if (error != std::errc() || end != count.data() + count.size())
+    refuse("a count of elements", in_quotes(count));
+  if (element.name == "vertex" || element.name == "face")
+    for (const PlyElement& other : header_.elements)
+      if (other.name == element.name) refuse("each element once", in_quotes(element.name));
+  header_.elements.push_back(std::move(element));
+}
+
+void HeaderReader::read_property() {
+  if (header_.elements.empty()) refuse("an element before its properties", "a property");
+  PlyProperty property;
+  property.is_list = words_.size() > 1 && words_[1] == "list";
+  const std::size_t expected_words = property.is_list ? 5 : 3;
+  if (words_.size() != expected_words)
+    refuse("'property TYPE NAME' or 'property list TYPE TYPE NAME'",
+           fmt::format("{} words", words_.size()));
+  if (property.is_list) property.count_type = type_from_name(words_[2]);
+  property.type = type_from_name(words_[expected_words - 2]);
+  property.name = words_.back();
+  header_.elements.back().properties.push_back(std::move(property));
+}
+
+PlyHeader HeaderReader::read() {
+  if (next_line() != std::vector<std::string>{"ply"}) refuse("'ply'", "something else");
+  bool has_format = false;
+  for (;;) {
+    if (next_line().empty()) continue;
+    const std::string& keyword = words_[0];
+    if (keyword == "comment" || keyword == "obj_info") continue;
+    if (keyword == "end_header") break;
+    if (keyword == "format") {
+      if (std::exchange(has_format, true)) refuse("one format", "another");
+      read_format();
+    } else if (keyword == "element") {
+      read_element();
+    } else if (keyword == "property") {
+      read_property();
+    } else {
+      refuse("format, comment, obj_info, element, property or end_header", in_quotes(keyword));
+    }
+  }
+  if (!has_format) refuse("a format line", "none");
+  return std::move(header_);
+}
+
+}  // namespace
+
+std::size_t ply_type_bytes(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8:
+    case PlyType::kUint8:
+      return 1;
+    case PlyType::kInt16:
+    case PlyType::kUint16:
+      return 2;
+    case PlyType::kInt32:
+    case PlyType::kUint32:
+    case PlyType::kFloat32:
+      return 4;
+    case PlyType::kFloat64:
+      return 8;
+  }
+  return 8;
+}
+
+std::uint64_t PlyElement::least_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const PlyProperty& property : properties)
+    bytes += ply_type_bytes(property.is_list ? property.count_type : property.type);
+  return bytes;
+}
+
+bool PlyElement::has_lists() const {
+  return std::any_of(properties.begin(), properties.end(),
+                     [](const PlyProperty& property) { return property.is_list; });
+}
+
+PlyHeader read_ply_header(Input& input) { return HeaderReader(input).read(); }
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,58 @@
+// ply_header.h: the header of a PLY file. Source: G. Turk, "The PLY Polygon File Format", 1994.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "mesh/files/input.h"
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+enum class PlyFormat : std::uint8_t { kAscii, kLittleEndian, kBigEndian };
+
+enum class PlyType : std::uint8_t {
+  kInt8,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kFloat32,
+  kFloat64
+};
+
+std::size_t ply_type_bytes(PlyType type);
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kFloat32;
+  bool is_list = false;
+  PlyType count_type = PlyType::kUint8;  ///< of a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;  ///< as the header claims
+  std::vector<PlyProperty> properties;
+
+  /// The fewest bytes of one element in a binary file: its lists have no entries.
+  std::uint64_t least_bytes() const;
+  bool has_lists() const;
+};
+
+struct PlyHeader {
+  PlyFormat format = PlyFormat::kAscii;
+  std::vector<PlyElement> elements;
+  std::uint64_t lines = 0;
+};
+
+/// Consumes the header with its last line end. Lines end in \n, \r\n or \r, all of them like the
+/// first line.
+/// Errors: kInvalidArgument with the line number.
+PlyHeader read_ply_header(Input& input);
+
+PLAIT_END_NAMESPACE

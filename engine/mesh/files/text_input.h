@@ -1,0 +1,64 @@
+// text_input.h: words, lines and numbers of an ascii mesh file.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "mesh/files/input.h"
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct TextRules {
+  bool hash_comments = false;        ///< '#' starts a comment that runs to the end of the line
+  bool backslash_continues = false;  ///< a backslash at the end of a line joins the next one
+};
+
+/// A cursor over an Input. Lines end in \n, \r\n or \r; line() counts them from 1.
+class TextInput {
+ public:
+  static constexpr std::size_t kMaxWordBytes = 4096;
+
+  TextInput(Input& input, TextRules rules, std::uint64_t first_line = 1)
+      : input_(input), rules_(rules), line_(first_line) {}
+
+  std::uint64_t line() const { return line_; }
+  Input& input() const { return input_; }
+
+  /// The next word of this line, empty at its end; valid until the next call.
+  /// Errors: kInvalidArgument for a word longer than kMaxWordBytes.
+  std::string_view word();
+  /// Skips the rest of this line and goes to the next line that has a word. Returns false if the
+  /// input ends before.
+  bool next_line();
+  /// Goes to the next word, on this line or a later one. Returns false if the input ends before.
+  bool seek_word();
+
+  /// Throws kInvalidArgument with "read PATH, line N: ELEMENT: expected EXPECTED, found FOUND". An
+  /// empty `found` means the end of the line.
+  [[noreturn]] void refuse(std::string_view element, std::string_view expected,
+                           std::string_view found) const;
+  /// Throws the same error with the end of the file as found.
+  [[noreturn]] void refuse_end(std::string_view element, std::string_view expected) const;
+
+ private:
+  /// Skips blanks, comments and continued line ends. Returns the next byte, or nothing at the end
+  /// of the input.
+  std::optional<char> peek();
+  void pass_line_end(char first);
+  void pass_comment();
+
+  Input& input_;
+  TextRules rules_;
+  std::uint64_t line_;
+};
+
+/// A decimal or scientific number, "nan" and "inf" included. Returns nothing if `word` is not a
+/// number or is too large for a double. A number too small for a double gives zero. Independent of
+/// the locale.
+std::optional<double> parse_number(std::string_view word);
+std::optional<std::int64_t> parse_integer(std::string_view word);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,39 @@
+// plait/extend/attributed_mesh.h: the triangles of a file together with what the file says about
+// their vertices.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plait/attribute.h"
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// Records of all vertices of a mesh, one after another.
+struct MeshAttribute {
+  AttributeSchema schema;
+  std::vector<std::byte> records;
+};
+
+/// Triangles, and attributes of their vertices. They may be invalid.
+struct AttributedMesh {
+  IndexedMesh mesh;
+  /// The type that the file has for coordinates; float32 for text formats without types.
+  ComponentType precision = ComponentType::kFloat32;
+  std::vector<MeshAttribute> attributes = {};
+};
+
+/// read_indexed_mesh(), with the vertex properties of a PLY file as attributes of their types:
+///   nx ny nz -> normal          red green blue [alpha] -> color        s t, or u v -> texture
+///   NAME_0 NAME_1 ... (of one type) -> NAME, a record of as many components
+///   NAME_x NAME_y NAME_z (of one type) -> NAME                 any other scalar -> its own name
+/// Lists, and names that an attribute cannot have, are left out, which adds a line to `warnings`.
+/// Other formats give no attributes. Pinned by tests/engine/mesh/attributed_mesh_test.cpp.
+AttributedMesh read_attributed_mesh(const std::filesystem::path& path,
+                                    std::vector<std::string>* warnings = nullptr);
+
+PLAIT_END_NAMESPACE

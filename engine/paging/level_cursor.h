@@ -1,0 +1,35 @@
+// paging/level_cursor.h: visits the slots of one level in the order of edges. It pins one block at
+// a time and prefetches the next ones.
+#pragma once
+
+#include <utility>
+
+#include "plait/detail/namespace.h"
+#include "plait/detail/pinned_level.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// For one thread. Must not outlive the level.
+class LevelCursor {
+ public:
+  /// Opens the level for reading. The cursor owns its session.
+  LevelCursor(Session session, const LevelFile& file)
+      : session_(std::move(session)), level_(file) {}
+  LevelCursor(Session session, LevelFile& file, Access access)
+      : session_(std::move(session)), level_(file, access) {}
+
+  const LevelGeometry& geometry() const { return level_.geometry(); }
+  /// Valid until the next call. Edges ascend from call to call. Errors: those of Session::pin.
+  LocatedSlot slot(EdgeId edge) {
+    if (!level_.is_pinned(edge)) move_to(edge);
+    return level_.slot(edge);
+  }
+
+ private:
+  void move_to(EdgeId edge);
+
+  Session session_;
+  PinnedLevel level_;
+};
+
+PLAIT_END_NAMESPACE

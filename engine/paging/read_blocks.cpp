@@ -1,0 +1,154 @@
+// The second half of a PinCall: it reads the absent blocks into the frames that the call took.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "paging/pin_call.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+bool is_not_filled(Frame::State state) {
+  return state == Frame::State::kClaimed || state == Frame::State::kReading;
+}
+
+bool is_missing(const PinBatch::Entry& entry) {
+  return entry.brings_in && entry.frame->content.state == Frame::State::kClaimed &&
+         entry.access != Access::kOverwrite;
+}
+
+bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
+  const Frame::State state = entry.frame->content.state;
+  if (is_not_filled(state)) return batch.overwrites(*entry.frame);
+  return entry.access == Access::kRead || !is_being_written(state);
+}
+
+}  // namespace
+
+bool Pager::Implementation::PinCall::read_blocks() {
+  const bool reads = std::ranges::any_of(batch_, is_missing);
+  if (reads) read();
+  while (PinBatch::Entry* const entry =
+             batch_.first([&](const PinBatch::Entry& other) { return !is_ready(batch_, other); }))
+    pager_.wait_while(
+        lock_, session_, *entry->frame,
+        is_not_filled(entry->frame->content.state) ? is_not_filled : is_being_written);
+  bool others_failed = false;
+  for (const PinBatch::Entry& entry : batch_) {
+    if (entry.frame->content.state != State::kDetached) continue;
+    if (entry.brings_in && entry.frame->content.read_error)
+      std::rethrow_exception(entry.frame->content.read_error);
+    others_failed = true;
+  }
+  return !others_failed;
+}
+
+void Pager::Implementation::PinCall::read() noexcept {
+  Frame* here = nullptr;
+  for (PinBatch::Entry& entry : batch_) {
+    if (!is_missing(entry) || !was_written(*entry.level, entry.block)) continue;
+    if (entry.level->traits.in_memory) {
+      become(*entry.frame, State::kClean);
+      pager_.count_transfer(*entry.frame, Direction::kRead);
+    } else if (entry.context_count == 0) {
+      pager_.transfers_.begin_read(*entry.frame);
+      // This thread reads the last block itself, because it would otherwise only wait.
+      if (Frame* const before = std::exchange(here, entry.frame)) {
+        if (pager_.transfers_.has_threads())
+          pager_.transfers_.submit(*before);
+        else
+          pager_.transfers_.start(lock_, *before);
+      }
+    }
+  }
+  if (here) {
+    const Wait waiting(pager_, &session_, Direction::kRead);
+    pager_.transfers_.start(lock_, *here);
+    // A backend with threads of its own has only begun it. So this thread begins the others as
+    // well, and does not wait for the I/O thread to wake up.
+    for (PinBatch::Entry& entry : batch_)
+      if (entry.brings_in && entry.frame->content.state == State::kReading)
+        pager_.transfers_.help(lock_, *entry.frame);
+    pager_.changed_of(*here).wait(lock_, [&] { return !is_not_filled(here->content.state); });
+  }
+  fill_with_zeros();
+  read_with_context();
+}
+
+void Pager::Implementation::PinCall::fill_with_zeros() noexcept {
+  for (PinBatch::Entry& entry : batch_) {
+    if (!is_missing(entry) || was_written(*entry.level, entry.block)) continue;
+    lock_.unlock();
+    std::memset(entry.frame->content.memory, 0, entry.frame->content.block_bytes);
+    lock_.lock();
+    become(*entry.frame, State::kClean);
+    pager_.wake_all();
+  }
+}
+
+void Pager::Implementation::PinCall::read_with_context() noexcept {
+  while (true) {
+    // Begins all reads that need not wait for others. This thread reads the last block itself.
+    Frame* here = nullptr;
+    PinBatch::Entry* earliest = nullptr;  // of those that wait for another block
+    bool gave_up = false;
+    for (PinBatch::Entry& entry : batch_) {
+      if (!is_missing(entry)) continue;
+      if (Frame* const absent = absent_context(entry)) {
+        if (absent->content.state != State::kDetached) {
+          if (!earliest || comes_before(*entry.level, *earliest->level)) earliest = &entry;
+          continue;
+        }
+        entry.frame->content.read_error = nullptr;  // reading the context failed, not this read
+        pager_.table_.detach_block(*entry.frame);
+        pager_.wake_all();
+        gave_up = true;
+        continue;
+      }
+      begin_read_with_context(entry);
+      Frame* const before = std::exchange(here, entry.frame);
+      if (before && pager_.transfers_.has_threads()) {
+        pager_.transfers_.submit(*before);
+      } else if (before) {
+        const Wait waiting(pager_, &session_, Direction::kRead);
+        pager_.transfers_.start(lock_, *before);
+      }
+    }
+    if (here) {
+      const Wait waiting(pager_, &session_, Direction::kRead);
+      pager_.transfers_.start(lock_, *here);
+    } else if (gave_up) {
+      continue;  // blocks that are decoded with that one
+    } else if (earliest) {
+      // That block is being read, or another call has claimed it. The other call waits, if at all,
+      // for a block that comes still earlier. So all waits end.
+      pager_.wait_while(lock_, session_, *absent_context(*earliest), is_not_filled);
+    } else {
+      return;
+    }
+  }
+}
+
+Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::Entry& entry) noexcept {
+  for (std::size_t i = 0; i < entry.context_count; ++i)
+    if (Frame* const context = batch_[entry.context + i].frame;
+        is_not_filled(context->content.state) || context->content.state == State::kDetached)
+      return context;
+  return nullptr;
+}
+
+void Pager::Implementation::PinCall::begin_read_with_context(
+    const PinBatch::Entry& entry) noexcept {
+  Frame::Content& content = entry.frame->content;
+  for (std::size_t i = 0; i < entry.context_count; ++i) {
+    content.context[i] = batch_[entry.context + i].frame;
+    ++content.context[i]->content.pins;
+  }
+  content.context_count = entry.context_count;
+  pager_.transfers_.begin_read(*entry.frame);
+}
+
+PLAIT_END_NAMESPACE

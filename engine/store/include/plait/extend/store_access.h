@@ -1,0 +1,125 @@
+// plait/extend/store_access.h: what kernels, executors and copies need of a store beside the
+// interface of plait/store.h. Most programs need visit_vertices() or a Reader instead.
+//
+// Threads: functions that take a const store may be called from several threads at the same time.
+// While a thread calls another one, no other thread may use the store (docs/threads.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "plait/detail/namespace.h"
+#include "plait/store.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// Tells a store that a pass over its levels is under way. A callback of the pass then gets
+/// kBadState if it calls a function of the store that would disturb the pass. Reading and
+/// statistics work. The object keeps the store's files and memory. Threads: one (docs/threads.md).
+class StorePass {
+ public:
+  enum class Kind : std::uint8_t {
+    kPass,   ///< nothing may change, and nothing may be committed
+    kPause,  ///< a callback between two passes of a longer work: it may commit, and no more
+    kWalk,   ///< a program's own walk over patches: it may not remove what it walks over
+  };
+  /// For a pass that only reads, or for the other kinds.
+  explicit StorePass(const Store& store, Kind kind = Kind::kPass);
+  /// For a pass that writes. `verb` begins messages: "sweep 'smooth' of". Errors: kBadState for a
+  /// store that was opened for reading, and while another pass is under way; kBusy while the store
+  /// has readers or views.
+  StorePass(Store& store, std::string_view verb);
+  ~StorePass();
+  StorePass(const StorePass&) = delete;
+  StorePass& operator=(const StorePass&) = delete;
+
+  /// Whether there is an object of kind kPass.
+  static bool is_under_way(const Store& store);
+
+ private:
+  std::shared_ptr<Store::Implementation> store_;
+  Kind kind_;
+};
+
+/// The parts of a store that work on levels and blocks. All functions are static.
+class StoreAccess {
+ public:
+  /// The open file of a level. Errors: kInvalidArgument unless base_level() < level <= finest level
+  /// of the attribute.
+  static LevelFile& level_file(Store& store, AttributeId attribute, int level) {
+    return store.level_file(attribute, level);
+  }
+  static const LevelFile& level_file(const Store& store, AttributeId attribute, int level) {
+    return store.level_file(attribute, level);
+  }
+
+  /// Where the slots and blocks of a level are, for records of `record_bytes`, in blocks near
+  /// `block_bytes` (0: as options() says), whether the store has such a level or not. With records
+  /// of one byte, offsets and sizes count vertices. A level file has this geometry, but blocks that
+  /// are made again from another attribute are smaller. Errors: kInvalidArgument for a level or a
+  /// size that a store cannot have.
+  static LevelGeometry geometry(const Store& store, std::size_t record_bytes, int level,
+                                std::uint64_t block_bytes = 0) {
+    return store.geometry(record_bytes, level, block_bytes);
+  }
+
+  /// Throws kBadState if the level is unfinished (plait/detail/level_file.h): its records are those
+  /// of no moment. A pass may read levels that the work around it has begun, unless another pass is
+  /// under way (`within_work`); readers may not.
+  static void check_readable(const Store& store, AttributeId attribute, int level,
+                             bool within_work = false);
+
+  /// Errors: those that a call has which removes or adds attributes and levels. Changes nothing.
+  static void check_changeable(const Store& store, std::string_view verb);
+  /// The base records of an attribute as they were before subdivide() made its levels, for the work
+  /// that makes the levels again; empty if they are not known. Every change of the store by another
+  /// call empties it.
+  static std::vector<std::byte>& records_before_levels(Store& store, AttributeId attribute);
+  /// Removes the levels that are finer than `finest_level`. Errors: as Store::remove_attribute().
+  static void remove_levels(Store& store, AttributeId attribute, int finest_level);
+
+  /// Throws kInvalidArgument if the attribute has another type. The message names both types.
+  static void check_type(const Store& store, AttributeId attribute, ComponentType type,
+                         std::uint32_t components) {
+    store.check_type(attribute, type, components);
+  }
+
+  /// Opens a session for one reader, sweep or walk. Several sessions may be open at once, in
+  /// several threads. Errors: kOutOfMemory.
+  static Session open_session(const Store& store, const SessionOptions& options = {}) {
+    return store.open_session(options);
+  }
+  static Pager& pager(Store& store) { return store.pager(); }
+  static const Pager& pager(const Store& store) { return store.pager(); }
+
+  /// Sets Store::provenance(). The store keeps its own `layout` and `base_level`. Errors:
+  /// kInvalidArgument for a name that is too long or not printable.
+  static void set_provenance(Store& store, const Provenance& provenance) {
+    store.set_provenance(provenance);
+  }
+
+  /// Tells the store that levels up to `finest_level` will be added, and that they are what
+  /// provenance() says. If the attribute's pipeline has the stage `predicted`, blocks that the
+  /// scheme makes again are then stored in no bytes (plait/extend/block_maker.h). Blocks with other
+  /// content are stored as always. If nothing can make such levels, the pipeline loses the stage.
+  /// `copy_of`: the name that the attribute has in the end, if its records are copied. Then the
+  /// earlier attributes of the store are complete, and blocks can be made from them too.
+  static void plan_levels(Store& store, AttributeId attribute, int finest_level,
+                          std::string_view copy_of = {}) {
+    store.plan_levels(attribute, finest_level, copy_of);
+  }
+
+  /// Sets Store::rounding(); the next commit records it. copy_attribute() calls it; a pass that
+  /// gives the records other values sets it to nothing. Errors: kInvalidArgument for an error or a
+  /// step that is negative or not finite.
+  static void set_rounding(Store& store, AttributeId attribute,
+                           const std::optional<Rounding>& rounding) {
+    store.set_rounding(attribute, rounding);
+  }
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,65 @@
+// plait/options.h: options of a store. A value out of range is refused, never clamped.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/budget.h"
+#include "plait/extend/store_event.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+enum class Durability : std::uint8_t {
+  kCommit,  ///< commit() returns when the version is on the disk
+  kNone,    ///< for temporary stores: commit() publishes without waiting for the disk
+};
+
+/// The pipelines of each attribute.
+using PipelinesOf = std::function<LevelPipelines(const AttributeSchema&)>;
+
+/// Options of Store::create(): wishes. What a store is, it records (plait/extend/provenance.h).
+struct StoreOptions {
+  // Behaviour
+  /// A name in the registry, or "auto": what BackendRegistry::choose()
+  /// chooses. Store::options() of the new store has the chosen name.
+  std::string backend = std::string(kAutomaticBackend);
+  /// For "auto": the bytes that all levels will have, before compression. 0: not known, or few.
+  std::uint64_t expected_bytes = 0;
+  /// How blocks are encoded: "shuffle,zstd:1", or more (plait/extend/pipeline.h). Not set: the
+  /// default of the backend. Store::set_pipeline gives an attribute a pipeline of its own.
+  std::optional<LevelPipelines> pipeline = {};
+  /// Gives each attribute that is added a pipeline; empty: `pipeline` for all of them.
+  PipelinesOf pipeline_of = {};
+  Durability durability = Durability::kCommit;
+
+  // Performance
+  std::uint64_t block_bytes = 1 << 20;  ///< unit of I/O; 4 KiB to 1 GiB, a power of two
+  /// For frames and for scratch memory of the backend; at least 64 KiB.
+  std::uint64_t budget_bytes = 256u << 20;
+  /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
+  /// transfer runs in the thread that needs it. Not set: one thread, or one for each processor if
+  /// the backend compresses.
+  std::optional<int> io_threads = {};
+  /// If it is set, `budget_bytes` are a part of it (plait/extend/budget.h).
+  std::shared_ptr<Budget> budget = {};
+  StoreEvents events = {};  ///< whom the store tells what it does (plait/extend/store_event.h)
+};
+
+/// Options of Store::open().
+struct OpenOptions {
+  bool writable = false;
+  std::uint64_t budget_bytes = 256u << 20;
+  std::optional<int> io_threads = {};  ///< as in StoreOptions
+  /// For writers. With kNone the store never waits for the disk, so a crash of the system may
+  /// destroy the store.
+  Durability durability = Durability::kCommit;
+  std::shared_ptr<Budget> budget = {};  ///< as in StoreOptions
+  StoreEvents events = {};              ///< as in StoreOptions
+};
+
+PLAIT_END_NAMESPACE

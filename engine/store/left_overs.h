@@ -1,0 +1,49 @@
+// store/left_overs.h: finds and removes directories that killed runs left under temporary names:
+// NAME.partial-PID of unfinished outputs and STORE.repair-PID of repairs. A process locks the
+// directory that it makes (flock), and the lock ends with the process. So an unlocked one is left
+// over, if it also proves that plait made it: names alone are no reason to remove anything.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "plait/detail/namespace.h"
+#include "plait/extend/directory.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// A repair whose files are not in their places looks at the store in this directory of its own.
+inline constexpr char kRepairViewName[] = "view";
+
+/// A directory that a killed process left under a temporary name.
+struct LeftOver {
+  std::string name;         ///< in the directory that was searched
+  bool in_use = false;      ///< another process has its lock: remove_left_over() does not remove it
+  std::uint64_t bytes = 0;  ///< of the files that plait made
+  std::vector<std::string> foreign;  ///< entries that plait does not make; they stay
+};
+
+/// Finds left-overs, sorted by name: those of plait by their mark (io/made_mark.h) or the manifest
+/// of a store in them, empty ones, and any that are locked. With `of`, only those with that final
+/// name. Errors: kIo.
+std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of = {});
+
+/// Removes the left-over, unless another process has locked it meanwhile: the files that plait
+/// makes, and then the directory if it is empty. Returns whether the left-over is removed. Errors:
+/// kIo.
+bool remove_left_over(const Directory& directory, const LeftOver& left_over);
+
+/// Removes from a directory all files that plait makes in a directory with a temporary name: those
+/// of a store and those of a repair. Errors: kIo.
+void remove_made_files(const Directory& directory);
+
+/// Removes the left-overs of killed runs whose output was `path`, and calls `warn` for each.
+/// Errors: kIo; those of OutputName.
+void remove_left_overs_of(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,147 @@
+// What a store knows of the passes, readers and processes that use it.
+#include <fmt/format.h>
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "plait/error.h"
+#include "plait/extend/store_access.h"
+#include "store/store_checks.h"
+#include "store/store_state.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+bool has(const Store::Implementation& state, StorePass::Kind kind) {
+  return state.pass_counts[static_cast<std::size_t>(kind)] > 0;
+}
+
+}  // namespace
+
+const std::string& Store::Implementation::name() const {
+  static const std::string in_memory = "a store in memory";
+  return on_disk() ? path.native() : in_memory;
+}
+
+std::shared_ptr<Store::Implementation> Store::Implementation::own(
+    std::unique_ptr<Implementation> state) {
+  return {state.release(), [](Implementation* owned) {
+            if (owned->process.is_current()) {
+              delete owned;
+              return;
+            }
+            // The threads of the pager are missing here, and the files belong to the other process.
+            owned->base = BaseMesh();
+            for (Attribute& attribute : owned->attributes) attribute.base_bytes = {};
+            static std::vector<Implementation*> kept;  // for tools that look for lost memory
+            kept.push_back(owned);
+          }};
+}
+
+Store::Implementation& Store::state() const {
+  if (!implementation_)
+    throw Error(ErrorCode::kBadState,
+                "use a store: it is closed, or its content was moved to another object");
+  implementation_->process.check(implementation_->name());
+  return *implementation_;
+}
+
+void check_undisturbed(const Store::Implementation& state, Change change, std::string_view verb) {
+  const bool disturbs = has(state, StorePass::Kind::kPass) ||
+                        (change != Change::kCommit && has(state, StorePass::Kind::kPause)) ||
+                        (change == Change::kRemove && has(state, StorePass::Kind::kWalk));
+  if (disturbs)
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{} {}: a pass over the store is under way; wait until it has ended",
+                            verb, state.name()));
+  const std::uint64_t readers = state.reader_count, views = state.view_count;
+  if (readers == 0 && views == 0) return;
+  throw Error(ErrorCode::kBusy,
+              fmt::format("{} {}: expected no reader of this store, found {} reader{} and {} open "
+                          "view{}: end them first",
+                          verb, state.name(), readers, readers == 1 ? "" : "s", views,
+                          views == 1 ? "" : "s"));
+}
+
+void check_change(const Store::Implementation& state, Change change, std::string_view verb) {
+  if (!state.writable)
+    throw Error(
+        ErrorCode::kBadState,
+        fmt::format("{} {}: the store was opened for reading; open it with .writable = true", verb,
+                    state.name()));
+  check_undisturbed(state, change, verb);
+}
+
+void begin_change(Store::Implementation& state, Change change, std::string_view verb) {
+  check_change(state, change, verb);
+  if (change != Change::kRecords) state.changed = true;  // records tell of themselves
+  for (auto& attribute : state.attributes) attribute.before_levels = {};
+}
+
+std::string why_unfinished(const LevelFile& level) {
+  return level.first_missing_face == kNoId
+             ? "a pass that writes to it was cancelled, failed or has not ended"
+             : fmt::format("a PatchWriter was not given face {}", level.first_missing_face);
+}
+
+void refuse_unfinished(const Store::Implementation& state, std::string_view attribute,
+                       const LevelFile& file, int level) {
+  throw Error(ErrorCode::kBadState,
+              fmt::format("read level {} of '{}' in {}: it is unfinished: {}; run the work again, "
+                          "or take Store::roll_back()",
+                          level, attribute, state.name(), why_unfinished(file)));
+}
+
+StorePass::StorePass(const Store& store, Kind kind) : kind_(kind) {
+  store.state();
+  store_ = store.implementation_;
+  ++store_->pass_counts[static_cast<std::size_t>(kind_)];
+}
+
+StorePass::StorePass(Store& store, std::string_view verb) : kind_(Kind::kPass) {
+  begin_change(store.state(), Change::kRecords, verb);
+  store_ = store.implementation_;
+  ++store_->pass_counts[static_cast<std::size_t>(kind_)];
+}
+
+StorePass::~StorePass() { --store_->pass_counts[static_cast<std::size_t>(kind_)]; }
+
+void StoreAccess::check_readable(const Store& store, AttributeId attribute, int level,
+                                 bool within_work) {
+  const Store::Implementation& state = store.state();
+  const LevelFile& file = level_of(state, attribute, level);
+  if (file.is_finished()) return;
+  if (within_work && file.passes_under_way > 0 && !has(state, StorePass::Kind::kPass)) return;
+  refuse_unfinished(state, state.infos[attribute].schema.name, file, level);
+}
+
+void StoreAccess::check_changeable(const Store& store, std::string_view verb) {
+  check_change(store.state(), Change::kRemove, verb);
+}
+
+std::vector<std::byte>& StoreAccess::records_before_levels(Store& store, AttributeId attribute) {
+  return attribute_of(store.state(), attribute).before_levels;
+}
+
+void StoreAccess::remove_levels(Store& store, AttributeId attribute, int finest_level) {
+  Store::Implementation& state = store.state();
+  begin_change(state, Change::kRemove, "remove levels of");
+  Store::Implementation::Attribute& data = attribute_of(state, attribute);
+  if (state.infos[attribute].finest_level > finest_level) check_not_needed(state, data);
+  while (state.infos[attribute].finest_level > finest_level) {
+    std::vector<std::unique_ptr<LevelFile>> finest;
+    finest.push_back(std::move(data.levels.back()));
+    data.levels.pop_back();
+    state.retire(std::move(finest));
+    data.record.levels.pop_back();
+    --state.infos[attribute].finest_level;
+  }
+}
+
+bool StorePass::is_under_way(const Store& store) { return has(store.state(), Kind::kPass); }
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,124 @@
+#include "store/version_sizes.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/byte_text.h"
+#include "format/base_mesh_file.h"
+#include "format/file_names.h"
+#include "io/disk_bytes.h"
+#include "plait/error.h"
+#include "plait/extend/base_relative_level.h"
+#include "plait/extend/block_maker.h"
+#include "plait/extend/block_table.h"
+#include "plait/extend/file.h"
+#include "plait/extend/level_geometry.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// So many bytes are read whatever the disk has of them.
+constexpr std::uint64_t kFreelyReadBytes = 256u << 20;
+/// Of more, the disk must have one byte in so many. The base mesh alone takes some bytes a vertex,
+/// so only records of zeros with hundreds of bytes a vertex have as many holes.
+constexpr std::uint64_t kMostBytesForOneOnDisk = 64;
+
+Error refusal(const std::filesystem::path& path, const std::string& reason) {
+  return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", path.native(), reason))
+      .about(path);
+}
+
+/// Nothing for what is not there and for what is no regular file: its reader says so.
+std::optional<std::uint64_t> size_of(const Directory& store, const std::string& name) {
+  struct stat status {};
+  if (::fstatat(store.descriptor(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0 ||
+      !S_ISREG(status.st_mode))
+    return std::nullopt;
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
+void check_size(const Directory& store, const std::string& name, std::uint64_t expected) {
+  if (const auto found = size_of(store, name); found && *found != expected)
+    throw refusal(store.path_of(name), fmt::format("{} bytes, expected {}", *found, expected));
+}
+
+}  // namespace
+
+void check_counts(const VersionDescription& description, const std::filesystem::path& path) {
+  const std::uint64_t vertices = description.vertex_count, edges = description.edge_count,
+                      faces = description.face_count, border = description.border_edge_count;
+  // Each face has three edges, an edge in the border has one face and all others have two; each
+  // vertex has a face.
+  if (3 * faces + border != 2 * edges || border > edges || vertices > 3 * faces)
+    throw refusal(path, fmt::format("no mesh has {} vertices, {} edges, {} of them in the border, "
+                                    "and {} faces",
+                                    vertices, edges, border, faces));
+}
+
+std::uint64_t block_tables_bytes(const VersionDescription& description,
+                                 const std::filesystem::path& path) {
+  // A block has as many slots on a border as elsewhere.
+  const SlotShapes edges(description.edge_count);
+  std::uint64_t blocks = 0;
+  for (const AttributeRecord& attribute : description.attributes) {
+    BaseRelativeLevel level(0);
+    for (const LevelRecord& stored : attribute.levels) {
+      ++level.refinements;
+      try {
+        blocks += LevelGeometry(edges, level, attribute.schema.record_bytes(),
+                                block_bytes_of_level(stored.pipeline, level.refinements,
+                                                     description.block_bytes))
+                      .block_count();
+      } catch (const Error& error) {
+        throw refusal(path, fmt::format("attribute '{}': {}", attribute.schema.name, error.what()));
+      }
+    }
+  }
+  return blocks * sizeof(BlockEntry);
+}
+
+void refuse_holes(const Directory& store, const VersionDescription& description,
+                  std::uint64_t sequence) {
+  std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
+  for (const AttributeRecord& attribute : description.attributes)
+    names.push_back(base_file_name(attribute.number, sequence));
+  std::uint64_t bytes = 0;
+  for (const std::string& name : names) bytes += size_of(store, name).value_or(0);
+  if (bytes <= kFreelyReadBytes) return;
+  const std::uint64_t needed = bytes / kMostBytesForOneOnDisk;
+  std::uint64_t there = 0, most_holes = 0;
+  std::string emptiest;
+  for (const std::string& name : names) {
+    if (size_of(store, name).value_or(0) == 0) continue;
+    const File file(store, name, OpenMode::kRead);
+    const std::uint64_t found = bytes_on_disk(file, needed - there);
+    there += found;
+    if (there >= needed) return;
+    if (const std::uint64_t holes = file.size() - std::min(found, file.size());
+        holes >= most_holes) {
+      most_holes = holes;
+      emptiest = name;
+    }
+  }
+  throw refusal(store.path_of(emptiest),
+                fmt::format("{} of it are a hole; of {} in the files that are read whole, the disk "
+                            "has {}, expected at least {}",
+                            format_bytes(most_holes), format_bytes(bytes), format_bytes(there),
+                            format_bytes(needed)));
+}
+
+void check_base_sizes(const Directory& store, const VersionDescription& description,
+                      std::uint64_t sequence) {
+  for (const AttributeRecord& attribute : description.attributes)
+    check_size(store, base_file_name(attribute.number, sequence),
+               description.vertex_count * attribute.schema.record_bytes());
+  check_size(store, kBaseMeshName, description.base_mesh_bytes);
+}
+
+PLAIT_END_NAMESPACE

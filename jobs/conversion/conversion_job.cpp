@@ -1,0 +1,127 @@
+#include "conversion/conversion_job.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <utility>
+
+#include "conversion/copy_options.h"
+#include "conversion/read_back.h"
+#include "plait/extend/copy_levels.h"
+#include "plait/store.h"
+#include "store/attribute_levels.h"
+#include "store/left_overs.h"
+#include "store/partial_store.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+BackendChoice backend_of_copy(const ConversionRequest& request, const CopyChoices& choices,
+                              const Store& source, const BackendRegistry& backends) {
+  if (!request.max_errors.empty() && choices.backend.empty() && !choices.compresses &&
+      !source.backend_traits().compressed)
+    return {"compressed", "because of the rounding"};
+  return choose_backend_of_copy(choices, source, backends);
+}
+
+/// The pipelines of the copy, with the steps of the attributes that are rounded.
+PipelinesOf with_steps(const PipelinesOf& pipeline_of, const ErrorBounds& bounds,
+                       const Store& source) {
+  std::map<std::string, double> steps;
+  for (const auto& [name, bound] : bounds.all()) {
+    const AttributeId id = source.attribute(name);
+    steps[name] = Rounder(source.attributes()[id].schema, bound, source.base_bytes(id)).step();
+  }
+  return [=](const AttributeSchema& schema) {
+    const LevelPipelines pipelines = pipeline_of(schema);
+    const auto step = steps.find(schema.name);
+    return step == steps.end() ? pipelines : pipeline_of_rounded(pipelines, step->second);
+  };
+}
+
+/// Sets the options of the copy, and why it has its backend.
+void choose_options(const ConversionRequest& request, const Store& source,
+                    const BackendRegistry& backends, ConversionResult& result) {
+  const CopyChoices choices{request.from,        request.to,
+                            request.backend,     !request.compression.empty(),
+                            request.block_bytes, request.budget_bytes};
+  StoreOptions& options = result.options = source.options();
+  BackendChoice choice = backend_of_copy(request, choices, source, backends);
+  options.backend = choice.name;
+  result.backend_reason = std::move(choice.reason);
+  const RegisteredBackend& backend =
+      find_backend_of_copy(choices, options.backend, "convert", backends);
+  const bool stays_compressed = source.backend_traits().compressed && backend.traits.compressed;
+  if (!stays_compressed) options.pipeline = backend.default_pipeline;
+  if ((choices.compresses && backend.traits.compressed) ||
+      (!request.max_errors.empty() && !stays_compressed && backend.traits.compressed)) {
+    request.compression.check_levels(source.base_level(), source.finest_level());
+    options.pipeline_of = [compression = request.compression](const AttributeSchema& schema) {
+      return compression.pipeline_of(schema);
+    };
+  } else if (stays_compressed) {
+    options.pipeline_of = [&source](const AttributeSchema& schema) {
+      return pipelines_of_levels(source, source.attribute(schema.name));
+    };
+  }
+  if (!request.max_errors.empty() && options.pipeline_of)
+    options.pipeline_of = with_steps(options.pipeline_of, request.max_errors, source);
+  for (const AttributeInfo& info : source.attributes())
+    backend.check_pipelines(
+        options.pipeline_of ? options.pipeline_of(info.schema) : *options.pipeline, info.schema);
+  set_common_options(choices, options);
+}
+
+}  // namespace
+
+std::string_view to_string(ConversionStep step) noexcept {
+  switch (step) {
+    case ConversionStep::kCopy:
+      return "convert";
+    case ConversionStep::kReadBack:
+      return "read the copy back";
+    case ConversionStep::kSourceDigest:
+      return "digest of the source";
+  }
+  return "";
+}
+
+ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
+                         const BackendRegistry& backends, const ConversionWatch& watch) {
+  OpenOptions open;
+  open.budget_bytes = request.budget_bytes / 2;
+  Store source = Store::open(request.from, open, source_backends);
+  ConversionResult result;
+  choose_options(request, source, backends, result);
+  PartialStore output(request.to, request.replace ? Existing::kReplace : Existing::kRefuse);
+  const auto warn = [&](const std::string& text) {
+    if (watch.warn) watch.warn(text);
+  };
+  remove_left_overs_of(request.to, warn);
+  result.from_stored_bytes = source.stored_bytes();
+  result.from_backend = source.options().backend;
+  build_output(output, [&] {
+    Store copy =
+        Store::create(output.make(), source.base(), result.options, backends, source.provenance());
+    if (watch.step) watch.step(ConversionStep::kCopy);
+    copy_levels(source, copy, watch.progress, request.max_errors);
+    for (const auto& [name, bound] : request.max_errors.all())
+      result.roundings[name] = *copy.rounding(copy.attribute(name));
+    copy.commit();
+    result.stored_bytes = copy.stored_bytes();
+    copy.close();
+    if (request.verify)
+      result.digest =
+          request.max_errors.empty()
+              ? compare_copy(source, output.path(), open, request.threads, backends, watch)
+              : compare_rounded_copy(source, output.path(), open, request.threads, backends,
+                                     request.max_errors, watch);
+  });
+  if (watch.before_publish) watch.before_publish();
+  output.publish(true, warn);
+  result.store = output.final_path();
+  result.options.pipeline_of = {};  // it may refer to the source
+  return result;
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,75 @@
+// conversion/conversion_job.h: one job that copies a store into another backend, compression or
+// block size. `plait convert` is a program for it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "plait/compression.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/extend/rounding.h"
+#include "plait/options.h"
+#include "plait/progress.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// What a job shall copy. The copy is like the source in everything that no member changes.
+struct ConversionRequest {
+  std::filesystem::path from, to;
+  /// Empty: that of the source, or "compressed" for a compression or rounding that it cannot do.
+  /// "auto": chosen by the size (BackendRegistry::choose).
+  std::string backend = {};
+  Compression compression = {};  ///< empty: as in the source
+  /// Attributes that are rounded (plait/extend/rounding.h).
+  ErrorBounds max_errors = {};
+  std::uint64_t block_bytes = 0;  ///< 0: as in the source
+  /// The two stores share it.
+  std::uint64_t budget_bytes = StoreOptions().budget_bytes;
+  int threads = 1;       ///< of `verify`
+  bool verify = false;   ///< reads the copy back from the disk, and compares it with the source
+  bool replace = false;  ///< `to` may be a store: the copy replaces it when it is complete
+};
+
+enum class ConversionStep : std::uint8_t {
+  kCopy,          ///< counts bytes
+  kReadBack,      ///< the digest of the copy, or a comparison of rounded records
+  kSourceDigest,  ///< the digest of the source; after rounding, of the copy
+};
+/// "convert", "read the copy back", "digest of the source".
+std::string_view to_string(ConversionStep step) noexcept;
+
+/// The thread that called convert() calls all of them.
+struct ConversionWatch {
+  std::function<void(ConversionStep)> step = {};  ///< called at the start of every step
+  ProgressCallback progress = {};                 ///< counts of the step
+  std::function<void(const std::string&)> warn = {};
+  /// Called when the copy is complete, before it gets its name. May throw: then there is no copy.
+  std::function<void()> before_publish = {};
+};
+
+/// What a job did.
+struct ConversionResult {
+  std::filesystem::path store;
+  StoreOptions options;
+  std::string backend_reason;
+  std::string from_backend;  ///< of the source
+  std::uint64_t from_stored_bytes = 0, stored_bytes = 0;
+  std::map<std::string, Rounding> roundings;  ///< of the rounded attributes, by name
+  std::string digest;                         ///< with `verify`, of the copy
+};
+
+/// Copies a store. After an error no copy is left. Removes left-overs of killed runs with the same
+/// output. Does not print and does not handle signals. `source_backends` open the source,
+/// `backends` make the copy. Errors: those of Store::open and Store::create; kInvalidArgument if
+/// source and copy are the same, for a backend that writes no files, and for a compression that the
+/// backend does not do; kCancelled; kCorruption if the copy is not equal; kIo, kNoSpace. Pinned by
+/// tests/tools/store_commands_test.cpp.
+ConversionResult convert(const ConversionRequest& request, const BackendRegistry& source_backends,
+                         const BackendRegistry& backends, const ConversionWatch& watch = {});
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,135 @@
+#include "import/fine_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "mesh/files/ply_header.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A text file has a line of about thirty bytes for a vertex and two such lines for its faces.
+constexpr std::uint64_t kTextBytesPerVertex = 90;
+/// A binary STL file has two facets of fifty bytes for each vertex.
+constexpr std::uint64_t kStlBytesPerVertex = 100;
+
+template <class Real>
+std::vector<std::byte> narrowed(std::span<const Vector3<double>> positions,
+                                const std::string& source) {
+  std::vector<std::byte> records(positions.size() * sizeof(Vector3<Real>));
+  for (std::size_t vertex = 0; vertex < positions.size(); ++vertex) {
+    const Vector3<double>& p = positions[vertex];
+    const Vector3<Real> narrow = {static_cast<Real>(p.x), static_cast<Real>(p.y),
+                                  static_cast<Real>(p.z)};
+    if (!std::isfinite(narrow.x) || !std::isfinite(narrow.y) || !std::isfinite(narrow.z))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("{}: vertex {}: expected a position within float32, found ({}, {}, "
+                              "{}): take float64",
+                              source, vertex, p.x, p.y, p.z));
+    std::memcpy(records.data() + vertex * sizeof narrow, &narrow, sizeof narrow);
+  }
+  return records;
+}
+
+Vector3<double> position_of(const MeshAttribute& positions, VertexId vertex) {
+  const std::byte* const record =
+      positions.records.data() + vertex * positions.schema.record_bytes();
+  Vector3<double> wide;
+  if (positions.schema.type == ComponentType::kFloat64) {
+    std::memcpy(&wide, record, sizeof wide);
+    return wide;
+  }
+  Vector3<float> narrow;
+  std::memcpy(&narrow, record, sizeof narrow);
+  return {narrow.x, narrow.y, narrow.z};
+}
+
+}  // namespace
+
+std::uint64_t expected_vertices(const std::filesystem::path& path) {
+  std::error_code unknown;
+  const std::uint64_t bytes = std::filesystem::file_size(path, unknown);
+  if (unknown) return 0;
+  Input input(path);
+  input.ensure(3);
+  if (input.unread().starts_with("ply")) {
+    const PlyHeader header = read_ply_header(input);
+    const auto vertices = std::ranges::find(header.elements, "vertex", &PlyElement::name);
+    return vertices == header.elements.end()
+               ? 0
+               : input.plausible_count(vertices->count, vertices->least_bytes());
+  }
+  const std::string extension = path.extension().string();
+  if (extension == ".gz" || extension == ".zst") return 0;
+  return bytes / (extension == ".stl" ? kStlBytesPerVertex : kTextBytesPerVertex);
+}
+
+FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::string& source) {
+  FineMesh mesh;
+  mesh.vertex_count = read.mesh.positions.size();
+  const std::vector<Vector3<double>> positions = std::move(read.mesh.positions);
+  MeshAttribute& position = mesh.attributes.emplace_back();
+  position.schema = {"position", precision, 3};
+  position.records = precision == ComponentType::kFloat64 ? narrowed<double>(positions, source)
+                                                          : narrowed<float>(positions, source);
+  std::ranges::move(read.attributes, std::back_inserter(mesh.attributes));
+  mesh.faces = std::move(read.mesh.faces);
+  return mesh;
+}
+
+void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings) {
+  if (mesh.faces.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: expected at least one face, found none", source));
+  check_faces(mesh.faces, mesh.vertex_count, source);
+  MatchedSides sides = match_sides(mesh.faces, mesh.vertex_count, source);
+  if (!sides.oriented) {
+    const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
+    warnings.push_back(
+        fmt::format("{}: {} of {} faces flipped to the orientation of the first "
+                    "face of their component",
+                    source, flipped, mesh.faces.size()));
+  }
+  find_vertex_corners(mesh.faces, sides.twins, mesh.vertex_count, source);
+  mesh.twins = std::move(sides.twins);
+}
+
+ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level,
+                           const std::string& source) {
+  const FinestMesh finest = mesh.view();
+  const LevelView view(finest, level);
+  std::vector<VertexId> vertices;  // of the base mesh, ascending
+  vertices.reserve(3 * view.face_count());
+  const auto for_each_corner_of = [&](FaceId face, auto visit) {
+    for (int corner = 0; corner < 3; ++corner) visit(corner, view.vertex({face, corner}));
+  };
+  for (FaceId face = 0; face < view.face_count(); ++face)
+    for_each_corner_of(face, [&](int, VertexId vertex) { vertices.push_back(vertex); });
+  std::ranges::sort(vertices);
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+
+  IndexedMesh base;
+  ImportedBase result;
+  for (const VertexId vertex : vertices)
+    base.positions.push_back(position_of(mesh.attributes[0], vertex));
+  for (FaceId face = 0; face < view.face_count(); ++face) {
+    FaceVertices& corners = base.faces.emplace_back();
+    for_each_corner_of(face, [&](int corner, VertexId vertex) {
+      corners[static_cast<std::size_t>(corner)] =
+          static_cast<VertexId>(std::ranges::lower_bound(vertices, vertex) - vertices.begin());
+    });
+    result.corners.push_back(view.finest_corner({face, 0}));
+  }
+  result.mesh = BaseMesh::build(std::move(base), source);
+  return result;
+}
+
+PLAIT_END_NAMESPACE

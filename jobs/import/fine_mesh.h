@@ -1,0 +1,49 @@
+// The mesh of an import, from the file to its levels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mesh/connectivity.h"
+#include "mesh/recovery/recover_levels.h"
+#include "plait/base_mesh.h"
+#include "plait/extend/attributed_mesh.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Its arrays take the memory of the import. The positions are the first attribute.
+struct FineMesh {
+  std::vector<FaceVertices> faces;
+  std::vector<SideCodes> twins;
+  std::vector<MeshAttribute> attributes;
+  std::uint64_t vertex_count = 0;
+
+  FinestMesh view() const { return {faces, twins, vertex_count}; }
+};
+
+/// Bytes for each vertex, of an import that has `attribute_bytes` for each: read as numbers of
+/// float64, and then connected.
+constexpr std::uint64_t import_bytes_per_vertex(std::uint64_t attribute_bytes) {
+  // Two faces for each vertex: 24 bytes of corners, 24 of sides, and 52 to find them.
+  return 100 + attribute_bytes;
+}
+
+/// Vertices of the file as its header or its size tell; 0 if that is not known.
+std::uint64_t expected_vertices(const std::filesystem::path& path);
+
+/// Errors: kInvalidArgument if a coordinate is beyond `precision`.
+FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::string& source);
+/// Finds the sides. Errors: kInvalidArgument unless the mesh is an oriented manifold.
+void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings);
+
+/// A base mesh, and where the patch of each face begins in the fine mesh.
+struct ImportedBase {
+  BaseMesh mesh;
+  std::vector<FaceSide> corners;  ///< [face]
+};
+ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level, const std::string& source);
+
+PLAIT_END_NAMESPACE

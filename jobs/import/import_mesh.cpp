@@ -1,0 +1,318 @@
+#include "plait/extend/import_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "base/byte_text.h"
+#include "base/stopwatch.h"
+#include "import/fine_mesh.h"
+#include "io/machine.h"
+#include "plait/compression.h"
+#include "plait/error.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "plait/patch_writer.h"
+#include "plait/reader.h"
+#include "plait/subdivide.h"
+#include "store/left_overs.h"
+#include "store/partial_store.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Patches whose blocks are encoded from other blocks cannot be written. Such attributes are
+/// written with the preset fast first.
+bool is_encoded_later(const RegisteredBackend& backend, const LevelPipelines& pipelines,
+                      const AttributeSchema& schema) {
+  bool has_stage = false;
+  pipelines.for_each(
+      [&](const Pipeline& pipeline) { has_stage |= pipeline.has_predicted_stage(); });
+  return has_stage || backend.needs_other_blocks(pipelines, schema);
+}
+
+class Import {
+ public:
+  Import(const ImportRequest& request, const BackendRegistry& backends, const ImportWatch& watch)
+      : request_(request),
+        backends_(backends),
+        watch_(watch),
+        source_(request.mesh.native()),
+        output_(request.store, request.replace ? Existing::kReplace : Existing::kRefuse) {}
+
+  ImportResult run() {
+    check_request();
+    Stopwatch clock;
+    read();
+    result_.read_seconds = clock.lap();
+    recover();
+    result_.recover_seconds = clock.lap();
+    remove_left_overs_of(
+        request_.store, watch_.warn ? watch_.warn : [](const std::string&) {});
+    build_output(output_, [&] { make_store(); });
+    output_.publish(request_.durability == Durability::kCommit, watch_.warn);
+    result_.write_seconds = clock.lap();
+    return std::move(result_);
+  }
+
+ private:
+  void tell(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 1) const {
+    if (watch_.progress && !watch_.progress({phase, done, total}))
+      throw Error(ErrorCode::kCancelled, fmt::format("import: cancelled, {}", phase));
+  }
+  void warn(const std::vector<std::string>& warnings) const {
+    for (const std::string& warning : warnings)
+      if (watch_.warn) watch_.warn(warning);
+  }
+
+  void check_request() const;
+  void check_memory(std::uint64_t vertices, std::uint64_t attribute_bytes);
+  void read();
+  void recover();
+  std::string sentence(const RecoveredLevels& found) const;
+  StoreOptions options_of_store();
+  void make_store();
+  void write_patches(Store& store, std::span<const FaceSide> corners);
+  void encode_anew(Store& store);
+
+  const ImportRequest& request_;
+  const BackendRegistry& backends_;
+  const ImportWatch& watch_;
+  const std::string source_;
+  PartialStore output_;
+  FineMesh mesh_;
+  RecoveredLevels found_;
+  ImportResult result_;
+};
+
+void Import::check_request() const {
+  if (request_.levels && (*request_.levels < 1 || *request_.levels > kMaxLevel))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("import {}: expected 1 to {} levels, found "
+                            "{}",
+                            source_, kMaxLevel, *request_.levels));
+  if (request_.precision && *request_.precision != ComponentType::kFloat32 &&
+      *request_.precision != ComponentType::kFloat64)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("import {}: expected precision float32 or float64, found {}", source_,
+                            to_string(*request_.precision)));
+  if (request_.threads < 1 || request_.threads > 1024)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("import {}: {} threads, expected 1 to 1024", source_, request_.threads));
+  if (request_.backend == kAutomaticBackend) return;
+  const RegisteredBackend& backend = backends_.find(request_.backend);
+  backend.check_machine();
+  if (!backend.traits.durable)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("import {}: expected a backend that stores levels in files, found {}",
+                            source_, request_.backend));
+  if (request_.pipeline_of && !backend.traits.compressed)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("import {}: pipelines need a backend that compresses, such as "
+                            "compressed, found backend {}",
+                            source_, request_.backend));
+}
+
+void Import::check_memory(std::uint64_t vertices, std::uint64_t attribute_bytes) {
+  result_.memory_bytes = vertices * import_bytes_per_vertex(attribute_bytes);
+  const std::uint64_t available = available_memory_bytes();
+  if (!request_.ignore_size && result_.memory_bytes > available)
+    throw Error(
+        ErrorCode::kOutOfMemory,
+        fmt::format("import {}: {} vertices need {} of memory beside the budget, and {} are "
+                    "available",
+                    source_, vertices, format_bytes(result_.memory_bytes),
+                    format_bytes(available)));
+}
+
+void Import::read() {
+  tell("read");
+  check_memory(expected_vertices(request_.mesh), sizeof(Vector3<float>));
+  std::vector<std::string> warnings;
+  AttributedMesh read = read_attributed_mesh(request_.mesh, &warnings);
+  warn(std::exchange(warnings, {}));
+  const ComponentType precision = request_.precision.value_or(read.precision);
+  mesh_ = fine_mesh(std::move(read), precision, source_);
+  result_.vertices = mesh_.vertex_count;
+  result_.faces = mesh_.faces.size();
+  std::uint64_t attribute_bytes = 0;
+  for (const MeshAttribute& attribute : mesh_.attributes) {
+    result_.attributes.push_back(attribute.schema);
+    attribute_bytes += attribute.schema.record_bytes();
+  }
+  // What was read is there already.
+  tell("connect");
+  check_memory(mesh_.vertex_count, attribute_bytes);
+  connect(mesh_, source_, warnings);
+  warn(warnings);
+}
+
+std::string Import::sentence(const RecoveredLevels& found) const {
+  const RecoveryFailure& failure = *found.failure;
+  return fmt::format(
+      "found {} level{} of subdivision; the next one fails at vertex {}, which has {} "
+      "faces{}: {}",
+      found.meshes.size(), found.meshes.size() == 1 ? "" : "s", failure.vertex, failure.faces,
+      failure.on_border ? " on a border" : "", failure.reason);
+}
+
+void Import::recover() {
+  tell("levels");
+  const int most = request_.levels.value_or(kMaxLevel);
+  found_ = recover_levels(mesh_.view(), most, [&](int levels) {
+    tell("levels", static_cast<std::uint64_t>(levels), static_cast<std::uint64_t>(most));
+  });
+  const int levels = static_cast<int>(found_.meshes.size());
+  if (found_.failure && levels < request_.levels.value_or(1))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("import {}: {}; for a mesh without such levels, take plait remesh",
+                            source_, sentence(found_)));
+  if (found_.failure) result_.next_level = sentence(found_);
+  result_.levels = levels;
+  result_.had_choice = found_.had_choice;
+  result_.base_level =
+      rebase_levels(levels, mesh_.attributes[0].schema.record_bytes(), request_.max_slot_bytes);
+}
+
+StoreOptions Import::options_of_store() {
+  std::uint64_t record_bytes = 0;
+  for (const AttributeSchema& schema : result_.attributes) record_bytes += schema.record_bytes();
+  BackendChoice choice{request_.backend, "given by the user"};
+  if (request_.backend == kAutomaticBackend)
+    choice = backends_.choose({.path = request_.store,
+                               .level_bytes = mesh_.vertex_count * record_bytes,
+                               .has_pipelines = static_cast<bool>(request_.pipeline_of)});
+  const RegisteredBackend& backend = backends_.find(choice.name);
+  StoreOptions options;
+  options.backend = result_.backend = choice.name;
+  result_.backend_reason = choice.reason;
+  options.block_bytes = request_.block_bytes;
+  options.budget_bytes = request_.budget_bytes;
+  options.durability = request_.durability;
+  if (!request_.pipeline_of) return options;
+  for (const AttributeSchema& schema : result_.attributes)
+    backend.check_pipelines(request_.pipeline_of(schema), schema);
+  options.pipeline_of = [&backend, wanted = request_.pipeline_of](const AttributeSchema& schema) {
+    const LevelPipelines pipelines = wanted(schema);
+    return is_encoded_later(backend, pipelines, schema)
+               ? LevelPipelines(preset_pipeline("fast", schema))
+               : pipelines;
+  };
+  return options;
+}
+
+/// The corners of the faces of a mesh that has the faces of `base` in another order.
+std::vector<FaceSide> corners_in_order(const ImportedBase& base, const BaseMesh& laid_out) {
+  std::vector<FaceId> sorted(base.mesh.face_count());
+  for (FaceId face = 0; face < sorted.size(); ++face) sorted[face] = face;
+  const auto corners_of = [&](FaceId face) -> const FaceVertices& {
+    return base.mesh.faces()[face];
+  };
+  std::ranges::sort(sorted, {}, corners_of);
+  std::vector<FaceSide> corners;
+  for (const FaceVertices& face : laid_out.faces())
+    corners.push_back(base.corners[*std::ranges::lower_bound(sorted, face, {}, corners_of)]);
+  return corners;
+}
+
+void Import::make_store() {
+  tell("lay out");
+  const auto level = static_cast<std::size_t>(result_.levels - result_.base_level) - 1;
+  ImportedBase base = imported_base(mesh_, found_.meshes[level], source_);
+  found_.meshes.clear();
+  LaidOutMesh laid_out = lay_out(base.mesh, request_.layout);
+  const std::vector<FaceSide> corners = corners_in_order(base, laid_out.mesh);
+  base = {};
+  result_.base_vertices = laid_out.mesh.vertex_count();
+  result_.base_faces = laid_out.mesh.face_count();
+  result_.border_edges = laid_out.mesh.border_edge_count();
+  Store store = Store::create(output_.make(), std::move(laid_out), options_of_store(), backends_,
+                              {.base_level = result_.base_level});
+  for (const MeshAttribute& attribute : mesh_.attributes)
+    store.add_attribute(attribute.schema, result_.levels);
+  write_patches(store, corners);
+  mesh_ = {};
+  encode_anew(store);
+  tell("commit");
+  store.commit();
+  result_.stored_bytes = store.stored_bytes();
+  store.close();
+}
+
+void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
+  tell("write");
+  constexpr FaceId kFacesAtOnce = 16;
+  const FinestMesh mesh = mesh_.view();
+  const int refinements = result_.levels - result_.base_level;
+  const std::uint64_t count = patch_vertex_count(std::int64_t{1} << refinements);
+  const auto faces = static_cast<FaceId>(corners.size());
+  PatchWriter writer(store);
+  std::atomic<FaceId> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto work = [&](auto report) noexcept {
+    try {
+      std::vector<VertexId> vertices(count);
+      std::vector<std::byte> records;
+      for (FaceId first = next.fetch_add(kFacesAtOnce); first < faces;
+           first = next.fetch_add(kFacesAtOnce)) {
+        for (FaceId face = first; face < std::min(first + kFacesAtOnce, faces); ++face) {
+          walk_patch(mesh, corners[face], refinements, vertices.data());
+          for (const MeshAttribute& attribute : mesh_.attributes) {
+            const std::size_t bytes = attribute.schema.record_bytes();
+            records.resize(count * bytes);
+            for (std::size_t at = 0; at < count; ++at)
+              std::memcpy(&records[at * bytes], &attribute.records[vertices[at] * bytes], bytes);
+            writer.write_patch_of_bytes(attribute.schema.name, face, result_.levels, records);
+          }
+        }
+        report(first);
+      }
+    } catch (...) {
+      next = faces;  // the others stop soon
+      const std::scoped_lock lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    for (int i = 1; i < request_.threads; ++i) helpers.emplace_back([&] { work([](FaceId) {}); });
+    work([&](FaceId first) { tell("write", first, faces); });
+  }
+  if (failure) std::rethrow_exception(failure);
+  writer.finish();
+}
+
+void Import::encode_anew(Store& store) {
+  if (!request_.pipeline_of) return;
+  const RegisteredBackend& backend = backends_.find(result_.backend);
+  for (const AttributeSchema& schema : result_.attributes) {
+    const LevelPipelines pipelines = request_.pipeline_of(schema);
+    if (!is_encoded_later(backend, pipelines, schema)) continue;
+    RecodeOptions options;
+    options.progress = [&](const Progress& now) {
+      tell("encode", now.done, now.total);
+      return true;
+    };
+    recode_attribute(store, store.attribute(schema.name), pipelines, options);
+  }
+}
+
+}  // namespace
+
+ImportResult import_mesh(const ImportRequest& request, const BackendRegistry& backends,
+                         const ImportWatch& watch) try {
+  return Import(request, backends, watch).run();
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("import " + request.mesh.native());
+}
+
+PLAIT_END_NAMESPACE

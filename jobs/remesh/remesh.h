@@ -1,0 +1,78 @@
+// remesh/remesh.h: the job that makes a store from a scan: repair, base mesh, samples, levels,
+// report.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "distance/distances.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/options.h"
+#include "plait/progress.h"
+#include "surface/repair.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+struct RemeshRequest {
+  std::filesystem::path scan;   ///< a mesh file, as read_indexed_mesh() reads it
+  std::filesystem::path store;  ///< gets its name when it is complete
+  std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
+  int levels = 3;               ///< 1 or more
+  SurfaceRepairOptions repair = {};
+  bool refuse_turned = false;  ///< an error if small triangles stay turned over
+  /// Points for each direction of the report; 0 for no distances.
+  std::uint64_t report_samples = 1000000;
+  StoreOptions options = {};
+  int threads = 1;
+  bool digest = false;
+  bool ignore_size = false;  ///< start even if the memory of the machine is too small
+  bool replace = false;      ///< the new store replaces one of its name
+};
+
+/// The shape of the base mesh's faces (triangle_quality()), and of its vertices.
+struct BaseShape {
+  double least_quality = 0, percentile_1_quality = 0, median_quality = 0;
+  std::uint64_t largest_valence = 0;
+};
+
+struct RemeshReport {
+  RepairList repairs;
+  SurfaceFigures scan, base;                    ///< after the repair; of the base mesh
+  std::uint64_t vertices = 0, small_faces = 0;  ///< of the finest level
+  /// If the base mesh has more faces than asked for: the edges left that could not collapse,
+  /// because genus, borders or components would change, or because a face would turn or become a
+  /// needle.
+  std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
+  std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
+  BaseShape shape;
+  double diagonal = 0, mean_edge = 0;  ///< of the scan
+  Distances to_store, to_scan;         ///< without samples if the request asks for none
+  std::string backend, digest;
+  std::uint64_t stored_bytes = 0;
+  double read_seconds = 0, repair_seconds = 0, decimate_seconds = 0, sample_seconds = 0,
+         untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
+};
+
+struct RemeshWatch {
+  /// Counts thousandths of the whole work; the phase is one of its steps.
+  ProgressCallback progress = {};
+  std::function<void(const std::string&)> warn = {};
+};
+
+/// Makes the store: attribute "position" (float32 x 3) on all levels, at points of the scan. If
+/// small triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0
+/// elsewhere. After an error there is no new store.
+///
+/// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
+/// for each face of the scan and 80 for each small face, and the budget. Errors: those of
+/// read_indexed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not fit,
+/// and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
+/// tests/tools/scan_commands_test.cpp.
+RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
+                    const RemeshWatch& watch = {});
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,30 @@
+// remesh/sampled_surface.h: the base mesh and the samples that become a store.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+#include "plait/store.h"
+#include "sample/samples.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct SampledSurface {
+  BaseMesh base;  ///< its faces are in layout order; its vertices are points of the scan
+  int levels = 0;
+  std::vector<Vector3<float>> positions;  ///< by SampleNumbers
+  std::vector<std::uint8_t> turned;  ///< by SampleNumbers; empty if no small triangle is turned
+};
+
+/// Adds the attributes "position" and, unless it is empty, "turned", and writes all their levels.
+/// `progress` counts the vertices of one attribute.
+void write_levels(const SampledSurface& surface, Store& store, int threads,
+                  const ProgressCallback& progress);
+
+/// The small triangles of the finest level, in doubles.
+IndexedMesh small_triangles(const SampledSurface& surface);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,195 @@
+#include "subdivision/run.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "plait/compression.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/extend/recode_attribute.h"
+#include "plait/extend/store_access.h"
+#include "store/attribute_levels.h"
+#include "store/left_overs.h"
+#include "subdivision/earlier_run.h"
+#include "subdivision/planning.h"
+#include "subdivision/run_size.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Whether no block of the attribute takes a byte. Then there is nothing to encode. REQUIRES: all
+/// blocks are written.
+bool is_predicted(const Store& store, AttributeId id) {
+  for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level; ++level)
+    for (const BlockEntry& entry : StoreAccess::level_file(store, id, level).table.entries())
+      if (entry.encoding != BlockEncoding::kPredicted) return false;
+  return true;
+}
+
+double step_of(const Store& store, AttributeId id, const ErrorBound& bound) {
+  return Rounder(store.attributes()[id].schema, bound, store.base_bytes(id)).step();
+}
+
+MeshFigures figures_of(const BaseMesh& mesh) {
+  return {mesh.vertex_count(), mesh.edge_count(), mesh.face_count(), mesh.border_edge_count()};
+}
+
+}  // namespace
+
+bool PlannedRun::tell(const Progress& now) const {
+  if (watch_.progress && !watch_.progress(now))
+    throw Error(ErrorCode::kCancelled, fmt::format("subdivide: cancelled, {}", now.phase));
+  return true;
+}
+
+void PlannedRun::enter(SubdivisionStep step) {
+  if (watch_.step) watch_.step(step);
+  tell({to_string(step), 0, 1});
+}
+
+BaseMesh PlannedRun::make_base(BaseMesh mesh) {
+  Stopwatch clock;
+  enter(SubdivisionStep::kBaseMesh);
+  if (plan_.base_level > 0)
+    mesh = rebase(mesh, plan_.base_level, plan_.subdivide.scheme, plan_.precision);
+  result_.import_seconds = plan_.import_seconds;
+  result_.base = figures_of(mesh);
+  result_.refine_seconds = clock.lap();
+
+  enter(SubdivisionStep::kLayout);
+  LaidOutMesh laid_out = lay_out(mesh, plan_.layout);
+  result_.layout_seconds = clock.lap();
+  result_.spans = laid_out.spans;
+  plan_.layout = laid_out.kind;
+  if (store_) check_same_mesh(*store_, laid_out.mesh, plan_);
+  throw_refusal(plan_);
+  return std::move(laid_out.mesh);
+}
+
+void PlannedRun::create_store(BaseMesh base) {
+  const auto create = [&](const std::filesystem::path& path) {
+    store_ = Store::create(
+        path, std::move(base), plan_.store, backends_,
+        {.layout = std::string(to_string(plan_.layout)), .base_level = plan_.base_level});
+    add_base_positions(*store_, plan_.precision);
+  };
+  if (!plan_.keeps_store) return create({});
+  if (plan_.commits_levels) return create(request_.store);
+  output_.emplace(request_.store, request_.existing == ExistingStore::kReplace ? Existing::kReplace
+                                                                               : Existing::kRefuse);
+  remove_left_overs_of(request_.store, [&](const std::string& what) {
+    if (watch_.warn) watch_.warn(what);
+  });
+  build_output(*output_, [&] { create(output_->make()); });
+}
+
+void PlannedRun::commit() {
+  enter(SubdivisionStep::kCommit);
+  const Stopwatch clock;
+  store_->commit();
+  result_.commit_seconds += clock.seconds();
+}
+
+void PlannedRun::open_store(BaseMesh base) {
+  enter(SubdivisionStep::kLevels);
+  const Stopwatch clock;
+  if (!store_) create_store(std::move(base));
+  result_.resumed_level = store_->finest_level();
+  result_.base_mesh_bytes =
+      store_->base().memory_bytes() + subdivide_resident_bytes(*store_, plan_.subdivide);
+  result_.refine_seconds += clock.seconds();
+}
+
+void PlannedRun::encode_anew() {
+  const RegisteredBackend& backend = backends_.find(plan_.store.backend);
+  const bool chooses = request_.pipeline_of && backend.traits.compressed;
+  if (!chooses && request_.max_errors.empty()) return;
+  StoreAccess::pager(*store_).flush();
+  const Provenance provenance = store_->provenance();
+  for (AttributeId id = 0; id < store_->attributes().size(); ++id) {
+    const AttributeSchema schema = store_->attributes()[id].schema;
+    const LevelPipelines pipelines =
+        chooses ? request_.pipeline_of(schema) : backend.default_pipeline;
+    if (const auto bound = request_.max_errors.of(schema.name))
+      encode_anew(id, pipeline_of_rounded(pipelines, step_of(*store_, id, *bound)));
+    else if (backend.needs_other_blocks(pipelines, schema) && !is_predicted(*store_, id))
+      encode_anew(id, pipelines);
+    // Rounded positions have no scheme. But normals, which come later, are as the scheme made them.
+    StoreAccess::set_provenance(*store_, provenance);
+  }
+  if (!request_.max_errors.of("position")) return;
+  Provenance rounded = provenance;
+  rounded.scheme.clear();
+  StoreAccess::set_provenance(*store_, rounded);
+}
+
+void PlannedRun::encode_anew(AttributeId id, const LevelPipelines& pipelines) {
+  enter(SubdivisionStep::kEncode);
+  const std::string name = store_->attributes()[id].schema.name;
+  RecodeOptions options;
+  options.bound = request_.max_errors.of(name);
+  options.verify = request_.verify;
+  options.progress = [&](const Progress& now) { return tell({name, now.done, now.total}); };
+  recode_attribute(*store_, id, pipelines, options);
+}
+
+void PlannedRun::make_levels() {
+  const Stopwatch clock;
+  Store& store = *store_;
+  if (!plan_.earlier || !plan_.earlier->finished) {
+    if (!request_.ignore_size) check_budget(plan_, store);
+    throw_refusal(plan_);
+    // Normals fit only the level that they were computed for. So a store with normals gets the new
+    // levels and the new normals in one commit.
+    const bool by_levels = plan_.commits_levels && !store.has_attribute("normal");
+    if (!plan_.earlier && by_levels) commit();
+    SubdivideOptions options = plan_.subdivide;
+    if (by_levels) options.level_done = [&](int) { commit(); };
+    options.progress = [&](const Progress& now) { return tell(now); };
+    // The levels that the store has were compared with the request; finer ones may have others.
+    if (plan_.earlier && request_.pipeline_of)
+      for (AttributeId id = 0; id < store.attributes().size(); ++id)
+        store.set_pipeline(id, request_.pipeline_of(store.attributes()[id].schema));
+    subdivide(store, options);
+    encode_anew();
+    commit();
+  }
+  result_.refine_seconds += clock.seconds() - result_.commit_seconds;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const auto& [schema, finest] = store.attributes()[id];
+    if (finest > store.base_level())
+      result_.pipelines[schema.name] = pipelines_of_levels(store, id).to_text();
+    if (const auto& rounding = store.rounding(id)) result_.roundings[schema.name] = *rounding;
+  }
+  result_.paging = store.statistics();
+  result_.stored_bytes = store.stored_bytes();
+  for (const AttributeInfo& attribute : store.attributes())
+    result_.base_mesh_bytes += store.base().vertex_count() * attribute.schema.record_bytes();
+}
+
+void PlannedRun::read_back() {
+  if (!request_.digest) return;
+  enter(SubdivisionStep::kDigest);
+  const Stopwatch clock;
+  DigestOptions options;
+  options.threads = request_.threads;
+  options.progress = [&](const Progress& now) { return tell(now); };
+  result_.digest = digest(*store_, options).to_string();
+  result_.digest_seconds = clock.seconds();
+}
+
+void PlannedRun::publish() {
+  if (!plan_.keeps_store) {
+    result_.in_memory = std::move(store_);
+    return;
+  }
+  enter(SubdivisionStep::kPublish);
+  result_.store = output_ ? output_->final_path() : store_->path();
+  store_->close();
+  if (output_) output_->publish(plan_.store.durability == Durability::kCommit, watch_.warn);
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,53 @@
+// Runs a plan step by step, and fills the result.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "plait/store.h"
+#include "plait/subdivision_job.h"
+#include "store/partial_store.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+class PlannedRun {
+ public:
+  /// `store` is the store of the earlier run, or empty; the run sets it to its own store. The
+  /// arguments must outlive this object.
+  PlannedRun(const SubdivisionRequest& request, const BackendRegistry& backends,
+             SubdivisionPlan& plan, std::optional<Store>& store, const SubdivisionWatch& watch)
+      : request_(request), backends_(backends), plan_(plan), watch_(watch), store_(store) {}
+
+  // The steps, in their order.
+
+  /// Returns the base mesh of the store: refined in memory, and in layout order.
+  BaseMesh make_base(BaseMesh mesh);
+  void open_store(BaseMesh base);
+  void make_levels();
+  void read_back();
+  void publish();
+
+  SubdivisionResult& result() { return result_; }
+
+ private:
+  /// Calls the progress callback. Returns true. Errors: kCancelled if the callback returns false.
+  bool tell(const Progress& now) const;
+  void enter(SubdivisionStep step);
+
+  void create_store(BaseMesh base);
+  void commit();
+  /// Encodes attributes anew that are rounded, or whose blocks are encoded from other blocks.
+  void encode_anew();
+  void encode_anew(AttributeId id, const LevelPipelines& pipelines);
+
+  const SubdivisionRequest& request_;
+  const BackendRegistry& backends_;
+  SubdivisionPlan& plan_;
+  const SubdivisionWatch& watch_;
+  std::optional<PartialStore> output_;  ///< of a new store, unless the job commits levels
+  std::optional<Store>& store_;
+  SubdivisionResult result_;
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,136 @@
+#include "plait/subdivision_job.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "plait/error.h"
+#include "plait/mesh_io.h"
+#include "subdivision/earlier_run.h"
+#include "subdivision/planning.h"
+#include "subdivision/run.h"
+#include "subdivision/run_size.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::uint64_t kMaxSlotBytes = 16 << 10;
+
+}  // namespace
+
+std::string_view to_string(SubdivisionStep step) noexcept {
+  switch (step) {
+    case SubdivisionStep::kBaseMesh:
+      return "base mesh";
+    case SubdivisionStep::kLayout:
+      return "layout";
+    case SubdivisionStep::kLevels:
+      return "levels";
+    case SubdivisionStep::kEncode:
+      return "encode";
+    case SubdivisionStep::kCommit:
+      return "commit";
+    case SubdivisionStep::kDigest:
+      return "digest";
+    case SubdivisionStep::kPublish:
+      return "publish";
+  }
+  return "unknown";
+}
+
+double SubdivisionResult::ns_per_vertex() const {
+  const std::uint64_t made = plan.level_counts.back().vertices - plan.level_counts.front().vertices;
+  return made == 0 ? 0 : 1e9 * refine_seconds / static_cast<double>(made);
+}
+
+struct SubdivisionJob::Implementation {
+  Implementation(SubdivisionRequest asked, const BackendRegistry& registry)
+      : request(std::move(asked)), backends(registry), plan(plan_request(request, registry)) {}
+
+  void read_mesh();
+  void plan_mesh();
+
+  SubdivisionRequest request;
+  const BackendRegistry& backends;
+  SubdivisionPlan plan;
+  std::optional<Store> store;  ///< the store of the earlier run; during run() the store of the run
+  BaseMesh mesh;               ///< until run()
+  bool was_run = false;
+};
+
+void SubdivisionJob::Implementation::read_mesh() {
+  const Stopwatch clock;
+  if (const auto* const file = std::get_if<std::filesystem::path>(&request.mesh))
+    mesh = read_base_mesh(*file, &plan.warnings);
+  else
+    mesh = std::get<BaseMesh>(std::exchange(request.mesh, BaseMesh()));
+  plan.import_seconds = clock.seconds();
+  plan.input = {mesh.vertex_count(), mesh.edge_count(), mesh.face_count(),
+                mesh.border_edge_count()};
+  for (int level = 0; level <= request.levels; ++level)
+    plan.level_counts.push_back(counts_at_level(mesh, level));
+}
+
+void SubdivisionJob::Implementation::plan_mesh() {
+  if (!store)
+    plan.base_level = rebase_levels(request.levels, 3 * component_bytes(plan.precision),
+                                    request.max_slot_bytes.value_or(kMaxSlotBytes));
+  plan.size = size_of_run(mesh, request, plan);
+  if (plan.store.backend == kAutomaticBackend) {
+    BackendChoice choice =
+        backends.choose({.path = request.store, .level_bytes = plan.size.level_bytes});
+    plan.store.backend = std::move(choice.name);
+    plan.backend_reason = std::move(choice.reason);
+  }
+  if (request.ignore_size) return;
+  const BackendTraits traits = backends.find(plan.store.backend).traits;
+  check_memory(plan, traits);
+  check_disk(plan, traits, request.store);
+}
+
+SubdivisionJob::SubdivisionJob(SubdivisionRequest request, const BackendRegistry& backends)
+    : implementation_(std::make_unique<Implementation>(std::move(request), backends)) {
+  Implementation& job = *implementation_;
+  if (!job.plan.refusals.empty()) return;
+  check_name(job.request, job.plan);
+  job.store = open_earlier_run(job.request, backends, job.plan);
+  if (!job.store) check_compression(job.request, backends, job.plan);
+  if (!job.plan.refusals.empty()) return;
+  job.read_mesh();
+  check_bounds(job.request, job.mesh, job.plan);
+  if (!job.plan.refusals.empty()) return;
+  job.plan_mesh();
+}
+
+SubdivisionJob::SubdivisionJob(SubdivisionJob&&) noexcept = default;
+SubdivisionJob& SubdivisionJob::operator=(SubdivisionJob&&) noexcept = default;
+SubdivisionJob::~SubdivisionJob() = default;
+
+const SubdivisionPlan& SubdivisionJob::plan() const { return implementation_->plan; }
+
+SubdivisionResult SubdivisionJob::run(const SubdivisionWatch& watch) try {
+  Implementation& job = *implementation_;
+  if (std::exchange(job.was_run, true))
+    throw Error(ErrorCode::kBadState, "subdivide: this job has already run: make another job");
+  throw_refusal(job.plan);
+  PlannedRun planned(job.request, job.backends, job.plan, job.store, watch);
+  try {
+    planned.open_store(planned.make_base(std::move(job.mesh)));
+    planned.make_levels();
+    planned.read_back();
+    planned.publish();
+  } catch (const Error& error) {
+    const bool keeps_commits = job.plan.commits_levels && job.store;
+    job.store.reset();
+    if (!keeps_commits || error.code() != ErrorCode::kCancelled) throw;
+    throw Error(error, fmt::format("{}; the last commit of {} stays", error.what(),
+                                   job.request.store.native()));
+  }
+  planned.result().plan = job.plan;
+  return std::move(planned.result());
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("subdivide");
+}
+
+PLAIT_END_NAMESPACE

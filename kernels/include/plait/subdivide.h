@@ -1,0 +1,96 @@
+// plait/subdivide.h: refines a store by a subdivision scheme.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string_view>
+
+#include "plait/attribute.h"
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+#include "plait/detail/scheme.h"
+#include "plait/progress.h"
+#include "plait/store.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+enum class ExecutorKind : std::uint8_t {
+  kAuto,         ///< kFused where it can run, otherwise kSweep: executor_for()
+  kFused,        ///< patch by patch through all levels, from the base mesh
+  kSweep,        ///< level by level, edge by edge
+  kTransparent,  ///< level by level, face by face, as a user's own loops would
+};
+std::string_view to_string(ExecutorKind executor) noexcept;
+/// Errors: kInvalidArgument; the message lists the known executors.
+ExecutorKind executor_from_name(std::string_view name);
+
+/// Options of subdivide().
+struct SubdivideOptions {
+  Scheme scheme = {};  ///< of the library, or a rule of the program's own
+  ExecutorKind executor = ExecutorKind::kAuto;
+  int levels = 1;  ///< the level to reach
+  /// Makes attribute "normal": float32 x 3, unit length. An existing one is replaced.
+  bool normals = false;
+  bool limit = false;  ///< projects positions to the limit surface, if the scheme has_limits
+  int threads = 1;     ///< 1 to 1024; 0: all processors. The transparent executor always uses one
+  /// Counts vertices of the whole run. Phases: "level 3: odd vertices", "normals".
+  ProgressCallback progress = {};
+  /// Called when the positions of `level` are complete and no block is pinned, so that the program
+  /// may commit the store. The fused executor does not call it, because it finishes all levels at
+  /// once.
+  std::function<void(int level)> level_done = {};
+};
+
+/// The executor that subdivide() takes: `wanted.executor`, or what kAuto stands for. That is
+/// kFused if the attributes that are made have no level yet, the levels are at most
+/// kMostFusedLevels, its frames fit the budget, and nobody wants to hear of each level
+/// (`level_done`); otherwise kSweep. Both give the same bits. REQUIRES: attribute "position".
+ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
+
+/// Adds the attribute "position" to a store that has no attribute yet, with three components of
+/// type `precision`, and fills its base records from base().positions(). Errors: kInvalidArgument
+/// unless `precision` is float32 or float64, and for a position that is too large for float32.
+void add_base_positions(Store& store, ComponentType precision = ComponentType::kFloat32);
+
+/// Refines attribute "position" from its finest level to `options.levels`. Records the scheme in
+/// the store's provenance, so that the store can be repaired and resumed. (Only a program that has
+/// the rule can repair the levels of an own rule, because a store records only the rule's name.)
+/// Does not commit.
+///
+/// Errors before the first change: kInvalidArgument; kNotSupported (limit positions of a scheme
+/// without them; the fused executor in a store that has levels); kBadState and kBusy as
+/// Store::remove_attribute(). kBudget: the message says which budget the whole work needs, and the
+/// store is as before, unless levels were committed meanwhile or levels of an earlier commit were
+/// moved. Later errors, kCancelled, kIo and kNoSpace among them, leave unfinished levels, which
+/// nobody can read or commit; the next call makes them again, with all levels from which the scheme
+/// cannot make them alone. If the base records before these levels are not known any more, because
+/// the store was opened again or something else was changed meanwhile, the call fails with
+/// kBadState: Store::roll_back() helps.
+/// Pinned by tests/kernels/states_test.cpp.
+void subdivide(Store& store, const SubdivideOptions& options);
+
+/// Bytes of memory that a subdivision of `store` uses in addition to the budget: scratch memory for
+/// each thread, and two records per base edge (the rings of the base vertices). The fused executor
+/// instead uses new base records, slots that wait for their second half and, for Butterfly, level
+/// 1. REQUIRES: attribute "position".
+std::uint64_t subdivide_resident_bytes(const Store& store, const SubdivideOptions& wanted);
+
+/// The smallest budget with which the sweep or the transparent executor can refine `store` to
+/// `wanted.levels`. So a program need not begin a run that would fail later. 0 for the fused
+/// executor, which checks its budget itself before it changes anything. REQUIRES: attribute
+/// "position".
+/// Pinned by tests/kernels/frame_needs_test.cpp.
+std::uint64_t subdivide_frame_bytes(const Store& store, const SubdivideOptions& wanted);
+
+/// How often the user's mesh must be refined to make the base mesh, so that at level `levels` no
+/// slot with records of `record_bytes` is larger than `max_slot_bytes`.
+int rebase_levels(int levels, std::uint64_t record_bytes, std::uint64_t max_slot_bytes);
+
+/// Refines `mesh` in memory, `times` times. The result is the base mesh for a store whose slots
+/// would otherwise be too large. Level numbers do not change: pass `times` to
+/// Store::create() as Provenance::base_level. It computes in `precision`. Errors: kInvalidArgument,
+/// as add_base_positions() too.
+BaseMesh rebase(const BaseMesh& mesh, int times, const Scheme& scheme,
+                ComponentType precision = ComponentType::kFloat32);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,296 @@
+// plait/visit_vertices.h: visits every vertex of a store once, base vertices too, and gives
+// a kernel of the program the records of these vertices and, if wanted, their neighbours.
+//
+//   visit_vertices(store, {.name = "smooth"},
+//                  std::tuple{rings_of<Point>("position"), overwrites<Point>("smooth")},
+//                  [](const VertexRun& run, const VertexRings<Point>& position,
+//                     std::span<Point> smooth) {
+//                    for (std::size_t i = 0; i < run.count; ++i)
+//                      smooth[i] = ... position.neighbour(i, k) ...;
+//                  });
+//
+// The visit is one sweep (plait/extend/sweep.h): every block is read and written at most once,
+// within the budget of the store. The sweep goes from edge to edge in layout order, with all levels
+// at once, because the rings of all levels are at the finest level. Then follow the base vertices,
+// because the sweep finds their rings on its way. One kernel call gets a row of a slot, or a whole
+// slot if the visit reads no rings; of base vertices it gets one or all.
+//
+// Source of the method: I. Guskov, "Non-replicating indexing for out-of-core processing of
+// semi-regular triangular surface meshes". Pinned by tests/kernels/visit_vertices_test.cpp; shown
+// in docs/writing.md.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "plait/detail/edge_grid.h"
+#include "plait/detail/gather_grid.h"
+#include "plait/detail/namespace.h"
+#include "plait/detail/ring_table.h"
+#include "plait/detail/vertex_rings.h"
+#include "plait/detail/visit_plan.h"
+#include "plait/extend/base_relative_level.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// What a visit does with an attribute. Made by the four functions below.
+template <class RecordType>
+struct RingsOf {
+  using Record = RecordType;
+  using Argument = VertexRings<Record>;
+  static constexpr Access kAccess = Access::kRead;
+  static constexpr bool kRings = true;
+  std::string_view attribute;
+};
+/// The same for a kernel that gets the records without their neighbours.
+template <class RecordType, Access kHow>
+struct RecordsOf {
+  using Record = RecordType;
+  using Argument = std::span<std::conditional_t<kHow == Access::kRead, const Record, Record>>;
+  static constexpr Access kAccess = kHow;
+  static constexpr bool kRings = false;
+  std::string_view attribute;
+};
+
+/// The kernel reads each vertex and its neighbours: it gets a VertexRings<Record>.
+template <class Record>
+RingsOf<Record> rings_of(std::string_view attribute) {
+  return {attribute};
+}
+/// The kernel reads each vertex: it gets a std::span<const Record> of VertexRun::count records.
+template <class Record>
+RecordsOf<Record, Access::kRead> reads(std::string_view attribute) {
+  return {attribute};
+}
+/// The kernel writes each vertex and reads none: it gets a std::span<Record> of undefined content,
+/// and must fill all of it. Nothing is read from the disk.
+template <class Record>
+RecordsOf<Record, Access::kOverwrite> overwrites(std::string_view attribute) {
+  return {attribute};
+}
+/// The kernel changes each vertex in place: it gets a std::span<Record> with the present content.
+template <class Record>
+RecordsOf<Record, Access::kUpdate> updates(std::string_view attribute) {
+  return {attribute};
+}
+
+// How one attribute comes to the kernel: begin() is called once for an edge, at() for each run of
+// its vertices, base() for base vertices.
+namespace visit {
+
+/// A row of a slot, or a whole slot.
+struct VertexPlace {
+  std::size_t access;
+  EdgeId edge;
+  int worker, refinement;
+  VertexRun run;
+  std::int64_t row = 0, column = 0;
+  std::size_t position = 0;  ///< of the first vertex in its slot
+  bool border = false;
+};
+
+template <class Spec>
+class Source;
+
+template <class Record, Access kHow>
+class Source<RecordsOf<Record, kHow>> {
+ public:
+  using Argument = typename RecordsOf<Record, kHow>::Argument;
+  Source(const VisitPlan& plan, std::size_t access) {
+    Store& store = plan.store();
+    if constexpr (kHow == Access::kRead)
+      base_ = std::as_const(store).template base_records<Record>(plan.attribute(access));
+    else
+      base_ = store.template base_records<Record>(plan.attribute(access));
+  }
+  void begin(const SweepView&, std::size_t, EdgeId, int) noexcept {}
+  Argument at(const SweepView& view, const VertexPlace& place) const noexcept {
+    return view.records<typename Argument::element_type>(place.access, place.run.level, place.edge)
+        .subspan(place.position, place.run.count);
+  }
+  Argument base(const VertexRun& run) const noexcept {
+    return base_.subspan(static_cast<std::size_t>(run.first), run.count);
+  }
+
+ private:
+  Argument base_;
+};
+
+template <class Record>
+class Source<RingsOf<Record>> {
+ public:
+  Source(const VisitPlan& plan, std::size_t access)
+      : mesh_(plan.store().base().topology()),
+        base_level_(plan.store().base_level()),
+        refinements_(plan.refinements()),
+        base_(std::as_const(plan.store()).template base_records<Record>(plan.attribute(access))),
+        rings_(mesh_.edges.size()),
+        grids_(refinements_ > 0 ? static_cast<std::size_t>(plan.threads()) : 0) {
+    for (EdgeGrid<Record>& grid : grids_) grid.resize(refinements_);
+    if (refinements_ == 0) {
+      rings_.set_from_base(mesh_, base_);
+      return;
+    }
+    const std::ptrdiff_t stride = grids_.front().stride();
+    inner_ = {stride, 1, 1 - stride, -stride, -1, stride - 1};
+    border_ = {1 - stride, -stride, -1, stride - 1};
+  }
+  void begin(const SweepView& view, std::size_t access, EdgeId edge, int worker) noexcept {
+    EdgeGrid<Record>& grid = grids_[static_cast<std::size_t>(worker)];
+    gather(mesh_, SlotSource<Record>{view, access, base_level_}, base_, edge, 0, refinements_,
+           grid);
+    rings_.set(edge, *grid.at(grid.size() - 1, 1), *grid.at(1, grid.size() - 1));
+  }
+  VertexRings<Record> at(const SweepView&, const VertexPlace& place) const noexcept {
+    const EdgeGrid<Record>& grid = grids_[static_cast<std::size_t>(place.worker)];
+    const std::int64_t scale = std::int64_t{1} << (refinements_ - place.refinement);
+    const Record* const first =
+        grid.at((2 * place.row + 1) * scale, (2 * place.column + 1) * scale);
+    return place.border ? VertexRings<Record>(first, 2 * scale, border_.data(), 4, true)
+                        : VertexRings<Record>(first, 2 * scale, inner_.data(), 6, false);
+  }
+  /// One base vertex. The result is valid until the next call.
+  VertexRings<Record> base(const VertexRun& run) {
+    const auto vertex = static_cast<VertexId>(run.first);
+    around_.assign(1, base_[vertex]);
+    const int valence = for_each_spoke(mesh_, vertex, [&](EdgeId edge) {
+      around_.push_back(rings_.next_to(mesh_, edge, vertex));
+    });
+    while (in_order_.size() < around_.size())
+      in_order_.push_back(static_cast<std::ptrdiff_t>(in_order_.size()) + 1);
+    return {around_.data(), 0, in_order_.data(), valence, is_border_vertex(mesh_, vertex)};
+  }
+
+ private:
+  Topology mesh_;
+  int base_level_, refinements_;
+  std::span<const Record> base_;
+  RingTable<Record> rings_;
+  std::vector<EdgeGrid<Record>> grids_;  ///< [worker]
+  std::array<std::ptrdiff_t, 6> inner_{};
+  std::array<std::ptrdiff_t, 4> border_{};
+  std::vector<Record> around_;  ///< a base vertex and its neighbours
+  std::vector<std::ptrdiff_t> in_order_;
+};
+
+/// Calls place_kernel(place) for the runs of a slot: for each row, the vertices inside and then the
+/// one on a border, if there is one.
+template <class PlaceKernel>
+void for_each_row(VertexPlace place, const SlotRows& rows, PlaceKernel place_kernel) {
+  const VertexRun slot = place.run;
+  const std::int64_t n = slot_side(place.refinement);
+  for (std::int64_t row = 0; row < n; ++row) {
+    const std::int64_t inside = rows.inside(n, row);
+    const auto visit = [&](std::int64_t column, std::int64_t count, bool border) {
+      place.row = row;
+      place.column = column;
+      place.position =
+          static_cast<std::size_t>(slot_position(place.refinement, rows.shape, row, column));
+      place.border = border;
+      place.run.first = slot.first + place.position;
+      place.run.count = static_cast<std::size_t>(count);
+      place_kernel(place);
+    };
+    if (inside > 0) visit(0, inside, false);
+    if (rows.border) visit(inside, 1, true);
+  }
+}
+
+template <class... Specs>
+std::vector<VisitedAttribute> attributes_of(const std::tuple<Specs...>& attributes) {
+  return std::apply(
+      [](const Specs&... each) {
+        return std::vector<VisitedAttribute>{
+            {each.attribute, RecordTraits<typename Specs::Record>::kType,
+             RecordTraits<typename Specs::Record>::kComponents, Specs::kAccess, Specs::kRings}...};
+      },
+      attributes);
+}
+
+template <class Kernel, class... Specs>
+inline constexpr bool is_kernel =
+    std::invocable<const Kernel&, const VertexRun&, typename Specs::Argument...>;
+
+template <class Kernel, class... Specs, std::size_t... kNumbers>
+void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>...>& sources,
+         std::index_sequence<kNumbers...>) {
+  const Topology mesh = plan.store().base().topology();
+  plan.run(
+      [&](const SweepView& view, EdgeId edge, int worker) {
+        (std::get<kNumbers>(sources).begin(view, kNumbers, edge, worker), ...);
+        const auto call = [&](VertexPlace place) {
+          const auto at = [&](auto& source, std::size_t access) {
+            place.access = access;
+            return source.at(view, place);
+          };
+          kernel(std::as_const(place.run), at(std::get<kNumbers>(sources), kNumbers)...);
+        };
+        for (int refinement = 1; refinement <= plan.refinements(); ++refinement) {
+          const VertexPlace slot{0, edge, worker, refinement,
+                                 plan.run_of(refinement, edge, worker)};
+          if constexpr ((Specs::kRings || ...))
+            for_each_row(slot, {plan.shape_of(refinement, edge), mesh.edges[edge].is_border()},
+                         call);
+          else
+            call(slot);
+        }
+      },
+      [&] {
+        const std::size_t count = mesh.vertex_corners.size();
+        VertexRun base = plan.base_run((Specs::kRings || ...) ? 1 : count);
+        for (; base.first < count; base.first += base.count)
+          kernel(std::as_const(base), std::get<kNumbers>(sources).base(base)...);
+      });
+}
+
+}  // namespace visit
+
+/// Calls kernel(const VertexRun&, argument for each attribute...) until every vertex of levels 0 to
+/// options.level was in exactly one call. `attributes` is a std::tuple of results of rings_of(),
+/// reads(), overwrites() and updates(). No attribute may be in it twice: a pass that reads rings of
+/// an attribute writes to another one, because otherwise the result would depend on the order.
+/// Store::replace_attribute() then gives the new one the name of the old one.
+///
+/// The kernel is called from several threads at once (docs/threads.md) if options.threads > 1, for
+/// base vertices from the calling thread alone. It must not throw, and must not call functions of
+/// `store`. Each result depends only on what the kernel reads, so the bits do not depend on
+/// threads, blocks and budget.
+///
+/// Errors, before anything is changed: those of VisitPlan; kBudget (the message says how much is
+/// needed). Later: kCancelled; those of Session::pin. After an error, the levels that the visit
+/// writes cannot be committed until a pass has overwritten them.
+template <class... Specs, class Kernel>
+void visit_vertices(Store& store, const VisitOptions& options,
+                    const std::tuple<Specs...>& attributes, const Kernel& kernel) {
+  static_assert(visit::is_kernel<Kernel, Specs...>,
+                "visit_vertices: the kernel must be callable, from several threads at once (so its "
+                "operator() is const), as kernel(const VertexRun&, argument of each attribute...): "
+                "VertexRings<Record> for rings_of, std::span<const Record> for reads, "
+                "std::span<Record> for overwrites and updates");
+  if constexpr (visit::is_kernel<Kernel, Specs...>) {
+    const VisitPlan plan(store, options, visit::attributes_of(attributes));
+    const auto numbers = std::index_sequence_for<Specs...>();
+    [&]<std::size_t... kNumbers>(std::index_sequence<kNumbers...>) {
+      std::tuple<visit::Source<Specs>...> sources(visit::Source<Specs>(plan, kNumbers)...);
+      visit::run<Kernel, Specs...>(plan, kernel, sources, numbers);
+    }
+    (numbers);
+  }
+}
+
+/// The memory that visit_vertices() needs with the same arguments. Errors: those of VisitPlan.
+template <class... Specs>
+VisitNeeds visit_needs(Store& store, const VisitOptions& options,
+                       const std::tuple<Specs...>& attributes) {
+  return VisitPlan(store, options, visit::attributes_of(attributes)).needs();
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,47 @@
+"""plait: meshes far larger than memory, as numpy arrays.
+
+    import plait
+    plait.subdivide("molecule.ply", "molecule.plait", levels=5, normals=True, progress=True)
+    store = plait.open("molecule.plait")
+    store["position"][5][:1000]              # vertices of level 5, as an array
+    store.patch(0, level=5)                  # all vertices of one patch
+    store.mesh(level=3, box=(low, high))     # vertices and triangles in a box
+
+docs/python.md is the page about it.
+"""
+
+from ._functions import LIBRARY as _LIBRARY
+from ._functions import path as _path
+from .attributes import Attribute, Block, LevelArray
+from .errors import (BadState, Busy, Cancelled, Damaged, Error, InputOutputError, InternalError,
+                     InvalidArgument, NoSpace, NoSuchAttribute, NotFound, NotSupported, OutOfMemory,
+                     TooLarge)
+from .jobs import Conversion, Subdivision, convert, subdivide, verify
+from .mesh import Mesh
+from .store import (Base, Counts, DamagedBlock, Hits, Info, Patches, Statistics, Store,
+                    VerifyReport, create, triangles)
+from .store import open_store as open  # plait.open, as numpy has load and h5py has File
+from .visits import Vertices
+
+__version__ = _LIBRARY.plait_version_string().decode()
+
+
+def build_info():
+    """What the library has: a dict with the names of backends, codecs, filters, schemes, executors
+    and layouts."""
+    lines = _LIBRARY.plait_build_info().decode().splitlines()
+    return {line.split(":")[0]: line.split(":")[1].split() for line in lines}
+
+
+def load_plugin(file):
+    """Loads a shared library that adds backends, codecs and filters, until the process ends."""
+    _LIBRARY.plait_plugin_load(_path(file))
+
+
+__all__ = [
+    "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Conversion", "Counts",
+    "Damaged", "DamagedBlock", "Error", "Hits", "Info", "InputOutputError", "InternalError",
+    "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NotFound",
+    "NotSupported", "OutOfMemory", "Patches", "Statistics", "Store", "Subdivision", "TooLarge",
+    "VerifyReport", "Vertices", "build_info", "convert", "create", "load_plugin", "open", "subdivide",
+    "triangles", "verify"]

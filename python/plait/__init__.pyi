@@ -1,0 +1,210 @@
+"""Types of the package. tests/python/stub_test.py compares them with the package."""
+
+from os import PathLike
+from typing import Any, Callable, Iterator, Literal, NamedTuple, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+Path = Union[str, bytes, PathLike]
+Size = Union[int, str]
+Names = Union[str, Sequence[str]]
+Box = tuple[ArrayLike, ArrayLike]
+Progress = Union[None, bool, Callable[[str, int, int], Optional[bool]]]
+
+__version__: str
+
+class Error(Exception):
+    path: Optional[str]
+    offset: Optional[int]
+
+class NotFound(Error, FileNotFoundError): ...
+class NoSuchAttribute(NotFound, KeyError): ...
+class InvalidArgument(Error, ValueError): ...
+class Damaged(Error): ...
+class NotSupported(Error, NotImplementedError): ...
+class InputOutputError(Error, OSError): ...
+class NoSpace(InputOutputError): ...
+class OutOfMemory(Error, MemoryError): ...
+class TooLarge(Error, MemoryError): ...
+class Busy(Error, BlockingIOError): ...
+class BadState(Error, RuntimeError): ...
+class Cancelled(Error): ...
+class InternalError(Error): ...
+
+class Base(NamedTuple):
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.uint32]
+
+class Block(NamedTuple):
+    first: int
+    records: NDArray[Any]
+
+class Conversion(NamedTuple):
+    path: str
+    from_stored_bytes: int
+    stored_bytes: int
+    digest: str
+
+class Counts(NamedTuple):
+    vertices: int
+    edges: int
+    faces: int
+
+class DamagedBlock(NamedTuple):
+    attribute: str
+    level: int
+    block: int
+    reason: str
+    file_offset: int
+    first_edge: int
+    edge_after: int
+
+class Hits(NamedTuple):
+    faces: NDArray[np.uint32]
+    distances: NDArray[np.float64]
+
+class Info(NamedTuple):
+    path: str
+    backend: str
+    pipeline: str
+    layout: str
+    scheme: str
+    program: str
+    uuid: str
+    sequence: int
+    block_bytes: int
+    budget_bytes: int
+    stored_bytes: int
+    base_level: int
+    finest_level: int
+    writable: bool
+
+class Mesh(NamedTuple):
+    vertices: NDArray[Any]
+    triangles: NDArray[np.uint32]
+    faces: NDArray[np.uint32]
+    attributes: dict[str, NDArray[Any]]
+
+class Patches(NamedTuple):
+    faces: NDArray[np.uint32]
+    records: NDArray[Any]
+
+class Statistics(NamedTuple):
+    blocks_read: int
+    bytes_read: int
+    blocks_written: int
+    bytes_written: int
+    blocks_prefetched: int
+    blocks_evicted: int
+    read_waits: int
+    read_wait_ns: int
+    write_waits: int
+    write_wait_ns: int
+    peak_frame_bytes: int
+
+class Subdivision(NamedTuple):
+    path: str
+    levels: int
+    vertices: int
+    edges: int
+    faces: int
+    stored_bytes: int
+    import_seconds: float
+    layout_seconds: float
+    refine_seconds: float
+    commit_seconds: float
+    digest_seconds: float
+    base_level: int
+    resumed_level: int
+    digest: str
+
+class VerifyReport(NamedTuple):
+    blocks: int
+    bytes: int
+    never_written: int
+    damaged_count: int
+    damaged: list[DamagedBlock]
+
+class LevelArray:
+    level: int
+    dtype: np.dtype
+    shape: tuple[int, ...]
+    ndim: int
+    size: int
+    nbytes: int
+    @property
+    def name(self) -> str: ...
+    @property
+    def chunks(self) -> tuple[tuple[int, ...], ...]: ...
+    def blocks(self) -> Iterator[Block]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, key: Any) -> NDArray[Any]: ...
+    def __iter__(self) -> Iterator[NDArray[Any]]: ...
+    def __array__(self, dtype: Optional[DTypeLike] = ..., copy: Optional[bool] = ...) -> NDArray[Any]: ...
+    @property
+    def __array_interface__(self) -> dict[str, Any]: ...
+
+class Attribute:
+    name: str
+    dtype: np.dtype
+    components: int
+    levels: range
+    def __getitem__(self, level: int) -> LevelArray: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[LevelArray]: ...
+
+class Vertices:
+    levels: NDArray[np.int32]
+    places: NDArray[np.uint64]
+    valence: int
+    border: bool
+    base: bool
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str) -> NDArray[Any]: ...
+    def __setitem__(self, name: str, records: ArrayLike) -> None: ...
+    def neighbours(self, name: str) -> NDArray[Any]: ...
+
+class Store:
+    @property
+    def info(self) -> Info: ...
+    @property
+    def path(self) -> str: ...
+    @property
+    def levels(self) -> range: ...
+    @property
+    def attributes(self) -> dict[str, Attribute]: ...
+    @property
+    def base(self) -> Base: ...
+    @property
+    def statistics(self) -> Statistics: ...
+    def counts(self, level: int) -> Counts: ...
+    def __getitem__(self, name: str) -> Attribute: ...
+    def __contains__(self, name: str) -> bool: ...
+    def patch(self, face: int, level: Optional[int] = ..., attribute: str = ...) -> NDArray[Any]: ...
+    def patches(self, faces: Optional[ArrayLike] = ..., *, box: Optional[Box] = ..., level: Optional[int] = ..., attribute: str = ..., memory: Size = ...) -> Patches: ...
+    def faces_in_box(self, low: ArrayLike, high: ArrayLike, attribute: str = ...) -> NDArray[np.uint32]: ...
+    def along_ray(self, origin: ArrayLike, direction: ArrayLike, attribute: str = ...) -> Hits: ...
+    def mesh(self, level: Optional[int] = ..., box: Optional[Box] = ..., faces: Optional[ArrayLike] = ..., attributes: Names = ..., memory: Size = ...) -> Mesh: ...
+    def visit(self, function: Callable[[Vertices], Any], reads: Names = ..., writes: Names = ..., rings: Union[bool, Names] = ..., level: Optional[int] = ..., progress: Progress = ...) -> None: ...
+    def add_attribute(self, name: str, dtype: DTypeLike = ..., components: int = ..., level: Optional[int] = ...) -> None: ...
+    def remove_attribute(self, name: str) -> None: ...
+    def replace_attribute(self, name: str, replacement: str) -> None: ...
+    def subdivide(self, levels: int, scheme: str = ..., normals: bool = ..., limit: bool = ..., executor: str = ..., threads: int = ..., progress: Progress = ...) -> None: ...
+    def commit(self) -> None: ...
+    def roll_back(self) -> None: ...
+    def write_bounds(self, attribute: str = ...) -> None: ...
+    def verify(self, progress: Progress = ...) -> VerifyReport: ...
+    def digest(self, level: Optional[int] = ..., threads: int = ..., progress: Progress = ...) -> str: ...
+    def close(self) -> None: ...
+    def __enter__(self) -> Store: ...
+    def __exit__(self, *_: object) -> None: ...
+
+def open(path: Path, writable: bool = ..., memory: Size = ..., io_threads: Optional[int] = ...) -> Store: ...
+def create(vertices: ArrayLike, faces: ArrayLike, path: Optional[Path] = ..., backend: Optional[str] = ..., dtype: DTypeLike = ..., layout: Optional[str] = ..., pipeline: Optional[str] = ..., block_bytes: Size = ..., memory: Size = ..., base_level: int = ..., warn: Optional[Callable[[str], Any]] = ...) -> Store: ...
+def triangles(level: int, base_level: int = ...) -> NDArray[np.uint32]: ...
+def subdivide(mesh: Path, store: Path, levels: int, *, scheme: str = ..., normals: bool = ..., limit: bool = ..., backend: Optional[str] = ..., compress: Names = ..., max_error: Names = ..., layout: Optional[str] = ..., executor: str = ..., precision: Optional[Literal["float32", "float64"]] = ..., block: Optional[Size] = ..., max_slot: Optional[Size] = ..., memory: Optional[Size] = ..., threads: int = ..., existing: Literal["refuse", "replace", "resume"] = ..., durability: Literal["commit", "none"] = ..., verify: bool = ..., digest: bool = ..., ignore_size: bool = ..., progress: Progress = ..., warn: Optional[Callable[[str], Any]] = ...) -> Subdivision: ...
+def convert(store: Path, to: Path, *, backend: Optional[str] = ..., compress: Names = ..., max_error: Names = ..., block: Optional[Size] = ..., memory: Optional[Size] = ..., threads: int = ..., existing: Literal["refuse", "replace"] = ..., verify: bool = ..., progress: Progress = ..., warn: Optional[Callable[[str], Any]] = ...) -> Conversion: ...
+def verify(store: Path, memory: Size = ..., progress: Progress = ...) -> VerifyReport: ...
+def build_info() -> dict[str, list[str]]: ...
+def load_plugin(file: Path) -> None: ...

@@ -1,0 +1,104 @@
+"""The functions of plait.h, declared once. The interpreter's lock is free while one of them runs."""
+
+from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint32, c_uint64, c_void_p
+
+from . import _structures as types
+from . import errors
+from ._library import LIBRARY
+
+_out = POINTER(c_void_p)
+_count = POINTER(c_uint64)
+
+# Functions that return a status: the types of their arguments. Pointers to arrays are addresses.
+_STATUS = {
+    "plait_plugin_load": [c_char_p],
+    "plait_store_create": [c_char_p, c_void_p, c_uint64, c_void_p, c_uint64,
+                           POINTER(types.plait_store_options), _out],
+    "plait_store_open": [c_char_p, POINTER(types.plait_open_options), _out],
+    "plait_store_commit": [c_void_p],
+    "plait_store_roll_back": [c_void_p],
+    "plait_store_get_info": [c_void_p, POINTER(types.plait_store_info)],
+    "plait_store_get_attribute": [c_void_p, c_uint32, POINTER(types.plait_attribute_info)],
+    "plait_store_get_counts": [c_void_p, c_int32, _count, _count, _count],
+    "plait_store_get_faces": [c_void_p, _out, _count],
+    "plait_store_get_base_positions": [c_void_p, _out, _count],
+    "plait_store_get_statistics": [c_void_p, POINTER(types.plait_paging_statistics)],
+    "plait_store_add_attribute": [c_void_p, c_char_p, c_int32, c_uint32, c_int32],
+    "plait_store_replace_attribute": [c_void_p, c_char_p, c_char_p],
+    "plait_store_remove_attribute": [c_void_p, c_char_p],
+    "plait_store_subdivide": [c_void_p, POINTER(types.plait_subdivide_options)],
+    "plait_store_digest": [c_void_p, c_int32, c_int32, types.plait_progress, c_void_p, c_char_p],
+    "plait_store_write_bounds": [c_void_p, c_char_p],
+    "plait_store_verify": [c_void_p, types.plait_progress, types.plait_damage, c_void_p,
+                           POINTER(types.plait_verify_report)],
+    "plait_store_visit": [c_void_p, POINTER(types.plait_visit_attribute), c_uint64, c_int32,
+                          types.plait_visit_batch, types.plait_progress, c_void_p],
+    "plait_reader_open": [c_void_p, POINTER(types.plait_reader_options), _out],
+    "plait_reader_faces_in_box": [c_void_p, c_char_p, POINTER(c_double), POINTER(c_double),
+                                  c_void_p, c_uint64, _count],
+    "plait_reader_faces_along_ray": [c_void_p, c_char_p, POINTER(c_double), POINTER(c_double),
+                                     c_void_p, c_void_p, c_uint64, _count],
+    "plait_reader_patch_indices": [c_void_p, c_int32, c_void_p, c_uint64, _count],
+    "plait_reader_vertex_count": [c_void_p, c_int32, _count],
+    "plait_reader_read_vertices": [c_void_p, c_char_p, c_int32, c_uint64, c_uint64, c_void_p,
+                                   c_uint64],
+    "plait_reader_copy_patches": [c_void_p, c_char_p, c_void_p, c_uint64, c_int32, c_void_p,
+                                  c_uint64],
+    "plait_reader_weld_patches": [c_void_p, c_void_p, c_uint64, c_int32, c_void_p, c_uint64,
+                                  _count],
+    "plait_reader_get_blocks": [c_void_p, c_char_p, c_int32, c_void_p, c_uint64, _count],
+    "plait_reader_pin_vertices": [c_void_p, c_char_p, c_int32, c_uint64, c_uint64, _out, _out,
+                                  _count],
+    "plait_job_subdivide": [POINTER(types.plait_subdivision_request),
+                            POINTER(types.plait_subdivision_result)],
+    "plait_job_convert": [POINTER(types.plait_conversion_request),
+                          POINTER(types.plait_conversion_result)],
+}
+# Functions that return nothing.
+_NOTHING = {
+    "plait_store_release": [c_void_p],
+    "plait_reader_close": [c_void_p],
+    "plait_pin_release": [c_void_p],
+}
+_TEXT = ["plait_version_string", "plait_build_info"]
+
+
+def _checked(status, function, arguments):
+    if status:
+        raise errors.of_status(status)
+    return status
+
+
+for _name, _arguments in _STATUS.items():
+    _function = getattr(LIBRARY, _name)
+    _function.argtypes = _arguments
+    _function.restype = c_int32
+    _function.errcheck = _checked
+for _name, _arguments in _NOTHING.items():
+    _function = getattr(LIBRARY, _name)
+    _function.argtypes = _arguments
+    _function.restype = None
+for _name in _TEXT:
+    getattr(LIBRARY, _name).argtypes = []
+    getattr(LIBRARY, _name).restype = c_char_p
+
+
+def text(value):
+    """A text for the library; None stays None."""
+    return None if value is None else str(value).encode()
+
+
+def path(value):
+    """A path for the library."""
+    import os
+    return os.fsencode(value)
+
+
+def texts(values):
+    """An array of texts for the library, and how many they are."""
+    if values is None:
+        values = ()
+    elif isinstance(values, str):
+        values = (values,)
+    array = (c_char_p * max(1, len(values)))(*(text(value) for value in values))
+    return array, len(values)

@@ -1,0 +1,144 @@
+"""Progress of long calls, and how Ctrl-C reaches them.
+
+While the library runs, Python cannot interrupt it. But the library calls back many times, and there
+Python raises KeyboardInterrupt. The callback keeps the exception and tells the library to stop; when
+the call has returned, the exception goes on its way."""
+
+import sys
+import time
+
+from ._structures import plait_progress
+
+_REDRAW_SECONDS = 0.1
+
+
+def _duration(seconds):
+    seconds = int(seconds + 0.5)
+    if seconds < 60:
+        return f"{seconds} s"
+    return f"{seconds // 60}:{seconds % 60:02d}"
+
+
+class TerminalBar:
+    """One line on a terminal."""
+
+    def __init__(self, task, stream):
+        self._task = task
+        self._stream = stream
+        self._width = 0
+
+    def draw(self, text):
+        self._stream.write("\r" + text.ljust(self._width))
+        self._stream.flush()
+        self._width = len(text)
+
+    def end(self):
+        self._stream.write("\r" + " " * self._width + "\r")
+        self._stream.flush()
+
+
+class NotebookBar:
+    """One line under a cell of a notebook."""
+
+    def __init__(self, task, display):
+        self._handle = display({"text/plain": task}, raw=True, display_id=True)
+
+    def draw(self, text):
+        self._handle.update({"text/plain": text}, raw=True)
+
+    def end(self):
+        self._handle.update({"text/plain": ""}, raw=True)
+
+
+def _bar(task):
+    """A bar where people look at it, else None."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    if shell is not None and hasattr(shell, "kernel"):
+        from IPython.display import display
+        return NotebookBar(task, display)
+    stream = sys.stderr
+    return TerminalBar(task, stream) if stream is not None and stream.isatty() else None
+
+
+class Drawn:
+    """Shows phase, part done and time left."""
+
+    def __init__(self, task):
+        self._task = task
+        self._bar = _bar(task)
+        self._phase = None
+        self._start = self._next = 0.0
+
+    def __call__(self, phase, done, total):
+        if self._bar is None:
+            return
+        now = time.monotonic()
+        if phase != self._phase:
+            self._phase, self._start, self._next = phase, now, 0.0
+        if now < self._next:
+            return
+        self._next = now + _REDRAW_SECONDS
+        part = done / total if total else 0.0
+        filled = int(24 * part)
+        left = f", {_duration((now - self._start) * (1 - part) / part)} left" if part > 0.02 else ""
+        self._bar.draw(f"{self._task}: {phase} [{'#' * filled}{'.' * (24 - filled)}] "
+                       f"{100 * part:3.0f} %{left}")
+
+    def end(self):
+        if self._bar is not None:
+            self._bar.end()
+
+
+class Watch:
+    """Watches one call of the library.
+
+        with Watch("verify", progress) as watch:
+            LIBRARY.plait_store_verify(..., watch.callback, ...)
+
+    `progress` is None or False, True for a bar, or a function of (phase, done, total) whose False
+    cancels the call."""
+
+    def __init__(self, task, progress=None):
+        self._told = Drawn(task) if progress is True else progress if callable(progress) else None
+        self.raised = None
+        self._cancelled = False
+        self.callback = plait_progress(self._call)
+
+    def _call(self, phase, done, total, _):
+        try:
+            if self._told is not None and self._told(phase.decode(), done, total) is False:
+                self._cancelled = True
+                return 0
+            return 1
+        except BaseException as error:  # KeyboardInterrupt too: it must not pass through C
+            self.raised = error
+            return 0
+
+    def guard(self, function):
+        """A function for the library that does the same for its own exceptions."""
+
+        def call(*arguments):
+            try:
+                if function(*arguments) is False:
+                    self._cancelled = True
+                    return 0
+                return 1
+            except BaseException as error:
+                self.raised = error
+                return 0
+
+        return call
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        from .errors import Cancelled
+        if isinstance(self._told, Drawn):
+            self._told.end()
+        if self.raised is not None:
+            raise self.raised from None
+        # Python printed and dropped an exception that came at the edge of the callback.
+        if kind is Cancelled and not self._cancelled:
+            raise KeyboardInterrupt from None

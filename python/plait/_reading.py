@@ -1,0 +1,160 @@
+"""Reads of one attribute of a store, each one call of the library."""
+
+import ctypes
+from ctypes import byref, c_uint64, c_void_p
+
+import numpy as np
+
+from . import _handles
+from . import _structures as types
+from ._functions import LIBRARY, text
+from .errors import InvalidArgument, NotSupported
+
+
+def patch_vertices(refinements):
+    """Vertices of a patch whose sides have 2**refinements steps."""
+    size = 1 << refinements
+    return (size + 1) * (size + 2) // 2
+
+
+def frozen(array):
+    """The array, read-only."""
+    array.flags.writeable = False
+    return array
+
+
+def face_list(faces):
+    """Faces as the library takes them."""
+    given = np.asarray(faces)
+    if given.size == 0:
+        return np.empty(0, np.uint32)
+    if given.dtype.kind not in "iu" or given.ndim != 1:
+        raise InvalidArgument(
+            f"faces: expected a list of whole numbers, found {given.dtype} of shape {given.shape}")
+    if given.min() < 0 or given.max() >= 1 << 32:
+        raise InvalidArgument(f"faces: expected 0 and more, found {given.min()} to {given.max()}")
+    return np.ascontiguousarray(given, np.uint32)
+
+
+def three_numbers(what, values):
+    """A point or a direction for the library."""
+    values = np.asarray(values, np.float64)
+    if values.shape != (3,):
+        raise InvalidArgument(f"{what}: expected 3 numbers, found shape {values.shape}")
+    return (ctypes.c_double * 3)(*values)
+
+
+class AttributeReader:
+    """Reads one attribute. Any number of threads may use it at the same time."""
+
+    def __init__(self, store, info, base_level):
+        self.name = info.name.decode()
+        self._name = info.name
+        self.base_level = base_level
+        self.finest_level = info.finest_level
+        self.dtype = np.dtype(types.TYPES[info.type])
+        self.components = info.components
+        self.record_bytes = info.record_bytes
+        names = (ctypes.c_char_p * 1)(info.name)
+        options = types.plait_reader_options(attributes=names, attribute_count=1)
+        address = c_void_p()
+        LIBRARY.plait_reader_open(store.address, byref(options), byref(address))
+        self._reader = _handles.reader(address.value)
+        self._has_addresses = None
+        self._counts = {}
+
+    def shape(self, count):
+        """The shape of `count` records."""
+        return (count,) if self.components == 1 else (count, self.components)
+
+    def vertex_count(self, level):
+        """Vertices that the level creates."""
+        count = self._counts.get(level)
+        if count is None:
+            found = c_uint64()
+            LIBRARY.plait_reader_vertex_count(self._reader.address, level, byref(found))
+            count = self._counts[level] = found.value
+        return count
+
+    def block_starts(self, level):
+        """The first vertex of each block."""
+        count = c_uint64()
+        LIBRARY.plait_reader_get_blocks(self._reader.address, self._name, level, None, 0,
+                                        byref(count))
+        firsts = np.empty(count.value, np.uint64)
+        LIBRARY.plait_reader_get_blocks(self._reader.address, self._name, level,
+                                        firsts.ctypes.data, count.value, byref(count))
+        return firsts.astype(np.int64)
+
+    def vertices(self, level, first, count):
+        """Records of vertices that a level creates. No copy if they lie in memory in one piece."""
+        if count > 0 and self._has_addresses is not False:
+            pinned = self._pinned(level, first, count)
+            if pinned is not None:
+                return pinned
+        records = np.empty(self.shape(count), self.dtype)
+        LIBRARY.plait_reader_read_vertices(self._reader.address, self._name, level, first, count,
+                                           records.ctypes.data, records.nbytes)
+        return frozen(records)
+
+    def _pinned(self, level, first, count):
+        pin, address, found = c_void_p(), c_void_p(), c_uint64()
+        try:
+            LIBRARY.plait_reader_pin_vertices(self._reader.address, self._name, level, first, count,
+                                              byref(pin), byref(address), byref(found))
+        except NotSupported:
+            self._has_addresses = False
+            return None
+        self._has_addresses = True
+        owner = _handles.Pinned(pin.value, address.value, self.dtype, self.shape(found.value))
+        return np.asarray(owner) if found.value == count else None
+
+    def patch(self, face, level):
+        """The records of one patch in row order."""
+        records = np.empty(self.shape(patch_vertices(level - self.base_level)), self.dtype)
+        number = ctypes.c_uint32(face)
+        LIBRARY.plait_reader_copy_patches(self._reader.address, self._name, byref(number), 1, level,
+                                          records.ctypes.data, records.nbytes)
+        return frozen(records)
+
+    def patches(self, faces, level):
+        """The records of many patches, in an array that can be written to."""
+        count = patch_vertices(level - self.base_level)
+        records = np.empty((len(faces),) + self.shape(count), self.dtype)
+        LIBRARY.plait_reader_copy_patches(self._reader.address, self._name, faces.ctypes.data,
+                                          len(faces), level, records.ctypes.data, records.nbytes)
+        return records
+
+    def weld(self, faces, level):
+        """The number of each point of each patch, and how many vertices there are."""
+        numbers = np.empty((len(faces), patch_vertices(level - self.base_level)), np.uint32)
+        count = c_uint64()
+        LIBRARY.plait_reader_weld_patches(self._reader.address, faces.ctypes.data, len(faces), level,
+                                          numbers.ctypes.data, numbers.size, byref(count))
+        return numbers, count.value
+
+    def triangles(self, level):
+        """The triangles of a patch: places in row order."""
+        count = 1 << 2 * (level - self.base_level)
+        indices = np.empty((count, 3), np.uint32)
+        found = c_uint64()
+        LIBRARY.plait_reader_patch_indices(self._reader.address, level, indices.ctypes.data, count,
+                                           byref(found))
+        return frozen(indices)
+
+    def faces_in_box(self, low, high, face_count):
+        """The faces whose bounds meet the box, ascending."""
+        faces = np.empty(face_count, np.uint32)
+        found = c_uint64()
+        LIBRARY.plait_reader_faces_in_box(self._reader.address, self._name, low, high,
+                                          faces.ctypes.data, face_count, byref(found))
+        return frozen(faces[:found.value].copy())
+
+    def faces_along_ray(self, origin, direction, face_count):
+        """The faces whose bounds the ray meets, the nearest first, and the distances."""
+        faces, distances = np.empty(face_count, np.uint32), np.empty(face_count, np.float64)
+        found = c_uint64()
+        LIBRARY.plait_reader_faces_along_ray(self._reader.address, self._name, origin, direction,
+                                             faces.ctypes.data, distances.ctypes.data, face_count,
+                                             byref(found))
+        return frozen(faces[:found.value].copy()), frozen(distances[:found.value].copy())

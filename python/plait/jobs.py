@@ -1,0 +1,131 @@
+"""Whole works: what the commands of the program do."""
+
+from ctypes import byref
+from typing import NamedTuple
+
+from . import _functions, _memory
+from . import _structures as types
+from ._functions import LIBRARY, text, texts
+from ._progress import Watch
+from .errors import InvalidArgument
+from .store import open_store
+
+_EXISTING = {"refuse": 0, "replace": 1, "resume": 2}
+_DURABILITY = {"commit": 0, "none": 1}
+_PRECISION = {None: 0, "float32": types.FLOAT32, "float64": types.FLOAT64}
+
+
+class Subdivision(NamedTuple):
+    """What subdivide() made. Counts are those of the finest level; times are in seconds."""
+
+    path: str
+    levels: int
+    vertices: int
+    edges: int
+    faces: int
+    stored_bytes: int
+    import_seconds: float
+    layout_seconds: float
+    refine_seconds: float
+    commit_seconds: float
+    digest_seconds: float
+    base_level: int
+    resumed_level: int
+    digest: str
+
+
+class Conversion(NamedTuple):
+    """What convert() made. digest: of all records, if the copy was verified."""
+
+    path: str
+    from_stored_bytes: int
+    stored_bytes: int
+    digest: str
+
+
+def chosen(what, value, choices):
+    """The number of a choice."""
+    try:
+        return choices[value]
+    except (KeyError, TypeError):
+        known = ", ".join(repr(name) for name in choices)
+        raise InvalidArgument(f"{what}: expected one of {known}, found {value!r}") from None
+
+
+def warnings_to(warn):
+    """A callback of the library for warnings."""
+    if warn is None:
+        return types.plait_warning()
+    return types.plait_warning(lambda words, _: warn(words.decode(errors="replace")))
+
+
+def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False, backend=None,
+              compress=(), max_error=(), layout=None, executor="auto", precision=None, block=None,
+              max_slot=None, memory=None, threads=1, existing="refuse", durability="commit",
+              verify=False, digest=False, ignore_size=False, progress=None, warn=None):
+    """Refines the mesh of a file into a store, as `plait subdivide` does, and returns a named tuple
+    Subdivision.
+
+    mesh: a file: PLY, OBJ or OFF, also .gz and .zst. store: the directory to make.
+    levels: the level to reach. normals, limit: also make unit normals; project positions to the
+    limit surface. backend, compress, max_error, layout, executor, precision, block, max_slot,
+    memory, threads: as the options of the program. existing: "refuse", "replace" or "resume".
+    progress: True for a bar, or a function of (phase, done, total) whose False cancels.
+    warn: a function of a text, told what was changed in the mesh.
+
+    Ctrl-C cancels. After that and after an error nothing half-made is left; with "resume" the last
+    commit stays.
+    """
+    compress_array, compress_count = texts(compress)
+    errors_array, error_count = texts(max_error)
+    result = types.plait_subdivision_result()
+    with Watch("subdivide", progress) as watch:
+        request = types.plait_subdivision_request(
+            mesh_path=_functions.path(mesh), store_path=_functions.path(store),
+            backend=text(backend), layout=text(layout), scheme=text(scheme),
+            executor=text(executor), compress=compress_array, compress_count=compress_count,
+            max_errors=errors_array, max_error_count=error_count,
+            block_bytes=_memory.bytes_of(block or 0), max_slot_bytes=_memory.bytes_of(max_slot or 0),
+            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
+            warn=warnings_to(warn), levels=levels, threads=threads,
+            precision=chosen("precision", precision, _PRECISION),
+            existing=chosen("existing", existing, _EXISTING),
+            durability=chosen("durability", durability, _DURABILITY), normals=int(normals),
+            limit=int(limit), verify=int(verify), digest=int(digest), ignore_size=int(ignore_size))
+        LIBRARY.plait_job_subdivide(byref(request), byref(result))
+    return Subdivision(str(store), *(
+        getattr(result, name).decode() if name == "digest" else getattr(result, name)
+        for name in Subdivision._fields[1:]))
+
+
+def convert(store, to, *, backend=None, compress=(), max_error=(), block=None, memory=None,
+            threads=1, existing="refuse", verify=False, progress=None, warn=None):
+    """Copies a store into another backend, compression or block size, as `plait convert` does, and
+    returns a named tuple Conversion. The copy is like the store in everything that no argument
+    changes.
+
+    backend, compress, max_error, block, memory, threads: as the options of the program.
+    existing: "refuse" or "replace". verify: read the copy back from the disk and compare it.
+    progress, warn, Ctrl-C: as for subdivide().
+    """
+    compress_array, compress_count = texts(compress)
+    errors_array, error_count = texts(max_error)
+    result = types.plait_conversion_result()
+    with Watch("convert", progress) as watch:
+        request = types.plait_conversion_request(
+            from_path=_functions.path(store), to_path=_functions.path(to), backend=text(backend),
+            compress=compress_array, compress_count=compress_count, max_errors=errors_array,
+            max_error_count=error_count, block_bytes=_memory.bytes_of(block or 0),
+            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
+            warn=warnings_to(warn), threads=threads,
+            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}), verify=int(verify))
+        LIBRARY.plait_job_convert(byref(request), byref(result))
+    return Conversion(str(to), result.from_stored_bytes, result.stored_bytes,
+                      result.digest.decode())
+
+
+def verify(store, memory=types.DEFAULT_BUDGET_BYTES, progress=None):
+    """Reads every block of the store at a path and compares its checksum: a named tuple
+    VerifyReport."""
+    with open_store(store, memory=memory) as opened:
+        return opened.verify(progress)

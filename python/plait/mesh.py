@@ -1,0 +1,59 @@
+"""Patches as one mesh: each vertex once."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from . import _memory
+from ._reading import frozen, patch_vertices
+
+_PATCHES_AT_ONCE_BYTES = 8 << 20
+
+
+class Mesh(NamedTuple):
+    """Triangles of several patches, welded.
+
+    vertices: positions, shape (vertices, 3), in the units of the mesh.
+    triangles: shape (triangles, 3), uint32 numbers of vertices, counterclockwise.
+    faces: the base faces whose patches these are, in order: patch k has the triangles
+        k * 4**refinements to (k + 1) * 4**refinements - 1.
+    attributes: by name, the records of the same vertices.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    faces: np.ndarray
+    attributes: dict
+
+
+def needed_bytes(readers, face_count, level):
+    """The most memory that welded() takes, without vertices that patches share."""
+    refinements = level - readers[0].base_level
+    points = face_count * patch_vertices(refinements)
+    records = sum(reader.record_bytes for reader in readers)
+    return points * (4 + records) + face_count * (12 << 2 * refinements) + _PATCHES_AT_ONCE_BYTES
+
+
+def welded(readers, faces, level, memory):
+    """The patches of these faces as one mesh. The first reader is that of the positions."""
+    _memory.check(f"mesh of {len(faces)} patches at level {level}",
+                  needed_bytes(readers, len(faces), level), memory,
+                  "take a coarser level or a smaller box")
+    numbers, count = readers[0].weld(faces, level)
+    records = {reader.name: _scattered(reader, faces, level, numbers, count) for reader in readers}
+    corners = readers[0].triangles(level)
+    triangles = np.empty((len(faces),) + corners.shape, np.uint32)
+    np.take(numbers, corners, axis=1, out=triangles, mode="clip")
+    vertices = records[readers[0].name]
+    return Mesh(vertices, frozen(triangles.reshape(-1, 3)), faces,
+                {reader.name: records[reader.name] for reader in readers[1:]})
+
+
+def _scattered(reader, faces, level, numbers, count):
+    """The record of each vertex, from a few patches at a time."""
+    records = np.empty(reader.shape(count), reader.dtype)
+    at_once = max(1, _PATCHES_AT_ONCE_BYTES // (numbers.shape[1] * reader.record_bytes))
+    for first in range(0, len(faces), at_once):
+        part = slice(first, first + at_once)
+        records[numbers[part]] = reader.patches(faces[part], level)
+    return frozen(records)

@@ -1,0 +1,51 @@
+// collapse/decimate.h: a scan becomes a base mesh of few faces, by collapses of edges, and each
+// point of the base mesh stays a point of the scan.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "collapse/collapse_history.h"
+#include "plait/detail/namespace.h"
+#include "plait/progress.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct DecimateOptions {
+  std::uint64_t faces = 0;         ///< stop at so many faces, or one more
+  ProgressCallback progress = {};  ///< counts faces that are gone, of those that shall go
+};
+
+/// Why no more edges could collapse.
+struct DecimateLimits {
+  std::uint64_t by_topology =
+      0;                       ///< edges whose collapse would change genus, borders or components
+  std::uint64_t by_shape = 0;  ///< edges whose collapse would turn a face or make a needle
+};
+
+/// A base mesh and the way back to the scan. Vertices and faces keep the order of the scan.
+struct Decimated {
+  std::vector<Point> positions;  ///< near the scan, not on it
+  std::vector<std::array<VertexId, 3>> faces;
+  std::vector<FaceId> scan_faces;  ///< [face] the number that `history` knows it by
+  CollapseHistory history{0};
+  DecimateLimits limits;  ///< of the edges left, if the faces are more than asked for
+};
+
+/// Collapses edges, cheapest first, until at most options.faces faces are left (one more if the
+/// last collapse is at no border), or until no edge can collapse. Genus, components and borders
+/// stay.
+///
+/// The cost of a collapse is the sum of squared distances to the planes of the scan's faces,
+/// weighted by area, at the best place of the new vertex; times the square of the stretch: the area
+/// of scan that the new faces carry over their own; and larger for thin faces and many of them.
+/// Borders have planes of their own, at right angles to their faces. A vertex on the border stays
+/// on it.
+///
+/// The result depends on the surface and the options alone. One thread. Memory: about 200 bytes for
+/// a face of the scan. Errors: kCancelled, kNotSupported (collapse_history.h). Pinned by
+/// tests/scans/decimate_test.cpp.
+Decimated decimate(const Surface& scan, const DecimateOptions& options);
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,52 @@
+// distance/closest_point.h: the closest point of many triangles, by a tree of boxes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "plait/detail/namespace.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+struct ClosestPoint {
+  Point point{};
+  double squared_distance = std::numeric_limits<double>::infinity();
+  FaceId face = kNoId;
+};
+
+/// The closest point of the triangle abc (C. Ericson, "Real-time collision detection",
+/// 2005, 5.1.5).
+Point closest_of_triangle(Point p, Point a, Point b, Point c);
+
+/// Threads: any number may search at once. Pinned by tests/scans/closest_point_test.cpp, by brute
+/// force.
+class TriangleTree {
+ public:
+  /// The spans must outlive the tree. There is at least one face. Memory: about 24 bytes a face.
+  TriangleTree(std::span<const Point> positions, std::span<const std::array<VertexId, 3>> faces);
+
+  /// The closest point of all faces. `hint` is a face that may be near: the nearer it is, the
+  /// faster the search.
+  ClosestPoint closest(Point p, FaceId hint = 0) const;
+
+ private:
+  struct Node {
+    std::array<float, 3> low, high;
+    std::uint32_t first;  ///< of a leaf: of order_; else the second child, the first one comes next
+    std::uint32_t count;  ///< faces of a leaf; 0 for others
+  };
+  void build(std::uint32_t first, std::uint32_t count, std::vector<Point>& middles);
+  void offer(Point p, FaceId face, ClosestPoint& best) const;
+
+  std::span<const Point> positions_;
+  std::span<const std::array<VertexId, 3>> faces_;
+  std::vector<FaceId> order_;
+  std::vector<Node> nodes_;
+};
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,130 @@
+#include "distance/distances.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "mesh/parallel_parts.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::size_t kSamplesAtOnce = 64 * kPartElements;
+
+/// A number from 0 to 1 that depends on `seed` alone (splitmix64: G. Steele et al., 2014).
+double uniform(std::uint64_t seed) {
+  seed += 0x9e3779b97f4a7c15u;
+  seed = (seed ^ seed >> 30) * 0xbf58476d1ce4e5b9u;
+  seed = (seed ^ seed >> 27) * 0x94d049bb133111ebu;
+  seed ^= seed >> 31;
+  return static_cast<double>(seed >> 11) * 0x1p-53;
+}
+
+Point area_vector_of(const TriangleSet& set, FaceId face) {
+  const auto& [a, b, c] = set.faces[face];
+  return area_vector(set.positions[a], set.positions[b], set.positions[c]);
+}
+
+double degrees_between(Point a, Point b) {
+  return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+}
+
+/// The value that so large a share of the values does not exceed.
+double percentile(std::vector<float>& values, double share) {
+  const auto at = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(at);
+  std::nth_element(values.begin(), middle, values.end());
+  return double{*middle};
+}
+
+/// A uniform point of a triangle, by two uniform numbers (G. Turk, "Generating random points in
+/// triangles", Graphics Gems, 1990).
+Point point_of(const TriangleSet& set, FaceId face, double u, double v) {
+  const auto& [a, b, c] = set.faces[face];
+  const double root = std::sqrt(u);
+  return (1 - root) * set.positions[a] + (root * (1 - v)) * set.positions[b] +
+         (root * v) * set.positions[c];
+}
+
+}  // namespace
+
+Distances measure_distances(const TriangleSet& from, const TriangleTree& tree,
+                            const TriangleSet& to, const DistanceOptions& options) {
+  std::vector<double> areas(from.faces.size());  // running sums
+  double sum = 0;
+  for (std::size_t face = 0; face < areas.size(); ++face)
+    areas[face] = sum += length(area_vector_of(from, static_cast<FaceId>(face)));
+  if (!(sum > 0))
+    throw Error(ErrorCode::kInvalidArgument, "distances: expected a surface with area, found none");
+
+  const auto count = static_cast<std::size_t>(options.samples);
+  std::vector<float> distances(count), angles(count);
+  const auto measure = [&](std::size_t first, std::size_t last) {
+    FaceId hint = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      const double place =
+          sum * (static_cast<double>(i) + uniform(3 * i)) / static_cast<double>(count);
+      const auto found = std::upper_bound(areas.begin(), areas.end(), place);
+      const auto face = static_cast<FaceId>(
+          std::min<std::size_t>(static_cast<std::size_t>(found - areas.begin()), areas.size() - 1));
+      const Point p = point_of(from, face, uniform(3 * i + 1), uniform(3 * i + 2));
+      const ClosestPoint closest = tree.closest(p, hint);
+      hint = closest.face;
+      distances[i] = static_cast<float>(std::sqrt(closest.squared_distance));
+      angles[i] = static_cast<float>(
+          degrees_between(area_vector_of(from, face), area_vector_of(to, closest.face)));
+    }
+  };
+  for (std::size_t first = 0; first < count; first += kSamplesAtOnce) {
+    if (options.progress && !options.progress({options.phase, first, count}))
+      throw Error(ErrorCode::kCancelled, "distances: cancelled");
+    for_parts(std::min(kSamplesAtOnce, count - first),
+              [&](std::size_t begin, std::size_t end, std::size_t) {
+                measure(first + begin, first + end);
+              });
+  }
+
+  Distances result;
+  result.samples = count;
+  double squares = 0, total = 0, turns = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double distance = double{distances[i]};
+    squares += distance * distance;
+    total += distance;
+    turns += double{angles[i]};
+    result.max = std::max(result.max, distance);
+  }
+  const auto all = static_cast<double>(count);
+  result.rms = std::sqrt(squares / all);
+  result.mean = total / all;
+  result.mean_angle = turns / all;
+  result.percentile_99 = percentile(distances, 0.99);
+  result.percentile_99_9 = percentile(distances, 0.999);
+  result.percentile_99_angle = percentile(angles, 0.99);
+  return result;
+}
+
+double diagonal_of(const TriangleSet& triangles) {
+  if (triangles.faces.empty()) return 0;
+  Point low = triangles.positions[triangles.faces[0][0]], high = low;
+  for (const auto& face : triangles.faces)
+    for (const VertexId vertex : face)
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], triangles.positions[vertex][axis]);
+        high[axis] = std::max(high[axis], triangles.positions[vertex][axis]);
+      }
+  return length(high - low);
+}
+
+double mean_edge_of(const TriangleSet& triangles) {
+  double sum = 0;
+  for (const auto& [a, b, c] : triangles.faces)
+    sum += length(triangles.positions[b] - triangles.positions[a]) +
+           length(triangles.positions[c] - triangles.positions[b]) +
+           length(triangles.positions[a] - triangles.positions[c]);
+  return triangles.faces.empty() ? 0 : sum / (3 * static_cast<double>(triangles.faces.size()));
+}
+
+PLAIT_END_NAMESPACE

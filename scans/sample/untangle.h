@@ -1,0 +1,48 @@
+// sample/untangle.h: moves samples on the scan until fewer small triangles are turned over.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+#include "plait/progress.h"
+#include "sample/samples.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Whether the small triangle of three points of the scan is turned over: its normal points away
+/// from the sum of the normals of the scan's faces at its corners.
+bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b,
+               const SurfacePoint& c);
+
+struct UntangleOptions {
+  int rounds = 30;
+  /// A sample wanders at most so far, in mean edges of its small triangles.
+  double most_way = 2;
+};
+
+struct Untangled {
+  std::uint64_t before = 0, after = 0;  ///< small triangles that are turned over
+  std::uint64_t moved = 0;              ///< samples
+};
+
+/// Moves the corners of turned triangles, and their neighbours, along the faces of the scan. A
+/// sample moves only if the penalty of the triangles around it falls, so no triangle turns over to
+/// the worse in exchange. Samples on the border of the base mesh stay. `samples` are those of
+/// sample_scan(). One thread. Errors: kOutOfMemory. Pinned by tests/scans/untangle_test.cpp.
+Untangled untangle(const Surface& scan, const BaseMesh& base, int level,
+                   const UntangleOptions& options, std::vector<SurfacePoint>& samples);
+
+/// The small triangles that are turned over, as face numbers: face f of the base mesh has those
+/// from f 4^level on, in the order of SampleNumbers::for_each_triangle.
+std::uint64_t count_turned(const Surface& scan, const BaseMesh& base, int level,
+                           std::span<const SurfacePoint> samples);
+
+/// The point that is reached from `start` by going straight along the scan by the vector `way`:
+/// from face to face, the rest of the way turned into the next face's plane. It ends at a border.
+SurfacePoint walk(const Surface& scan, const SurfacePoint& start, Point way);
+
+PLAIT_END_NAMESPACE

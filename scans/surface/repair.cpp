@@ -1,0 +1,340 @@
+#include "surface/repair.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "plait/error.h"
+#include "surface/edge_pairs.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+using Faces = std::vector<std::array<VertexId, 3>>;
+
+bool is_finite(const Point& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+class Repair {
+ public:
+  Repair(IndexedMesh mesh, std::string_view source)
+      : source_(source), positions_(std::move(mesh.positions)), faces_(std::move(mesh.faces)) {
+    list_.vertices = positions_.size();
+    list_.faces = faces_.size();
+    origin_.resize(positions_.size());
+    for (std::size_t i = 0; i < origin_.size(); ++i) origin_[i] = static_cast<VertexId>(i);
+  }
+
+  Repaired run(const SurfaceRepairOptions& options) {
+    remove_bad_faces();
+    remove_duplicates();
+    pair_sides();
+    orient();
+    if (split_vertices()) pair_sides();  // a slit of two edges closes
+    if (options.min_component > 1) remove_small_components(options.min_component);
+    if (options.fill_holes > 0) fill_holes(options.fill_holes);
+    remove_unused_vertices();
+    if (faces_.empty())
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("{}: expected at least one face, found none that can stay", source_));
+    Repaired result;
+    result.surface = {std::move(positions_), std::move(faces_), std::move(across_)};
+    result.origin = std::move(origin_);
+    result.list = list_;
+    return result;
+  }
+
+ private:
+  void remove_bad_faces();
+  void remove_duplicates();
+  void pair_sides() {
+    const std::uint64_t shared = plait::pair_sides(positions_.size(), faces_, across_);
+    if (first_pairs_) list_.non_manifold_edges = shared;
+    first_pairs_ = false;
+  }
+  void orient();
+  bool split_vertices();
+  void remove_small_components(std::uint64_t least);
+  void fill_holes(std::uint64_t most_edges);
+  void remove_unused_vertices();
+
+  /// Keeps the faces that `stays` says. The pairs of sides stay valid: whole components go.
+  template <class Stays>
+  void keep_faces(Stays stays);
+
+  VertexId corner(FaceId face, int corner) const {
+    return faces_[face][static_cast<std::size_t>(corner % 3)];
+  }
+  FaceSide across(FaceId face, int side) const { return across_[FaceSide(face, side).code]; }
+  FaceId face_count() const { return static_cast<FaceId>(faces_.size()); }
+
+  std::string_view source_;
+  std::vector<Point> positions_;
+  Faces faces_;
+  std::vector<FaceSide> across_;
+  std::vector<VertexId> origin_;
+  RepairList list_;
+  bool first_pairs_ = true;
+};
+
+void Repair::remove_bad_faces() {
+  std::vector<bool> finite(positions_.size());
+  for (std::size_t vertex = 0; vertex < positions_.size(); ++vertex) {
+    finite[vertex] = is_finite(positions_[vertex]);
+    list_.not_finite_vertices += finite[vertex] ? 0u : 1u;
+  }
+  std::size_t kept = 0;
+  for (std::size_t face = 0; face < faces_.size(); ++face) {
+    const auto& [a, b, c] = faces_[face];
+    for (const VertexId vertex : faces_[face])
+      if (vertex >= positions_.size())
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("{}: face {}: expected a vertex below {}, found {}", source_, face,
+                                positions_.size(), vertex));
+    if (!finite[a] || !finite[b] || !finite[c]) {
+      ++list_.not_finite_faces;
+    } else if (a == b || b == c || c == a) {
+      ++list_.degenerate_faces;
+    } else {
+      const Point normal = area_vector(positions_[a], positions_[b], positions_[c]);
+      if (!(dot(normal, normal) > 0)) ++list_.needle_faces;
+      faces_[kept++] = faces_[face];
+    }
+  }
+  faces_.resize(kept);
+}
+
+void Repair::remove_duplicates() {
+  // The faces whose smallest vertex is v are a list: first[v], then next[face].
+  std::vector<FaceId> first(positions_.size(), kNoId), next(faces_.size());
+  const auto sorted = [&](FaceId face) {
+    auto corners = faces_[face];
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::vector<bool> stays(faces_.size(), true);
+  for (FaceId face = 0; face < face_count(); ++face) {
+    const auto corners = sorted(face);
+    for (FaceId other = first[corners[0]]; other != kNoId && stays[face]; other = next[other])
+      if (sorted(other) == corners) stays[face] = false;
+    if (!stays[face]) {
+      ++list_.duplicate_faces;
+      continue;
+    }
+    next[face] = first[corners[0]];
+    first[corners[0]] = face;
+  }
+  std::size_t kept = 0;
+  for (std::size_t face = 0; face < faces_.size(); ++face)
+    if (stays[face]) faces_[kept++] = faces_[face];
+  faces_.resize(kept);
+}
+
+void Repair::orient() {
+  std::vector<std::uint8_t> turned(faces_.size(), 0), seen(faces_.size(), 0);
+  std::vector<FaceId> component;
+  for (FaceId first = 0; first < face_count(); ++first) {
+    if (seen[first] != 0) continue;
+    component.assign(1, first);
+    seen[first] = 1;
+    std::size_t turned_count = 0;
+    for (std::size_t at = 0; at < component.size(); ++at) {
+      const FaceId face = component[at];
+      for (int side = 0; side < 3; ++side) {
+        const FaceSide beyond = across(face, side);
+        if (!beyond.exists()) continue;
+        // Two faces agree if they run through their edge in opposite directions.
+        const bool agrees = corner(face, side + 1) == corner(beyond.face(), beyond.side() + 2);
+        const auto expected = static_cast<std::uint8_t>(agrees ? turned[face] : 1 - turned[face]);
+        if (seen[beyond.face()] != 0) {
+          if (turned[beyond.face()] == expected) continue;
+          throw Error(
+              ErrorCode::kInvalidArgument,
+              fmt::format("{}: the edge of the vertices {} and {}: expected a surface with two "
+                          "sides, found a component that cannot be oriented",
+                          source_, origin_[corner(face, side + 1)],
+                          origin_[corner(face, side + 2)]));
+        }
+        seen[beyond.face()] = 1;
+        turned[beyond.face()] = expected;
+        turned_count += expected;
+        component.push_back(beyond.face());
+      }
+    }
+    const bool turn_others = 2 * turned_count > component.size();
+    for (const FaceId face : component) {
+      if ((turned[face] != 0) == turn_others) continue;
+      ++list_.turned_faces;
+      turned[face] = 2;
+    }
+  }
+  if (list_.turned_faces == 0) return;
+  for (FaceId face = 0; face < face_count(); ++face)
+    if (turned[face] == 2) std::swap(faces_[face][1], faces_[face][2]);
+  // The corners 1 and 2 have changed places, and so have the sides opposite of them.
+  const std::vector<FaceSide> before = across_;
+  const auto now = [&](FaceSide side) {
+    if (!side.exists() || turned[side.face()] != 2 || side.side() == 0) return side;
+    return FaceSide(side.face(), 3 - side.side());
+  };
+  for (std::size_t code = 0; code < before.size(); ++code) {
+    FaceSide side;
+    side.code = static_cast<std::uint32_t>(code);
+    across_[now(side).code] = now(before[code]);
+  }
+}
+
+bool Repair::split_vertices() {
+  std::vector<std::uint8_t> corner_seen(3 * faces_.size(), 0);
+  std::vector<std::uint8_t> has_fan(positions_.size(), 0), counted(positions_.size(), 0);
+  const auto after = [&](FaceSide corner) {
+    const FaceSide beyond = across(corner.face(), (corner.side() + 1) % 3);
+    return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 1) % 3) : FaceSide();
+  };
+  const auto before = [&](FaceSide corner) {
+    const FaceSide beyond = across(corner.face(), (corner.side() + 2) % 3);
+    return beyond.exists() ? FaceSide(beyond.face(), (beyond.side() + 2) % 3) : FaceSide();
+  };
+  bool any = false;
+  for (FaceId face = 0; face < face_count(); ++face)
+    for (int at = 0; at < 3; ++at) {
+      const FaceSide start(face, at);
+      if (corner_seen[start.code] != 0) continue;
+      const VertexId vertex = corner(face, at);
+      VertexId name = vertex;
+      if (has_fan[vertex] != 0) {
+        name = static_cast<VertexId>(positions_.size());
+        positions_.push_back(Point(positions_[vertex]));
+        origin_.push_back(origin_[vertex]);
+        if (counted[vertex] == 0) ++list_.non_manifold_vertices;
+        counted[vertex] = 1;
+        any = true;
+      }
+      has_fan[vertex] = 1;
+      FaceSide first = start;
+      for (FaceSide c = before(start); c.exists() && c != start; c = before(c)) first = c;
+      for (FaceSide c = first; c.exists() && corner_seen[c.code] == 0; c = after(c)) {
+        corner_seen[c.code] = 1;
+        faces_[c.face()][static_cast<std::size_t>(c.side())] = name;
+      }
+    }
+  return any;
+}
+
+template <class Stays>
+void Repair::keep_faces(Stays stays) {
+  std::vector<FaceId> number(faces_.size(), kNoId);
+  FaceId kept = 0;
+  for (FaceId face = 0; face < face_count(); ++face)
+    if (stays(face)) number[face] = kept++;
+  for (FaceId face = 0; face < face_count(); ++face) {
+    const FaceId to = number[face];
+    if (to == kNoId) continue;
+    faces_[to] = faces_[face];
+    for (int side = 0; side < 3; ++side) {
+      const FaceSide beyond = across(face, side);
+      across_[FaceSide(to, side).code] =
+          beyond.exists() ? FaceSide(number[beyond.face()], beyond.side()) : FaceSide();
+    }
+  }
+  faces_.resize(kept);
+  across_.resize(3 * faces_.size());
+}
+
+void Repair::remove_small_components(std::uint64_t least) {
+  std::vector<std::uint32_t> component;
+  const std::vector<std::uint64_t> sizes = face_components(faces_.size(), across_, component);
+  for (const std::uint64_t size : sizes)
+    if (size < least) {
+      ++list_.small_components;
+      list_.small_component_faces += size;
+    }
+  keep_faces([&](FaceId face) { return sizes[component[face]] >= least; });
+}
+
+void Repair::fill_holes(std::uint64_t most_edges) {
+  std::vector<std::vector<FaceSide>> holes;
+  for_each_border(faces_.size(), across_, [&](const std::vector<FaceSide>& border) {
+    if (border.size() <= most_edges) holes.push_back(border);
+  });
+  for (const std::vector<FaceSide>& hole : holes) {
+    Point middle{0, 0, 0};
+    for (const FaceSide side : hole)
+      middle = middle + positions_[corner(side.face(), side.side() + 1)];
+    const auto vertex = static_cast<VertexId>(positions_.size());
+    positions_.push_back((1 / static_cast<double>(hole.size())) * middle);
+    origin_.push_back(kNoId);
+    // The border runs along the sides. New face i has side i the other way around, then the middle.
+    const FaceId first = face_count();
+    const auto count = static_cast<FaceId>(hole.size());
+    for (FaceId i = 0; i < count; ++i) {
+      const FaceSide side = hole[i];
+      faces_.push_back(
+          {corner(side.face(), side.side() + 2), corner(side.face(), side.side() + 1), vertex});
+      across_.resize(3 * faces_.size());
+      across_[FaceSide(first + i, 2).code] = side;
+      across_[side.code] = FaceSide(first + i, 2);
+      // Side 0 runs from the start of hole[i] to the middle, where the face of hole[i - 1] is.
+      const FaceId earlier = first + (i + count - 1) % count;
+      across_[FaceSide(first + i, 0).code] = FaceSide(earlier, 1);
+    }
+    for (FaceId i = 0; i < count; ++i)
+      across_[FaceSide(first + i, 1).code] = FaceSide(first + (i + 1) % count, 0);
+    ++list_.filled_holes;
+    list_.filled_hole_faces += count;
+  }
+}
+
+void Repair::remove_unused_vertices() {
+  std::vector<VertexId> number(positions_.size(), kNoId);
+  for (const auto& face : faces_)
+    for (const VertexId vertex : face) number[vertex] = 0;
+  VertexId kept = 0;
+  for (std::size_t vertex = 0; vertex < positions_.size(); ++vertex) {
+    if (number[vertex] == kNoId) {
+      ++list_.unused_vertices;
+      continue;
+    }
+    number[vertex] = kept;
+    positions_[kept] = positions_[vertex];
+    origin_[kept++] = origin_[vertex];
+  }
+  positions_.resize(kept);
+  origin_.resize(kept);
+  for (auto& face : faces_)
+    for (VertexId& vertex : face) vertex = number[vertex];
+}
+
+}  // namespace
+
+bool RepairList::is_clean() const {
+  return not_finite_vertices + degenerate_faces + duplicate_faces + non_manifold_edges +
+             turned_faces + non_manifold_vertices + small_components + filled_holes +
+             unused_vertices ==
+         0;
+}
+
+Repaired repair(IndexedMesh mesh, const SurfaceRepairOptions& options, std::string_view source) {
+  return Repair(std::move(mesh), source).run(options);
+}
+
+SurfaceFigures figures_of(const Surface& surface) {
+  SurfaceFigures figures;
+  figures.vertices = surface.positions.size();
+  figures.faces = surface.faces.size();
+  for (const FaceSide beyond : surface.across) figures.border_edges += beyond.exists() ? 0u : 1u;
+  figures.edges = (3 * figures.faces + figures.border_edges) / 2;
+  std::vector<std::uint32_t> component;
+  figures.components = face_components(surface.faces.size(), surface.across, component).size();
+  for_each_border(surface.faces.size(), surface.across,
+                  [&](const std::vector<FaceSide>&) { ++figures.borders; });
+  figures.euler_number = static_cast<std::int64_t>(figures.vertices + figures.faces) -
+                         static_cast<std::int64_t>(figures.edges);
+  return figures;
+}
+
+PLAIT_END_NAMESPACE

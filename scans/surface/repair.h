@@ -1,0 +1,62 @@
+// surface/repair.h: what is wrong with a triangle mesh as scanners and reconstructions make them,
+// and how it becomes an oriented 2-manifold with border.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+struct SurfaceRepairOptions {
+  std::uint64_t min_component = 0;  ///< components of fewer faces are removed
+  std::uint64_t fill_holes = 0;     ///< borders of at most so many edges are filled
+};
+
+/// What repair() found and changed. Everything is counted.
+struct RepairList {
+  std::uint64_t vertices = 0, faces = 0;  ///< of the mesh before
+  std::uint64_t not_finite_vertices = 0;  ///< with NaN or infinite coordinates
+  std::uint64_t not_finite_faces = 0;     ///< removed: they have such a vertex
+  std::uint64_t degenerate_faces = 0;     ///< removed: they have a vertex twice
+  std::uint64_t duplicate_faces = 0;      ///< removed: the same three vertices as an earlier face
+  std::uint64_t needle_faces = 0;         ///< stay: they have no area
+  std::uint64_t non_manifold_edges = 0;   ///< of more than two faces: cut apart
+  std::uint64_t turned_faces = 0;         ///< against the orientation of most faces of a component
+  std::uint64_t non_manifold_vertices = 0;  ///< of more than one fan: each fan got its own vertex
+  std::uint64_t small_components = 0, small_component_faces = 0;  ///< removed
+  std::uint64_t filled_holes = 0, filled_hole_faces = 0;          ///< added
+  std::uint64_t unused_vertices = 0;                              ///< removed: no face uses them
+
+  /// Whether the mesh was an oriented 2-manifold without unused vertices already.
+  bool is_clean() const;
+};
+
+/// Counts of a surface.
+struct SurfaceFigures {
+  std::uint64_t vertices = 0, edges = 0, faces = 0;
+  std::uint64_t components = 0, borders = 0, border_edges = 0;
+  std::int64_t euler_number = 0;  ///< vertices - edges + faces
+};
+/// O(F).
+SurfaceFigures figures_of(const Surface& surface);
+
+struct Repaired {
+  Surface surface;
+  /// [vertex] the vertex of the mesh before; kNoId for one that fills a hole: its attributes are
+  /// the mean of those of its neighbours.
+  std::vector<VertexId> origin;
+  RepairList list;
+};
+
+/// Repairs `mesh`. A hole is filled by a fan around the mean of its vertices. O(F). Errors:
+/// kInvalidArgument for an index out of range, for a component that cannot be oriented (a Moebius
+/// strip), naming one of its edges, and if no face is left. `source` (a file name) begins the
+/// messages. Pinned by tests/scans/repair_test.cpp.
+Repaired repair(IndexedMesh mesh, const SurfaceRepairOptions& options, std::string_view source);
+
+PLAIT_END_NAMESPACE

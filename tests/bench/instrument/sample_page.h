@@ -1,0 +1,66 @@
+// A page with every kind of plot, for tests.
+#pragma once
+
+#include "instrument/html_page.h"
+
+namespace plait::test {
+
+/// Text that would break out of HTML, of a script, or of an attribute.
+inline const std::string kHostileText =
+    "</script><script>document.body.dataset.broken=1</script><!-- \"'><img src=x onerror=alert(1)>";
+
+inline instrument::HtmlPage sample_page() {
+  using namespace instrument;
+  HtmlPage page("A page of every kind", "five rounds on a made-up machine");
+  page.verdict("uring is the fastest on ext4 (1.04 times the floor); on tmpfs it is undecided.",
+               Tone::kGood);
+  page.section("Doubts");
+  page.list({"The memory limit was not held: 3 of 40 runs.", kHostileText}, Tone::kDoubt);
+  page.section("Plots");
+
+  IntervalPlot intervals;
+  intervals.caption = {"Ratio to the floor", "Left is better: 1 is the disk itself.",
+                       "plait bench report runs.jsonl --html report.html"};
+  intervals.x = {"seconds over the floor's", "x", Scale::kLog};
+  intervals.reference = 1;
+  const char* const backends[] = {"memory", "pread", "uring", "mmap", "compressed"};
+  for (int disk = 0; disk < 2; ++disk)
+    for (int at = 0; at < 5; ++at)
+      for (int size = 0; size < 2; ++size) {
+        const double value = 1.03 + 0.31 * at + 0.2 * disk + 0.11 * size;
+        intervals.points.push_back({disk ? "xfs on /mnt/b" : "ext4 on /mnt/a", backends[at],
+                                    size ? "4 x memory" : "0.5 x memory", value, value * 0.96,
+                                    value * (1.03 + 0.01 * at), "5 rounds", at == 3});
+      }
+  page.plot(intervals);
+
+  ScatterPlot scatter;
+  scatter.caption = {"Size against speed", "Up and left is better.", "plait tune surface.plait"};
+  scatter.x = {"stored bytes a vertex", "B"};
+  scatter.y = {"decoded bytes a second", "B/s", Scale::kLog};
+  scatter.points = {{"none", "none", 24, 9e9, true},
+                    {"lz4", "shuffle,lz4", 18, 3e9, true, "", 17.8, 18.3, 2.8e9, 3.3e9},
+                    {"lz4", "lz4", 23.5, 2.5e9, false},
+                    {"zstd", "shuffle,zstd:3", 17, 1.1e9, true},
+                    {"zstd", "hierarchy+shuffle,zstd:1", 4, 0.9e9, true, "the default"},
+                    {"zstd", "zstd:3", 21.5, 0.8e9, false},
+                    {"zstd", kHostileText, 12, 0.5e9, false}};
+  while (scatter.points.size() < kLeastPoints)
+    scatter.points.push_back({"bitpack", "columns,bitpack",
+                              20 + 0.1 * static_cast<double>(scatter.points.size()), 2e8, false});
+  page.plot(scatter);
+
+  Table table;
+  table.caption = {"Every run", "Click a heading to sort."};
+  table.columns = {{"backend", false}, {"ratio"}, {"seconds"}, {"state", false}};
+  for (int at = 0; at < 5; ++at)
+    table.rows.push_back(
+        {{backends[at], Cell("1." + std::to_string(31 * at % 97), 1 + 31 * at % 97 / 100.0),
+          at == 2 ? Cell("–") : Cell(std::to_string(at) + ".5 s", at + 0.5),
+          at == 3 ? "warm" : "cold"},
+         at == 3 ? Tone::kDoubt : Tone::kPlain});
+  page.table(table);
+  return page;
+}
+
+}  // namespace plait::test

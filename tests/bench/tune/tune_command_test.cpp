@@ -1,0 +1,151 @@
+// The command on tiny surfaces. What it advises depends on the machine; what it promises does not.
+#include <signal.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "plait/mesh_io.h"
+#include "support/test_meshes.h"
+#include "tools/program.h"
+
+namespace plait::test {
+namespace {
+
+struct Workplace {
+  TemporaryDirectory directory{Medium::kMemory};
+  Workplace() { write_ply(path("mesh.ply"), random_sphere(7, 200)); }
+  std::filesystem::path path(const std::string& name) const { return directory.path() / name; }
+  Outcome plait(std::vector<std::string> arguments) const {
+    return run(directory.path(), std::move(arguments));
+  }
+  void make_store() const {
+    REQUIRE(plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--normals", "--backend",
+                   "compressed", "--block", "16KiB"})
+                .status == 0);
+  }
+};
+
+std::string content(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+TEST_CASE("Tune_OfAStore_ReportsAndLeavesNothing") {
+  const Workplace here;
+  here.make_store();
+  const std::string digest = here.plait({"digest", "s.plait"}).last_line();
+  const Outcome outcome = here.plait({"tune", "s.plait", "--seconds", "0.2", "--json"});
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json report = outcome.json();
+  for (const char* key : {"input", "goal", "doubts", "sample", "choices", "other_disks_by_formula",
+                          "pick", "advice", "command", "environment"})
+    CHECK(report.contains(key));
+  CHECK(report["interrupted"] == false);
+  CHECK(report["choices"].size() <= 6);
+  for (const std::string preset : {"none", "fast", "default", "small"})
+    CHECK(std::ranges::any_of(report["choices"],
+                              [&](const auto& choice) { return choice["name"] == preset; }));
+  CHECK(report["command"].get<std::string>().starts_with("plait convert s.plait OUT --"));
+  CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply", "s.plait"});
+  CHECK(here.plait({"digest", "s.plait"}).last_line() == digest);
+}
+
+TEST_CASE("Tune_OfADisplacedStore_HasPresetsWithNormalsMadeAgain_AndTheBytesOfApply") {
+  const Workplace here;
+  here.make_store();
+  REQUIRE(here.plait({"displace", "s.plait", "d.plait", "--kind", "noise"}).status == 0);
+  for (const std::string goal : {"size", "read"}) {
+    CAPTURE(goal);
+    const Outcome outcome =
+        here.plait({"tune", "d.plait", "--seconds", "0.2", "--goal", goal, "--html", goal + ".html",
+                    "--apply", "--out", goal + ".plait", "--json"});
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    const nlohmann::json report = outcome.json(), applied = report["applied"];
+    CHECK(std::ranges::any_of(report["choices"], [](const auto& choice) {
+      return choice["name"] == "fast, normal made again";
+    }));
+    CHECK(applied["stored_bytes"].get<double>() ==
+          Approx(applied["named_bytes"].get<double>()).epsilon(0.02));
+    CHECK(here.plait({"digest", goal + ".plait"}).last_line() ==
+          here.plait({"digest", "d.plait"}).last_line());
+    // The command makes what the table names.
+    std::string command = report["command"];
+    std::istringstream words(command.substr(std::string("plait ").size()));
+    std::vector<std::string> arguments;
+    for (std::string word; words >> word;)
+      arguments.push_back(word == "OUT" ? goal + "-by-hand.plait" : word);
+    arguments.push_back("--json");
+    const Outcome converted = here.plait(arguments);
+    REQUIRE(converted.status == 0);
+    CHECK(converted.json()["stored_bytes"] == applied["stored_bytes"]);
+  }
+  CHECK(content(here.path("read.html")).find("<html") != std::string::npos);
+  // Nothing is replaced without --force.
+  CHECK(here.plait({"tune", "d.plait", "--apply", "--out", "read.plait"}).status == 2);
+  CHECK(here.plait({"tune", "d.plait", "--html", "read.html"}).status == 2);
+}
+
+TEST_CASE("Tune_OfAMesh_SaysHowFarItWasRefined") {
+  const Workplace here;
+  const Outcome outcome =
+      here.plait({"tune", "mesh.ply", "--normals", "--seconds", "0.2", "--memory", "1MiB"});
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.output.find("to level 3") != std::string::npos);
+  CHECK(outcome.last_line().starts_with("plait subdivide mesh.ply OUT --levels 3 --normals"));
+  CHECK(here.plait({"tune", "mesh.ply", "--apply"}).status == 2);
+}
+
+TEST_CASE("Tune_OfWhatCannotBeMeasured_IsRefused") {
+  const Workplace here;
+  here.make_store();
+  CHECK(here.plait({"tune", "missing.plait"}).status == 2);
+  CHECK(here.plait({"tune", "s.plait", "--goal", "speed"}).status == 2);
+  CHECK(here.plait({"tune", "s.plait", "--seconds", "0"}).status == 2);
+  CHECK(here.plait({"tune", "s.plait", "--dir", "nowhere", "--seconds", "0.2"}).status == 2);
+  std::filesystem::create_directory(here.path("empty"));
+  CHECK(here.plait({"tune", "empty"}).status != 0);
+  std::ofstream(here.path("noise.ply")) << "noise";
+  CHECK(here.plait({"tune", "noise.ply"}).status == 2);
+  // A damaged block is named.
+  for (const auto& file : std::filesystem::directory_iterator(here.path("s.plait"))) {
+    if (file.path().filename().string().find("level") == std::string::npos) continue;
+    std::fstream bytes(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+    for (int at = 0; at < 64; ++at) bytes.put('x');
+  }
+  const Outcome damaged = here.plait({"tune", "s.plait", "--seconds", "0.2"});
+  CAPTURE(damaged.output, damaged.errors);
+  CHECK(damaged.status == 1);
+  CHECK(damaged.errors.find("block") != std::string::npos);
+}
+
+TEST_CASE("Tune_Interrupted_ReportsWhatThereIs") {
+  const Workplace here;
+  REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "6", "--normals"}).status ==
+          0);
+  Program program(here.directory.path(), {"tune", "s.plait", "--seconds", "600", "--json"});
+  // Wherever it is by now: either there is a report, or an error that says that there is none.
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  ::kill(program.process(), SIGINT);
+  const Outcome outcome = program.wait();
+  CHECK(outcome.status == 128 + SIGINT);
+  const nlohmann::json report = outcome.json();
+  if (report.contains("error"))
+    CHECK(report["error"]["code"] == "cancelled");
+  else
+    CHECK(report["interrupted"] == true);
+  CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply", "s.plait"});
+}
+
+}  // namespace plait::test

@@ -1,0 +1,252 @@
+/* A C program reads many patches in one call, welds them, finds records where they are in memory,
+ * visits every vertex with its neighbours, and runs a job on a file.
+ *
+ * The mesh is a tetrahedron that is refined by midpoints: all places and means are exact. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "check.h"
+
+enum { LEVEL = 3, SIZE = 1 << LEVEL, POINTS = (SIZE + 1) * (SIZE + 2) / 2 };
+
+static plait_store* refined_store(void) {
+  plait_store* const store = tetrahedron_store();
+  plait_subdivide_options options = PLAIT_SUBDIVIDE_OPTIONS_INIT;
+  options.scheme = "midpoint";
+  options.levels = LEVEL;
+  CHECK_OK(plait_store_subdivide(store, &options));
+  return store;
+}
+
+static void test_many_patches(void) {
+  plait_store* const store = refined_store();
+  plait_reader* reader = NULL;
+  CHECK_OK(plait_reader_open(store, NULL, &reader));
+  const uint32_t faces[3] = {2, 0, 3};
+  static float many[3][POINTS][3], one[POINTS][3];
+  CHECK_OK(plait_reader_copy_patches(reader, "position", faces, 3, LEVEL, many, sizeof(many)));
+  for (int at = 0; at < 3; ++at) {
+    plait_view* view = NULL;
+    CHECK_OK(plait_reader_read_patch(reader, faces[at], LEVEL, &view));
+    CHECK_OK(plait_view_copy(view, "position", one, sizeof(one)));
+    CHECK(memcmp(one, many[at], sizeof(one)) == 0);
+    plait_view_release(view);
+  }
+  CHECK_OK(plait_reader_copy_patches(reader, "position", NULL, 0, LEVEL, NULL, 0));
+  CHECK_ERROR(plait_reader_copy_patches(reader, "position", faces, 3, LEVEL, many, 12),
+              PLAIT_ERROR_INVALID_ARGUMENT, "12 bytes");
+  CHECK_ERROR(plait_reader_copy_patches(reader, "position", NULL, 3, LEVEL, many, sizeof(many)),
+              PLAIT_ERROR_INVALID_ARGUMENT, "faces");
+  CHECK_ERROR(plait_reader_copy_patches(reader, "age", faces, 3, LEVEL, many, sizeof(many)),
+              PLAIT_ERROR_NOT_FOUND, "age");
+
+  /* Four faces of a closed surface: V = 2 + F / 2. Equal numbers are equal places. */
+  static uint32_t numbers[4][POINTS];
+  static float places[4 * POINTS][3], all[4][POINTS][3];
+  const uint32_t order[4] = {3, 1, 0, 2};
+  uint64_t count = 0;
+  CHECK_OK(plait_reader_weld_patches(reader, order, 4, LEVEL, numbers[0], 4 * POINTS, &count));
+  CHECK(count == 2 + 2 * SIZE * SIZE);
+  CHECK_OK(plait_reader_copy_patches(reader, "position", order, 4, LEVEL, all, sizeof(all)));
+  uint64_t seen = 0, wrong = 0;
+  for (int patch = 0; patch < 4; ++patch)
+    for (int at = 0; at < POINTS; ++at) {
+      const uint32_t number = numbers[patch][at];
+      wrong += number > seen;
+      if (number == seen) memcpy(places[seen++], all[patch][at], sizeof(places[0]));
+      wrong += memcmp(places[number], all[patch][at], sizeof(places[0])) != 0;
+    }
+  CHECK(seen == count && wrong == 0);
+  const uint32_t twice[2] = {1, 1}, beyond[1] = {4};
+  CHECK_ERROR(plait_reader_weld_patches(reader, twice, 2, LEVEL, numbers[0], 2 * POINTS, &count),
+              PLAIT_ERROR_INVALID_ARGUMENT, "face 1 is named twice");
+  CHECK_ERROR(plait_reader_weld_patches(reader, beyond, 1, LEVEL, numbers[0], POINTS, &count),
+              PLAIT_ERROR_INVALID_ARGUMENT, "below 4");
+  CHECK_ERROR(plait_reader_weld_patches(reader, order, 4, LEVEL, numbers[0], POINTS, &count),
+              PLAIT_ERROR_INVALID_ARGUMENT, "room");
+  CHECK_ERROR(plait_reader_weld_patches(reader, order, 4, 17, numbers[0], POINTS, &count),
+              PLAIT_ERROR_INVALID_ARGUMENT, "level 17");
+  plait_reader_close(reader);
+  CHECK_OK(plait_store_close(store));
+}
+
+static void test_records_in_place(void) {
+  plait_store* const store = refined_store();
+  plait_reader* reader = NULL;
+  CHECK_OK(plait_reader_open(store, NULL, &reader));
+  uint64_t firsts[8] = {9}, blocks = 0, pinned = 0;
+  CHECK_OK(plait_reader_get_blocks(reader, "position", LEVEL, firsts, 8, &blocks));
+  CHECK(blocks >= 1 && firsts[0] == 0);
+  CHECK_ERROR(plait_reader_get_blocks(reader, "position", LEVEL, firsts, 0, &blocks),
+              PLAIT_ERROR_INVALID_ARGUMENT, "room");
+  static float copied[20][3];
+  CHECK_OK(plait_reader_read_vertices(reader, "position", LEVEL, 5, 20, copied, sizeof(copied)));
+  plait_pin* pin = NULL;
+  const void* records = NULL;
+  CHECK_OK(plait_reader_pin_vertices(reader, "position", LEVEL, 5, 20, &pin, &records, &pinned));
+  CHECK(pinned == 20 && memcmp(records, copied, sizeof(copied)) == 0);
+  CHECK_ERROR(plait_reader_pin_vertices(reader, "position", LEVEL, 5, 0, &pin, &records, &pinned),
+              PLAIT_ERROR_INVALID_ARGUMENT, "1 or more");
+  uint64_t views = 0;
+  CHECK_OK(plait_reader_view_count(reader, &views));
+  CHECK(views == 1);
+  plait_reader_close(reader);
+  CHECK_ERROR(plait_store_close(store), PLAIT_ERROR_BUSY, "1 open view");
+  plait_store_release(store);
+  CHECK(memcmp(records, copied, sizeof(copied)) == 0); /* the pin keeps the records */
+  plait_pin_release(pin);
+  plait_pin_release(NULL);
+}
+
+typedef struct means {
+  uint64_t vertices, neighbours, batches;
+} means;
+
+/* In a flat patch the six neighbours of a vertex lie around it: their mean is the vertex itself. */
+static int visit_means(const plait_vertex_batch* batch, void* user) {
+  means* const found = user;
+  CHECK(batch->attribute_count == 2 && batch->border == 0 && batch->valence >= 3);
+  CHECK(batch->base == (batch->valence == 3));
+  const float(*own)[3] = batch->attributes[0].records;
+  const float* next = batch->attributes[0].neighbours;
+  float* const lengths = batch->attributes[1].records;
+  CHECK(batch->attributes[1].neighbours == NULL);
+  for (uint64_t at = 0; at < batch->count; ++at) {
+    double mean[3] = {0, 0, 0};
+    CHECK(lengths[at] == 0);
+    for (int k = 0; k < batch->valence; ++k)
+      for (int axis = 0; axis < 3; ++axis) mean[axis] += (double)*next++;
+    double length = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      length += fabs(mean[axis] / batch->valence - (double)own[at][axis]);
+    lengths[at] = (float)length;
+  }
+  found->vertices += batch->count;
+  found->neighbours += batch->count * (uint64_t)batch->valence;
+  ++found->batches;
+  return 1;
+}
+
+static int cancel_batch(const plait_vertex_batch* batch, void* user) {
+  (void)batch, (void)user;
+  return 0;
+}
+
+static void test_visit(void) {
+  plait_store* const store = refined_store();
+  CHECK_OK(plait_store_add_attribute(store, "distance", PLAIT_FLOAT32, 1, LEVEL));
+  const plait_visit_attribute attributes[2] = {{"position", PLAIT_ACCESS_READ, 1},
+                                               {"distance", PLAIT_ACCESS_OVERWRITE, 0}};
+  means found = {0, 0, 0};
+  CHECK_OK(plait_store_visit(store, attributes, 2, PLAIT_FINEST_LEVEL, visit_means, NULL, &found));
+  const uint64_t vertices = 2 + 2 * SIZE * SIZE;
+  CHECK(found.vertices == vertices && found.neighbours == 3 * (vertices - 2) * 2);
+  plait_reader* reader = NULL;
+  CHECK_OK(plait_reader_open(store, NULL, &reader));
+  static float patch[POINTS];
+  const uint32_t face = 1;
+  CHECK_OK(plait_reader_copy_patches(reader, "distance", &face, 1, LEVEL, patch, sizeof(patch)));
+  int at = 0, wrong = 0;
+  for (int j = 0; j <= SIZE; ++j)
+    for (int i = 0; i + j <= SIZE; ++i, ++at) {
+      const int inside = i > 0 && j > 0 && i + j < SIZE;
+      wrong += inside ? patch[at] != 0 : !(patch[at] > 0);
+    }
+  CHECK(wrong == 0);
+  plait_reader_close(reader);
+
+  const plait_visit_attribute rings[1] = {{"distance", PLAIT_ACCESS_UPDATE, 1}};
+  CHECK_ERROR(plait_store_visit(store, rings, 1, PLAIT_FINEST_LEVEL, visit_means, NULL, &found),
+              PLAIT_ERROR_INVALID_ARGUMENT, "writes to another one");
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, -2, visit_means, NULL, &found),
+              PLAIT_ERROR_INVALID_ARGUMENT, "level");
+  CHECK_ERROR(plait_store_visit(store, attributes, 2, 1, cancel_batch, NULL, NULL),
+              PLAIT_ERROR_CANCELLED, "visit");
+  CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "distance");
+  CHECK_OK(plait_store_close(store));
+}
+
+static int note_phase(const char* phase, uint64_t done, uint64_t total, void* user) {
+  CHECK(done <= total);
+  if (strcmp(phase, "commit") == 0) ++*(int*)user;
+  return 1;
+}
+
+static int cancel_work(const char* phase, uint64_t done, uint64_t total, void* user) {
+  (void)phase, (void)done, (void)total, (void)user;
+  return 0;
+}
+
+static void test_conversion(const char* path, const char* digest) {
+  char copy[512];
+  snprintf(copy, sizeof(copy), "%s.copy", path);
+  plait_conversion_request request = PLAIT_CONVERSION_REQUEST_INIT;
+  request.from_path = path;
+  request.to_path = copy;
+  request.backend = "pread";
+  request.verify = 1;
+  request.progress = cancel_work;
+  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_CANCELLED, "");
+  request.progress = NULL;
+  request.existing = PLAIT_EXISTING_REPLACE; /* the test may have run before */
+  plait_conversion_result result = PLAIT_CONVERSION_RESULT_INIT;
+  CHECK_OK(plait_job_convert(&request, &result));
+  CHECK(strcmp(result.digest, digest) == 0 && result.stored_bytes > 0);
+  request.to_path = path;
+  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "the same");
+  request.existing = PLAIT_EXISTING_RESUME;
+  CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "existing");
+  CHECK_ERROR(plait_job_convert(NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "request");
+}
+
+/* `path`: a store that does not exist yet. */
+static void test_job(const char* path) {
+  char mesh[512];
+  snprintf(mesh, sizeof(mesh), "%s.off", path);
+  FILE* const file = fopen(mesh, "w");
+  CHECK(file != NULL);
+  if (file == NULL) return;
+  fputs("OFF\n4 4 0\n1 1 1\n1 -1 -1\n-1 1 -1\n-1 -1 1\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n", file);
+  fclose(file);
+  const char* const presets[] = {"fast", "@1=none"};
+  int commits = 0;
+  plait_subdivision_request request = PLAIT_SUBDIVISION_REQUEST_INIT;
+  request.mesh_path = mesh;
+  request.store_path = path;
+  request.levels = LEVEL;
+  request.scheme = "midpoint";
+  request.compress = presets;
+  request.compress_count = 2;
+  request.digest = 1;
+  request.progress = cancel_work;
+  CHECK_ERROR(plait_job_subdivide(&request, NULL), PLAIT_ERROR_CANCELLED, "");
+  plait_store* store = NULL;
+  CHECK(plait_store_open(path, NULL, &store) == PLAIT_ERROR_NOT_FOUND);
+  request.progress = note_phase;
+  request.user = &commits;
+  plait_subdivision_result result = PLAIT_SUBDIVISION_RESULT_INIT;
+  CHECK_OK(plait_job_subdivide(&request, &result));
+  CHECK(result.vertices == 2 + 2 * SIZE * SIZE && result.faces == 4 * SIZE * SIZE);
+  CHECK(result.edges == 6 * SIZE * SIZE && result.levels == LEVEL && commits >= 1);
+  CHECK_OK(plait_store_open(path, NULL, &store));
+  char digest[PLAIT_DIGEST_BYTES];
+  CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 1, NULL, NULL, digest));
+  CHECK(strcmp(digest, result.digest) == 0);
+  CHECK_OK(plait_store_close(store));
+  CHECK_ERROR(plait_job_subdivide(&request, &result), PLAIT_ERROR_INVALID_ARGUMENT, "exist");
+  test_conversion(path, digest);
+  request.existing = PLAIT_EXISTING_REPLACE;
+  request.scheme = "soap";
+  CHECK_ERROR(plait_job_subdivide(&request, &result), PLAIT_ERROR_INVALID_ARGUMENT, "soap");
+  CHECK_ERROR(plait_job_subdivide(NULL, NULL), PLAIT_ERROR_INVALID_ARGUMENT, "request");
+  remove(mesh);
+}
+
+int main(int count, char** arguments) {
+  if (count != 2) return 2;
+  test_many_patches();
+  test_records_in_place();
+  test_visit();
+  test_job(arguments[1]);
+  return failures();
+}

@@ -1,0 +1,96 @@
+// What frames and shared budgets count: never more memory than there may be, and all that is free
+// again.
+#include <malloc.h>
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "paging/frame_pool.h"
+#include "plait/extend/budget.h"
+
+namespace plait::test {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryIsCounted = false;  // their allocators are not asked
+#else
+constexpr bool kMemoryIsCounted = true;
+#endif
+
+constexpr std::int64_t kSmallThings = 64 << 10;
+
+std::int64_t held_bytes() {
+  if (!kMemoryIsCounted) return 0;
+  const struct mallinfo2 info = ::mallinfo2();
+  return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
+}
+
+class NobodyBorrows final : public Budget::Borrower {
+ public:
+  void shrink() noexcept override {}
+};
+
+}  // namespace
+
+TEST_CASE("FramePool_IdleFramesOfOneSize_MakeRoomForThoseOfAnother") {
+  constexpr std::uint64_t kSmall = 64 << 10, kLarge = 1 << 20, kBudget = 4 << 20;
+  FramePool pool(kBudget);
+  pool.prepare(kSmall);
+  pool.prepare(kLarge);
+  const auto fill = [&](std::uint64_t bytes) {
+    std::vector<std::byte*> frames;
+    while (std::byte* const frame = pool.take(bytes)) frames.push_back(frame);
+    CHECK(frames.size() * bytes == kBudget);
+    for (std::byte* const frame : frames) pool.give_back(frame, bytes);
+  };
+  // Each frame that is aligned wastes some bytes.
+  const std::int64_t before = held_bytes(), most = kBudget + kBudget / 8 + kSmallThings;
+  for (int round = 0; round < 3; ++round) {
+    fill(kSmall);
+    CHECK(held_bytes() - before <= most);
+    fill(kLarge);
+    CHECK(held_bytes() - before <= most);
+  }
+  CHECK(pool.used_bytes() == 0);
+  CHECK(pool.peak_bytes() == kBudget);
+}
+
+TEST_CASE("Budget_Portions_AreEqualPartsOfTheRestWhoeverComesAndGoes") {
+  Budget budget(1000);
+  CHECK(budget.portion_bytes() == 0);
+  NobodyBorrows a, b;
+  budget.join(a, 100);
+  CHECK(budget.portion_bytes() == 900);
+  budget.join(b, 300);
+  CHECK(budget.portion_bytes() == 300);
+  budget.leave(a, 100);
+  CHECK(budget.portion_bytes() == 700);
+  CHECK(budget.part_bytes() == 300);
+}
+
+TEST_CASE("BudgetLend_BeyondThePortionOrWhatIsLeft_IsRefused") {
+  Budget budget(1000);
+  NobodyBorrows a, b;
+  budget.join(a, 100);
+  CHECK(budget.lend(0, 900));
+  budget.give_back(900);
+  CHECK_FALSE(budget.lend(0, 901));
+  CHECK(budget.lent_bytes() == 0);
+  budget.join(b, 100);
+  CHECK_FALSE(budget.lend(0, 401));
+  CHECK(budget.lend(0, 400));
+  CHECK_FALSE(budget.lend(400, 1));  // a has its portion
+  CHECK(budget.lend(0, 400));        // and b has, too
+  CHECK(budget.lent_bytes() == 800);
+  // What a borrowed before another store came may be more than its portion; b gets only what is
+  // left.
+  budget.give_back(800);
+  budget.leave(b, 100);
+  CHECK(budget.lend(0, 700));
+  budget.join(b, 100);
+  CHECK(budget.portion_bytes() == 400);
+  CHECK_FALSE(budget.lend(0, 101));
+  CHECK(budget.lend(0, 100));
+}
+
+}  // namespace plait::test

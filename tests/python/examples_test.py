@@ -1,0 +1,105 @@
+"""The programs of examples/python do what they say, as somebody runs them."""
+
+import os
+import pathlib
+import runpy
+import struct
+import sys
+
+import numpy as np
+import plait
+import pytest
+from conftest import icosahedron, make
+
+EXAMPLES = pathlib.Path(os.environ["PLAIT_SOURCE"]) / "examples" / "python"
+
+
+def run(monkeypatch, capsys, name, *arguments):
+    """What the program prints."""
+    monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+    return capsys.readouterr().out
+
+
+@pytest.fixture
+def sphere(tmp_path):
+    """A sphere of radius 2 at level 4, whose vertices lie on it exactly enough."""
+    path = tmp_path / "sphere.plait"
+    with make(icosahedron(), path, levels=4, normals=True, block_bytes=4096, dtype=np.float64) as store:
+        def push(vertices):
+            length = np.linalg.norm(vertices["position"], axis=1, keepdims=True)
+            return 2 * vertices["position"] / length
+
+        store.visit(push, reads="position", writes="position")
+        store.commit()
+    return path
+
+
+def test_curvature_of_a_sphere_is_one_over_its_radius(sphere, monkeypatch, capsys):
+    shown = run(monkeypatch, capsys, "curvature.py", sphere, "1MiB")
+    assert abs(float(shown.split()[-1]) - 0.5) < 1e-3
+    with plait.open(sphere) as store:
+        assert store["curvature"].dtype == np.float32
+        for level in store["curvature"]:
+            np.testing.assert_allclose(level, 0.5, rtol=0.02)
+    run(monkeypatch, capsys, "curvature.py", sphere)  # again, over the old attribute
+
+
+def test_smooth_brings_noise_down_and_keeps_the_size(sphere, monkeypatch, capsys):
+    rng = np.random.default_rng(3)
+    with plait.open(sphere, writable=True) as store:
+        store.visit(lambda v: v["position"] + rng.normal(0, 0.01, v["position"].shape),
+                    reads="position", writes="position")
+        store.commit()
+
+    def radii():
+        with plait.open(sphere) as store:
+            return np.linalg.norm(store["position"][4], axis=1)
+
+    before = radii()
+    shown = run(monkeypatch, capsys, "smooth.py", sphere, 6)
+    assert "moved by" in shown
+    assert radii().std() < before.std() / 2 and abs(radii().mean() - 2) < 0.01
+    assert "moved" not in plait.open(sphere)
+
+
+def test_region_is_a_file_that_vtk_would_read(sphere, tmp_path, monkeypatch, capsys):
+    file = tmp_path / "part.vtp"
+    run(monkeypatch, capsys, "region_to_vtk.py", sphere, file, "0,0,0", "3,3,3", 3)
+    with plait.open(sphere) as store:
+        mesh = store.mesh(3, box=([0, 0, 0], [3, 3, 3]), attributes=["normal"])
+    data = file.read_bytes()
+    head, appended = data.split(b'<AppendedData encoding="raw">_')
+    import xml.etree.ElementTree as ElementTree
+    tree = ElementTree.fromstring(head + b"</VTKFile>")
+    piece = tree.find("PolyData/Piece")
+    assert int(piece.get("NumberOfPoints")) == len(mesh.vertices)
+    found = {}
+    for array in piece.iter("DataArray"):
+        at = int(array.get("offset"))
+        size, = struct.unpack_from("<Q", appended, at)
+        kind = {"Float32": "<f4", "Float64": "<f8", "Int64": "<i8"}[array.get("type")]
+        found[array.get("Name")] = np.frombuffer(appended, kind, size // np.dtype(kind).itemsize, at + 8)
+    np.testing.assert_array_equal(found["Points"].reshape(-1, 3), mesh.vertices)
+    np.testing.assert_array_equal(found["normal"].reshape(-1, 3), mesh.attributes["normal"])
+    np.testing.assert_array_equal(found["connectivity"].reshape(-1, 3), mesh.triangles)
+    assert found["offsets"][-1] == mesh.triangles.size
+
+
+def test_dask_finds_the_box_of_the_sphere(sphere, monkeypatch, capsys):
+    pytest.importorskip("dask.array")
+    shown = run(monkeypatch, capsys, "dask_blocks.py", sphere)
+    assert "2562 vertices" in shown and "center" in shown
+    with plait.open(sphere) as store:
+        every = np.concatenate([np.asarray(level) for level in store["position"]])
+    assert f"box {every.min(axis=0)} to {every.max(axis=0)}" in shown
+
+
+def test_box_is_drawn(sphere, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "box.png"
+    shown = run(monkeypatch, capsys, "plot_box.py", sphere, picture, "0,0,0", "3,3,3", 3)
+    assert "patches" in shown
+    import matplotlib.image
+    pixels = matplotlib.image.imread(picture)
+    assert pixels.shape[:2] == (600, 600) and pixels.std() > 0.02

@@ -1,0 +1,188 @@
+"""Whole works, progress and Ctrl-C."""
+
+import os
+import signal
+import sys
+
+import numpy as np
+import plait
+import pytest
+from conftest import TETRAHEDRON, icosahedron, make, write_ply
+
+
+def test_subdivide_makes_the_store_that_arrays_make(tmp_path):
+    mesh = write_ply(tmp_path / "m.ply", icosahedron())
+    told = []
+    done = plait.subdivide(mesh, tmp_path / "o.plait", levels=3, normals=True, digest=True,
+                           layout="given", progress=lambda *each: told.append(each))
+    assert done.vertices == 642 and done.faces == 1280 and done.levels == 3
+    assert done.refine_seconds > 0 and done.stored_bytes > 0 and done.path.endswith("o.plait")
+    store = plait.open(tmp_path / "o.plait")
+    assert store.digest() == done.digest and len(done.digest) == 32
+    vertices = np.array(icosahedron()[0], np.float32)
+    arrays = make((vertices, icosahedron()[1]), levels=3, scheme="loop", normals=True,
+                  layout="given")
+    assert arrays.digest() == done.digest
+    assert {phase for phase, *_ in told} >= {"commit"} and told[-1][1] <= told[-1][2]
+
+
+def test_subdivide_takes_the_options_of_the_program(tmp_path):
+    mesh = write_ply(tmp_path / "m.ply", icosahedron())
+    path = tmp_path / "o.plait"
+    plait.subdivide(mesh, path, 2, scheme="midpoint", compress=["default", "@1=lz4"], block="64KiB",
+                    precision="float64", memory="8MiB", threads=2)
+    store = plait.open(path)
+    assert store.info.backend == "compressed" and store.info.block_bytes == 65536
+    assert store["position"].dtype == np.float64 and store.info.scheme == "midpoint"
+    store.close()
+    with pytest.raises(plait.InvalidArgument, match="o.plait"):
+        plait.subdivide(mesh, path, 1)
+    plait.subdivide(mesh, path, 1, existing="replace")
+    assert list(plait.open(path).levels) == [0, 1]
+    for wrong in ({"existing": "maybe"}, {"precision": "float16"}, {"scheme": "soap"},
+                  {"levels": 99}, {"max_error": "soap"}, {"memory": "1 mile"}):
+        with pytest.raises(plait.InvalidArgument):
+            plait.subdivide(mesh, tmp_path / "n.plait", **{"levels": 1, **wrong})
+    with pytest.raises(plait.NotSupported, match="soap"):
+        plait.subdivide(mesh, tmp_path / "n.plait", 1, compress="soap")
+    assert not (tmp_path / "n.plait").exists()
+
+
+def test_convert_copies_all_records(tmp_path):
+    source, copy = tmp_path / "s.plait", tmp_path / "c.plait"
+    make(icosahedron(), source, levels=4, normals=True, backend="pread").close()
+    told = []
+    done = plait.convert(source, copy, compress="small", block="16KiB", verify=True,
+                         progress=lambda *each: told.append(each))
+    with plait.open(source) as one, plait.open(copy) as other:
+        assert one.digest() == other.digest() == done.digest
+        assert other.info.backend == "compressed" and other.info.block_bytes == 16384
+    assert done.stored_bytes < done.from_stored_bytes and done.path == str(copy)
+    assert {"convert", "read the copy back", "digest of the source"} == {each[0] for each in told}
+    with pytest.raises(plait.InvalidArgument, match="c.plait"):
+        plait.convert(source, copy)
+    plait.convert(source, copy, backend="mmap", existing="replace")
+    assert plait.open(copy).info.backend == "mmap"
+    plait.convert(source, copy, max_error="1e-3", existing="replace", verify=True)
+    with plait.open(source) as one, plait.open(copy) as other:
+        difference = np.asarray(one["position"][4]) - other["position"][4]
+        assert 0 < np.abs(difference).max() <= 1e-3
+    with pytest.raises(plait.InvalidArgument, match="choose backend compressed"):
+        plait.convert(source, tmp_path / "n.plait", backend="pread", compress="small")
+    with pytest.raises(plait.InvalidArgument, match="the same"):
+        plait.convert(source, source, existing="replace")
+    with pytest.raises(plait.Cancelled):
+        plait.convert(source, tmp_path / "n.plait", progress=lambda *_: False)
+    assert sorted(os.listdir(tmp_path)) == ["c.plait", "s.plait"]
+
+
+def test_progress_that_returns_false_cancels_and_nothing_is_left(tmp_path):
+    mesh = write_ply(tmp_path / "m.ply", icosahedron())
+    with pytest.raises(plait.Cancelled):
+        plait.subdivide(mesh, tmp_path / "o.plait", 4, progress=lambda *_: False)
+    assert sorted(os.listdir(tmp_path)) == ["m.ply"]
+
+
+@pytest.mark.parametrize("work", ["subdivide", "verify", "digest", "visit"])
+def test_control_c_cancels_and_the_store_is_as_before(tmp_path, work):
+    mesh = write_ply(tmp_path / "m.ply", icosahedron())
+    path = tmp_path / "s.plait"
+    make(icosahedron(), path, levels=4, block_bytes=4096).close()
+    store = plait.open(path, writable=True)
+    calls = []
+
+    def interrupt(*_):
+        calls.append(1)
+        if len(calls) == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        if work == "subdivide":
+            plait.subdivide(mesh, tmp_path / "new.plait", 5, progress=interrupt)
+        elif work == "verify":
+            store.verify(interrupt)
+        elif work == "digest":
+            store.digest(progress=interrupt)
+        else:
+            store.visit(lambda vertices: interrupt(), reads="position", rings=True)
+    assert len(calls) < 10
+    assert sorted(os.listdir(tmp_path)) == ["m.ply", "s.plait"]
+    assert len(store.digest()) == 32 and store.verify().damaged_count == 0
+
+
+def test_exceptions_of_the_progress_function_come_out(tmp_path):
+    store = make(icosahedron(), levels=2)
+
+    def fails(*_):
+        raise RuntimeError("mine")
+
+    with pytest.raises(RuntimeError, match="mine"):
+        store.digest(progress=fails)
+    assert len(store.digest()) == 32
+
+
+def test_verify_reports_damage_with_its_place(tmp_path):
+    path = tmp_path / "s.plait"
+    make(icosahedron(), path, levels=3, backend="pread", block_bytes=4096).close()
+    assert plait.verify(path).damaged_count == 0
+    files = sorted(path.glob("*3*"), key=lambda file: file.stat().st_size)
+    with open(files[-1], "r+b") as file:
+        file.seek(100)
+        byte = file.read(1)
+        file.seek(100)
+        file.write(bytes([byte[0] ^ 1]))
+    report = plait.verify(path)
+    assert report.damaged_count == 1 and report.blocks > 3 and report.bytes > 0
+    damaged = report.damaged[0]
+    assert damaged.attribute == "position" and damaged.level == 3 and "checksum" in damaged.reason
+    store = plait.open(path)
+    with pytest.raises(plait.Damaged) as error:
+        store["position"][3][:]
+    assert str(path) in error.value.path and error.value.offset is not None
+
+
+def test_bar_is_drawn_on_a_terminal_only(monkeypatch, tmp_path):
+    class Terminal:
+        text = ""
+
+        def write(self, text):
+            self.text += text
+
+        def flush(self):
+            pass
+
+        def isatty(self):
+            return True
+
+    store = make(TETRAHEDRON, levels=3)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    store.digest(progress=True)
+    assert "digest: " in terminal.text and "%" in terminal.text
+    terminal.text = ""
+    terminal.isatty = lambda: False
+    store.digest(progress=True)
+    assert terminal.text == ""
+
+
+def test_bar_in_a_notebook_updates_one_output(monkeypatch):
+    shown = []
+
+    class Handle:
+        def update(self, content, raw):
+            shown.append(content["text/plain"])
+
+    class Display:
+        @staticmethod
+        def display(content, raw, display_id):
+            return Handle()
+
+    class IPython:
+        @staticmethod
+        def get_ipython():
+            return type("Shell", (), {"kernel": 1})()
+
+    monkeypatch.setitem(sys.modules, "IPython", IPython)
+    monkeypatch.setitem(sys.modules, "IPython.display", Display)
+    make(TETRAHEDRON, levels=3).digest(progress=True)
+    assert shown and "digest" in shown[0] and shown[-1] == ""

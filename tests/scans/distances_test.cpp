@@ -1,0 +1,62 @@
+#include "distance/distances.h"
+
+#include <catch2/catch.hpp>
+
+#include "plait/error.h"
+#include "support/error_of.h"
+
+namespace plait::test {
+namespace {
+
+/// The square from 0 to `side` in x and y at height z, as two triangles.
+IndexedMesh square(double side, double z) {
+  return {{{0, 0, z}, {side, 0, z}, {side, side, z}, {0, side, z}}, {{0, 1, 2}, {0, 2, 3}}};
+}
+
+Distances distances(const IndexedMesh& from, const IndexedMesh& to) {
+  const TriangleTree tree(to.positions, to.faces);
+  return measure_distances({from.positions, from.faces}, tree, {to.positions, to.faces},
+                           {.samples = 100000});
+}
+
+}  // namespace
+
+TEST_CASE("Distances_ParallelSquares_AreTheirGap") {
+  const Distances found = distances(square(2, 0), square(2, 0.25));
+  CHECK(found.samples == 100000);
+  for (const double value : {found.max, found.rms, found.mean, found.percentile_99})
+    CHECK(value == Approx(0.25));
+  CHECK(found.mean_angle == Approx(0).margin(1e-6));
+}
+
+TEST_CASE("Distances_LargerSquare_DifferByDirection") {
+  // Beyond the small square, up to 1 in x and in y. Integrals: of the squared distance to the unit
+  // square over the rest of the square of side 2, 2 (1/3) + 2/3; of the distance, 2 (1/2) + the
+  // mean length of a vector in the unit square, 0.76519572.
+  const Distances found = distances(square(2, 0), square(1, 0));
+  CHECK(found.max == Approx(std::sqrt(2.0)).margin(0.01));
+  CHECK(found.rms == Approx(std::sqrt((4.0 / 3) / 4)).epsilon(0.005));
+  CHECK(found.mean == Approx((1 + 0.76519572) / 4).epsilon(0.005));
+  CHECK(distances(square(1, 0), square(2, 0)).max == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("Distances_TurnedSurface_GiveTheAngle") {
+  IndexedMesh slope = square(1, 0);
+  for (Point& p : slope.positions) p.z = p.x;
+  CHECK(distances(square(1, 0), slope).mean_angle == Approx(45).margin(1e-3));
+}
+
+TEST_CASE("Distances_WithoutArea_AreRefused") {
+  IndexedMesh flat = square(1, 0);
+  for (Point& p : flat.positions) p.y = 0;
+  CHECK(error_of([&] { distances(flat, square(1, 0)); }).code() == ErrorCode::kInvalidArgument);
+}
+
+TEST_CASE("Diagonal_UnusedVertex_DoesNotCount") {
+  IndexedMesh mesh = square(1, 0);
+  mesh.positions.push_back({99, 99, 99});
+  CHECK(diagonal_of({mesh.positions, mesh.faces}) == Approx(std::sqrt(2.0)));
+  CHECK(mean_edge_of({mesh.positions, mesh.faces}) == Approx((4 + 2 * std::sqrt(2.0)) / 6));
+}
+
+}  // namespace plait::test

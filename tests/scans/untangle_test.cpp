@@ -1,0 +1,91 @@
+#include "sample/untangle.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "collapse/decimate.h"
+#include "support/test_meshes.h"
+#include "surface/repair.h"
+
+namespace plait::test {
+namespace {
+
+Surface flat_scan() {
+  IndexedMesh flat = sheet(20, 20);
+  for (Point& p : flat.positions) p.z = 0;
+  return repair(flat, {}, "mesh").surface;
+}
+
+/// A base mesh of the scan's own faces, and its samples in the middle of each edge.
+struct Sampled {
+  Surface scan = flat_scan();
+  BaseMesh base = BaseMesh::build({scan.positions, scan.faces});
+  std::vector<SurfacePoint> samples;
+
+  explicit Sampled(int level) {
+    std::vector<FaceId> faces(scan.faces.size());
+    for (std::size_t i = 0; i < faces.size(); ++i) faces[i] = static_cast<FaceId>(i);
+    samples = sample_scan(CollapseHistory(faces.size()), base, faces, level);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Walk_OnFlatScan_EndsWhereTheVectorPoints") {
+  const Surface scan = flat_scan();
+  const SurfacePoint start{static_cast<FaceId>(scan.faces.size() / 2 + 10), {0.2, 0.3, 0.5}};
+  const Point from = position_of(scan, start);
+  const double edge = length(scan.corner(0, 1) - scan.corner(0, 0));
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 0.4 * i;
+    const Point way{3.3 * edge * std::cos(angle), 3.3 * edge * std::sin(angle), 0};
+    CHECK(length(position_of(scan, walk(scan, start, way)) - (from + way)) < 1e-9 * edge);
+  }
+  const SurfacePoint stopped = walk(scan, start, {1000 * edge, 0, 0});
+  CHECK(std::min({stopped.weights[0], stopped.weights[1], stopped.weights[2]}) ==
+        Approx(0).margin(1e-9));
+}
+
+TEST_CASE("Walk_OverAnEdge_KeepsItsLength") {
+  // Two faces at a right angle.
+  const Surface scan =
+      repair({{{0, 0, 0}, {0, 4, 0}, {4, 2, 0}, {0, 2, 4}}, {{0, 2, 1}, {0, 1, 3}}}, {}, "mesh")
+          .surface;
+  const SurfacePoint start{0, {0.25, 0.5, 0.25}};  // (2, 2, 0)
+  const Point end = position_of(scan, walk(scan, start, {-3, 0, 0}));
+  CHECK(length(end - Point{0, 2, 1}) < 1e-9);
+}
+
+TEST_CASE("Untangle_GoodSamples_StayWhereTheyAre") {
+  Sampled sampled(1);
+  const auto before = sampled.samples;
+  const Untangled result = untangle(sampled.scan, sampled.base, 1, {}, sampled.samples);
+  CHECK(result.before == 0);
+  CHECK(result.moved == 0);
+  CHECK(sampled.samples[50].weights == before[50].weights);
+}
+
+TEST_CASE("Untangle_SampleBeyondItsNeighbours_ComesBackWithinTheCap") {
+  Sampled sampled(2);
+  const SampleNumbers numbers(sampled.base, 2);
+  const auto face = static_cast<FaceId>(sampled.scan.faces.size() / 2 + 10);
+  const std::uint64_t sample = numbers.of(face, 1, 1);
+  const Point edge = sampled.scan.corner(face, 1) - sampled.scan.corner(face, 0);
+  sampled.samples[sample] = walk(sampled.scan, sampled.samples[sample], 0.4 * edge);
+  const Point moved = position_of(sampled.scan, sampled.samples[sample]);
+  const std::uint64_t turned = count_turned(sampled.scan, sampled.base, 2, sampled.samples);
+  REQUIRE(turned > 0);
+
+  auto capped = sampled.samples;
+  const Untangled stays = untangle(sampled.scan, sampled.base, 2, {.most_way = 0}, capped);
+  CHECK(stays.after == stays.before);
+
+  const Untangled result = untangle(sampled.scan, sampled.base, 2, {}, sampled.samples);
+  CHECK(result.before == turned);
+  CHECK(result.after == 0);
+  CHECK(result.moved >= 1);
+  CHECK(count_turned(sampled.scan, sampled.base, 2, sampled.samples) == 0);
+  CHECK(length(position_of(sampled.scan, sampled.samples[sample]) - moved) < 2 * length(edge));
+}
+
+}  // namespace plait::test

@@ -1,0 +1,70 @@
+// plait check: says what is wrong with a mesh, and changes nothing.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "plait/mesh_io.h"
+#include "scan_report.h"
+
+namespace plait {
+namespace {
+
+struct CheckArguments {
+  std::filesystem::path mesh;
+};
+
+int run_check(const CheckArguments& arguments, const CommandContext& context) {
+  const EndAtOnce end_at_once(context.json);
+  std::vector<std::string> warnings;
+  IndexedMesh mesh = read_indexed_mesh(arguments.mesh, &warnings);
+  for (const std::string& warning : warnings) report_warning(warning);
+  const Repaired repaired = repair(std::move(mesh), {}, arguments.mesh.native());
+  const SurfaceFigures figures = figures_of(repaired.surface);
+  if (context.json) {
+    const nlohmann::ordered_json report = {{"mesh", arguments.mesh.string()},
+                                           {"found", repair_json(repaired.list)},
+                                           {"repaired", figures_json(figures)},
+                                           {"seconds", seconds_since_start()}};
+    print(report.dump(2) + "\n");
+    return kExitDone;
+  }
+  const bool clean = repaired.list.is_clean();
+  print(fmt::format("{}: {}\n{}{}{}\n", arguments.mesh.native(),
+                    clean ? "an oriented manifold"
+                          : "not an oriented manifold as it is; remesh "
+                            "would repair it:",
+                    repair_text(repaired.list), clean ? "" : "then: ", figures_text(figures)));
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_check_command(CommandLine& program, CommandContext& context) {
+  const auto arguments = std::make_shared<CheckArguments>();
+  CommandLine* command =
+      program.add_subcommand("check", "Say what is wrong with a mesh, without changing it");
+  command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  add_json_option(*command, context);
+  command->footer(
+      "The list is that of the repairs that remeshing does. A mesh that cannot be oriented, such "
+      "as a\n"
+      "Moebius strip, is refused with the place.\n"
+      "\n"
+      "Examples:\n"
+      "  plait check scan.ply\n"
+      "  plait check scan.ply --json");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run_check(*arguments, context); };
+  });
+}
+
+}  // namespace plait
