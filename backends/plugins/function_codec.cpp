@@ -7,6 +7,8 @@
 
 #include "base/message_text.h"
 #include "plait/error.h"
+#include "plait/extend/codec.h"
+#include "plait/extend/filter.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

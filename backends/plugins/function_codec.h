@@ -2,7 +2,7 @@
 #pragma once
 
 #include "plait/detail/namespace.h"
-#include "plait/extend/codec.h"
+#include "plait/extend/pipeline_registry.h"
 #include "plait/extend/plugin.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE

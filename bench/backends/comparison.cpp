@@ -112,8 +112,8 @@ std::vector<Pending> compare_strata(const Strata& strata) {
     Shift stratum;
     stratum.name = name;
     stratum.cells = factors.size();
-    shifts.push_back({std::move(stratum), [factors](double confidence) {
-                        return instrument::compare_with_one(factors, confidence);
+    shifts.push_back({std::move(stratum), [ratios = factors](double confidence) {
+                        return instrument::compare_with_one(ratios, confidence);
                       }});
   }
   return shifts;
