@@ -122,6 +122,7 @@ std::vector<Pending> compare_strata(const Strata& strata) {
 /// Adjusts the shifts of a list for each other, with the intervals that say the same.
 std::vector<Shift> judged(std::vector<Pending> shifts, double threshold) {
   std::vector<double> p_values;
+  p_values.reserve(shifts.size());
   for (const Pending& each : shifts) p_values.push_back(each.compare(kConfidence).p_value);
   const std::vector<double> adjusted = instrument::adjusted_p_values(p_values);
   const double confidence = instrument::confidence_among(p_values, 1 - kConfidence);

@@ -195,7 +195,8 @@ std::vector<Choice> propose(const Sample& sample, const std::vector<MeasuredOnce
   std::vector<std::string> names;
   for (const AttributeSchema& schema : sample.attributes) names.push_back(schema.name);
   std::vector<Choice> proposed;
-  for (const auto& [cost, pipelines] : combinations) {
+  for (const auto& combination : combinations) {
+    const auto& pipelines = combination.second;
     const bool is_measured = std::ranges::any_of(measured, [&](const MeasuredOnce& one) {
       for (std::size_t at = 0; at < pipelines.size(); ++at)
         if (pipeline_of(one.choice, sample.attributes[at]) != pipelines[at]) return false;

@@ -51,9 +51,9 @@ class TriangleRoles {
 
   bool may_be_new(VertexId vertex) const;
   bool set(FaceId face, Role role);
-  bool spread(FaceId face, Role role);
+  bool spread(FaceId first, Role role);
   bool choose(VertexId smallest, FaceSide corner);
-  std::optional<VertexId> smallest_kept(FaceId face, Role role);
+  std::optional<VertexId> smallest_kept(FaceId first, Role role);
   bool find_in_regular_components();
   bool fail(VertexId vertex, const char* reason);
 
