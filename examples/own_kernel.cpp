@@ -70,7 +70,7 @@ bool keeps_bound(plait::Store& store) {
   return beyond == 0 && reached > 0;
 }
 
-std::string run(const char* path, plait::StoreOptions options, int threads) {
+std::string run(const char* path, const plait::StoreOptions& options, int threads) {
   plait::IndexedMesh mesh;  // a tetrahedron
   mesh.positions = {{1, 1, 1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
   mesh.faces = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};

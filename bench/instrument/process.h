@@ -20,7 +20,7 @@ struct ProcessFigures {
 };
 
 /// The result of the work, and the figures of its process.
-struct ProcessResult {
+struct ProcessResult {  // NOLINT(bugprone-exception-escape): moving json ends in an assertion
   nlohmann::json result;
   ProcessFigures figures;
 };

@@ -15,6 +15,7 @@
 #include "plait/extend/edge_index.h"
 #include "plait/extend/pipeline.h"
 #include "plait/extend/pipeline_registry.h"
+#include "plait/registry.h"
 
 namespace plait::bench {
 namespace {

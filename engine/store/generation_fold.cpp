@@ -66,11 +66,11 @@ void GenerationLevel::enter_files() {
   new_.generation.blocks = new_is_whole() ? 0 : new_blocks_.load();
   std::vector<Generation> kept;
   kept_as_.assign(blocks.size(), kDropped);
-  for (Home home = 0; home < blocks.size(); ++home) {
-    const bool is_whole = home == (new_is_whole() ? new_home() : 0);
+  for (std::size_t home = 0; home < blocks.size(); ++home) {
+    const bool is_whole = home == (new_is_whole() ? files_.size() : 0);
     if (blocks[home] == 0 && !is_whole) continue;
     kept_as_[home] = static_cast<Home>(kept.size());
-    kept.push_back(file_at(home).generation);
+    kept.push_back(file_at(static_cast<Home>(home)).generation);
   }
   level_.table.set_generations(std::move(kept));
   for (std::uint64_t block = 0; block < home_.size(); ++block)
@@ -85,7 +85,7 @@ void GenerationLevel::begin_version() {
     files_.push_back(std::move(new_));
     new_ = {};
     std::vector<OpenFile> kept;
-    for (Home home = 0; home < files_.size(); ++home)
+    for (std::size_t home = 0; home < files_.size(); ++home)
       if (kept_as_[home] != kDropped) kept.push_back(std::move(files_[home]));
     files_ = std::move(kept);
     new_blocks_ = 0;

@@ -71,6 +71,6 @@ struct Displaced {
 /// kBudget. Later: kCancelled; kBadState if the pipeline of the store predicts blocks from coarser
 /// levels, because the pass writes all levels at once; those of Session::pin. After an error, close
 /// the store without a commit.
-Displaced displace(Store& store, const DisplaceOptions& options);
+Displaced displace(Store& store, const DisplaceOptions& wanted);
 
 }  // namespace plait

@@ -216,7 +216,7 @@ std::vector<VisitedAttribute> attributes_of(const std::tuple<Specs...>& attribut
 }
 
 template <class Kernel, class... Specs>
-inline constexpr bool is_kernel =
+inline constexpr bool kIsKernel =
     std::invocable<const Kernel&, const VertexRun&, typename Specs::Argument...>;
 
 template <class Kernel, class... Specs, std::size_t... kNumbers>
@@ -270,12 +270,12 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
 template <class... Specs, class Kernel>
 void visit_vertices(Store& store, const VisitOptions& options,
                     const std::tuple<Specs...>& attributes, const Kernel& kernel) {
-  static_assert(visit::is_kernel<Kernel, Specs...>,
+  static_assert(visit::kIsKernel<Kernel, Specs...>,
                 "visit_vertices: the kernel must be callable, from several threads at once (so its "
                 "operator() is const), as kernel(const VertexRun&, argument of each attribute...): "
                 "VertexRings<Record> for rings_of, std::span<const Record> for reads, "
                 "std::span<Record> for overwrites and updates");
-  if constexpr (visit::is_kernel<Kernel, Specs...>) {
+  if constexpr (visit::kIsKernel<Kernel, Specs...>) {
     const VisitPlan plan(store, options, visit::attributes_of(attributes));
     const auto numbers = std::index_sequence_for<Specs...>();
     [&]<std::size_t... kNumbers>(std::index_sequence<kNumbers...>) {
