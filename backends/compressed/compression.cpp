@@ -89,7 +89,11 @@ Pipeline preset_pipeline(std::string_view preset, const AttributeSchema& schema)
                     text_for_message(preset)));
   Pipeline pipeline;
   if (is_made_by_schemes(schema)) pipeline.recipe = "";
-  if (is_predicted) pipeline.filters.push_back({is_normal(schema) ? "normals" : "hierarchy"});
+  const bool is_along_normals = preset == "small" && schema.components == 3;
+  if (is_normal(schema))
+    pipeline.filters.push_back({"normals"});
+  else if (is_predicted)
+    pipeline.filters.push_back({"hierarchy", is_along_normals ? "along" : ""});
   if (preset == "default" && is_packed) {
     pipeline.codec = {"bitpack"};
   } else {

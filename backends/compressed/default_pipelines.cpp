@@ -30,7 +30,8 @@ PipelineRegistry built_in() {
       }});
   registry.add(RegisteredFilter{
       "hierarchy",
-      "predicts vertices from the coarser levels; hierarchy:RULE by one rule for all blocks",
+      "predicts vertices from the coarser levels; hierarchy:RULE by one rule for all blocks, "
+      "hierarchy:along also along normals",
       make_hierarchy_filter});
   registry.add(RegisteredFilter{
       "normals", "predicts unit normals from positions; normals:NAME names their attribute",

@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::array kFilters = {
     "hierarchy", "hierarchy:midpoint", "hierarchy:step=2e-6", "hierarchy:midpoint:step=0.1",
-    "normals",   "normals:position"};
+    "normals",   "normals:position",   "hierarchy:along"};
 struct Type {
   ComponentType type;
   std::uint32_t components;

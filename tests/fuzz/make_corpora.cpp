@@ -386,9 +386,10 @@ void seed_context_filters() {
   for (const float each : {std::numeric_limits<float>::quiet_NaN(), -0.0f, 1e38f,
                            std::numeric_limits<float>::infinity(), 1e-42f, -1.5f})
     extreme += number(each);
-  const char* const names[] = {"hierarchy", "hierarchy_midpoint", "hierarchy_step", "midpoint_step",
-                               "normals",   "normals_of_position"};
-  for (std::uint8_t filter = 0; filter < 6; ++filter) {
+  const char* const names[] = {
+      "hierarchy", "hierarchy_midpoint",  "hierarchy_step", "midpoint_step",
+      "normals",   "normals_of_position", "hierarchy_along"};
+  for (std::uint8_t filter = 0; filter < 7; ++filter) {
     const auto seed_of = [&](const std::string& name, std::uint8_t mesh, std::uint8_t type,
                              std::uint8_t level, const std::string& bytes) {
       seed("context_filters", (names[filter] + name).c_str(),

@@ -256,12 +256,13 @@ TEST_CASE("Convert_ThereAndBack_KeepsTheDigest") {
     const auto info = here.plait({"info", store, "--json"}).json();
     return info["attributes"][static_cast<std::size_t>(attribute)]["levels"][0]["pipeline"];
   };
-  CHECK(pipeline_of("c.plait", 0) == "predicted:loop/position/float32/3+hierarchy+shuffle,zstd:9");
+  CHECK(pipeline_of("c.plait", 0) ==
+        "predicted:loop/position/float32/3+hierarchy:along+shuffle,zstd:9");
   CHECK(pipeline_of("c.plait", 1) == "zstd:5");
   REQUIRE(here.plait({"convert", "c.plait", "same.plait", "--block", "16K"}).status == 0);
   CHECK(here.digest("same.plait") == expected);
   CHECK(pipeline_of("same.plait", 0) ==
-        "predicted:loop/position/float32/3+hierarchy+shuffle,zstd:9");
+        "predicted:loop/position/float32/3+hierarchy:along+shuffle,zstd:9");
   CHECK(pipeline_of("same.plait", 1) == "zstd:5");
   REQUIRE(here.plait({"convert", "c.plait", "m.plait", "--backend", "mmap"}).status == 0);
   CHECK(here.digest("m.plait") == expected);

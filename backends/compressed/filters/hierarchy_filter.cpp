@@ -22,6 +22,13 @@ namespace {
 struct HierarchyOptions {
   std::optional<PredictionRule> rule = {};  ///< nothing: the best one of each block
   std::optional<double> step = {};          ///< of rounded numbers
+  bool along_normals = false;               ///< also try vertices that move along the normal
+};
+
+/// How a block is predicted. Its note: the rule, or kPredictionRules more for `along_normals`.
+struct Prediction {
+  PredictionRule rule = PredictionRule::kButterfly;
+  bool along_normals = false;
 };
 
 /// The residuals of every 16th edge choose the rule of a block.
@@ -30,7 +37,8 @@ constexpr EdgeId kEdgesOfASample = 16;
 template <class Number, std::size_t kComponents>
 class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
  public:
-  HierarchyFilter(const FilterLevel& level, const HierarchyOptions& options) : rule_(options.rule) {
+  HierarchyFilter(const FilterLevel& level, const HierarchyOptions& options)
+      : rule_(options.rule), along_normals_(options.along_normals) {
     if (options.step) numbers_.emplace(*options.step);
     if (level.geometry == nullptr || level.surroundings == nullptr) return;
     const auto coarser = static_cast<std::size_t>(level.geometry->level().refinements - 1);
@@ -43,29 +51,36 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
 
   std::size_t scratch_bytes() const noexcept override {
     const std::size_t lattice = this->lattice_bytes();
-    return lattice + (lattice > 0 && numbers_ ? slot_numbers() * sizeof(Number) : 0);
+    return lattice +
+           (lattice > 0 && (numbers_ || along_normals_) ? slot_numbers() * sizeof(Number) : 0);
   }
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
               std::span<std::byte> filtered) const override {
     const auto* const numbers = reinterpret_cast<const Number*>(raw.data());
     auto* const residuals = reinterpret_cast<BitsOf<Number>*>(filtered.data());
-    const PredictionRule rule = rule_        ? *rule_
-                                : block.note ? best_rule(block, numbers, residuals)
-                                             : PredictionRule::kButterfly;
-    if (block.note != nullptr) *block.note = static_cast<std::byte>(rule);
-    visit_slots(block, rule, 1, [&](const Rows& rows, std::size_t first, std::size_t count) {
-      encode_slot(block, rows, numbers + first, residuals + first, count);
-    });
+    Prediction prediction{rule_.value_or(PredictionRule::kButterfly)};
+    if (!rule_ && block.note != nullptr) {
+      const int note = best_note(block, numbers, residuals);
+      *block.note = static_cast<std::byte>(note);
+      prediction = prediction_of(note);
+    }
+    visit_slots(block, prediction.rule, 1,
+                [&](const Rows& rows, std::size_t first, std::size_t count) {
+                  encode_slot(block, rows, prediction.along_normals, numbers + first,
+                              residuals + first, count);
+                });
   }
 
   void decode(const FilterBlock& block, std::span<const std::byte> filtered,
               std::span<std::byte> raw) const override {
     const auto* const residuals = reinterpret_cast<const BitsOf<Number>*>(filtered.data());
     auto* const numbers = reinterpret_cast<Number*>(raw.data());
-    visit_slots(block, noted_rule(block), 1,
+    const Prediction prediction = noted_prediction(block);
+    visit_slots(block, prediction.rule, 1,
                 [&](const Rows& rows, std::size_t first, std::size_t count) {
-                  decode_slot(block, rows, residuals + first, numbers + first, count);
+                  decode_slot(block, rows, prediction.along_normals, residuals + first,
+                              numbers + first, count);
                 });
   }
 
@@ -81,19 +96,25 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
     return reinterpret_cast<Number*>(block.scratch.data() + this->lattice_bytes());
   }
 
-  void encode_slot(const FilterBlock& block, const Rows& rows, const Number* from,
-                   BitsOf<Number>* to, std::size_t count) const noexcept {
-    if (!numbers_) return encode_rows(rows, from, to);
+  void encode_slot(const FilterBlock& block, const Rows& rows, bool along_normals,
+                   const Number* from, BitsOf<Number>* to, std::size_t count) const noexcept {
+    if (!numbers_ && !along_normals) return encode_rows(rows, from, to);
     const Number* __restrict const predictions = predictions_in(block);
     predict_rows(rows, predictions_in(block));
+    if (along_normals)
+      return recode_along_normals(rows, predictions, reinterpret_cast<const BitsOf<Number>*>(from),
+                                  to, Recode::kEncode);
     for (std::size_t i = 0; i < count; ++i)
       to[i] = lattice_residual(*numbers_, from[i], predictions[i]);
   }
-  void decode_slot(const FilterBlock& block, const Rows& rows, const BitsOf<Number>* from,
-                   Number* to, std::size_t count) const noexcept {
-    if (!numbers_) return decode_rows(rows, from, to);
+  void decode_slot(const FilterBlock& block, const Rows& rows, bool along_normals,
+                   const BitsOf<Number>* from, Number* to, std::size_t count) const noexcept {
+    if (!numbers_ && !along_normals) return decode_rows(rows, from, to);
     const Number* __restrict const predictions = predictions_in(block);
     predict_rows(rows, predictions_in(block));
+    if (along_normals)
+      return recode_along_normals(rows, predictions, from, reinterpret_cast<BitsOf<Number>*>(to),
+                                  Recode::kDecode);
     for (std::size_t i = 0; i < count; ++i)
       to[i] = from_lattice_residual(*numbers_, from[i], predictions[i]);
   }
@@ -114,33 +135,42 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
         });
   }
 
-  /// The rule whose residuals have the fewest significant bits. Uses `residuals` as room.
-  PredictionRule best_rule(const FilterBlock& block, const Number* numbers,
-                           BitsOf<Number>* residuals) const {
-    std::array<std::uint64_t, kPredictionRules> bits{};
+  int count_notes() const noexcept {
+    return along_normals_ ? 2 * kPredictionRules : kPredictionRules;
+  }
+  static Prediction prediction_of(int note) noexcept {
+    return {static_cast<PredictionRule>(note % kPredictionRules), note >= kPredictionRules};
+  }
+
+  /// The note whose residuals have the fewest significant bits. Uses `residuals` as room.
+  int best_note(const FilterBlock& block, const Number* numbers, BitsOf<Number>* residuals) const {
+    std::array<std::uint64_t, 2 * kPredictionRules> bits{};
     visit_slots(block, PredictionRule::kButterfly, kEdgesOfASample,
                 [&](Rows rows, std::size_t first, std::size_t count) {
-                  for (int rule = 0; rule < kPredictionRules; ++rule) {
-                    rows.rule = static_cast<PredictionRule>(rule);
-                    encode_slot(block, rows, numbers + first, residuals + first, count);
+                  for (int note = 0; note < count_notes(); ++note) {
+                    const Prediction prediction = prediction_of(note);
+                    rows.rule = prediction.rule;
+                    encode_slot(block, rows, prediction.along_normals, numbers + first,
+                                residuals + first, count);
                     for (std::size_t i = first; i < first + count; ++i)
-                      bits[static_cast<std::size_t>(rule)] +=
+                      bits[static_cast<std::size_t>(note)] +=
                           static_cast<std::uint64_t>(std::bit_width(residuals[i]));
                   }
                 });
-    return static_cast<PredictionRule>(std::ranges::min_element(bits) - bits.begin());
+    const auto end = bits.begin() + count_notes();
+    return static_cast<int>(std::min_element(bits.begin(), end) - bits.begin());
   }
-  PredictionRule noted_rule(const FilterBlock& block) const {
-    if (rule_) return *rule_;
-    if (block.note == nullptr) return PredictionRule::kButterfly;
-    const int rule = std::to_integer<int>(*block.note);
-    if (rule >= kPredictionRules)
+  Prediction noted_prediction(const FilterBlock& block) const {
+    if (rule_ || block.note == nullptr) return {rule_.value_or(PredictionRule::kButterfly)};
+    const int note = std::to_integer<int>(*block.note);
+    if (note >= count_notes())
       throw Error(ErrorCode::kCorruption,
-                  fmt::format("expected rule 0 to {}, found {}", kPredictionRules - 1, rule));
-    return static_cast<PredictionRule>(rule);
+                  fmt::format("expected rule 0 to {}, found {}", count_notes() - 1, note));
+    return prediction_of(note);
   }
 
   std::optional<PredictionRule> rule_;
+  bool along_normals_;
   std::optional<NumberLattice<Number>> numbers_;  ///< of rounded numbers
 };
 
@@ -160,9 +190,13 @@ std::unique_ptr<Filter> make_for(const FilterLevel& level, const HierarchyOption
   }
 }
 
-/// RULE, step=STEP, or RULE:step=STEP.
+/// RULE, step=STEP, RULE:step=STEP, or along.
 HierarchyOptions options_of(std::string_view text) {
   HierarchyOptions options;
+  if (text == "along") {
+    options.along_normals = true;
+    return options;
+  }
   constexpr std::string_view kStep = "step=";
   std::string_view rule = text;
   if (const std::size_t at = text.starts_with(kStep) ? 0 : text.find(":step=");
@@ -181,7 +215,7 @@ HierarchyOptions options_of(std::string_view text) {
   throw Error(
       ErrorCode::kInvalidArgument,
       fmt::format("choose filter \"hierarchy:{}\": expected butterfly, loop or midpoint, or "
-                  "step=STEP, or one of the rules and :step=STEP",
+                  "step=STEP, or one of the rules and :step=STEP, or along",
                   text_for_message(text)));
 }
 
@@ -190,6 +224,11 @@ HierarchyOptions options_of(std::string_view text) {
 std::unique_ptr<Filter> make_hierarchy_filter(std::string_view options, const FilterLevel& level) {
   const HierarchyOptions chosen = options_of(options);
   const AttributeSchema& schema = level.schema;
+  if (chosen.along_normals && schema.components != 3)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("choose filter \"hierarchy:along\" for '{}': expected records of 3 "
+                            "numbers, found {}",
+                            schema.name, schema.components));
   std::unique_ptr<Filter> made;
   if (schema.type == ComponentType::kFloat32) made = make_for<float>(level, chosen);
   if (schema.type == ComponentType::kFloat64) made = make_for<double>(level, chosen);

@@ -5,6 +5,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "compressed/filters/along_normals-inl.h"
 #include "compressed/filters/predicted_normals-inl.h"
 #include "compressed/filters/predicted_rows-inl.h"
 
@@ -17,6 +18,8 @@ HWY_EXPORT(decode_floats);
 HWY_EXPORT(decode_doubles);
 HWY_EXPORT(predict_floats);
 HWY_EXPORT(predict_doubles);
+HWY_EXPORT(floats_along);
+HWY_EXPORT(doubles_along);
 HWY_EXPORT(encode_from_floats);
 HWY_EXPORT(encode_from_doubles);
 HWY_EXPORT(decode_from_floats);
@@ -47,6 +50,14 @@ void predict_rows(const PredictedRows<float>& rows, float* predictions) {
 }
 void predict_rows(const PredictedRows<double>& rows, double* predictions) {
   HWY_DYNAMIC_DISPATCH(predict_doubles)(rows, predictions);
+}
+void recode_along_normals(const PredictedRows<float>& rows, const float* predictions,
+                          const std::uint32_t* from, std::uint32_t* to, Recode recode) {
+  HWY_DYNAMIC_DISPATCH(floats_along)(rows, predictions, from, to, recode);
+}
+void recode_along_normals(const PredictedRows<double>& rows, const double* predictions,
+                          const std::uint64_t* from, std::uint64_t* to, Recode recode) {
+  HWY_DYNAMIC_DISPATCH(doubles_along)(rows, predictions, from, to, recode);
 }
 void encode_normals(const NormalRows<float>& rows, const float* normals, std::uint32_t* residuals) {
   HWY_DYNAMIC_DISPATCH(encode_from_floats)(rows, normals, residuals);

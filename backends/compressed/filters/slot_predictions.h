@@ -37,6 +37,16 @@ void decode_rows(const PredictedRows<double>& rows, const std::uint64_t* residua
 void predict_rows(const PredictedRows<float>& rows, float* predictions);
 void predict_rows(const PredictedRows<double>& rows, double* predictions);
 
+/// Records of 3 numbers, given as their bits: the residuals of two components count from where the
+/// third one says that the vertex lies, if it was moved along the normal. `predictions` are those
+/// of predict_rows(). Slopes steeper than kSteepestSlope are not followed.
+constexpr int kSteepestSlope = 4;
+enum class Recode : std::uint8_t { kEncode, kDecode };
+void recode_along_normals(const PredictedRows<float>& rows, const float* predictions,
+                          const std::uint32_t* from, std::uint32_t* to, Recode recode);
+void recode_along_normals(const PredictedRows<double>& rows, const double* predictions,
+                          const std::uint64_t* from, std::uint64_t* to, Recode recode);
+
 /// The points around an edge, two steps between neighbouring vertices: the vertex (row, column) is
 /// the point (2 row + 1, 2 column + 1).
 template <class Real>

@@ -65,6 +65,53 @@ TEST_CASE("Hierarchy_LevelsInOneBlock_HasTheResidualsOfTheOracle") {
     }
 }
 
+TEST_CASE("Hierarchy_AlongNormals_HasTheResidualsOfTheOracle") {
+  const char* const rules[] = {"butterfly", "loop", "midpoint"};
+  for (const NamedMesh& named : all_meshes())
+    for (int note = 3; note < 6; ++note)
+      for (int level = 1; level <= 4; ++level) {
+        CAPTURE(named.name, note, level);
+        PredictedLevels<float> levels(BaseMesh::build(named.mesh), 4, kAllInOneBlock);
+        std::mt19937 random(7);
+        std::uniform_real_distribution<float> next(-2, 2);
+        levels.fill([&] { return next(random); });
+        const auto filter = hierarchy(levels.filter_level(level), "along");
+        FilteredBlock made = encode_and_decode(*filter, levels, level, 0);
+        CHECK(std::ranges::equal(made.back, levels.block(level, 0)));
+        // The vertices that have moved along their normals, from where the note's rule has them.
+        const Oracle<float> oracle(levels, rules[note - 3]);
+        auto* const residuals = reinterpret_cast<std::uint32_t*>(made.filtered.data());
+        for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge) {
+          const Slot slot = levels.geometry(level).slot(edge);
+          for (std::size_t i = slot.offset / 4; i < (slot.offset + slot.bytes) / 4; ++i)
+            residuals[i] =
+                i % 3 == oracle.axis_of(edge) ? static_cast<std::uint32_t>(random()) >> 12 : 0;
+        }
+        std::byte noted{static_cast<unsigned char>(note)};
+        const FilterBlock with{0, made.context, made.scratch, &noted};
+        filter->decode(with, made.filtered, made.back);
+        std::vector<std::byte> again(made.back.size());
+        filter->encode(with, made.back, again);
+        if (level >= 3) CHECK((again == made.filtered));
+        if (level >= 3) CHECK(std::to_integer<int>(noted) == note);
+        const auto* const numbers = reinterpret_cast<const float*>(made.back.data());
+        const std::int64_t n = slot_side(level);
+        std::size_t at = 0, wrong = 0;
+        for (EdgeId edge = 0; edge < levels.mesh.edge_count(); ++edge)
+          for (std::int64_t row = 0; row < n; ++row) {
+            const bool border = levels.mesh.edges()[edge].is_border();
+            for (std::int64_t column = 0; column < (border ? n - row : n); ++column, at += 3) {
+              const auto predicted = oracle.predict_along(
+                  {edge, level, row, column}, {numbers[at], numbers[at + 1], numbers[at + 2]});
+              for (std::size_t k = 0; k < 3; ++k)
+                wrong += residuals[at + k] != expected_residual(numbers[at + k], predicted[k]);
+            }
+          }
+        CHECK(at * sizeof(float) == made.filtered.size());
+        CHECK(wrong == 0);
+      }
+}
+
 TEST_CASE("Hierarchy_AnyBits_ComeBackInBlocksOfAnySize") {
   for (const NamedMesh& named : all_meshes())
     for (const std::uint64_t block_bytes : {4096u, 16384u}) {
@@ -75,13 +122,14 @@ TEST_CASE("Hierarchy_AnyBits_ComeBackInBlocksOfAnySize") {
       doubles.fill([&] { return std::bit_cast<double>(random()); });
       std::size_t wrong = 0;
       const auto check = [&](const auto& levels, int finest) {
-        for (int level = 1; level <= finest; ++level) {
-          const auto filter = hierarchy(levels.filter_level(level));
-          for (std::uint64_t block = 0; block < levels.geometry(level).block_count(); ++block) {
-            const FilteredBlock made = encode_and_decode(*filter, levels, level, block);
-            if (!std::ranges::equal(made.back, levels.block(level, block))) ++wrong;
+        for (int level = 1; level <= finest; ++level)
+          for (const char* options : {"", "along"}) {
+            const auto filter = hierarchy(levels.filter_level(level), options);
+            for (std::uint64_t block = 0; block < levels.geometry(level).block_count(); ++block) {
+              const FilteredBlock made = encode_and_decode(*filter, levels, level, block);
+              if (!std::ranges::equal(made.back, levels.block(level, block))) ++wrong;
+            }
           }
-        }
       };
       CAPTURE(named.name, block_bytes);
       check(floats, 5);
@@ -355,7 +403,7 @@ TEST_CASE("Hierarchy_OnEveryInstructionSet_MakesTheSameBytes") {
       }
     }
   };
-  for (const char* rule : {"butterfly", "loop", "midpoint"}) {
+  for (const char* rule : {"butterfly", "loop", "midpoint", "along"}) {
     check(float{}, rule);
     check(double{}, rule);
   }
@@ -393,6 +441,7 @@ TEST_CASE("Hierarchy_RecordsOrOptionsThatItDoesNotTake_AreRefused") {
   CHECK(refusal({"id", ComponentType::kInt32, 3}, "") == ErrorCode::kNotSupported);
   CHECK(refusal({"colours", ComponentType::kUint8, 3}, "") == ErrorCode::kNotSupported);
   CHECK(refusal({"weights", ComponentType::kFloat32, 5}, "") == ErrorCode::kNotSupported);
+  CHECK(refusal({"weights", ComponentType::kFloat32, 2}, "along") == ErrorCode::kNotSupported);
   CHECK(refusal({"position", ComponentType::kFloat32, 3}, "cubic") == ErrorCode::kInvalidArgument);
   for (const char* step : {"step=", "step=0", "step=-1", "step=nan", "step=1e-60", "step=1e60",
                            "step=1x", "midpoint:step=", "cubic:step=1", ":step=1"})

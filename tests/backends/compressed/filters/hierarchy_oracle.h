@@ -2,7 +2,9 @@
 // docs/filters/hierarchy.md says.
 #pragma once
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -30,8 +32,59 @@ class Oracle {
     return predict(index, component, rule_);
   }
 
+  /// The component in which the normal of the edge's own face is longest.
+  std::size_t axis_of(EdgeId edge) const {
+    const FaceSide own = mesh_.edges[edge].own;
+    const auto side = static_cast<std::size_t>(own.side());
+    const auto base = [&](std::size_t turn) {
+      return levels_.base_records[mesh_.faces[own.face()][(side + turn) % 3]];
+    };
+    const auto from_apex = normal(minus(base(2), base(0)), minus(base(1), base(0)));
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (std::abs(from_apex[k]) > std::abs(from_apex[axis])) axis = k;
+    return axis;
+  }
+  /// The prediction of each component if the vertex moves along the normal and is at `found`.
+  std::array<Number, 3> predict_along(const EdgeIndex& index,
+                                      const std::array<Number, 3>& found) const {
+    std::array<Number, 3> made;
+    for (std::size_t k = 0; k < 3; ++k) made[k] = predict(index, k);
+    const Edge& edge = mesh_.edges[index.edge];
+    const std::int64_t n = slot_side(index.level);
+    if (edge.is_border() && index.row + index.column == n - 1) return made;
+    const std::size_t axis = axis_of(index.edge);
+    std::array<std::array<Number, 3>, 4> near;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<Number, 4> each = nearest(index, k);
+      for (std::size_t i = 0; i < 4; ++i) near[i][k] = each[i];
+    }
+    const auto upright = normal(minus(near[0], near[1]), minus(near[2], near[3]));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Number slope = upright[k] * (1 / upright[axis]);
+      if (k != axis && std::abs(slope) <= 4) made[k] += (found[axis] - made[axis]) * slope;
+    }
+    return made;
+  }
+
  private:
-  Number predict(const EdgeIndex& index, std::size_t component, const std::string& rule) const {
+  using Vector = std::array<Number, 3>;
+  static Vector minus(const Vector& a, const Vector& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  }
+  static Vector normal(const Vector& u, const Vector& v) {
+    return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+  }
+
+  /// The points A, B, C and D.
+  std::array<Number, 4> nearest(const EdgeIndex& index, std::size_t component) const {
+    std::array<Number, 4> points{};
+    predict(index, component, "butterfly", &points);
+    return points;
+  }
+
+  Number predict(const EdgeIndex& index, std::size_t component, const std::string& rule,
+                 std::array<Number, 4>* nearest = nullptr) const {
     const FaceIndex point = face_index(mesh_, index);
     const SideIndex at = to_side(point.level, point.i, point.j);
     const auto n = slot_side(point.level);
@@ -69,6 +122,7 @@ class Oracle {
     }
     value(start - 1, end - 1, c);
     value(start + 1, end + 1, d);
+    if (nearest != nullptr) *nearest = {a, b, c, d};
     const auto wing = [&](std::int64_t p, std::int64_t q, Number end0, Number end1, Number inside) {
       Number to{};
       return value(p, q, to) ? to : (end0 + end1) - inside;
