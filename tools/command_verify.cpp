@@ -29,14 +29,14 @@ struct VerifyArguments {
   bool fast = false;
 };
 
-struct Findings {
+struct VerifyFindings {
   StoreCheck check;
   std::optional<VerifyReport> blocks;  ///< empty if they were not read
   double seconds = 0;
   bool whole() const { return check.damaged.empty() && (!blocks || blocks->damaged_count == 0); }
 };
 
-nlohmann::ordered_json verify_json(const VerifyArguments& arguments, const Findings& found) {
+nlohmann::ordered_json verify_json(const VerifyArguments& arguments, const VerifyFindings& found) {
   nlohmann::ordered_json files = nlohmann::ordered_json::array();
   for (const DamagedFile& file : found.check.damaged)
     files.push_back({{"file", file.name}, {"reason", file.reason}});
@@ -57,7 +57,7 @@ nlohmann::ordered_json verify_json(const VerifyArguments& arguments, const Findi
           {"seconds", found.seconds}};
 }
 
-std::string verify_text(const VerifyArguments& arguments, const Findings& found) {
+std::string verify_text(const VerifyArguments& arguments, const VerifyFindings& found) {
   std::string text;
   for (const DamagedFile& file : found.check.damaged)
     text += fmt::format("damaged: {}: {}\n", file.name, file.reason);
@@ -84,7 +84,7 @@ std::string verify_text(const VerifyArguments& arguments, const Findings& found)
 
 int run_verify(const VerifyArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
-  Findings found;
+  VerifyFindings found;
   found.check = check_store(arguments.store, context.open_backends);
   if (!found.check.lock.empty())
     found.check.notes.push_back(found.check.lock + "; plait repair makes a new one");

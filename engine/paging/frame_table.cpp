@@ -13,7 +13,7 @@ std::uint64_t FrameTable::most_frames(const LevelFile& added) const noexcept {
     all += std::min(level.geometry.block_count(), pool_.most_bytes() / frame_bytes(level));
   };
   count(added);
-  for (const Slot& slot : slots_)
+  for (const LevelFrames& slot : slots_)
     if (slot.level) count(*slot.level);
   // Twice, because a detached frame may still have the memory of a block that is in another frame.
   return std::min(2 * all, pool_.most_bytes() / smallest);
@@ -27,7 +27,7 @@ void FrameTable::attach(LevelFile& level) {
     frame.index = static_cast<std::uint32_t>(frames_.size() - 1);
     vacant_.push_back(frame);
   }
-  auto slot = std::ranges::find(slots_, nullptr, &Slot::level);
+  auto slot = std::ranges::find(slots_, nullptr, &LevelFrames::level);
   if (slot == slots_.end()) {
     slots_.emplace_back();
     slot = slots_.end() - 1;
@@ -38,7 +38,7 @@ void FrameTable::attach(LevelFile& level) {
 }
 
 void FrameTable::detach(LevelFile& level) noexcept {
-  Slot& slot = slots_[level.pager_slot];
+  LevelFrames& slot = slots_[level.pager_slot];
   assert(std::ranges::all_of(slot.frames, [](std::uint32_t index) { return index == kNoId; }));
   slot.level = nullptr;
   slot.frames = {};
@@ -46,7 +46,7 @@ void FrameTable::detach(LevelFile& level) noexcept {
 }
 
 const LevelFile* FrameTable::level(std::uint32_t attribute, int number) const noexcept {
-  for (const Slot& slot : slots_)
+  for (const LevelFrames& slot : slots_)
     if (slot.level && slot.level->table.attribute() == attribute &&
         slot.level->table.level() == number)
       return slot.level;

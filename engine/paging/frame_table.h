@@ -55,7 +55,7 @@ class FrameTable {
   std::deque<Frame>& frames() { return frames_; }
 
  private:
-  struct Slot {
+  struct LevelFrames {
     const LevelFile* level = nullptr;
     std::vector<std::uint32_t> frames;  ///< [block] index or kNoId
   };
@@ -64,7 +64,7 @@ class FrameTable {
   FramePool pool_;
   std::deque<Frame> frames_;
   FrameList vacant_;
-  std::vector<Slot> slots_;  ///< [pager slot]
+  std::vector<LevelFrames> slots_;  ///< [pager slot]
 };
 
 PLAIT_END_NAMESPACE

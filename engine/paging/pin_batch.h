@@ -22,7 +22,7 @@ inline bool comes_before(const LevelFile& level, const LevelFile& other) {
 
 class PinBatch {
  public:
-  struct Entry {
+  struct WantedBlock {
     const LevelFile* level = nullptr;
     std::uint64_t block = 0;
     Access access = Access::kRead;
@@ -43,7 +43,7 @@ class PinBatch {
 
   std::size_t request_count() const { return request_count_; }
   std::size_t size() const { return entries_.size(); }
-  Entry& operator[](std::size_t at) { return entries_[at]; }
+  WantedBlock& operator[](std::size_t at) { return entries_[at]; }
   auto begin() { return entries_.begin(); }
   auto end() { return entries_.end(); }
   auto begin() const { return entries_.begin(); }
@@ -58,17 +58,17 @@ class PinBatch {
   /// Removes all entries of context blocks.
   void forget_context() noexcept {
     entries_.erase(entries_.begin() + static_cast<std::ptrdiff_t>(request_count_), entries_.end());
-    for (Entry& entry : entries_) entry.context_count = 0;
+    for (WantedBlock& entry : entries_) entry.context_count = 0;
   }
   /// The first entry for which `is` returns true, or nullptr.
   template <class Is>
-  Entry* first(Is is) {
+  WantedBlock* first(Is is) {
     const auto found = std::ranges::find_if(entries_, is);
     return found == entries_.end() ? nullptr : &*found;
   }
   /// Whether an entry took this frame in order to overwrite the whole block.
   bool overwrites(const Frame& frame) const noexcept {
-    for (const Entry& entry : entries_)
+    for (const WantedBlock& entry : entries_)
       if (entry.frame == &frame && entry.brings_in && entry.access == Access::kOverwrite)
         return true;
     return false;
@@ -78,7 +78,7 @@ class PinBatch {
 
  private:
   std::size_t request_count_;
-  boost::container::small_vector<Entry, 8> entries_;
+  boost::container::small_vector<WantedBlock, 8> entries_;
 };
 
 PLAIT_END_NAMESPACE

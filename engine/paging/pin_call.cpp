@@ -64,7 +64,7 @@ void Pager::Implementation::PinCall::check_may_write() {
 }
 
 void Pager::Implementation::PinCall::fix_context(std::size_t at) {
-  const PinBatch::Entry& entry = batch_[at];
+  const PinBatch::WantedBlock& entry = batch_[at];
   for (std::size_t i = 0; i < entry.context_count; ++i) {
     Frame& context = *batch_[entry.context + i].frame;
     Frame::Content& content = context.content;
@@ -112,7 +112,7 @@ bool Pager::Implementation::PinCall::take_frames() {
 }
 
 void Pager::Implementation::PinCall::add_context(std::size_t at) {
-  const PinBatch::Entry entry = batch_[at];
+  const PinBatch::WantedBlock entry = batch_[at];
   const LevelFile& level = *entry.level;
   if (level.traits.in_memory || entry.frame->content.context_count > 0) return;
   const bool is_read =
@@ -195,7 +195,7 @@ void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
 }
 
 void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
-  const PinBatch::Entry& entry = batch_[at];
+  const PinBatch::WantedBlock& entry = batch_[at];
   Frame::Content& content = entry.frame->content;
 #ifndef NDEBUG
   if (content.state == State::kClaimed && !content.addressed)
@@ -211,7 +211,7 @@ void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
 }
 
 void Pager::Implementation::PinCall::free_frames() noexcept {
-  for (PinBatch::Entry& entry : batch_) {
+  for (PinBatch::WantedBlock& entry : batch_) {
     Frame* const frame = std::exchange(entry.frame, nullptr);
     if (!frame) continue;
     // Calls that wait for the block then find it absent, and read it themselves.

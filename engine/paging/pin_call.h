@@ -58,8 +58,8 @@ class Pager::Implementation::PinCall {
   void read() noexcept;
   void read_with_context() noexcept;
   /// A block that `entry` is decoded with and that is not in memory; null if all of them are.
-  Frame* absent_context(const PinBatch::Entry& entry) noexcept;
-  void begin_read_with_context(const PinBatch::Entry& entry) noexcept;
+  Frame* absent_context(const PinBatch::WantedBlock& entry) noexcept;
+  void begin_read_with_context(const PinBatch::WantedBlock& entry) noexcept;
   void fill_with_zeros() noexcept;
 
   Implementation& pager_;

@@ -15,12 +15,12 @@ bool is_not_filled(Frame::State state) {
   return state == Frame::State::kClaimed || state == Frame::State::kReading;
 }
 
-bool is_missing(const PinBatch::Entry& entry) {
+bool is_missing(const PinBatch::WantedBlock& entry) {
   return entry.brings_in && entry.frame->content.state == Frame::State::kClaimed &&
          entry.access != Access::kOverwrite;
 }
 
-bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
+bool is_ready(const PinBatch& batch, const PinBatch::WantedBlock& entry) {
   const Frame::State state = entry.frame->content.state;
   if (is_not_filled(state)) return batch.overwrites(*entry.frame);
   return entry.access == Access::kRead || !is_being_written(state);
@@ -31,13 +31,13 @@ bool is_ready(const PinBatch& batch, const PinBatch::Entry& entry) {
 bool Pager::Implementation::PinCall::read_blocks() {
   const bool reads = std::ranges::any_of(batch_, is_missing);
   if (reads) read();
-  while (PinBatch::Entry* const entry =
-             batch_.first([&](const PinBatch::Entry& other) { return !is_ready(batch_, other); }))
+  while (PinBatch::WantedBlock* const entry = batch_.first(
+             [&](const PinBatch::WantedBlock& other) { return !is_ready(batch_, other); }))
     pager_.wait_while(
         lock_, session_, *entry->frame,
         is_not_filled(entry->frame->content.state) ? is_not_filled : is_being_written);
   bool others_failed = false;
-  for (const PinBatch::Entry& entry : batch_) {
+  for (const PinBatch::WantedBlock& entry : batch_) {
     if (entry.frame->content.state != State::kDetached) continue;
     if (entry.brings_in && entry.frame->content.read_error)
       std::rethrow_exception(entry.frame->content.read_error);
@@ -48,7 +48,7 @@ bool Pager::Implementation::PinCall::read_blocks() {
 
 void Pager::Implementation::PinCall::read() noexcept {
   Frame* here = nullptr;
-  for (PinBatch::Entry& entry : batch_) {
+  for (PinBatch::WantedBlock& entry : batch_) {
     if (!is_missing(entry) || !was_written(*entry.level, entry.block)) continue;
     if (entry.level->traits.in_memory) {
       become(*entry.frame, State::kClean);
@@ -69,7 +69,7 @@ void Pager::Implementation::PinCall::read() noexcept {
     pager_.transfers_.start(lock_, *here);
     // A backend with threads of its own has only begun it. So this thread begins the others as
     // well, and does not wait for the I/O thread to wake up.
-    for (PinBatch::Entry& entry : batch_)
+    for (PinBatch::WantedBlock& entry : batch_)
       if (entry.brings_in && entry.frame->content.state == State::kReading)
         pager_.transfers_.help(lock_, *entry.frame);
     pager_.changed_of(*here).wait(lock_, [&] { return !is_not_filled(here->content.state); });
@@ -79,7 +79,7 @@ void Pager::Implementation::PinCall::read() noexcept {
 }
 
 void Pager::Implementation::PinCall::fill_with_zeros() noexcept {
-  for (PinBatch::Entry& entry : batch_) {
+  for (PinBatch::WantedBlock& entry : batch_) {
     if (!is_missing(entry) || was_written(*entry.level, entry.block)) continue;
     lock_.unlock();
     std::memset(entry.frame->content.memory, 0, entry.frame->content.block_bytes);
@@ -93,9 +93,9 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
   while (true) {
     // Begins all reads that need not wait for others. This thread reads the last block itself.
     Frame* here = nullptr;
-    PinBatch::Entry* earliest = nullptr;  // of those that wait for another block
+    PinBatch::WantedBlock* earliest = nullptr;  // of those that wait for another block
     bool gave_up = false;
-    for (PinBatch::Entry& entry : batch_) {
+    for (PinBatch::WantedBlock& entry : batch_) {
       if (!is_missing(entry)) continue;
       if (Frame* const absent = absent_context(entry)) {
         if (absent->content.state != State::kDetached) {
@@ -132,7 +132,7 @@ void Pager::Implementation::PinCall::read_with_context() noexcept {
   }
 }
 
-Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::Entry& entry) noexcept {
+Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::WantedBlock& entry) noexcept {
   for (std::size_t i = 0; i < entry.context_count; ++i)
     if (Frame* const context = batch_[entry.context + i].frame;
         is_not_filled(context->content.state) || context->content.state == State::kDetached)
@@ -141,7 +141,7 @@ Frame* Pager::Implementation::PinCall::absent_context(const PinBatch::Entry& ent
 }
 
 void Pager::Implementation::PinCall::begin_read_with_context(
-    const PinBatch::Entry& entry) noexcept {
+    const PinBatch::WantedBlock& entry) noexcept {
   Frame::Content& content = entry.frame->content;
   for (std::size_t i = 0; i < entry.context_count; ++i) {
     content.context[i] = batch_[entry.context + i].frame;

@@ -76,11 +76,12 @@ class Heaviest {
   }
 
  private:
-  struct Entry {
+  struct WeighedBlock {
     CoarserBlock block = {};
     std::uint64_t weight = 0;
   };
-  static bool before(const CoarserBlock& block, std::uint64_t weight, const Entry& other) noexcept {
+  static bool before(const CoarserBlock& block, std::uint64_t weight,
+                     const WeighedBlock& other) noexcept {
     if (weight != other.weight) return weight > other.weight;
     if (block.refinement != other.block.refinement)
       return block.refinement > other.block.refinement;
@@ -88,7 +89,7 @@ class Heaviest {
   }
 
   std::size_t room_, count_ = 0;
-  std::array<Entry, kMostCoarserBlocks> entries_ = {};
+  std::array<WeighedBlock, kMostCoarserBlocks> entries_ = {};
 };
 
 }  // namespace

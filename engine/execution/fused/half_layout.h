@@ -32,7 +32,7 @@ struct HalfMove {
 
 /// A part of a half: a few whole levels, or some records of one level.
 struct HalfPiece {
-  struct SlotRows {
+  struct PartOfSlot {
     int level;
     std::size_t at;       ///< in the piece
     std::size_t in_slot;  ///< in the slot of this level
@@ -43,7 +43,7 @@ struct HalfPiece {
   };
   std::size_t at = 0;  ///< offset in the bytes of one output of a half
   std::size_t bytes = 0;
-  std::vector<SlotRows> parts;
+  std::vector<PartOfSlot> parts;
   std::array<Moves, 3> moves;           ///< [side]
   std::vector<std::uint32_t> own_mask;  ///< all bits set where the own face's records are
 };

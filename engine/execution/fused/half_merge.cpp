@@ -46,7 +46,7 @@ void merge_piece(const HalfPiece& piece, std::size_t offset, std::span<const Edg
   constexpr std::size_t kLeastStreamed = 8 * kLineBytes;
   for (const auto& [own_half, other_half, slots] : edges) {
     const std::byte *const own = own_half.piece(offset), *const other = other_half.piece(offset);
-    for (const HalfPiece::SlotRows& part : piece.parts) {
+    for (const HalfPiece::PartOfSlot& part : piece.parts) {
       std::byte* const to = slots[part.level - 1] + part.in_slot;
       const bool whole_lines = part.bytes >= kLeastStreamed && part.bytes % kLineBytes == 0 &&
                                reinterpret_cast<std::uintptr_t>(to) % kLineBytes == 0;

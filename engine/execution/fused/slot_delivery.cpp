@@ -189,7 +189,7 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
           merge_piece(piece, offset, std::span(&halves, 1), streaming_);
           continue;
         }
-        for (const HalfPiece::SlotRows& part : piece.parts)
+        for (const HalfPiece::PartOfSlot& part : piece.parts)
           if (part.in_slot == 0)
             pack_border_slot(shape.record_bytes, part.level, halves.own.piece(offset) + part.at,
                              halves.slots[part.level - 1]);
