@@ -49,20 +49,6 @@ HWY_INLINE void store_cycle(D d, const Cycle<hn::Vec<D>>& from, Number* to) {
   if constexpr (kAxis == 2) store(from.next, from.last, from.axis);
 }
 
-/// Numbers to residuals, or back. Also sets the number itself.
-template <bool kEncodes, class D>
-HWY_INLINE WordsOf<D> finished(D d, WordsOf<D> word, hn::Vec<D> prediction, hn::Vec<D>& number) {
-  const auto place = ordered_prediction_of(d, prediction);
-  if constexpr (kEncodes) {
-    number = hn::BitCast(d, word);
-    return residual_of(d, word, place);
-  } else {
-    const auto bits = number_of(d, word, place);
-    number = hn::BitCast(d, bits);
-    return bits;
-  }
-}
-
 /// The vertices of a row, from column 0 on.
 template <class Number>
 struct RowAlong {
@@ -97,13 +83,10 @@ struct RowAlong {
     const auto in = load_cycle<kAxis>(words, from + i);
     const auto predicted = load_cycle<kAxis>(tag, predictions + i);
     Cycle<WordsOf<D>> out;
-    hn::Vec<D> number;
-    out.axis = finished<kEncodes>(tag, in.axis, predicted.axis, number);
-    const auto way = hn::Sub(number, predicted.axis);
-    out.next = finished<kEncodes>(tag, in.next, hn::Add(predicted.next, hn::Mul(way, slope(next))),
-                                  number);
-    out.last = finished<kEncodes>(tag, in.last, hn::Add(predicted.last, hn::Mul(way, slope(last))),
-                                  number);
+    out.axis = recoded<kEncodes>(tag, in.axis, predicted.axis);
+    const auto way = hn::Sub(hn::BitCast(tag, kEncodes ? in.axis : out.axis), predicted.axis);
+    out.next = recoded<kEncodes>(tag, in.next, hn::Add(predicted.next, hn::Mul(way, slope(next))));
+    out.last = recoded<kEncodes>(tag, in.last, hn::Add(predicted.last, hn::Mul(way, slope(last))));
     store_cycle<kAxis>(words, out, to + i);
   }
 
@@ -127,12 +110,8 @@ struct RowAlong {
   template <bool kEncodes>
   HWY_INLINE void finish_border(std::int64_t i) const {
     const hn::CappedTag<Number, 1> one;
-    const Words<hn::CappedTag<Number, 1>> words;
-    hn::Vec<hn::CappedTag<Number, 1>> number;
     for (std::int64_t k = i; k < i + 3; ++k)
-      hn::StoreU(finished<kEncodes>(one, hn::LoadU(words, from + k),
-                                    hn::LoadU(one, predictions + k), number),
-                 words, to + k);
+      Recoder<Number, kEncodes>{from, to}(one, k, hn::LoadU(one, predictions + k));
   }
 };
 

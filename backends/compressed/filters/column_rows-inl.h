@@ -137,9 +137,8 @@ template <bool kEncodes, std::size_t kComponents, class D>
 HWY_INLINE void do_columns(D d, std::size_t side, std::uint32_t* words, float* numbers,
                            FirstRow<D>* first_rows) {
   const Words<D> bits;
-  const auto by = [d](WordsOf<D> word, WordsOf<D> prediction) HWY_ATTR {
-    return kEncodes ? residual_of(d, word, prediction) : number_of(d, word, prediction);
-  };
+  const auto by = [d](WordsOf<D> word, WordsOf<D> prediction)
+                      HWY_ATTR { return recoded_at<kEncodes>(d, word, prediction); };
   auto two_above = do_row<kEncodes, kComponents>(
       d, side, words, numbers, [&](std::size_t i, WordsOf<D> word) HWY_ATTR {
         return kEncodes ? first_rows[i].encode(d, word) : first_rows[i].decode(d, word);

@@ -57,34 +57,20 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
               std::span<std::byte> filtered) const override {
-    const auto* const numbers = reinterpret_cast<const Number*>(raw.data());
-    auto* const residuals = reinterpret_cast<BitsOf<Number>*>(filtered.data());
-    Prediction prediction{rule_.value_or(PredictionRule::kButterfly)};
-    if (!rule_ && block.note != nullptr) {
-      const int note = best_note(block, numbers, residuals);
-      *block.note = static_cast<std::byte>(note);
-      prediction = prediction_of(note);
-    }
-    visit_slots(block, prediction.rule, 1,
-                [&](const Rows& rows, std::size_t first, std::size_t count) {
-                  encode_slot(block, rows, prediction.along_normals, numbers + first,
-                              residuals + first, count);
-                });
+    const auto* const numbers = reinterpret_cast<const Word*>(raw.data());
+    auto* const residuals = reinterpret_cast<Word*>(filtered.data());
+    if (!rule_ && block.note != nullptr)
+      *block.note = static_cast<std::byte>(best_note(block, numbers, residuals));
+    recode(block, numbers, residuals, Recode::kEncode);
   }
-
   void decode(const FilterBlock& block, std::span<const std::byte> filtered,
               std::span<std::byte> raw) const override {
-    const auto* const residuals = reinterpret_cast<const BitsOf<Number>*>(filtered.data());
-    auto* const numbers = reinterpret_cast<Number*>(raw.data());
-    const Prediction prediction = noted_prediction(block);
-    visit_slots(block, prediction.rule, 1,
-                [&](const Rows& rows, std::size_t first, std::size_t count) {
-                  decode_slot(block, rows, prediction.along_normals, residuals + first,
-                              numbers + first, count);
-                });
+    recode(block, reinterpret_cast<const Word*>(filtered.data()),
+           reinterpret_cast<Word*>(raw.data()), Recode::kDecode);
   }
 
  private:
+  using Word = BitsOf<Number>;
   using Rows = PredictedRows<Number>;
 
   std::size_t slot_numbers() const noexcept {
@@ -96,27 +82,26 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
     return reinterpret_cast<Number*>(block.scratch.data() + this->lattice_bytes());
   }
 
-  void encode_slot(const FilterBlock& block, const Rows& rows, bool along_normals,
-                   const Number* from, BitsOf<Number>* to, std::size_t count) const noexcept {
-    if (!numbers_ && !along_normals) return encode_rows(rows, from, to);
-    const Number* __restrict const predictions = predictions_in(block);
-    predict_rows(rows, predictions_in(block));
-    if (along_normals)
-      return recode_along_normals(rows, predictions, reinterpret_cast<const BitsOf<Number>*>(from),
-                                  to, Recode::kEncode);
-    for (std::size_t i = 0; i < count; ++i)
-      to[i] = lattice_residual(*numbers_, from[i], predictions[i]);
+  void recode(const FilterBlock& block, const Word* from, Word* to, Recode recode) const {
+    const Prediction prediction = noted_prediction(block);
+    visit_slots(block, prediction.rule, 1,
+                [&](const Rows& rows, std::size_t first, std::size_t count) {
+                  recode_slot(block, rows, prediction.along_normals, from + first, to + first,
+                              count, recode);
+                });
   }
-  void decode_slot(const FilterBlock& block, const Rows& rows, bool along_normals,
-                   const BitsOf<Number>* from, Number* to, std::size_t count) const noexcept {
-    if (!numbers_ && !along_normals) return decode_rows(rows, from, to);
+  void recode_slot(const FilterBlock& block, const Rows& rows, bool along_normals, const Word* from,
+                   Word* to, std::size_t count, Recode recode) const noexcept {
+    if (!numbers_ && !along_normals) return recode_rows(rows, from, to, recode);
     const Number* __restrict const predictions = predictions_in(block);
     predict_rows(rows, predictions_in(block));
-    if (along_normals)
-      return recode_along_normals(rows, predictions, from, reinterpret_cast<BitsOf<Number>*>(to),
-                                  Recode::kDecode);
-    for (std::size_t i = 0; i < count; ++i)
-      to[i] = from_lattice_residual(*numbers_, from[i], predictions[i]);
+    if (along_normals) return recode_along_normals(rows, predictions, from, to, recode);
+    if (recode == Recode::kEncode)
+      for (std::size_t i = 0; i < count; ++i)
+        to[i] = lattice_residual(*numbers_, std::bit_cast<Number>(from[i]), predictions[i]);
+    else
+      for (std::size_t i = 0; i < count; ++i)
+        to[i] = std::bit_cast<Word>(from_lattice_residual(*numbers_, from[i], predictions[i]));
   }
 
   /// Calls visit(rows, first number, count) for every `step`-th slot of the block.
@@ -143,15 +128,15 @@ class HierarchyFilter final : public PredictingFilter<Number, kComponents> {
   }
 
   /// The note whose residuals have the fewest significant bits. Uses `residuals` as room.
-  int best_note(const FilterBlock& block, const Number* numbers, BitsOf<Number>* residuals) const {
+  int best_note(const FilterBlock& block, const Word* numbers, Word* residuals) const {
     std::array<std::uint64_t, 2 * kPredictionRules> bits{};
     visit_slots(block, PredictionRule::kButterfly, kEdgesOfASample,
                 [&](Rows rows, std::size_t first, std::size_t count) {
                   for (int note = 0; note < count_notes(); ++note) {
                     const Prediction prediction = prediction_of(note);
                     rows.rule = prediction.rule;
-                    encode_slot(block, rows, prediction.along_normals, numbers + first,
-                                residuals + first, count);
+                    recode_slot(block, rows, prediction.along_normals, numbers + first,
+                                residuals + first, count, Recode::kEncode);
                     for (std::size_t i = first; i < first + count; ++i)
                       bits[static_cast<std::size_t>(note)] +=
                           static_cast<std::uint64_t>(std::bit_width(residuals[i]));

@@ -23,23 +23,22 @@ class NormalsFilter final : public PredictingFilter<Real, 3> {
 
   void encode(const FilterBlock& block, std::span<const std::byte> raw,
               std::span<std::byte> filtered) const override {
-    const auto* const normals = reinterpret_cast<const float*>(raw.data());
-    auto* const residuals = reinterpret_cast<std::uint32_t*>(filtered.data());
-    visit_slots(block, [&](const NormalRows<Real>& rows, std::size_t first) {
-      encode_normals(rows, normals + first, residuals + first);
-    });
+    recode(block, raw, filtered, Recode::kEncode);
   }
-
   void decode(const FilterBlock& block, std::span<const std::byte> filtered,
               std::span<std::byte> raw) const override {
-    const auto* const residuals = reinterpret_cast<const std::uint32_t*>(filtered.data());
-    auto* const normals = reinterpret_cast<float*>(raw.data());
-    visit_slots(block, [&](const NormalRows<Real>& rows, std::size_t first) {
-      decode_normals(rows, residuals + first, normals + first);
-    });
+    recode(block, filtered, raw, Recode::kDecode);
   }
 
  private:
+  void recode(const FilterBlock& block, std::span<const std::byte> from, std::span<std::byte> to,
+              Recode recode) const {
+    const auto* const words = reinterpret_cast<const std::uint32_t*>(from.data());
+    auto* const recoded = reinterpret_cast<std::uint32_t*>(to.data());
+    visit_slots(block, [&](const NormalRows<Real>& rows, std::size_t first) {
+      recode_normals(rows, words + first, recoded + first, recode);
+    });
+  }
   /// Calls visit(rows, first number) for the slots of the block.
   template <class Visit>
   void visit_slots(const FilterBlock& block, Visit visit) const {

@@ -145,21 +145,19 @@ HWY_INLINE void finish_normals(const NormalRows<Real>& rows, Finish finish) {
   }
 }
 
-inline void encode_from_floats(const NormalRows<float>& rows, const float* normals,
-                               std::uint32_t* residuals) {
-  finish_normals(rows, Encode<float>{normals, residuals});
+template <class Real>
+HWY_INLINE void recode_slot(const NormalRows<Real>& rows, const std::uint32_t* from,
+                            std::uint32_t* to, Recode recode) {
+  recode == Recode::kEncode ? finish_normals(rows, Recoder<float, true>{from, to})
+                            : finish_normals(rows, Recoder<float, false>{from, to});
 }
-inline void encode_from_doubles(const NormalRows<double>& rows, const float* normals,
-                                std::uint32_t* residuals) {
-  finish_normals(rows, Encode<float>{normals, residuals});
+inline void normals_from_floats(const NormalRows<float>& rows, const std::uint32_t* from,
+                                std::uint32_t* to, Recode recode) {
+  recode_slot(rows, from, to, recode);
 }
-inline void decode_from_floats(const NormalRows<float>& rows, const std::uint32_t* residuals,
-                               float* normals) {
-  finish_normals(rows, Decode<float>{residuals, normals});
-}
-inline void decode_from_doubles(const NormalRows<double>& rows, const std::uint32_t* residuals,
-                                float* normals) {
-  finish_normals(rows, Decode<float>{residuals, normals});
+inline void normals_from_doubles(const NormalRows<double>& rows, const std::uint32_t* from,
+                                 std::uint32_t* to, Recode recode) {
+  recode_slot(rows, from, to, recode);
 }
 
 }  // namespace plait::slot_predictions::HWY_NAMESPACE

@@ -130,21 +130,19 @@ HWY_INLINE void finish_rows(const PredictedRows<Number>& rows, Finish finish) {
   }
 }
 
-inline void encode_floats(const PredictedRows<float>& rows, const float* numbers,
-                          std::uint32_t* residuals) {
-  finish_rows(rows, Encode<float>{numbers, residuals});
+template <class Number>
+HWY_INLINE void recode_slot(const PredictedRows<Number>& rows, const BitsOf<Number>* from,
+                            BitsOf<Number>* to, Recode recode) {
+  recode == Recode::kEncode ? finish_rows(rows, Recoder<Number, true>{from, to})
+                            : finish_rows(rows, Recoder<Number, false>{from, to});
 }
-inline void encode_doubles(const PredictedRows<double>& rows, const double* numbers,
-                           std::uint64_t* residuals) {
-  finish_rows(rows, Encode<double>{numbers, residuals});
+inline void recode_floats(const PredictedRows<float>& rows, const std::uint32_t* from,
+                          std::uint32_t* to, Recode recode) {
+  recode_slot(rows, from, to, recode);
 }
-inline void decode_floats(const PredictedRows<float>& rows, const std::uint32_t* residuals,
-                          float* numbers) {
-  finish_rows(rows, Decode<float>{residuals, numbers});
-}
-inline void decode_doubles(const PredictedRows<double>& rows, const std::uint64_t* residuals,
-                           double* numbers) {
-  finish_rows(rows, Decode<double>{residuals, numbers});
+inline void recode_doubles(const PredictedRows<double>& rows, const std::uint64_t* from,
+                           std::uint64_t* to, Recode recode) {
+  recode_slot(rows, from, to, recode);
 }
 inline void predict_floats(const PredictedRows<float>& rows, float* predictions) {
   finish_rows(rows, Predict<float>{predictions});

@@ -64,46 +64,32 @@ HWY_INLINE WordsOf<D> difference_of(D, WordsOf<D> zigzag) {
   return hn::Xor(hn::ShiftRight<1>(zigzag), hn::Sub(hn::Zero(words), odd));
 }
 
-/// The stored word of a number that is given as bits, for a prediction that is given as an integer.
-template <class D>
-HWY_INLINE WordsOf<D> residual_of(D d, WordsOf<D> bits, WordsOf<D> prediction) {
-  return zigzag_of(d, hn::Sub(ordered(d, bits), prediction));
+/// The residual of a number that is given as bits, or the bits of the number again. `place`: the
+/// prediction as an integer.
+template <bool kEncodes, class D>
+HWY_INLINE WordsOf<D> recoded_at(D d, WordsOf<D> word, WordsOf<D> place) {
+  if constexpr (kEncodes)
+    return zigzag_of(d, hn::Sub(ordered(d, word), place));
+  else
+    return bits_of(d, hn::Add(place, difference_of(d, word)));
 }
-/// The bits of the number again.
-template <class D>
-HWY_INLINE WordsOf<D> number_of(D d, WordsOf<D> residual, WordsOf<D> prediction) {
-  return bits_of(d, hn::Add(prediction, difference_of(d, residual)));
+template <bool kEncodes, class D>
+HWY_INLINE WordsOf<D> recoded(D d, WordsOf<D> word, hn::Vec<D> prediction) {
+  return recoded_at<kEncodes>(d, word, ordered_prediction_of(d, prediction));
 }
 
-/// Writes the residuals of numbers.
-template <class Number>
-struct Encode {
-  const Number* from;
+/// Writes the residuals of numbers, or the numbers of residuals.
+template <class Number, bool kEncodes>
+struct Recoder {
+  const BitsOf<Number>* from;
   BitsOf<Number>* to;
 
   template <class D>
   HWY_INLINE void operator()(D d, std::int64_t i, hn::Vec<D> prediction) const {
     const Words<D> words;
-    const auto number = hn::BitCast(words, hn::LoadU(d, from + i));
-    hn::StoreU(residual_of(d, number, ordered_prediction_of(d, prediction)), words, to + i);
+    hn::StoreU(recoded<kEncodes>(d, hn::LoadU(words, from + i), prediction), words, to + i);
   }
-  Encode advanced(std::int64_t numbers) const { return {from + numbers, to + numbers}; }
-};
-
-/// Writes the numbers of residuals.
-template <class Number>
-struct Decode {
-  const BitsOf<Number>* from;
-  Number* to;
-
-  template <class D>
-  HWY_INLINE void operator()(D d, std::int64_t i, hn::Vec<D> prediction) const {
-    const Words<D> words;
-    const auto number =
-        number_of(d, hn::LoadU(words, from + i), ordered_prediction_of(d, prediction));
-    hn::StoreU(hn::BitCast(d, number), d, to + i);
-  }
-  Decode advanced(std::int64_t numbers) const { return {from + numbers, to + numbers}; }
+  Recoder advanced(std::int64_t numbers) const { return {from + numbers, to + numbers}; }
 };
 
 /// Writes the predictions themselves.

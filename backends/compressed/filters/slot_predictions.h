@@ -28,20 +28,21 @@ struct PredictedRows {
   PredictionRule rule;
 };
 
-void encode_rows(const PredictedRows<float>& rows, const float* numbers, std::uint32_t* residuals);
-void encode_rows(const PredictedRows<double>& rows, const double* numbers,
-                 std::uint64_t* residuals);
-void decode_rows(const PredictedRows<float>& rows, const std::uint32_t* residuals, float* numbers);
-void decode_rows(const PredictedRows<double>& rows, const std::uint64_t* residuals,
-                 double* numbers);
+enum class Recode : std::uint8_t {
+  kEncode,  ///< from numbers, given as their bits, to residuals
+  kDecode,  ///< and back
+};
+void recode_rows(const PredictedRows<float>& rows, const std::uint32_t* from, std::uint32_t* to,
+                 Recode recode);
+void recode_rows(const PredictedRows<double>& rows, const std::uint64_t* from, std::uint64_t* to,
+                 Recode recode);
 void predict_rows(const PredictedRows<float>& rows, float* predictions);
 void predict_rows(const PredictedRows<double>& rows, double* predictions);
 
-/// Records of 3 numbers, given as their bits: the residuals of two components count from where the
+/// Records of 3 numbers: the residuals of two components count from where the
 /// third one says that the vertex lies, if it was moved along the normal. `predictions` are those
 /// of predict_rows(). Slopes steeper than kSteepestSlope are not followed.
 constexpr int kSteepestSlope = 4;
-enum class Recode : std::uint8_t { kEncode, kDecode };
 void recode_along_normals(const PredictedRows<float>& rows, const float* predictions,
                           const std::uint32_t* from, std::uint32_t* to, Recode recode);
 void recode_along_normals(const PredictedRows<double>& rows, const double* predictions,
@@ -58,9 +59,9 @@ struct NormalRows {
   float* predictions;   ///< room for the normals of one row
 };
 
-void encode_normals(const NormalRows<float>& rows, const float* normals, std::uint32_t* residuals);
-void encode_normals(const NormalRows<double>& rows, const float* normals, std::uint32_t* residuals);
-void decode_normals(const NormalRows<float>& rows, const std::uint32_t* residuals, float* normals);
-void decode_normals(const NormalRows<double>& rows, const std::uint32_t* residuals, float* normals);
+void recode_normals(const NormalRows<float>& rows, const std::uint32_t* from, std::uint32_t* to,
+                    Recode recode);
+void recode_normals(const NormalRows<double>& rows, const std::uint32_t* from, std::uint32_t* to,
+                    Recode recode);
 
 PLAIT_END_NAMESPACE

@@ -143,7 +143,7 @@ TEST_CASE("Hierarchy_WithAStep_HasResidualsInStepsOfTheOraclesPredictions") {
   PredictedLevels<float> levels(BaseMesh::build(random_sheet(4, 60)), 4, kAllInOneBlock);
   std::mt19937 random(9);
   levels.fill([&] {
-    const auto index = static_cast<double>(static_cast<std::int32_t>(random()) / 2'000'000);
+    const std::int32_t index = static_cast<std::int32_t>(random()) / 2'000'000;
     return static_cast<float>(index * kStep);
   });
   const Oracle<float> oracle(levels, "butterfly");
