@@ -1,5 +1,10 @@
 // The instrument is tested: backends of known speed are reported as that, a warm run is labelled
 // warm, wrong data fail everything, and an interrupted file goes on.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -16,6 +21,7 @@
 #include "instrument/memory_limit.h"
 #include "instrument/page_cache.h"
 #include "instrument/process.h"
+#include "instrument/surroundings.h"
 #include "plait/error.h"
 #include "plait/extend/plugins.h"
 #include "support/sanitized.h"
@@ -80,61 +86,91 @@ PlanRequest small(const std::string& backend, const std::string& workload) {
 
 Findings findings_of(const std::vector<Json>& records) { return find(runs_of(records, "runs")); }
 
+/// Processes that compute, for the time of a test.
+class BusyProcesses {
+ public:
+  explicit BusyProcesses(int count) {
+    for (int at = 0; at < count; ++at)
+      if (children_.push_back(::fork()); children_.back() == 0) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        for (volatile std::uint64_t number = 0;;) number = number + 1;
+      }
+  }
+  ~BusyProcesses() {
+    for (const pid_t child : children_) {
+      ::kill(child, SIGKILL);
+      ::waitpid(child, nullptr, 0);
+    }
+  }
+
+ private:
+  std::vector<pid_t> children_;
+};
+
 /// What comes before the first read of a run and after its last one is in the run's time and not in
-/// the backend's account. It is short, but a busy machine may stop the process there: a few tries.
-constexpr int kTries = 8;
+/// the backend's account. It takes milliseconds of a run of seconds, but a busy machine may stop
+/// the process there: so a few tries, and nothing is said if other programs were busy in all of
+/// them.
+constexpr int kTries = 4;
 /// A sanitizer makes our own work many times as long, and so does not belong to the disk's.
 constexpr double kPart = unless_sanitized(0.05, 0.5);
 
-}  // namespace
-
-TEST_CASE("a delay of 5 ms a read is reported as that, to 5 % either way") {
-  Bench bench;
+/// Repeats the run until its time is at most 5 % more than the backend's own account; `check` holds
+/// for each.
+template <class Check>
+void hold_against_truth(Bench& bench, const PlanRequest& request, int busy, Check check) {
   const Variable variable("PLAIT_TEST_SERVED", (bench.directory.path() / "served").native());
-  Json record;
-  double seconds = 0;
-  Bench::Served truth;
-  for (int at = 0; at < kTries && (at == 0 || seconds > (1 + kPart) * truth.span); ++at) {
-    record = bench.run(small("x-late", "patch-random"), {}).at(0);
-    INFO(record.dump());
-    REQUIRE(record["outcome"] == "ok");
-    const double blocks = record["bytes"]["blocks_read"].get<double>();
-    REQUIRE(blocks > 5);
-    truth = bench.served();
-    CHECK(truth.slept >= 0.005 * blocks);
-    seconds = record["seconds"].get<double>();
-    // One caller waits for all that the backend sleeps.
-    const double wait = record["split"]["wait"].get<double>();
-    CHECK(seconds >= 0.95 * truth.span);
-    CHECK(wait >= 0.95 * truth.slept);
-    CHECK(wait <= seconds);
-    CHECK(record["latencies"]["max"].get<double>() >= 0.005);
-    CHECK(record["split"]["codec"].is_null());
-  }
-  CHECK(seconds <= (1 + kPart) * truth.span);
-}
-
-TEST_CASE("a cap of 200 MB/s is reported as that, to 5 % either way") {
-  Bench bench;
-  const Variable variable("PLAIT_TEST_SERVED", (bench.directory.path() / "served").native());
-  PlanRequest request = small("x-capped", "sweep-read");
-  request.vertices = 3200;
-  request.levels = 5;  // few base vertices, so that opening the store takes no time
-  double rate = 0;
-  double truth = 0;
-  for (int at = 0; at < kTries && (at == 0 || rate < (1 - kPart) * truth); ++at) {
+  const BusyProcesses processes(busy);
+  double seconds = 0, span = 0, others = 0;
+  for (int at = 0; at < kTries; ++at) {
     const Json record = bench.run(request, {}).at(0);
     INFO(record.dump());
     REQUIRE(record["outcome"] == "ok");
-    const Bench::Served served = bench.served();
-    CHECK(served.bytes == record["bytes"]["moved_read"].get<double>());
-    truth = served.bytes / served.span;
-    rate = record["bytes"]["needed_read"].get<double>() / record["seconds"].get<double>();
-    CHECK(truth <= 210e6);
-    CHECK(rate <= 1.05 * truth);
+    const Bench::Served truth = bench.served();
+    seconds = record["seconds"].get<double>();
+    span = truth.span;
+    others = record["surroundings"]["others"].get<double>();
+    CHECK(seconds >= 0.95 * span);
     CHECK(record["split"]["wait"].get<double>() > 0);
+    check(record, truth);
+    if (seconds <= (1 + kPart) * span) return;
   }
-  CHECK(rate >= (1 - kPart) * truth);
+  if (others > instrument::kDisturbed) return skip("other programs had the processors");
+  CHECK(seconds <= (1 + kPart) * span);
+}
+
+}  // namespace
+
+TEST_CASE("a delay of 50 ms a read is reported as that, to 5 % either way, also beside others") {
+  Bench bench;
+  const Variable delay("PLAIT_TEST_DELAY", "50");
+  for (const int busy : {0, 3})
+    hold_against_truth(bench, small("x-late", "patch-random"), busy,
+                       [](const Json& record, const Bench::Served& truth) {
+                         const double blocks = record["bytes"]["blocks_read"].get<double>();
+                         REQUIRE(blocks > 5);
+                         CHECK(truth.slept >= 0.05 * blocks);
+                         // One caller waits for all that the backend sleeps.
+                         const double wait = record["split"]["wait"].get<double>();
+                         CHECK(wait >= 0.95 * truth.slept);
+                         CHECK(wait <= record["seconds"].get<double>());
+                         CHECK(record["latencies"]["max"].get<double>() >= 0.05);
+                         CHECK(record["split"]["codec"].is_null());
+                       });
+}
+
+TEST_CASE("a cap of 20 MB/s is reported as that, to 5 % either way, also beside others") {
+  Bench bench;
+  const Variable cap("PLAIT_TEST_CAP", "20");
+  PlanRequest request = small("x-capped", "sweep-read");
+  request.vertices = 3200;
+  request.levels = 5;  // few base vertices, so that opening the store takes no time
+  for (const int busy : {0, 3})
+    hold_against_truth(bench, request, busy, [](const Json& record, const Bench::Served& truth) {
+      CHECK(truth.bytes == record["bytes"]["moved_read"].get<double>());
+      CHECK(truth.bytes / truth.span <= 21e6);
+      CHECK(record["bytes"]["needed_read"].get<double>() <= truth.bytes);
+    });
 }
 
 TEST_CASE("a short run does its work again, each time as cold as before") {
@@ -193,19 +229,15 @@ TEST_CASE("what the digest reads after the time is no traffic of the run or of o
   PlanRequest request = small("uring", "build");
   request.vertices = 3200;
   request.levels = 5;
-  double read = 0;
-  double written = 0;
-  // Other programs may read from the disk.
-  for (int at = 0; at < kTries && (at == 0 || read > written / 4); ++at) {
-    const Json record = bench.run(request, {}).at(0);
-    INFO(record.dump());
-    REQUIRE(record["outcome"] == "ok");
-    if (record["bytes"]["device_read"].is_null()) return skip("the disk counts nothing");
-    read = record["bytes"]["device_read"].get<double>();
-    written = record["bytes"]["stored"].get<double>();
-    CHECK(record["proofs"]["others"]["device_read"].get<double>() <= read);
-  }
-  CHECK(read <= written / 4);
+  const Json record = bench.run(request, {}).at(0);
+  INFO(record.dump());
+  REQUIRE(record["outcome"] == "ok");
+  if (record["bytes"]["process_read"].is_null()) return skip("the kernel counts nothing");
+  const double written = record["bytes"]["stored"].get<double>();
+  CHECK(record["bytes"]["process_read"].get<double>() <= written / 4);
+  if (record["bytes"]["device_read"].is_null()) return skip("the disk counts nothing");
+  CHECK(record["proofs"]["others"]["device_read"].get<double>() <=
+        record["bytes"]["device_read"].get<double>());
 }
 
 TEST_CASE("cold needs both proofs") {

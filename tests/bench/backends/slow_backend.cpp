@@ -1,6 +1,7 @@
 // A plug-in with two backends over pread whose speed is known, for the tests of `plait bench`:
-// x-late serves one read at a time and sleeps 5 ms before it, or as PLAIT_TEST_STALL says once for
-// that many milliseconds; x-capped gives 200 MB/s to all readers together. x-wrong turns a bit of
+// x-late serves one read at a time and sleeps 5 ms before it, or PLAIT_TEST_DELAY, or as
+// PLAIT_TEST_STALL says once for that many; x-capped gives 200 MB/s, or PLAIT_TEST_CAP, to all
+// readers together. x-wrong turns a bit of
 // what it reads; x-killed ends the process at write number PLAIT_TEST_KILLED to a level that has
 // been committed. Both sleepers keep their own account of the truth, because a busy machine wakes
 // them late: how long they slept, the time from the begin of the first read to the end of the last
@@ -29,6 +30,11 @@ std::mutex mutex, device;
 double slept = 0, read_bytes = 0;
 Clock::time_point first_begin = Clock::time_point::max(), last_end = Clock::time_point::min();
 std::atomic<bool> stalled = false;
+
+int number_in(const char* variable, int otherwise) {
+  const char* const text = std::getenv(variable);
+  return text == nullptr ? otherwise : std::atoi(text);
+}
 
 void sleep_until(Clock::time_point due) {
   const Clock::time_point before = Clock::now();
@@ -70,7 +76,8 @@ class LateBackend final : public SlowBackend {
     const bool stalls = stall != nullptr && !stalled.exchange(true);
     const std::lock_guard one_at_a_time(device);
     if (stall == nullptr || stalls)
-      sleep_until(Clock::now() + std::chrono::milliseconds(stalls ? std::atoi(stall) : 5));
+      sleep_until(Clock::now() + std::chrono::milliseconds(
+                                     stalls ? std::atoi(stall) : number_in("PLAIT_TEST_DELAY", 5)));
     inner().read(blocks, into);
   }
 };
@@ -80,11 +87,12 @@ class CappedBackend final : public SlowBackend {
   using SlowBackend::SlowBackend;
   void read_slowly(plait::BlockRange blocks, std::span<std::byte> into) override {
     static Clock::time_point free_again = Clock::now();
+    static const double bytes_per_second = 1e6 * number_in("PLAIT_TEST_CAP", 200);
     Clock::time_point due;
     {
       const std::lock_guard lock(mutex);
       const auto taken = std::chrono::duration_cast<Clock::duration>(
-          std::chrono::duration<double>(static_cast<double>(into.size()) / 200e6));
+          std::chrono::duration<double>(static_cast<double>(into.size()) / bytes_per_second));
       free_again = std::max(free_again, Clock::now()) + taken;
       due = free_again;
     }
@@ -98,7 +106,7 @@ class KilledBackend final : public plait::test::ForwardingBackend {
  public:
   using ForwardingBackend::ForwardingBackend;
   void write(plait::BlockRange blocks, std::span<const std::byte> from) override {
-    static std::atomic<int> left = std::atoi(std::getenv("PLAIT_TEST_KILLED"));
+    static std::atomic<int> left = number_in("PLAIT_TEST_KILLED", 1);
     inner().write(blocks, from);
     if (--left == 0) ::kill(::getpid(), SIGKILL);
   }
