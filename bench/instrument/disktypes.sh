@@ -10,12 +10,10 @@
 #                   Default: ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs,zram
 #   --size SIZE     of each disk, with K, M, G or T; at least 512M; default 4G
 #   --images DIR    where the files behind the loop devices are made; default /var/tmp
-#   --each          runs the command once for each directory, with one disk at a time
 #   --floor-seconds N   how long a floor writes, and reads, at the wanted rate; default 2
 #
 # Arguments: an argument that is {} becomes all directories, one argument each. An argument that contains
-# {}, such as --dir={}, is repeated for each directory; {kind} in it is the kind of the disk. The command also gets PLAIT_DISK_TYPES, one line
-# "KIND DIRECTORY" for each.
+# {}, such as --dir={}, is repeated for each directory; {kind} in it is the kind of the disk.
 #
 # Every disk is proved before use: 1 MiB blocks are written and read past the page cache. A throttled disk
 # must have 0.85 to 1.1 of its rate, or it is not used. A kind that this machine refuses is reported with
@@ -25,19 +23,18 @@
 # so nothing of them outlives the run, even if it is killed. zram devices, limits and cgroups are removed at
 # the end, also after a signal; after a SIGKILL, by the next run or by `clean`.
 #
-# Exit status: that of the command (with --each, the first that is not 0); 1 if no disk could be made; 2 for
+# Exit status: that of the command; 1 if no disk could be made; 2 for
 # bad usage; 128 + N after signal N.
 #
 # Examples:
 #   bench/instrument/disktypes.sh plan
 #   sudo bench/instrument/disktypes.sh run -- plait bench run --dir={kind}={} --out runs.jsonl
 #   sudo bench/instrument/disktypes.sh run --kinds ext4@200,tmpfs --size 8G -- df -h {}
-#   sudo bench/instrument/disktypes.sh run --each --kinds xfs,btrfs -- sh -c 'plait subdivide m.ply "$0"/s.plait --levels 4' {}
 set -euo pipefail
 
 readonly state_root=${PLAIT_DISKTYPES_STATE:-/run/plait-disktypes}
 kinds=ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs,zram
-size_text=4G images=/var/tmp each=false floor_seconds=2
+size_text=4G images=/var/tmp floor_seconds=2
 state='' work='' child='' signal=0 blkio='' group=''
 made_kinds=() made_directories=()
 
@@ -79,7 +76,6 @@ parse() {
           --floor-seconds) floor_seconds=$2 ;;
         esac
         shift 2 ;;
-      --each) each=true; shift ;;
       --) shift; break ;;
       *) refuse_usage "unknown option '$1'" ;;
     esac
@@ -123,14 +119,6 @@ undo_dead_runs() {
   done
 }
 
-drop_disks() {
-  local directory
-  for directory in ${made_directories[@]+"${made_directories[@]}"}; do
-    # A command that was just killed may hold the directory for a moment.
-    for _ in 1 2 3 4 5; do umount "$directory" 2>/dev/null && break; sleep 0.2; done
-  done
-  made_kinds=() made_directories=()
-}
 clean_up() {
   local status=$?
   trap '' INT TERM HUP
@@ -138,7 +126,11 @@ clean_up() {
     kill -"${signal/#0/TERM}" -- "-$child" 2>/dev/null || true
     wait "$child" 2>/dev/null || true
   fi
-  drop_disks
+  local directory
+  for directory in ${made_directories[@]+"${made_directories[@]}"}; do
+    # A command that was just killed may hold the directory for a moment.
+    for _ in 1 2 3 4 5; do umount "$directory" 2>/dev/null && break; sleep 0.2; done
+  done
   [ -z "$state" ] || [ ! -e "$state" ] || undo "$state"
   [ "$signal" -eq 0 ] || status=$((128 + signal))
   exit "$status"
@@ -307,8 +299,6 @@ run_command() {
       arguments+=("$argument")
     fi
   done
-  PLAIT_DISK_TYPES=$(for at in "${!made_kinds[@]}"; do echo "${made_kinds[$at]} ${made_directories[$at]}"; done)
-  export PLAIT_DISK_TYPES
   set -m # a process group of its own, so that one signal reaches it once
   "${arguments[@]}" </dev/null &
   child=$!
@@ -334,7 +324,7 @@ plan() {
 }
 
 run_all() {
-  local kind list status=0 result=0 used=0
+  local kind list status=0
   trap clean_up EXIT
   trap 'on_signal 2' INT
   trap 'on_signal 15' TERM
@@ -351,20 +341,13 @@ run_all() {
   head -c "$((size >> 25 < 256 ? size >> 25 : 256))M" /dev/urandom >"$work/random" # a lane of a floor
   IFS=, read -ra list <<<"$kinds"
   for kind in "${list[@]}"; do
-    make "$kind" || continue
-    used=$((used + 1))
-    $each || continue
-    say "$kind: running ${command[0]}"
-    result=0
-    run_command || result=$?
-    [ "$status" -ne 0 ] || status=$result
-    drop_disks
+    make "$kind" || true
   done
-  if [ "$used" -eq 0 ]; then
+  if [ "${#made_kinds[@]}" -eq 0 ]; then
     say "no disk could be made, so ${command[0]} did not run"
     exit 1
   fi
-  if ! $each; then run_command || status=$?; fi
+  run_command || status=$?
   exit "$status"
 }
 

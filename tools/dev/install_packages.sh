@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, as far as they are missing.
 #
-#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages] [pages]
+#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages] [pages] [bench]
 #                                                                     default: build tests
 #
 #   library    what the library needs, and nothing else of the project
 #   build      the same and what the program needs
 #   packages   what tools/dev/check_packages.sh needs
 #   pages      what the tests of pages need: a browser (80 MB, 300 MB installed). Optional; CI skips them
+#   bench      what measurements compare plait with: other libraries, fio, and file systems. Optional
 #
 # This script is the only list of packages. It needs root or sudo only if a package is missing. On a
 # system without dpkg it prints the names of the packages and installs nothing.
@@ -25,7 +26,11 @@ tests_packages=(catch2 python3-numpy python3-pytest python3-dask python3-matplot
 checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
 packages_packages=(lintian mmdebstrap)
-pages_packages=(chromium nodejs)
+pages_packages=(chromium)
+bench_packages=(
+  libblosc-dev libfpzip-dev libmeshoptimizer-dev libzfp-dev libdraco-dev libosd-dev libcgal-dev libopenmesh-dev
+  fio xfsprogs btrfs-progs
+)
 
 groups=("$@")
 [ ${#groups[@]} -gt 0 ] || groups=(build tests)
@@ -39,8 +44,9 @@ for group in "${groups[@]}"; do
     fuzz) wanted+=("${fuzz_packages[@]}") ;;
     packages) wanted+=("${packages_packages[@]}") ;;
     pages) wanted+=("${pages_packages[@]}") ;;
+    bench) wanted+=("${bench_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages, pages" >&2
+      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages, pages, bench" >&2
       exit 2
       ;;
   esac
