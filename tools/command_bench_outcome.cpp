@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "backends/findings_page.h"
+#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"

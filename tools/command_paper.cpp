@@ -73,17 +73,17 @@ int run_paper(const PaperArguments& arguments, const CommandContext& context) {
   progress.clear();
   report["remark"] = arguments.remark;
 
-  const paper::Document chapter = paper::make_chapter(report);
+  const instrument::Page chapter = paper::make_chapter(report);
   const bool interrupted = report["interrupted"].get<bool>();
   if (!arguments.markdown.empty()) {
     const fs::path directory = arguments.markdown.parent_path();
-    const std::string text = paper::to_markdown(chapter, directory.empty() ? "." : directory);
+    const std::string text = chapter.markdown(directory.empty() ? "." : directory);
     PartialFile output(arguments.markdown,
                        arguments.force ? Existing::kReplace : Existing::kRefuse);
     build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
     output.publish();
   }
-  print(context.json ? report.dump(2) + "\n" : paper::to_text(chapter));
+  print(context.json ? report.dump(2) + "\n" : chapter.text());
   if (interrupted) return kExitSignalBase + interrupt_signal();
   return report["failed"].get<bool>() ? kExitFailed : kExitDone;
 }

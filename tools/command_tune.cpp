@@ -15,15 +15,16 @@
 #include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
+#include "conversion/conversion_job.h"
 #include "instrument/environment.h"
 #include "interrupt.h"
 #include "io/partial_output.h"
+#include "measure.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivision_job.h"
 #include "progress.h"
 #include "store/partial_store.h"
-#include "tune/apply.h"
 #include "tune/report.h"
 
 namespace plait {
@@ -110,22 +111,33 @@ void write_page(const TuneArguments& arguments, const std::string& page) {
   output.publish();
 }
 
-/// Makes the copy, and holds it against what the advice named.
+/// Makes the copy as `plait convert` does, and holds it against what the advice named.
 nlohmann::ordered_json apply(const TuneArguments& arguments, const CommandContext& context,
-                             Store& store, const tune::Measured& pick) {
+                             const tune::Measured& pick) {
+  ConversionRequest request;
+  request.from = arguments.input;
+  request.to = output_of(arguments);
+  request.backend = pick.choice.backend();
+  request.compression = tune::compression_of(pick.choice);
+  request.budget_bytes = arguments.memory_bytes;
+  request.replace = arguments.force;
   ProgressBar progress("convert", ProgressUnit::kBytes);
-  const tune::Applied applied =
-      tune::apply(store, pick.choice, output_of(arguments), arguments.force, context.backends,
-                  [&](const Progress& now) { return progress.update(now.done, now.total); });
+  const Stopwatch clock;
+  const ConversionResult made = convert(
+      request, context.open_backends, context.backends,
+      {.progress = [&](const Progress& now) { return progress.update(now.done, now.total); },
+       .warn = report_warning});
+  const double seconds = clock.seconds();
   progress.clear();
+  const auto bytes = static_cast<double>(made.stored_bytes);
   if (!context.json)
     print(fmt::format("{}: {:.0f} bytes, {:+.1f} % of what was named, in {:.2f} s\n",
-                      applied.store.native(), applied.stored_bytes,
-                      100 * (applied.stored_bytes / pick.stored_bytes() - 1), applied.seconds));
-  return {{"store", applied.store.string()},
+                      made.store.native(), bytes, 100 * (bytes / pick.stored_bytes() - 1),
+                      seconds));
+  return {{"store", made.store.string()},
           {"named_bytes", pick.stored_bytes()},
-          {"stored_bytes", applied.stored_bytes},
-          {"seconds", applied.seconds}};
+          {"stored_bytes", bytes},
+          {"seconds", seconds}};
 }
 
 int run_tune(const TuneArguments& arguments, const CommandContext& context) {
@@ -166,7 +178,7 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   if (!arguments.html.empty()) write_page(arguments, tune::to_html(findings, decision, report));
   if (!context.json) print(tune::to_text(findings, decision));
   if (arguments.apply && !findings.is_interrupted)
-    report["applied"] = apply(arguments, context, store, findings.choices[decision.pick]);
+    report["applied"] = apply(arguments, context, findings.choices[decision.pick]);
   if (context.json) print(report.dump(2) + "\n");
   // What there is was reported; a script still has to know that the run was cut short.
   return findings.is_interrupted ? kExitSignalBase + interrupt_signal() : kExitDone;
@@ -186,7 +198,9 @@ void add_tune_command(CommandLine& program, CommandContext& context) {
                    "What shall be small: read, write, update, size or balanced")
       ->one_of({"read", "write", "update", "size", "balanced"})
       ->capture_default_str();
-  command->add_option("--seconds", arguments->seconds, "How long to measure, 0.1 to 86400")
+  command
+      ->add_option("--seconds", arguments->seconds,
+                   "No round begins that would end later, 0.1 to 86400")
       ->range(0.1, 86400.0)
       ->capture_default_str();
   command->add_flag("--normals", arguments->normals, "For a mesh: with unit normals");

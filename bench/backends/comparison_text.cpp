@@ -5,6 +5,7 @@
 
 #include "backends/comparison.h"
 #include "instrument/figure_text.h"
+#include "instrument/page.h"
 
 namespace plait::bench {
 namespace {
@@ -26,20 +27,20 @@ ordered_json json_of(const std::vector<Shift>& shifts) {
 }
 
 /// The slowest first.
-std::string table_of(std::vector<Shift> shifts, const char* what) {
+instrument::Table table_of(std::vector<Shift> shifts, const char* what) {
   std::ranges::stable_sort(
       shifts, [](const Shift& a, const Shift& b) { return a.factor.value > b.factor.value; });
-  std::vector<std::vector<std::string>> rows = {{"B over A", "interval", "", what}};
+  instrument::Table table = instrument::table_with(fmt::format("#B over A|#interval||{}", what));
   for (const Shift& shift : shifts)
-    rows.push_back({fmt::format("{:.3f}", shift.factor.value),
-                    fmt::format("{:.3f} to {:.3f}", shift.factor.low, shift.factor.high),
-                    shift.regression ? "REGRESSION"
-                    : shift.differs  ? "differs"
-                                     : "undecided",
-                    shift.cells > 1
-                        ? fmt::format("{} ({} cells)", shift.name, shift.cells)
-                        : fmt::format("{} ({}/{} runs)", shift.name, shift.before, shift.after)});
-  return instrument::aligned(rows);
+    table.rows.push_back({{fmt::format("{:.3f}", shift.factor.value),
+                           fmt::format("{:.3f} to {:.3f}", shift.factor.low, shift.factor.high),
+                           shift.regression ? "REGRESSION"
+                           : shift.differs  ? "differs"
+                                            : "undecided",
+                           shift.cells > 1 ? fmt::format("{} ({} cells)", shift.name, shift.cells)
+                                           : fmt::format("{} ({}/{} runs)", shift.name,
+                                                         shift.before, shift.after)}});
+  return table;
 }
 
 }  // namespace
@@ -68,12 +69,12 @@ ordered_json to_json(const SetComparison& comparison) {
 
 std::string to_text(const SetComparison& comparison) {
   std::string text;
-  if (!comparison.strata.empty()) text += table_of(comparison.strata, "stratum") + "\n";
-  text += table_of(comparison.cells, "cell") + "\n" + comparison.verdict + "\n";
+  if (!comparison.strata.empty()) text += to_text(table_of(comparison.strata, "stratum")) + "\n";
+  text += to_text(table_of(comparison.cells, "cell")) + "\n";
+  text += instrument::printable(comparison.verdict) + "\n";
   if (!comparison.doubts.empty()) text += "doubts:\n";
-  for (const std::string& doubt : comparison.doubts) text += "  - " + doubt + "\n";
-  for (char& character : text)  // names come from foreign files
-    if (character != '\n') character = instrument::printable({character})[0];
+  for (const std::string& doubt : comparison.doubts)
+    text += "  - " + instrument::printable(doubt) + "\n";
   return text;
 }
 

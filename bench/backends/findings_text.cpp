@@ -3,14 +3,13 @@
 
 #include "backends/findings.h"
 #include "backends/first_screen.h"
+#include "backends/report_page.h"
 #include "instrument/figure_text.h"
 
 namespace plait::bench {
 namespace {
 
-using instrument::aligned;
 using instrument::printable;
-using instrument::seconds_text;
 using instrument::wrapped;
 using nlohmann::ordered_json;
 
@@ -28,45 +27,6 @@ ordered_json json_of(const Findings& findings, const Rival& rival) {
           {"answer", answers[static_cast<std::size_t>(rival.answer)]},
           {"factor", json_of(std::optional(rival.factor))},
           {"more_seconds", json_of(rival.more_seconds)}};
-}
-
-/// More cells than a screen has lines are on the page and in the JSON only.
-constexpr std::size_t kMostCellsAsText = 40;
-
-std::string figures_text(const RunSet& set, const Findings& findings) {
-  std::vector<std::vector<std::string>> rows = {{"ratio", "95 %", "seconds", "MB/s", "p99",
-                                                 "rounds", "backend", "workload", "size", "disk",
-                                                 "state"}};
-  for (const Contest& contest : findings.contests)
-    for (const std::size_t at : contest.cells) {
-      const CellFigures& figures = findings.cells[at];
-      std::vector<std::string> row = {"-", "-", "-",
-                                      "-", "-", fmt::format("{}", figures.runs.size())};
-      if (figures.ratio) {
-        row[0] = fmt::format("{:.2f}", figures.ratio->value);
-        row[1] = fmt::format("{:.2f}-{:.2f}", figures.ratio->low, figures.ratio->high);
-      }
-      if (figures.seconds) {
-        row[2] = seconds_text(figures.seconds->value);
-        const MeasuredRun& run = set.runs[figures.middle];
-        const double needed = run.needed_read.value_or(0) + run.needed_written.value_or(0);
-        if (needed > 0) row[3] = fmt::format("{:.0f}", 1e-6 * needed / run.seconds);
-        if (run.p99) row[4] = seconds_text(*run.p99);
-      }
-      for (const std::string& text :
-           {figures.name, work_of(figures.cell), size_of(figures.cell), figures.cell.disk})
-        row.push_back(printable(text));
-      std::string state = printable(figures.label);  // a write is neither cold nor warm
-      if (const std::string survival = survival_of(figures); !survival.empty())
-        state += (state.empty() ? "" : ", ") + survival;
-      row.push_back(state);
-      rows.push_back(std::move(row));
-    }
-  return "\n" + aligned(rows) +
-         fmt::format(
-             "ratio: seconds over those of the floor, the same bytes moved by a plain "
-             "program; {} runs\n",
-             set.runs.size());
 }
 
 }  // namespace
@@ -118,6 +78,8 @@ ordered_json to_json(const RunSet& set, const Findings& findings) {
 
 std::string to_text(const RunSet& set, const Findings& findings) {
   constexpr std::size_t kWidth = 118;
+  /// More cells than a screen has lines are on the page and in the JSON only.
+  constexpr std::size_t kMostCells = 40;
   const auto line_of = [](const std::string& text) {
     return wrapped("- " + printable(text), kWidth, "  ");
   };
@@ -125,24 +87,19 @@ std::string to_text(const RunSet& set, const Findings& findings) {
   if (findings.failed) text += findings.verdict + "\n";
   for (std::size_t at = 0; at < findings.spoiling; ++at) text += line_of(findings.doubts[at]);
   if (!text.empty()) text += "\n";
-  std::vector<std::vector<std::string>> matrix = {{"disk", "workload", "size", "fastest"}};
-  std::string disk;
-  for (const MatrixRow& row : matrix_of(findings)) {
-    matrix.push_back({row.disk == disk && matrix.size() > 1 ? "" : printable(row.disk),
-                      printable(row.work), printable(row.size), printable(row.fastest),
-                      printable(row.others + (row.never.empty() || row.others.empty() ? "" : "; ") +
-                                (row.never.empty() ? "" : "never " + row.never))});
-    disk = row.disk;
-  }
-  if (matrix.size() > 1) text += aligned(matrix) + "\n";
+  if (const instrument::Table matrix = matrix_table(findings); !matrix.rows.empty())
+    text += to_text(matrix) + "\n";
   if (!findings.failed) text += wrapped(printable(findings.verdict), kWidth);
   if (findings.spoiling < findings.doubts.size()) text += "doubts:\n";
   for (std::size_t at = findings.spoiling; at < findings.doubts.size(); ++at)
     text += line_of(findings.doubts[at]);
-  if (findings.cells.size() > kMostCellsAsText)
+  if (findings.cells.size() > kMostCells)
     return text + fmt::format("the figures of {} cells are on the page (--html) and in --json\n",
                               findings.cells.size());
-  return text + figures_text(set, findings);
+  return fmt::format(
+      "{}\n{}ratio: seconds over those of the floor, the same bytes moved by a plain program; {} "
+      "runs\n",
+      text, to_text(figures_table(set, findings)), set.runs.size());
 }
 
 }  // namespace plait::bench

@@ -31,26 +31,32 @@ bool has_something_to_compare(const Contest& contest) { return contest.cells.siz
 
 }  // namespace
 
-std::vector<MatrixRow> matrix_of(const Findings& findings) {
-  std::vector<MatrixRow> rows;
+instrument::Table matrix_table(const Findings& findings) {
+  using instrument::Tone;
+  instrument::Table table = instrument::table_with(
+      "disk|workload|size|fastest|others|never",
+      {"Which backend for which work",
+       "Compared in pairs by round, on the logarithm of seconds, with intervals "
+       "that are corrected for how many comparisons there are. Never: twice the "
+       "time of the fastest or more, or runs that died."});
   for (const Contest& contest : findings.contests) {
     if (!has_something_to_compare(contest)) continue;
     const CellFigures& first = findings.cells[contest.cells.front()];
-    MatrixRow row{first.cell.disk, work_of(first.cell), size_of(first.cell), "undecided", {}, {}};
     std::vector<std::string> others, never;
     for (const Rival& rival : contest.rivals)
       if (rival.answer == Answer::kEqual ||
           (rival.answer == Answer::kSlower && rival.factor.low < kNever))
         others.push_back(fmt::format("{} {}", findings.cells[rival.cell].name, answer_text(rival)));
     for (const auto& [name, why] : banned(findings, contest))
-      never.push_back(fmt::format("{} ({})", name, why));
-    if (contest.decided || contest.ranked == 1) row.fastest = first.name;
+      never.push_back(fmt::format("never {} ({})", name, why));
     if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
-    row.others = fmt::format("{}", fmt::join(others, "; "));
-    row.never = fmt::format("{}", fmt::join(never, "; "));
-    rows.push_back(std::move(row));
+    table.rows.push_back(
+        {{first.cell.disk, work_of(first.cell), size_of(first.cell),
+          contest.decided || contest.ranked == 1 ? first.name : "undecided",
+          fmt::format("{}", fmt::join(others, "; ")), fmt::format("{}", fmt::join(never, "; "))},
+         findings.failed ? Tone::kFailed : Tone::kPlain});
   }
-  return rows;
+  return table;
 }
 
 std::vector<std::string> advice_of(const Findings& findings) {

@@ -6,19 +6,14 @@
 #include <vector>
 
 #include "backends/findings.h"
+#include "instrument/page.h"
 
 namespace plait::bench {
 
-/// What a contest says, in words.
-struct MatrixRow {
-  std::string disk, work, size;
-  std::string fastest;  ///< "pread", or "undecided"
-  std::string others;   ///< "uring equal within 5 %; mmap 8.8 to 9.4 times as long"
-  std::string never;    ///< who takes twice the time or fails: "compressed (2 of 5 survived)"
-};
-
-/// A row for each contest with anything to compare, by disk, workload and size.
-std::vector<MatrixRow> matrix_of(const Findings& findings);
+/// A row for each contest with anything to compare, by disk, workload and size: the fastest, who is
+/// equal to it ("uring equal within 5 %; mmap 1.4 to 1.7 times as long"), and who takes twice the
+/// time or fails ("never compressed (2 of 5 survived)").
+instrument::Table matrix_table(const Findings& findings);
 
 /// "On ext4: use pread, the fastest or its equal in 12 of 15; never mmap for sweep-read (9 times as
 /// long)."

@@ -6,7 +6,7 @@
 
 #include "instrument/disk.h"
 #include "instrument/disk_floors.h"
-#include "instrument/figure_text.h"
+#include "instrument/page.h"
 #include "instrument/process.h"
 #include "instrument/statistics.h"
 #include "plait/error.h"
@@ -101,21 +101,21 @@ std::string floor_table(const std::vector<nlohmann::ordered_json>& floors) {
     return rates.is_object() ? fmt::format("{:.0f}", 1e-6 * rates[name].get<double>())
                              : std::string("-");
   };
-  std::vector<std::vector<std::string>> rows = {
-      {"disk", "floor", "MB/s", "of five rounds", "fio MB/s", "how", "doubt"}};
+  instrument::Table table =
+      instrument::table_with("disk|floor|#MB/s|#of five rounds|#fio MB/s|how|doubt");
   for (const nlohmann::ordered_json& floor : floors) {
     const nlohmann::ordered_json& own = floor["own"];
     const std::string doubt = floor["failure"].is_string() ? floor["failure"].get<std::string>()
                               : floor["agree"] == false    ? "fio differs by more than a tenth"
                                                            : "";
-    rows.push_back({instrument::printable(floor["disk"].get<std::string>()),
-                    floor["kind"].get<std::string>() + (floor["direct"] == true ? ", direct" : ""),
-                    megabytes(own, "bytes_per_second"),
-                    megabytes(own, "least") + " to " + megabytes(own, "most"),
-                    megabytes(floor["fio"], "bytes_per_second"), floor["method"].get<std::string>(),
-                    doubt});
+    table.rows.push_back(
+        {{floor["disk"].get<std::string>(),
+          floor["kind"].get<std::string>() + (floor["direct"] == true ? ", direct" : ""),
+          megabytes(own, "bytes_per_second"),
+          megabytes(own, "least") + " to " + megabytes(own, "most"),
+          megabytes(floor["fio"], "bytes_per_second"), floor["method"].get<std::string>(), doubt}});
   }
-  return instrument::aligned(rows);
+  return to_text(table);
 }
 
 }  // namespace plait::bench

@@ -30,14 +30,12 @@ struct MeasuredRun {
   bool ok = false, is_auto = false;
   double seconds = 0;  ///< if ok: positive
   std::optional<double> floor_seconds, floor_bytes, fio_seconds, fio_bytes, ratio;
-  std::string floor_method;
   std::optional<double> repetitions;  ///< how often the work was done; `seconds` is of once
 
   std::optional<double> needed_read, needed_written, moved_read, moved_written, device_read,
-      device_written, process_moved, stored;
+      device_written, process_moved;
   std::optional<double> compute, wait, codec, sync;
-  std::optional<double> p50, p90, p99, p999, longest, requests;
-  std::optional<double> minor_faults, major_faults, peak_rss, user_seconds, system_seconds;
+  std::optional<double> p50, p90, p99, p999, longest;
 
   /// Shares of the processors that other programs and other machines had meanwhile.
   std::optional<double> others_busy, stolen;

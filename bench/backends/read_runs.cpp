@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <limits>
 #include <unordered_map>
 
-#include "backends/record_members.h"
-#include "backends/run_of_record.h"
 #include "plait/error.h"
-#include "plait/extend/file.h"
 
 namespace plait::bench {
 namespace {
@@ -17,69 +16,42 @@ using nlohmann::json;
 
 constexpr std::size_t kMostSkippedLines = 10;
 
-/// The lines of a file, one at a time. A line that is too long is passed over.
-class Lines {
- public:
-  explicit Lines(const std::filesystem::path& path)
-      : file_(path, OpenMode::kRead), left_(file_.size()), buffer_(1 << 18, '\0') {}
-
-  /// Returns false at the end. `complete`: a newline ended it; `too_long`: `line` is only its
-  /// start.
-  bool next(std::string& line, bool& complete, bool& too_long) {
-    line.clear();
-    complete = too_long = false;
-    bool any = false;
-    for (;;) {
-      if (at_ == end_ && !fill()) return any;
-      any = true;
-      const char* const first = buffer_.data() + at_;
-      const std::size_t available = end_ - at_;
-      const auto* const newline = std::find(first, first + available, '\n');
-      const auto length = static_cast<std::size_t>(newline - first);
-      if (line.size() + length > kMostLineBytes) too_long = true;
-      if (!too_long) line.append(first, length);
-      at_ += length;
-      if (length == available) continue;
-      ++at_;
-      complete = true;
-      return true;
+/// Calls use(text, number, why) for the lines of a file that are not empty; `why` says why a line
+/// cannot be a record.
+template <class Use>
+void for_each_line(const std::filesystem::path& path, Use use) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw system_error("open", path.native(), errno);
+  std::string buffer(kMostLineBytes + 1, '\0');
+  for (std::uint64_t number = 1; !file.eof(); ++number) {
+    file.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto count = static_cast<std::size_t>(file.gcount());  // with the newline
+    if (file.bad()) throw system_error("read", path.native(), EIO);
+    std::string why;
+    if (file.eof() && count > 0) why = "the line is not complete: its writer was stopped";
+    if (file.fail() && !file.eof()) {
+      why = fmt::format("expected at most {} bytes in a line", kMostLineBytes);
+      file.clear();
+      file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
     }
+    const std::string text = buffer.substr(0, count - (why.empty() && !file.eof() ? 1 : 0));
+    if (!why.empty() || text.find_first_not_of(" \t\r") != std::string::npos)
+      use(text, number, why);
   }
-
- private:
-  bool fill() {
-    at_ = 0;
-    end_ = static_cast<std::size_t>(std::min<std::uint64_t>(left_, buffer_.size()));
-    if (end_ == 0) return false;
-    file_.read_at(offset_, std::as_writable_bytes(std::span(buffer_).first(end_)));
-    offset_ += end_;
-    left_ -= end_;
-    return true;
-  }
-
-  File file_;
-  std::uint64_t offset_ = 0, left_;
-  std::string buffer_;
-  std::size_t at_ = 0, end_ = 0;
-};
+}
 
 }  // namespace
 
 RunSet read_runs(const std::vector<std::filesystem::path>& files) {
   RunSet set;
   std::unordered_map<std::string, std::size_t> runs_of_cell;
-  for (const std::filesystem::path& path : files) {
-    Lines lines(path);
-    std::string line;
-    bool complete = false;
-    bool too_long = false;
-    for (std::uint64_t number = 1; lines.next(line, complete, too_long); ++number) {
-      if (complete && !too_long && line.find_first_not_of(" \t\r") == std::string::npos) continue;
+  for (const std::filesystem::path& path : files)
+    for_each_line(path, [&](const std::string& text, std::uint64_t number, const std::string& why) {
       try {
-        if (too_long)
-          throw BadRecord{fmt::format("expected at most {} bytes in a line", kMostLineBytes)};
-        if (!complete) throw BadRecord{"the line is not complete: its writer was stopped"};
-        MeasuredRun run = run_of_record(json::parse(line));
+        if (!why.empty()) throw BadRecord{why};
+        const json record = json::parse(text, nullptr, false);
+        if (record.is_discarded()) throw BadRecord{"not JSON"};
+        MeasuredRun run = run_of_record(record);
         if (set.runs.size() == kMostRuns)
           throw BadRecord{fmt::format("expected at most {} runs", kMostRuns)};
         if (++runs_of_cell[run.key] > kMostRunsOfCell)
@@ -92,21 +64,14 @@ RunSet read_runs(const std::vector<std::filesystem::path>& files) {
         if (set.skipped_lines.size() < kMostSkippedLines)
           set.skipped_lines.push_back(
               fmt::format("{}:{}: {}", cut(path.native()), number, bad.why));
-      } catch (const json::exception&) {
-        ++set.skipped;
-        if (set.skipped_lines.size() < kMostSkippedLines)
-          set.skipped_lines.push_back(fmt::format("{}:{}: not JSON", cut(path.native()), number));
       }
-    }
-  }
-  if (set.runs.empty()) {
-    const std::string place =
-        set.skipped_lines.empty()
-            ? (files.empty() ? std::string()
-                             : files.front().native() + ": expected runs, found none")
-            : set.skipped_lines.front();
-    throw Error(ErrorCode::kInvalidArgument, fmt::format("read {}", place));
-  }
+    });
+  if (set.runs.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("read {}", !set.skipped_lines.empty() ? set.skipped_lines.front()
+                                       : files.empty()            ? "nothing"
+                                                                  : files.front().native() +
+                                                             ": expected runs, found none"));
   return set;
 }
 

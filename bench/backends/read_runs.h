@@ -17,6 +17,16 @@ constexpr std::size_t kMostRuns = 100'000;
 constexpr std::size_t kMostRunsOfCell = 2000;
 constexpr std::size_t kMostText = 200;  ///< characters of a name; longer ones are cut
 
+/// A record that cannot be believed.
+struct BadRecord {
+  std::string why;
+};
+/// One record as a run; the caller fills in `file` and `line`. Throws BadRecord for what is no
+/// record. Pinned by tests/bench/backends/report_test.cpp.
+MeasuredRun run_of_record(const nlohmann::json& record);
+/// Long text is cut between characters.
+std::string cut(std::string text);
+
 struct RunSet {
   std::vector<MeasuredRun> runs;
   std::uint64_t skipped = 0;

@@ -151,21 +151,15 @@ DiskCounters disk_counters(const DiskFacts& facts) {
   // Fields of Documentation/block/stat.rst; a sector is 512 bytes on every device.
   if (facts.device.empty()) return {};
   std::ifstream file(fs::path("/sys/class/block") / facts.device / "stat");
-  std::array<std::uint64_t, 10> fields{};
+  std::array<std::uint64_t, 7> fields{};
   for (std::uint64_t& field : fields)
     if (!(file >> field)) return {};
-  return {true,      fields[2] * 512, fields[6] * 512,
-          fields[0], fields[4],       1e-3 * static_cast<double>(fields[9])};
+  return {true, fields[2] * 512, fields[6] * 512};
 }
 
 DiskCounters operator-(const DiskCounters& after, const DiskCounters& before) {
   if (!after.known || !before.known) return {};
-  return {true,
-          after.bytes_read - before.bytes_read,
-          after.bytes_written - before.bytes_written,
-          after.reads - before.reads,
-          after.writes - before.writes,
-          after.busy_seconds - before.busy_seconds};
+  return {true, after.bytes_read - before.bytes_read, after.bytes_written - before.bytes_written};
 }
 
 ProcessTraffic process_traffic() {

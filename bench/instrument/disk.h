@@ -32,8 +32,7 @@ nlohmann::ordered_json to_json(const DiskFacts& facts);
 /// Counters of a block device, for all programs together (/sys/dev/block/M:N/stat).
 struct DiskCounters {
   bool known = false;
-  std::uint64_t bytes_read = 0, bytes_written = 0, reads = 0, writes = 0;
-  double busy_seconds = 0;
+  std::uint64_t bytes_read = 0, bytes_written = 0;
 };
 DiskCounters disk_counters(const DiskFacts& facts);
 DiskCounters operator-(const DiskCounters& after, const DiskCounters& before);

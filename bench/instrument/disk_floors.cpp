@@ -110,26 +110,8 @@ FloorResult figures_of(const FloorRequest& request) {
 }  // namespace
 
 std::string_view to_string(FloorKind kind) noexcept {
-  switch (kind) {
-    case FloorKind::kWrite:
-      return "write";
-    case FloorKind::kRead:
-      return "read";
-    case FloorKind::kRandomRead:
-      return "random-read";
-    case FloorKind::kUpdate:
-      return "update";
-  }
-  return "";
-}
-
-FloorKind floor_kind_from_name(std::string_view name) {
-  for (const FloorKind kind :
-       {FloorKind::kWrite, FloorKind::kRead, FloorKind::kRandomRead, FloorKind::kUpdate})
-    if (to_string(kind) == name) return kind;
-  throw Error(
-      ErrorCode::kInvalidArgument,
-      fmt::format("find a floor: expected write, read, random-read or update, found \"{}\"", name));
+  constexpr std::string_view kNames[] = {"write", "read", "random-read", "update"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 nlohmann::ordered_json to_json(const FloorResult& result) {

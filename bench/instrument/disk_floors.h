@@ -19,8 +19,6 @@ enum class FloorKind : std::uint8_t {
   kUpdate,      ///< an existing file: read a block, write it back, front to back
 };
 std::string_view to_string(FloorKind kind) noexcept;
-/// Errors: kInvalidArgument.
-FloorKind floor_kind_from_name(std::string_view name);
 
 /// What a floor moves. Files lie in `directory` and are removed by remove_floor_files().
 struct FloorRequest {

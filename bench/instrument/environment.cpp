@@ -6,10 +6,10 @@
 
 #include <chrono>
 #include <fstream>
+#include <string>
 #include <thread>
 
 #include "instrument/built_from_commit.h"
-#include "instrument/processor.h"
 #include "plait/version.h"
 
 namespace plait::instrument {
@@ -21,6 +21,16 @@ std::uint64_t memory_of_machine() {
   std::uint64_t kibibytes = 0;
   file >> word >> kibibytes;
   return kibibytes * 1024;
+}
+
+/// Empty if the kernel does not tell it, as on most machines that are not x86.
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name"))
+      if (const std::size_t colon = line.find(": "); colon != std::string::npos)
+        return line.substr(colon + 2);
+  return {};
 }
 
 }  // namespace

@@ -2,19 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <sstream>
 
 namespace plait::instrument {
 namespace {
-
-/// Characters of UTF-8.
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));
-}
 
 /// Three digits.
 std::string digits(double value) {
@@ -46,25 +39,6 @@ nlohmann::ordered_json to_json(const Estimate& estimate) {
           {"high", estimate.high},
           {"confidence", estimate.confidence},
           {"count", estimate.count}};
-}
-
-std::string aligned(const std::vector<std::vector<std::string>>& rows, bool left) {
-  std::vector<std::size_t> widths;
-  for (const auto& row : rows) {
-    widths.resize(std::max(widths.size(), row.size()), 0);
-    for (std::size_t at = 0; at < row.size(); ++at)
-      widths[at] = std::max(widths[at], width_of(row[at]));
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t at = 0; at < row.size(); ++at) {
-      const std::string space(widths[at] - width_of(row[at]), ' ');
-      line += (at == 0 ? "" : "  ") + (left || at == 0 ? row[at] + space : space + row[at]);
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
-  return text;
 }
 
 std::string printable(std::string text) {

@@ -1,9 +1,8 @@
-// bench/instrument/figure_text.h: figures and tables as text, the same in every report.
+// bench/instrument/figure_text.h: figures as text, the same in every report.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "instrument/statistics.h"
 
@@ -19,9 +18,6 @@ std::string rate_text(double bytes_per_second);
 /// {value, low, high, confidence, count}.
 nlohmann::ordered_json to_json(const Estimate& estimate);
 
-/// Lines with columns as wide as their widest cell, in characters and not in bytes. The first
-/// column, and with `left` all of them, begin at the left.
-std::string aligned(const std::vector<std::vector<std::string>>& rows, bool left = true);
 /// Without what moves a terminal's cursor: names come from foreign files.
 std::string printable(std::string text);
 /// At most so many characters a line, broken between words; each line but the first begins with

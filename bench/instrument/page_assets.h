@@ -7,6 +7,6 @@
 namespace plait::instrument {
 
 extern const std::string_view kPageStyle;   ///< instrument/page/style.css
-extern const std::string_view kPageScript;  ///< instrument/page/*.js in the order of CMakeLists.txt
+extern const std::string_view kPageScript;  ///< instrument/page/sort_tables.js
 
 }  // namespace plait::instrument

@@ -90,31 +90,6 @@ struct Subject {
   std::vector<double> seconds, ratios;  ///< ratios to the first subject of the same turn
 };
 
-void print(const std::vector<Subject>& subjects, const Settings& settings, std::uint64_t vertices) {
-  fmt::print("{} vertices at level {}, {} runs, one thread\n\n", vertices, settings.levels,
-             settings.runs);
-  fmt::print(
-      "| at() over | seconds (min to max) | ns a vertex | over InCoreMesh (min to max) |\n"
-      "|---|---|---|---|\n");
-  nlohmann::ordered_json rows;
-  for (const Subject& of : subjects) {
-    const Spread time = spread(of.seconds), ratio = spread(of.ratios);
-    fmt::print("| {} | {:.3f} ({:.3f} to {:.3f}) | {:.1f} | {:.2f} ({:.2f} to {:.2f}) |\n", of.name,
-               median(of.seconds), time.smallest, time.largest,
-               1e9 * median(of.seconds) / double(vertices), median(of.ratios), ratio.smallest,
-               ratio.largest);
-    rows.push_back({{"name", of.name},
-                    {"seconds", median(of.seconds)},
-                    {"seconds_min", time.smallest},
-                    {"seconds_max", time.largest},
-                    {"ratio", median(of.ratios)}});
-  }
-  write_json(settings.json, {{"levels", settings.levels},
-                             {"vertices", vertices},
-                             {"runs", settings.runs},
-                             {"subjects", rows}});
-}
-
 int run(const Settings& settings) {
   const BaseMesh base =
       lay_out(settings.mesh.empty() ? octahedron(4) : read_base_mesh(settings.mesh),
@@ -151,7 +126,16 @@ int run(const Settings& settings) {
   if (read > 0)
     throw Error(ErrorCode::kBadState,
                 fmt::format("{} blocks were read: not all blocks are resident", read));
-  print(subjects, settings, counts_at_level(base, settings.levels).vertices);
+  const std::uint64_t vertices = counts_at_level(base, settings.levels).vertices;
+  instrument::Table table =
+      instrument::table_with("at() over|#seconds|#ns a vertex|#over InCoreMesh");
+  for (const Subject& of : subjects)
+    table.rows.push_back(
+        {{of.name, spread(of.seconds, 1, 3),
+          middle(of.seconds, 1e9 / static_cast<double>(vertices), 1), spread(of.ratios)}});
+  print_table(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.levels,
+                          settings.runs),
+              table, settings.json);
   return 0;
 }
 

@@ -1,15 +1,11 @@
 // The command line of a measurement: options, each with its help; errors in one line; exit
-// status 0 done, 1 failed, 2 bad usage; progress on a terminal; figures in a file; a temporary
-// directory for its files.
+// status 0 done, 1 failed, 2 bad usage; a temporary directory for its files.
 #pragma once
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <exception>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "command_line/command_line.h"
@@ -17,20 +13,6 @@
 #include "plait/error.h"
 
 namespace plait::bench {
-
-/// Writes `figures` to `path`; does nothing if `path` is empty. Errors: kIo.
-inline void write_json(const std::string& path, const nlohmann::ordered_json& figures) {
-  if (path.empty()) return;
-  std::ofstream file(path);
-  file << figures.dump(2) << '\n';
-  if (!file.flush())
-    throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", path));
-}
-
-/// Prints a line to standard error if it is a terminal.
-inline void say_progress(const std::string& text) {
-  if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
-}
 
 // Options of several measurements, with the same words in each.
 inline void add_mesh_option(CommandLine& app, std::string& mesh, const char* otherwise) {
@@ -69,31 +51,29 @@ inline void add_json_option(CommandLine& app, std::string& json) {
 template <class Declare, class Run>
 int run_program(const char* name, const char* description, int count, char** words, Declare declare,
                 Run run, std::string* directory = nullptr) {
-  constexpr int kBadUsage = 2;
+  const auto fail = [&](const std::string& why, int status) {
+    std::fputs(fmt::format("{}: {}\n", name, why).c_str(), stderr);
+    return status;
+  };
   const auto run_and_report = [&] {
     try {
       return run();
     } catch (const std::exception& error) {
-      std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
+      return fail(error.what(), 1);
     }
-    return 1;
   };
   try {
     CommandLine app(description, name);
     declare(app);
-    try {
-      if (app.parse(count, words) == CommandLine::Outcome::kAnswered) {
-        std::fputs(app.answer().c_str(), stdout);
-        return 0;
-      }
-    } catch (const UsageError& error) {
-      std::fputs(fmt::format("{}: {} (see --help)\n", name, error.what()).c_str(), stderr);
-      return kBadUsage;
+    if (app.parse(count, words) == CommandLine::Outcome::kAnswered) {
+      std::fputs(app.answer().c_str(), stdout);
+      return 0;
     }
     return directory != nullptr ? in_work_directory(*directory, run_and_report) : run_and_report();
+  } catch (const UsageError& error) {
+    return fail(fmt::format("{} (see --help)", error.what()), 2);
   } catch (const std::exception& error) {
-    std::fputs(fmt::format("{}: {}\n", name, error.what()).c_str(), stderr);
-    return 1;
+    return fail(error.what(), 1);
   } catch (...) {
     return 1;
   }

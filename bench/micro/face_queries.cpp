@@ -181,25 +181,17 @@ int run(const Settings& settings) {
   }
   fs::remove_all(path);
 
-  fmt::print("{} faces, level {}, {} queries, {} runs\n\n", face_count, settings.level,
-             settings.queries, settings.runs);
-  fmt::print("first query of a reader: {:.1f} ms without a file of bounds, {:.1f} ms with one\n\n",
-             1e3 * median(without_file), 1e3 * median(with_file));
-  fmt::print(
-      "| layout | query | faces found | us (min to max) | loop, us | loop / query |\n"
-      "|---|---|---|---|---|---|\n");
-  nlohmann::ordered_json report = nlohmann::ordered_json::array();
-  for (const Row& row : rows) {
-    fmt::print("| {} | {} | {:.1f} | {:.1f} ({:.1f} to {:.1f}) | {:.0f} | {:.0f} |\n", row.layout,
-               row.what, row.found, median(row.tree), spread(row.tree).smallest,
-               spread(row.tree).largest, median(row.floor), median(row.floor) / median(row.tree));
-    report.push_back({{"layout", row.layout},
-                      {"query", row.what},
-                      {"faces", row.found},
-                      {"us", row.tree},
-                      {"loop_us", row.floor}});
-  }
-  write_json(settings.json, report);
+  instrument::Table table =
+      instrument::table_with("layout|query|#faces found|#us|#loop, us|#loop / query");
+  for (const Row& row : rows)
+    table.rows.push_back(
+        {{row.layout, row.what, number(row.found, 1), spread(row.tree, 1, 1),
+          middle(row.floor, 1, 0), number(*middle(row.floor).value / *middle(row.tree).value, 0)}});
+  print_table(fmt::format("{} faces, level {}, {} queries, {} runs; first query of a reader: {} ms "
+                          "without a file of bounds, {} ms with one",
+                          face_count, settings.level, settings.queries, settings.runs,
+                          middle(without_file, 1e3, 1).text, middle(with_file, 1e3, 1).text),
+              table, settings.json);
   return 0;
 }
 

@@ -15,7 +15,6 @@
 #endif
 
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
@@ -109,12 +108,9 @@ int run(const Settings& settings) {
               layout_from_name(settings.layout));
   RecycledPages pages;
   const BackendRegistry backends = recycled_memory(pages);
-  fmt::print("{} base vertices, executor {}, layout {}, {} runs\n\n", base.mesh.vertex_count(),
-             settings.executor, to_string(base.kind), settings.runs);
-  fmt::print(
-      "| level | vertices | attributes | threads | ns a vertex (min to max) | memcpy | "
-      "non-temporal fill | over memcpy |\n|---|---|---|---|---|---|---|---|\n");
-  nlohmann::json rows = nlohmann::json::array();
+  instrument::Table table = instrument::table_with(
+      "#level|#vertices|attributes|#threads|#ns a vertex|#memcpy|#non-temporal fill|#over "
+      "memcpy|digest");
   for (int level = settings.first; level <= settings.last; ++level)
     for (const bool normals : {false, true})
       for (int threads = 1; threads <= settings.threads; ++threads) {
@@ -126,25 +122,16 @@ int run(const Settings& settings) {
         for (int turn = 0; turn < settings.runs; ++turn)
           run_case(at, base, settings, pages, backends, false);
         const double scale = 1e9 / static_cast<double>(at.vertices);
-        const Spread range = spread(at.plait);
-        const double median_plait = median(at.plait) * scale, copy = median(at.copy) * scale,
-                     stream = median(at.stream) * scale;
-        fmt::print("| {} | {} | {} | {} | {:.2f} ({:.2f} to {:.2f}) | {:.2f} | {:.2f} | {:.2f} |\n",
-                   level, at.vertices, normals ? "position, normal" : "position", threads,
-                   median_plait, range.smallest * scale, range.largest * scale, copy, stream,
-                   median_plait / copy);
-        rows.push_back({{"level", level},
-                        {"vertices", at.vertices},
-                        {"normals", normals},
-                        {"threads", threads},
-                        {"ns_per_vertex", median_plait},
-                        {"ns_per_vertex_min", range.smallest * scale},
-                        {"ns_per_vertex_max", range.largest * scale},
-                        {"memcpy_ns_per_vertex", copy},
-                        {"fill_ns_per_vertex", stream},
-                        {"digest", at.digest}});
+        table.rows.push_back(
+            {{number(level, 0), number(static_cast<double>(at.vertices), 0),
+              normals ? "position, normal" : "position", number(threads, 0),
+              spread(at.plait, scale), middle(at.copy, scale), middle(at.stream, scale),
+              number(*middle(at.plait).value / *middle(at.copy).value), at.digest}});
       }
-  write_json(settings.json, rows);
+  print_table(
+      fmt::format("{} base vertices, executor {}, layout {}, {} runs", base.mesh.vertex_count(),
+                  settings.executor, to_string(base.kind), settings.runs),
+      table, settings.json);
   return 0;
 }
 

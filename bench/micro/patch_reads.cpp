@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "instrument/statistics.h"
 #include "micro/command_line.h"
 #include "micro/random_patches.h"
 #include "micro/support.h"
@@ -87,9 +88,9 @@ void measure(Row& row, const Reader& reader, const Mapping& mapping, std::uint64
                                          .copy_to(into[thread]);
                                    });
                                  }));
-  row.p50.push_back(quantile(times, 0.5));
-  row.p99.push_back(quantile(times, 0.99));
-  row.p999.push_back(quantile(times, 0.999));
+  row.p50.push_back(instrument::quantile(times, 0.5));
+  row.p99.push_back(instrument::quantile(times, 0.99));
+  row.p999.push_back(instrument::quantile(times, 0.999));
   row.floor_reads_per_second.push_back(count / seconds([&] {
                                          latencies(faces, [&](std::size_t thread, FaceId face) {
                                            std::memcpy(into[thread].data(),
@@ -135,33 +136,20 @@ int run(const Settings& settings) {
   }
   fs::remove_all(path);
 
-  fmt::print("{} patches of {} vertices, float32 positions, {} reads, {} runs, budget {}\n\n",
-             base.face_count(), patch_vertex_count(std::int64_t{1} << settings.level),
-             settings.reads, settings.runs,
-             settings.budget_mebibytes == 0 ? "for everything"
-                                            : fmt::format("{} MiB", settings.budget_mebibytes));
-  fmt::print(
-      "| backend | patches | threads | reads a second (min to max) | copies a second | time / copy "
-      "| p50, ns | p99, ns | p99.9, ns |\n|---|---|---|---|---|---|---|---|---|\n");
-  nlohmann::json report = nlohmann::json::array();
-  for (const Row& row : rows) {
-    const double reads = median(row.reads_per_second), copies = median(row.floor_reads_per_second);
-    const Spread range = spread(row.reads_per_second);
-    fmt::print(
-        "| {} | {} | {} | {:.0f} ({:.0f} to {:.0f}) | {:.0f} | {:.2f} | {:.0f} | {:.0f} | {:.0f} "
-        "|\n",
-        row.backend, row.distribution, row.threads, reads, range.smallest, range.largest, copies,
-        copies / reads, median(row.p50), median(row.p99), median(row.p999));
-    report.push_back({{"backend", row.backend},
-                      {"distribution", row.distribution},
-                      {"threads", row.threads},
-                      {"reads_per_second", row.reads_per_second},
-                      {"copies_per_second", row.floor_reads_per_second},
-                      {"p50_ns", row.p50},
-                      {"p99_ns", row.p99},
-                      {"p999_ns", row.p999}});
-  }
-  write_json(settings.json, report);
+  instrument::Table table = instrument::table_with(
+      "backend|patches|#threads|#reads a second|#copies a second|#time / copy|#p50, ns|#p99, "
+      "ns|#p99.9, ns");
+  for (const Row& row : rows)
+    table.rows.push_back(
+        {{row.backend, row.distribution, number(row.threads, 0), spread(row.reads_per_second, 1, 0),
+          middle(row.floor_reads_per_second, 1, 0),
+          number(*middle(row.floor_reads_per_second).value / *middle(row.reads_per_second).value),
+          middle(row.p50, 1, 0), middle(row.p99, 1, 0), middle(row.p999, 1, 0)}});
+  print_table(fmt::format("{} patches of {} vertices, float32 positions, {} reads, {} runs, budget "
+                          "{} MiB (0: for everything)",
+                          base.face_count(), patch_vertex_count(std::int64_t{1} << settings.level),
+                          settings.reads, settings.runs, settings.budget_mebibytes),
+              table, settings.json);
   return 0;
 }
 
@@ -175,9 +163,7 @@ int main(int count, char** words) {
         app.add_option("--block", settings.block_kibibytes, "Size of a block, KiB")
             ->range(4, 1 << 20)
             ->capture_default_str();
-        add_number_option(app, "--level", settings.level, 1, 10, "The level of the patches");
-        add_number_option(app, "--refinements", settings.refinements, 0, 9,
-                          "Refinements of the octahedron that give the base mesh");
+        add_surface_options(app, settings.refinements, settings.level);
         app.add_option("--backend", settings.backends, "Backends, several with commas")
             ->delimiter(',');
         app.add_option("--threads", settings.threads, "Numbers of threads, several with commas")

@@ -55,11 +55,4 @@ std::vector<double> latencies(const std::vector<std::vector<FaceId>>& faces_of, 
   return all;
 }
 
-/// The value that a part of the values do not exceed. Changes their order.
-inline double quantile(std::vector<double>& values, double part) {
-  const auto at = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + at);
-  return values[static_cast<std::size_t>(at)];
-}
-
 }  // namespace plait::bench

@@ -18,7 +18,6 @@
 #include <functional>
 #include <iterator>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -181,12 +180,8 @@ struct Times {
 int run(const Settings& settings) {
   std::vector<Subject> all = subjects<float>(settings.points, ", float32");
   std::ranges::move(subjects<double>(settings.points, ", float64"), std::back_inserter(all));
-  fmt::print("rows of {} points in {} lanes, {} runs\n\n", settings.points, kPatchLanes,
-             settings.runs);
-  fmt::print(
-      "| row | instruction set | ns a vertex (min to max) | over the narrower set | over memcpy |\n"
-      "|---|---|---|---|---|\n");
-  nlohmann::json figures = nlohmann::json::array();
+  instrument::Table table = instrument::table_with(
+      "row|instruction set|#ns a vertex|#over the narrower set|#over memcpy");
   for (const Subject& subject : all) {
     if (subject.name.find(settings.only) == std::string::npos) continue;
     std::vector<std::pair<std::string, Times>> targets;
@@ -203,23 +198,14 @@ int run(const Settings& settings) {
         narrower = times.ns.back();
       });
     }
-    for (const auto& [target, times] : targets) {
-      const Spread range = spread(times.ns);
-      const bool first = times.over_narrower.empty();
-      fmt::print("| {} | {} | {:.2f} ({:.2f} to {:.2f}) | {} | {:.2f} |\n", subject.name, target,
-                 median(times.ns), range.smallest, range.largest,
-                 first ? "-" : fmt::format("{:.2f}", median(times.over_narrower)),
-                 median(times.over_copy));
-      figures.push_back({{"row", subject.name},
-                         {"instruction_set", target},
-                         {"ns_per_vertex", median(times.ns)},
-                         {"ns_per_vertex_min", range.smallest},
-                         {"ns_per_vertex_max", range.largest},
-                         {"over_memcpy", median(times.over_copy)}});
-      if (!first) figures.back()["over_narrower"] = median(times.over_narrower);
-    }
+    for (const auto& [target, times] : targets)
+      table.rows.push_back({{subject.name, target, spread(times.ns),
+                             times.over_narrower.empty() ? "-" : middle(times.over_narrower),
+                             middle(times.over_copy)}});
   }
-  write_json(settings.json, figures);
+  print_table(fmt::format("rows of {} points in {} lanes, {} runs", settings.points, kPatchLanes,
+                          settings.runs),
+              table, settings.json);
   return 0;
 }
 

@@ -3,10 +3,12 @@
 
 #include <time.h>
 
-#include <algorithm>
 #include <chrono>
-#include <vector>
+#include <cstdint>
+#include <span>
+#include <string>
 
+#include "instrument/page.h"
 #include "plait/subdivide.h"
 
 namespace plait::bench {
@@ -31,18 +33,19 @@ double thread_seconds(Work work) {
   return now() - start;
 }
 
-/// REQUIRES: `values` is not empty; the same for spread().
-inline double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
-}
+/// "1.23".
+instrument::Cell number(double value, int digits = 2);
+/// "1.23", the median of `values` times `scale`. REQUIRES: there is a value; also for spread().
+instrument::Cell middle(std::span<const double> values, double scale = 1, int digits = 2);
+/// "1.23 (1.20 to 1.31)": with the smallest and the largest.
+instrument::Cell spread(std::span<const double> values, double scale = 1, int digits = 2);
 
-struct Spread {
-  double smallest, largest;
-};
-inline Spread spread(const std::vector<double>& values) {
-  return {*std::ranges::min_element(values), *std::ranges::max_element(values)};
-}
+/// Prints a line and the table as Markdown, and writes both as JSON to the file `json`, unless that
+/// is empty. Errors: kIo.
+void print_table(const std::string& about, const instrument::Table& table, const std::string& json);
+
+/// Prints a line to standard error if it is a terminal.
+void say_progress(const std::string& text);
 
 /// A closed mesh of 8 * 4^refinements faces.
 inline BaseMesh octahedron(int refinements) {

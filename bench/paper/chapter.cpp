@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "argument_text.h"
 #include "base/byte_text.h"
@@ -18,106 +19,105 @@ using Json = nlohmann::ordered_json;
 std::string count(const Json& number) { return format_count(number.get<std::uint64_t>()); }
 
 using instrument::clock_text;
+using instrument::Page;
 using instrument::seconds_text;
+using instrument::Table;
+using instrument::table_with;
 
 std::string share_text(const Json& part, const Json& whole) {
   return fmt::format("{:.2f} %", 100 * part.get<double>() / whole.get<double>());
 }
 
-void write_mesh(Document& document, const Json& model) {
+void write_mesh(Page& page, const Json& model) {
   const Json &tables = model["tables"], &paper = model["paper"];
-  document.heading(fmt::format("{}: the mesh", model["title"].get<std::string>()));
-  document.paragraph(
+  page.section(fmt::format("{}: the mesh", model["title"].get<std::string>()));
+  page.paragraph(
       fmt::format("Base mesh: {}. It is {}the paper's mesh, which is not distributed with plait.",
                   model["source"].get<std::string>(),
                   model["is_stand_in"].get<bool>() ? "not " : "what the user named as "));
-  DocumentTable table{{"", "vertices", "edges", "faces", "Euler number"}, {}};
-  table.rows.push_back({"the paper's", count(paper["vertices"]), count(paper["edges"]),
-                        format_count(paper["edges"].get<std::uint64_t>() * 2 / 3), "-"});
-  table.rows.push_back({"this one", count(tables["vertices"]), count(tables["edges"]),
-                        count(tables["faces"]), std::to_string(tables["euler"].get<int>())});
-  document.table(std::move(table));
+  Table table = table_with("|#vertices|#edges|#faces|#Euler number");
+  table.rows.push_back({{"the paper's", count(paper["vertices"]), count(paper["edges"]),
+                         format_count(paper["edges"].get<std::uint64_t>() * 2 / 3), "-"}});
+  table.rows.push_back({{"this one", count(tables["vertices"]), count(tables["edges"]),
+                         count(tables["faces"]), std::to_string(tables["euler"].get<int>())}});
+  page.table(std::move(table));
 }
 
-void write_shares(Document& document, const Json& model) {
+void write_shares(Page& page, const Json& model) {
   const Json& tables = model["tables"];
-  document.heading(fmt::format("{}: vertices on base edges", model["title"].get<std::string>()));
-  document.paragraph(
+  page.section(fmt::format("{}: vertices on base edges", model["title"].get<std::string>()));
+  page.paragraph(
       "A level creates 4^(k-1) vertices for each base edge of a closed mesh, and 2^(k-1) of them "
       "lie on "
       "the edge: a share of 2^(1-k) (section 2). The last columns say how many vertices there are "
       "up to the level, and how many "
       "more "
       "a format would store that gives each patch a grid of its own.");
-  DocumentTable table{{"level", "created", "on base edges", "share", "vertices up to it",
-                       "with a grid for each patch", "more"},
-                      {}};
+  Table table = table_with(
+      "level|#created|#on base edges|#share|#vertices up to it|#with a grid for each patch|#more");
   for (const Json& row : tables["shares"]) {
     const auto level = row["level"].get<std::size_t>();
     const double more =
         tables["replicated"][level].get<double>() / tables["counts"][level].get<double>() - 1;
-    table.rows.push_back({std::to_string(level), count(row["born"]), count(row["on_base_edges"]),
-                          share_text(row["on_base_edges"], row["born"]),
-                          count(tables["counts"][level]), count(tables["replicated"][level]),
-                          fmt::format("{:.1f} %", 100 * more)});
+    table.rows.push_back(
+        {{std::to_string(level), count(row["born"]), count(row["on_base_edges"]),
+          share_text(row["on_base_edges"], row["born"]), count(tables["counts"][level]),
+          count(tables["replicated"][level]), fmt::format("{:.1f} %", 100 * more)}});
   }
-  document.table(std::move(table));
+  page.table(std::move(table));
 }
 
-void write_spans(Document& document, const Json& model) {
+void write_spans(Page& page, const Json& model) {
   const Json &tables = model["tables"], &paper = model["paper"];
-  document.heading(fmt::format("{}: spans", model["title"].get<std::string>()));
-  document.paragraph(
+  page.section(fmt::format("{}: spans", model["title"].get<std::string>()));
+  page.paragraph(
       "The span of a set of stencils is the largest difference of edge indices inside one (section "
       "5.3): of a face's three edges, and of the five edges of a Loop stencil. It decides the size "
       "of "
       "the buffers. The paper sorts faces along the longest axis, which is the order \"spatial\" "
       "here. "
       "Its meshes have other shapes and numberings, so only the magnitude can agree.");
-  DocumentTable table{
-      {"order", "span of faces", "of Loop stencils", "median of Loop stencils", "of all edges"},
-      {}};
-  const auto part = [](const Json& span, const Json& edges) {
-    return fmt::format("{:.2f} %", 100 * span.get<double>() / edges.get<double>());
-  };
-  table.rows.push_back({"the paper's mesh, ordered", count(paper["face_span"]),
-                        count(paper["loop_span"]), "-", part(paper["loop_span"], paper["edges"])});
+  Table table =
+      table_with("order|#span of faces|#of Loop stencils|#median of Loop stencils|#of all edges");
+  table.rows.push_back(
+      {{"the paper's mesh, ordered", count(paper["face_span"]), count(paper["loop_span"]), "-",
+        share_text(paper["loop_span"], paper["edges"])}});
   for (const Json& row : tables["spans"])
     table.rows.push_back(
-        {row["layout"].get<std::string>() + (row["layout"] == "given"     ? " (before ordering)"
-                                             : row["layout"] == "spatial" ? " (the paper's order)"
-                                                                          : ""),
-         count(row["face"]), count(row["loop"]), count(row["loop_median"]),
-         part(row["loop"], tables["edges"])});
-  document.table(std::move(table));
+        {{row["layout"].get<std::string>() + (row["layout"] == "given"     ? " (before ordering)"
+                                              : row["layout"] == "spatial" ? " (the paper's order)"
+                                                                           : ""),
+          count(row["face"]), count(row["loop"]), count(row["loop_median"]),
+          share_text(row["loop"], tables["edges"])}});
+  page.table(std::move(table));
 }
 
-void write_run(DocumentTable& table, const Json& row, double paper_seconds) {
+void write_run(Table& table, const Json& row, double paper_seconds) {
   const std::string name =
       row["executor"] == "paper" ? "the paper's way, here" : row["executor"].get<std::string>();
   const std::string backend = row["backend"].get<std::string>();
   const std::string budget = format_bytes(row["budget_bytes"].get<std::uint64_t>());
   if (row.contains("not_run")) {
-    table.rows.push_back({name, backend, "-", budget, "not run", "-", "-", "-", "-", "-"});
+    table.rows.push_back({{name, backend, "-", budget, "not run", "-", "-", "-", "-", "-"}});
     return;
   }
   const double seconds = row["seconds"].get<double>();
   const bool on_disk = row["on_disk"].get<bool>();
   table.rows.push_back(
-      {name, backend, row["layout"].get<std::string>(), on_disk ? budget : "all in memory",
-       seconds_text(seconds), seconds_text(row["cpu_seconds"].get<double>()),
-       format_bytes(row["peak_rss_bytes"].get<std::uint64_t>()),
-       on_disk ? format_bytes(row["stored_bytes"].get<std::uint64_t>()) : "-",
-       fmt::format("{:.1f}", 1e9 * seconds / row["vertices"].get<double>()),
-       paper_seconds == 0 ? "-" : fmt::format("{:.0f} x", paper_seconds / seconds)});
+      {{name, backend, row["layout"].get<std::string>(), on_disk ? budget : "all in memory",
+        seconds_text(seconds), seconds_text(row["cpu_seconds"].get<double>()),
+        format_bytes(row["peak_rss_bytes"].get<std::uint64_t>()),
+        on_disk ? format_bytes(row["stored_bytes"].get<std::uint64_t>()) : "-",
+        fmt::format("{:.1f}", 1e9 * seconds / row["vertices"].get<double>()),
+        paper_seconds == 0 ? "-" : fmt::format("{:.0f} x", paper_seconds / seconds)}});
 }
 
-void write_runs(Document& document, const Json& model) {
+void write_runs(Page& page, const Json& model) {
   const Json &paper = model["paper"], &runs = model["runs"];
   if (runs.empty()) return;
   const int levels = model["levels"].get<int>();
-  document.heading(fmt::format("{}: Loop to level {}", model["title"].get<std::string>(), levels));
-  document.paragraph(
+  page.section(fmt::format("{}: Loop to level {}", model["title"].get<std::string>(), levels));
+  page.paragraph(
       "Positions and normals in float32, from the file of the mesh to a committed store, with "
       "fdatasync; each row is one run in a process of its own. Memory is the peak of the process, "
       "with "
@@ -127,24 +127,24 @@ void write_runs(Document& document, const Json& model) {
   // Only a run to the paper's level, from as many edges, has its work.
   const bool comparable =
       levels == paper["levels"].get<int>() && model["tables"]["edges"] == paper["edges"];
-  document.paragraph(
+  page.paragraph(
       comparable
           ? "The paper's rows are what it printed, on a machine of its time: times tell the "
             "magnitude, not a ranking of methods. Memory is its main claim, and does not age."
           : fmt::format(
                 "The paper has {} edges and level {}: other work, so its rows are not here.",
                 count(paper["edges"]), paper["levels"].get<int>()));
-  DocumentTable table{{"executor", "backend", "order", "budget", "elapsed", "processor", "memory",
-                       "disk", "ns a vertex", "paper's time over it"},
-                      {}};
+  Table table = table_with(
+      "executor|#backend|#order|#budget|#elapsed|#processor|#memory|#disk|#ns a vertex|#paper's "
+      "time over it");
   const std::size_t budgets = comparable ? paper["elapsed"].size() : 0;
   for (std::size_t at = 0; at < budgets; ++at)
-    table.rows.push_back({budgets == 1 ? "the paper" : fmt::format("the paper, budget {}", at + 1),
-                          "-", "spatial", "-", clock_text(paper["elapsed"][at].get<double>()),
-                          clock_text(paper["processor_seconds"].get<double>()),
-                          fmt::format("{:.0f} MB", paper["memory_bytes"][at].get<double>() / 1e6),
-                          fmt::format("{:.0f} GB", paper["disk_bytes"].get<double>() / 1e9), "-",
-                          "-"});
+    table.rows.push_back(
+        {{budgets == 1 ? "the paper" : fmt::format("the paper, budget {}", at + 1), "-", "spatial",
+          "-", clock_text(paper["elapsed"][at].get<double>()),
+          clock_text(paper["processor_seconds"].get<double>()),
+          fmt::format("{:.0f} MB", paper["memory_bytes"][at].get<double>() / 1e6),
+          fmt::format("{:.0f} GB", paper["disk_bytes"].get<double>() / 1e9), "-", "-"}});
   const double fastest =
       comparable ? std::ranges::min(paper["elapsed"].get<std::vector<double>>()) : 0;
   std::vector<std::string> refusals;
@@ -155,48 +155,48 @@ void write_runs(Document& document, const Json& model) {
                                      row["backend"].get<std::string>(),
                                      row["not_run"].get<std::string>()));
   }
-  document.table(std::move(table));
-  for (std::string& refusal : refusals) document.paragraph(std::move(refusal));
+  page.table(std::move(table));
+  for (std::string& refusal : refusals) page.paragraph(std::move(refusal));
   if (model["digests_equal"].is_boolean())
-    document.paragraph(
+    page.paragraph(
         model["digests_equal"].get<bool>()
             ? fmt::format("All runs have the digest {}.", model["digest"].get<std::string>())
             : "FAILED: the runs have different digests, so no figure of this table counts.");
 }
 
-void write_pictures(Document& document, const Json& model) {
+void write_pictures(Page& page, const Json& model) {
   if (model["pictures"].empty()) return;
-  document.heading(fmt::format("{}: pictures", model["title"].get<std::string>()));
+  page.section(fmt::format("{}: pictures", model["title"].get<std::string>()));
   for (const Json& picture : model["pictures"])
-    document.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
+    page.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
 }
 
 }  // namespace
 
-Document make_chapter(const Json& report) {
-  Document document("The paper again");
-  document.paragraph(
+Page make_chapter(const Json& report) {
+  Page page("The paper again");
+  page.paragraph(
       "I. Guskov, \"Non-replicating indexing for out-of-core processing of semi-regular triangular "
       "surface meshes\", is where plait's index comes from. Here are its tables and figures beside "
       "those of this program. A command made all of this chapter:");
-  document.command(report["command"].get<std::string>());
-  document.paragraph(fmt::format("{}, {}, {}.", report["date"].get<std::string>(),
-                                 report["machine"].get<std::string>(),
-                                 report["plait"].get<std::string>()));
+  page.command(report["command"].get<std::string>());
+  page.paragraph(fmt::format("{}, {}, {}.", report["date"].get<std::string>(),
+                             report["machine"].get<std::string>(),
+                             report["plait"].get<std::string>()));
   if (!report["remark"].get<std::string>().empty())
-    document.paragraph(report["remark"].get<std::string>());
+    page.paragraph(report["remark"].get<std::string>());
   if (report["interrupted"].get<bool>())
-    document.paragraph("A signal ended the command: what is missing was not run.");
+    page.paragraph("A signal ended the command: what is missing was not run.");
   for (const Json& picture : report["pictures"])
-    document.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
+    page.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
   for (const Json& model : report["models"]) {
-    write_mesh(document, model);
-    write_shares(document, model);
-    write_spans(document, model);
-    write_runs(document, model);
-    write_pictures(document, model);
+    write_mesh(page, model);
+    write_shares(page, model);
+    write_spans(page, model);
+    write_runs(page, model);
+    write_pictures(page, model);
   }
-  return document;
+  return page;
 }
 
 }  // namespace plait::paper

@@ -1,14 +1,14 @@
 // bench/paper/chapter.h: puts the figures of a run (report.h) into the words and tables of the
-// chapter about the paper. It measures nothing; document.h writes the chapter.
+// chapter about the paper. It measures nothing.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
-#include "paper/document.h"
+#include "instrument/page.h"
 
 namespace plait::paper {
 
 /// `report` is what `plait paper --json` prints: that of make_report() (paper/report.h).
-Document make_chapter(const nlohmann::ordered_json& report);
+instrument::Page make_chapter(const nlohmann::ordered_json& report);
 
 }  // namespace plait::paper

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <functional>
 #include <string>
 #include <vector>
@@ -70,7 +69,7 @@ using Way = std::function<void(const MeasuredAttribute&, Sizes&, Times&)>;
 
 void measure(const Settings& settings, const std::string& surface, const std::string& name,
              const std::vector<MeasuredAttribute>& attributes, const Way& way,
-             nlohmann::ordered_json& figures) {
+             instrument::Table& table) {
   std::vector<double> encode, decode;
   std::vector<double> bytes_a_vertex;
   Sizes all;
@@ -89,32 +88,20 @@ void measure(const Settings& settings, const std::string& surface, const std::st
     encode.push_back(all.raw / times.encode / 1e9);
     decode.push_back(all.raw / times.decode / 1e9);
   }
-  const std::string floor =
-      all.entropy > 0 ? fmt::format("{:.2f}", all.stored / all.entropy) : std::string("-");
-  fmt::print("| {} | {} | {:.2f} | {:.2f} + {:.2f} | {} | {:.2f} | {:.2f} |\n", surface, name,
-             all.raw / all.stored, bytes_a_vertex[0], bytes_a_vertex[1], floor, median(encode),
-             median(decode));
-  std::fflush(stdout);
-  figures.push_back({{"surface", surface},
-                     {"way", name},
-                     {"ratio", all.raw / all.stored},
-                     {"position_bytes_a_vertex", bytes_a_vertex[0]},
-                     {"normal_bytes_a_vertex", bytes_a_vertex[1]},
-                     {"over_entropy", all.entropy > 0 ? all.stored / all.entropy : 0},
-                     {"encode_gb_a_second", median(encode)},
-                     {"decode_gb_a_second", median(decode)}});
+  table.rows.push_back({{surface, name, number(all.raw / all.stored), number(bytes_a_vertex[0]),
+                         number(bytes_a_vertex[1]),
+                         all.entropy > 0 ? number(all.stored / all.entropy) : instrument::Cell("-"),
+                         middle(encode), middle(decode)}});
 }
 
 int run(const Settings& settings) {
   const LaidOutMesh mesh = lay_out(
       settings.mesh.empty() ? octahedron(settings.refinements) : read_base_mesh(settings.mesh),
       LayoutKind::kAutomatic);
-  nlohmann::ordered_json figures = nlohmann::json::array();
-  fmt::print(
-      "| surface | pipeline | ratio | bytes a vertex | over entropy | encode GB/s | decode "
-      "GB/s |\n|---|---|---|---|---|---|---|\n");
+  instrument::Table table = instrument::table_with(
+      "surface|pipeline|#ratio|#bytes a position|#bytes a normal|#over entropy|#encode "
+      "GB/s|#decode GB/s");
   for (const std::string surface : {"exact", "noise", "fractal", "noise, other normals"}) {
-    say_progress(surface);
     if (!Settings::has(settings.surfaces, surface)) continue;
     Store store = make_surface(settings.surface, mesh, surface);
     MeasuredSurface read(store);
@@ -123,10 +110,10 @@ int run(const Settings& settings) {
       attributes.push_back(read_attribute(settings.surface, store, name, read));
     const auto add = [&](const std::string& name, const Way& way) {
       if (name != "memcpy" && !Settings::has(settings.only, name)) return;
-      if (!settings.every_target) return measure(settings, surface, name, attributes, way, figures);
+      say_progress(fmt::format("{}: {}", surface, name));
+      if (!settings.every_target) return measure(settings, surface, name, attributes, way, table);
       fused_rows::on_every_target([&](const char* target) {
-        measure(settings, surface, fmt::format("{} with {}", name, target), attributes, way,
-                figures);
+        measure(settings, surface, fmt::format("{} with {}", name, target), attributes, way, table);
       });
     };
     add("memcpy", [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
@@ -145,7 +132,9 @@ int run(const Settings& settings) {
         run_peer(of, peer, sizes, times);
       });
   }
-  write_json(settings.json, figures);
+  print_table(fmt::format("blocks of {} KiB at level {}, {} runs", settings.surface.block_kib,
+                          settings.surface.level, settings.runs),
+              table, settings.json);
   return 0;
 }
 

@@ -36,14 +36,15 @@ void make_other_normals(Store& store) {
 }  // namespace
 
 Store make_surface(const SurfaceSettings& settings, const LaidOutMesh& mesh,
-                   const std::string& name) {
+                   const std::string& name, bool normals) {
   StoreOptions options;
   options.backend = "memory";
   options.block_bytes = static_cast<std::uint64_t>(settings.block_kib) << 10;
   options.budget_bytes = 256 << 20;
   Store store = Store::create({}, mesh, options, default_backends());
   add_base_positions(store);
-  subdivide(store, {.executor = ExecutorKind::kFused, .levels = settings.level, .normals = true});
+  subdivide(store,
+            {.executor = ExecutorKind::kFused, .levels = settings.level, .normals = normals});
   if (name.starts_with("noise"))
     displace(store, {.kind = DisplacementKind::kNoise, .amplitude = 3e-7});
   if (name == "fractal") displace(store, {.kind = DisplacementKind::kFractal, .amplitude = 0.005});

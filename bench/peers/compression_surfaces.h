@@ -21,11 +21,11 @@ struct SurfaceSettings {
   int block_kib = 256;  ///< KiB of a block
 };
 
-/// A store in memory with positions and normals. `name` is "exact" for a Loop surface, or "noise",
-/// "fractal" or "noise, other normals" for one that is displaced. Errors: as subdivide() and
-/// displace().
+/// A store in memory with positions, and with normals unless they are not wanted. `name` is "exact"
+/// for a Loop surface, or "noise", "fractal" or "noise, other normals" for one that is displaced.
+/// Errors: as subdivide() and displace().
 Store make_surface(const SurfaceSettings& settings, const LaidOutMesh& mesh,
-                   const std::string& name);
+                   const std::string& name, bool normals = true);
 
 /// What filters must know of a surface, and the raw bytes of its levels. Refers to its store.
 struct MeasuredSurface {

@@ -14,7 +14,6 @@
 
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "instrument/process.h"
@@ -198,34 +197,18 @@ int run(const Settings& settings) {
     }
 
   const auto vertices = static_cast<double>(counts_at_level(base.mesh, settings.level).vertices);
-  fmt::print(
-      "{} base vertices, {} at level {}, positions only, one thread, layout {}, {} runs; not "
-      "found: {}\n\n"
-      "| library | measured | thread ns a vertex (min to max) | over plait (min to max) | peak "
-      "bytes a "
-      "vertex |\n|---|---|---|---|---|\n",
-      base.mesh.vertex_count(), vertices, settings.level, to_string(base.kind), settings.runs,
-      PLAIT_BENCH_PEERS_NOT_FOUND);
-  nlohmann::json rows = nlohmann::json::array();
-  for (std::size_t i = 0; i < peers.size(); ++i) {
-    const double scale = 1e9 / vertices, peak = static_cast<double>(peaks[i]) / vertices;
-    const Spread time = spread(times[i]), ratio = spread(ratios[i]);
-    fmt::print("| {} | {} | {:.2f} ({:.2f} to {:.2f}) | {:.1f} ({:.1f} to {:.1f}) | {:.0f} |\n",
-               peers[i].name, peers[i].measured, median(times[i]) * scale, time.smallest * scale,
-               time.largest * scale, median(ratios[i]), ratio.smallest, ratio.largest, peak);
-    rows.push_back({{"library", peers[i].name},
-                    {"measured", peers[i].measured},
-                    {"level", settings.level},
-                    {"vertices", vertices},
-                    {"ns_per_vertex", median(times[i]) * scale},
-                    {"ns_per_vertex_min", time.smallest * scale},
-                    {"ns_per_vertex_max", time.largest * scale},
-                    {"over_plait", median(ratios[i])},
-                    {"over_plait_min", ratio.smallest},
-                    {"over_plait_max", ratio.largest},
-                    {"peak_bytes_per_vertex", peak}});
-  }
-  write_json(settings.json, rows);
+  instrument::Table table = instrument::table_with(
+      "library|measured|#thread ns a vertex|#over plait|#peak bytes a vertex");
+  for (std::size_t i = 0; i < peers.size(); ++i)
+    table.rows.push_back(
+        {{peers[i].name, peers[i].measured, spread(times[i], 1e9 / vertices),
+          spread(ratios[i], 1, 1), number(static_cast<double>(peaks[i]) / vertices, 0)}});
+  print_table(
+      fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout {}, "
+                  "{} runs; not found: {}",
+                  base.mesh.vertex_count(), vertices, settings.level, to_string(base.kind),
+                  settings.runs, PLAIT_BENCH_PEERS_NOT_FOUND),
+      table, settings.json);
   return 0;
 }
 

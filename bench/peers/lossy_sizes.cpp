@@ -16,10 +16,10 @@
 #include <functional>
 #include <utility>
 
-#include "displace/displace.h"
 #include "micro/command_line.h"
 #include "micro/support.h"
 #include "paging/level_cursor.h"
+#include "peers/compression_surfaces.h"
 #include "peers/lossy_peers.h"
 #include "plait/compression.h"
 #include "plait/extend/copy_levels.h"
@@ -38,18 +38,6 @@ struct Settings {
   int level = 5, refinements = 4;
   std::string directory = "/tmp", json;
 };
-
-Store make_surface(const Settings& settings, const LaidOutMesh& mesh, const std::string& name) {
-  StoreOptions options;
-  options.backend = "memory";
-  options.budget_bytes = 256 << 20;
-  Store store = Store::create({}, mesh, options, default_backends());
-  add_base_positions(store);
-  subdivide(store, {.executor = ExecutorKind::kFused, .levels = settings.level});
-  if (name == "noise") displace(store, {.kind = DisplacementKind::kNoise, .amplitude = 3e-7});
-  if (name == "fractal") displace(store, {.kind = DisplacementKind::kFractal, .amplitude = 0.005});
-  return store;
-}
 
 /// All vertices, in the order of VertexNumbering, and the triangles of the finest level.
 LossyMesh mesh_of(const Settings& settings, Store& store) {
@@ -128,12 +116,10 @@ LossySize size_quantised(const LossyMesh& mesh, double bound, int zstd_level) {
 
 int run(const Settings& settings) {
   const LaidOutMesh base = lay_out(octahedron(settings.refinements), LayoutKind::kAutomatic);
-  nlohmann::ordered_json figures = nlohmann::json::array();
-  fmt::print(
-      "| surface | bound, diagonals | way | bytes a vertex | largest error / bound |\n"
-      "|---|---|---|---|---|\n");
+  instrument::Table table = instrument::table_with(
+      "surface|#bound, diagonals|way|#bytes a vertex|#largest error / bound");
   for (const std::string surface : {"exact", "noise", "fractal"}) {
-    Store store = make_surface(settings, base, surface);
+    Store store = make_surface({.level = settings.level}, base, surface, false);
     const LossyMesh mesh = mesh_of(settings, store);
     const ErrorBound one{1, true};
     const double diagonal =
@@ -144,15 +130,11 @@ int run(const Settings& settings) {
       const double bound = relative * diagonal;
       const auto add = [&](const std::string& way, const LossySize& size) {
         const double vertices = static_cast<double>(mesh.numbers.size()) / 3;
-        const double bytes = static_cast<double>(size.bytes) / vertices;
-        fmt::print("| {} | {:g} | {} | {:.3f} | {:.3f} |\n", surface, relative, way, bytes,
-                   size.largest_error / bound);
-        std::fflush(stdout);
-        figures.push_back({{"surface", surface},
-                           {"bound", relative},
-                           {"way", way},
-                           {"bytes_a_vertex", bytes},
-                           {"largest_error", size.largest_error / bound}});
+        table.rows.push_back({{surface,
+                               {fmt::format("{:g}", relative), relative},
+                               way,
+                               number(static_cast<double>(size.bytes) / vertices, 3),
+                               number(size.largest_error / bound, 3)}});
       };
       for (const char* preset : {"fast", "default", "small"}) {
         say_progress(fmt::format("{} {} {}", surface, relative, preset));
@@ -166,7 +148,7 @@ int run(const Settings& settings) {
       }
     }
   }
-  write_json(settings.json, figures);
+  print_table(fmt::format("positions to level {}", settings.level), table, settings.json);
   return 0;
 }
 

@@ -4,19 +4,15 @@
 
 #include <algorithm>
 
-#include "plait/compression.h"
 #include "plait/extend/store_access.h"
 
 namespace plait::tune {
-namespace {
 
 Compression compression_of(const Choice& choice) {
   Compression compression;
   for (const std::string& text : choice.compress) compression.add(text);
   return compression;
 }
-
-}  // namespace
 
 std::string Choice::options() const {
   std::string text = compress.empty() ? "--backend pread" : "";
@@ -42,7 +38,7 @@ Choice choice_of_pipelines(const std::vector<std::string>& names,
 
 StoreOptions options_of_copy(const Store& source, const Choice& choice) {
   StoreOptions options = source.options();
-  options.backend = choice.compress.empty() ? "pread" : "compressed";
+  options.backend = choice.backend();
   options.pipeline = {};
   options.pipeline_of = {};
   options.durability = Durability::kCommit;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "plait/compression.h"
 #include "plait/store.h"
 
 namespace plait::tune {
@@ -17,11 +18,13 @@ struct Choice {
   bool is_preset = false;
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
 
+  const char* backend() const { return compress.empty() ? "pread" : "compressed"; }
   /// "--compress small", or "--backend pread"; and --block, if that is not as in the source.
   std::string options() const;
   friend bool operator==(const Choice&, const Choice&) = default;
 };
 
+Compression compression_of(const Choice& choice);
 Choice choice_of_preset(const std::string& preset);
 /// Each attribute of `names` with its own pipeline.
 Choice choice_of_pipelines(const std::vector<std::string>& names,

@@ -25,12 +25,6 @@ std::string_view to_string(Goal goal) noexcept {
   return std::ranges::find(kNames, goal, [](const auto& each) { return each.first; })->second;
 }
 
-const std::vector<Goal>& all_goals() {
-  static const std::vector<Goal> goals = {Goal::kRead, Goal::kWrite, Goal::kUpdate, Goal::kSize,
-                                          Goal::kBalanced};
-  return goals;
-}
-
 Goal goal_from_name(std::string_view name) {
   for (const auto& [goal, goal_name] : kNames)
     if (name == goal_name) return goal;

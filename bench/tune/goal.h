@@ -2,13 +2,11 @@
 #pragma once
 
 #include <string_view>
-#include <vector>
 
 namespace plait::tune {
 
 enum class Goal : std::uint8_t { kRead, kWrite, kUpdate, kSize, kBalanced };
 std::string_view to_string(Goal goal) noexcept;
-const std::vector<Goal>& all_goals();
 /// Errors: kInvalidArgument; the message lists the goals.
 Goal goal_from_name(std::string_view name);
 

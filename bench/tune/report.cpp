@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/byte_text.h"
 #include "instrument/figure_text.h"
-#include "instrument/html_page.h"
+#include "instrument/page.h"
 
 namespace plait::tune {
 namespace {
@@ -44,13 +45,15 @@ std::string remark_on(const Findings& findings, const Decision& decision, std::s
   const Measured& one = findings.choices[at];
   if (!one.refused.empty()) return "refused: " + one.refused;
   if (at == decision.pick) return "the pick";
-  if (one.runs.empty()) return "not measured";
+  if (one.runs.empty()) return "not measured: the time was up";
   std::string text;
   if (findings.goal == Goal::kUpdate && !one.runs.back().can_change) return "cannot be changed";
   const Beside& beside = *decision.beside[at];
   const Estimate& factor = beside.cost.factor;
   if (beside.is_tied && factor.low < kEqualWithin && factor.high < kEqualWithin)
     text = fmt::format("equal within {:.0f} %", 100 * (kEqualWithin - 1));
+  else if (factor.confidence == 0)
+    text = fmt::format("{:.2f} times the pick in one round, which shows nothing", factor.value);
   else if (beside.is_tied)
     text = fmt::format("no difference shown ({:.2f} to {:.2f} times)", factor.low, factor.high);
   else
@@ -82,26 +85,29 @@ std::size_t best_at(const Findings& findings, double speed) {
   return best;
 }
 
-std::vector<std::vector<std::string>> table_of(const Findings& findings, const Decision& decision) {
-  std::vector<std::vector<std::string>> rows = {
-      {"stored", "ratio", "read", "write", "beside the pick", "  choice"}};
+instrument::Table table_of(const Findings& findings, const Decision& decision) {
+  instrument::Table table =
+      instrument::table_with("#stored|#ratio|#read|#write|beside the pick|choice",
+                             {"Stored in full, read and written", "The pick is green."});
   for (std::size_t at = 0; at < findings.choices.size(); ++at) {
     const Measured& one = findings.choices[at];
-    std::vector<std::string> row = {"-",
-                                    "-",
-                                    "-",
-                                    "-",
-                                    remark_on(findings, decision, at),
-                                    (at == decision.pick ? "* " : "  ") + one.choice.name};
-    if (!one.runs.empty()) {
-      row[0] = bytes_text(one.stored_bytes());
-      row[1] = fmt::format("{:.2f}", ratio_of(findings, one));
-      row[2] = interval_text(estimate(one, &CopyRun::read_seconds));
-      row[3] = interval_text(estimate(one, &CopyRun::write_seconds));
+    const bool is_pick = at == decision.pick;
+    instrument::Table::Row& row = table.rows.emplace_back();
+    row.tone = is_pick ? instrument::Tone::kGood : instrument::Tone::kPlain;
+    if (one.runs.empty()) {
+      row.cells.assign(4, "-");
+    } else {
+      const Estimate read = estimate(one, &CopyRun::read_seconds);
+      const Estimate write = estimate(one, &CopyRun::write_seconds);
+      row.cells = {{bytes_text(one.stored_bytes()), one.stored_bytes()},
+                   {fmt::format("{:.2f}", ratio_of(findings, one)), ratio_of(findings, one)},
+                   {interval_text(read), read.value},
+                   {interval_text(write), write.value}};
     }
-    rows.push_back(std::move(row));
+    row.cells.emplace_back(remark_on(findings, decision, at));
+    row.cells.emplace_back((is_pick ? "* " : "  ") + one.choice.name);
   }
-  return rows;
+  return table;
 }
 
 /// What a reader must know before believing the figures.
@@ -109,6 +115,11 @@ std::vector<std::string> doubts_of(const Findings& findings) {
   std::vector<std::string> lines;
   if (findings.is_interrupted)
     lines.push_back("interrupted: the figures are of what there was by then");
+  if (findings.seconds_for_enough > 0)
+    lines.push_back(fmt::format(
+        "the time was up before {} rounds, so the pick may differ from call to call; --seconds "
+        "{:.0f} would be enough",
+        kEnoughRounds, std::ceil(findings.seconds_for_enough)));
   if (const double others = findings.surroundings.disturbance(); others > instrument::kDisturbed)
     lines.push_back(fmt::format(
         "the processors were busy: other programs and machines took {:.0f} % of their time, so "
@@ -177,7 +188,7 @@ std::string to_text(const Findings& findings, const Decision& decision) {
   if (!findings.note.empty()) text += instrument::wrapped(findings.note, kWidth);
   for (const std::string& line : doubts_of(findings))
     text += instrument::wrapped("- " + line, kWidth, "  ");
-  text += "\n" + instrument::aligned(table_of(findings, decision));
+  text += "\n" + to_text(table_of(findings, decision));
   text += "\nFull reads of other disks, by the formula max(stored / speed, seconds from memory):\n";
   for (const DiskClass& disk : kDisks) {
     const std::size_t best = best_at(findings, disk.speed);
@@ -245,40 +256,27 @@ Json to_json(const Findings& findings, const Decision& decision) {
 }
 
 std::string to_html(const Findings& findings, const Decision& decision, const Json& report) {
-  using instrument::Cell, instrument::Tone;
-  instrument::HtmlPage page(fmt::format("plait tune {}", findings.input), method_text(findings));
-  const auto doubts = doubts_of(findings);
+  using instrument::Tone;
+  instrument::Page page(fmt::format("plait tune {}", findings.input), method_text(findings));
   page.verdict(advice_text(findings, decision), Tone::kGood);
   if (!findings.note.empty()) page.paragraph(findings.note);
-  if (!doubts.empty()) page.list(doubts, Tone::kDoubt);
-  instrument::ScatterPlot plot;
-  plot.caption = {"Bytes and seconds",
-                  "Down and to the left is better; the pick is filled and named.", ""};
-  plot.x = {"stored", "B"};
-  plot.y = {"full read", "s"};
-  instrument::Table table;
-  table.caption = {"Stored in full, read and written", "The pick is green.", ""};
-  const auto rows = table_of(findings, decision);
-  for (std::size_t at = 0; at < rows.front().size(); ++at)
-    table.columns.push_back({rows.front()[at], at < 4});
+  if (const auto doubts = doubts_of(findings); !doubts.empty()) page.list(doubts, Tone::kDoubt);
+  instrument::ScatterPlot plot{
+      {"Bytes and seconds", "Down and to the left is better; the pick is filled and named."},
+      {"stored", "B"},
+      {"full read", "s"},
+      {}};
   for (std::size_t at = 0; at < findings.choices.size(); ++at) {
     const Measured& one = findings.choices[at];
-    const bool is_pick = at == decision.pick;
-    instrument::Table::Row& row = table.rows.emplace_back();
-    row.tone = is_pick ? Tone::kGood : Tone::kPlain;
-    for (const std::string& text : rows[at + 1]) row.cells.emplace_back(text);
     if (one.runs.empty()) continue;
+    const bool is_pick = at == decision.pick;
     const Estimate read = estimate(one, &CopyRun::read_seconds);
-    const std::array<double, 4> values = {one.stored_bytes(), ratio_of(findings, one), read.value,
-                                          estimate(one, &CopyRun::write_seconds).value};
-    for (std::size_t i = 0; i < values.size(); ++i) row.cells[i].value = values[i];
     plot.points.push_back({is_pick ? "the pick" : "others",
                            (is_pick ? "pick: " : "") + one.choice.name, one.stored_bytes(),
-                           read.value, is_pick, "", one.stored_bytes(), one.stored_bytes(),
-                           read.low, read.high});
+                           read.value, is_pick, read.low, read.high});
   }
   page.plot(plot);
-  page.table(table);
+  page.table(table_of(findings, decision));
   page.command(advised_command(findings, decision));
   page.embed("tune", report);
   return page.html();

@@ -75,6 +75,7 @@ instrument::Estimate estimate(const Measured& measured, double CopyRun::*seconds
 bool measure_rounds(std::vector<Measured>& choices, Goal goal, double seconds,
                     const std::function<double()>& clock, const Run& run) {
   for (std::size_t round = 0; round < kMostRounds; ++round) {
+    const double before = clock();
     try {
       for (std::size_t i = 0; i < choices.size(); ++i) {
         Measured& one = choices[(round + i) % choices.size()];
@@ -94,8 +95,9 @@ bool measure_rounds(std::vector<Measured>& choices, Goal goal, double seconds,
         if (round > 0 && one.runs.size() > round) one.runs.pop_back();
       return false;
     }
-    const bool open = round + 1 < kLeastRounds || is_open(choices, goal);
-    if (!open || (round + 1 >= kLeastRounds && clock() >= seconds)) break;
+    if (round + 1 >= kEnoughRounds && !is_open(choices, goal)) break;
+    // The next round takes as long as this one.
+    if (const double now = clock(); now + (now - before) > seconds) break;
   }
   return true;
 }

@@ -16,8 +16,8 @@ namespace plait::tune {
 
 /// Times that differ by less than this factor are equal for all uses.
 inline constexpr double kEqualWithin = 1.03;
-/// So many rounds are measured in any case, and at most so many.
-inline constexpr std::size_t kLeastRounds = 4, kMostRounds = 16;
+/// So many rounds tell whether anything is open, and there are at most so many.
+inline constexpr std::size_t kEnoughRounds = 4, kMostRounds = 16;
 
 /// A choice with what it took in each round until it left.
 struct Measured {
@@ -35,10 +35,11 @@ instrument::Estimate estimate(const Measured& measured, double CopyRun::*seconds
 /// Measures a choice once.
 using Run = std::function<CopyRun(const Choice& choice)>;
 
-/// Adds rounds to `choices`, each with one run of every choice, in rotating order, until `seconds`
-/// have passed on `clock`, or nothing is open any more. A choice that refuses the records
-/// (kNotSupported, kInvalidArgument) says why and gets no more runs. Returns false if kCancelled
-/// ended it early; incomplete rounds are then dropped, unless there is no complete one.
+/// Adds rounds to `choices`, each with one run of every choice, in rotating order, while another
+/// one as long as the last ends before `clock` shows `seconds`, and something is open; but one
+/// round in any case. A choice that refuses the records (kNotSupported, kInvalidArgument) says why
+/// and gets no more runs. Returns false if kCancelled ended it early; incomplete rounds are then
+/// dropped, unless there is no complete one.
 bool measure_rounds(std::vector<Measured>& choices, Goal goal, double seconds,
                     const std::function<double()>& clock, const Run& run);
 

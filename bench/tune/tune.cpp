@@ -93,7 +93,10 @@ Findings measure_store(Store& store, const PipelineRegistry& registry, const Tun
   std::vector<MeasuredOnce> once;
   for (const Choice& choice : presets()) once.push_back({choice, run(choice)});
   phase = "sample";
-  const double end_of_sample = clock.seconds() + kSampleShare * options.seconds;
+  // What the presets took says how long a round takes.
+  const double seconds_of_choice = clock.seconds() / static_cast<double>(once.size());
+  const double end_of_sample =
+      std::min(options.seconds, clock.seconds() + kSampleShare * options.seconds);
   bool is_cancelled = false;
   findings.sample =
       take_sample(store, options.sample_bytes, scratch.path(), Reads::kWarmOnly, registry, [&] {
@@ -109,11 +112,21 @@ Findings measure_store(Store& store, const PipelineRegistry& registry, const Tun
     findings.choices.push_back({choice});
 
   phase = "rounds";
+  const double seconds_of_round = seconds_of_choice * static_cast<double>(findings.choices.size());
   const instrument::SurroundingsWatch watch;
-  findings.is_interrupted = !measure_rounds(
-      findings.choices, options.goal, options.seconds, [&] { return clock.seconds(); }, run);
+  if (clock.seconds() + seconds_of_round > options.seconds)
+    for (std::size_t at = 0; at < once.size(); ++at)
+      findings.choices[at].runs.push_back(once[at].run);
+  else
+    findings.is_interrupted = !measure_rounds(
+        findings.choices, options.goal, options.seconds, [&] { return clock.seconds(); }, run);
   findings.surroundings = watch.since(0);
   findings.seconds = clock.seconds();
+  // The presets alone, which were stored once, are no round.
+  const std::size_t rounds = findings.choices.back().runs.size();
+  if (rounds < kEnoughRounds && !findings.choices.back().left)
+    findings.seconds_for_enough =
+        findings.seconds + static_cast<double>(kEnoughRounds - rounds) * seconds_of_round;
   return findings;
 }
 

@@ -16,7 +16,7 @@ namespace plait::tune {
 
 struct TuneOptions {
   std::filesystem::path directory;  ///< on the disk
-  double seconds = 60;              ///< about; kLeastRounds may take longer
+  double seconds = 60;              ///< no round begins that would end later
   std::uint64_t sample_bytes = 8u << 20;
   Goal goal = Goal::kRead;
   /// Called often, with the part that is done, 0 to 1. False ends the measurement; what there is by
@@ -32,6 +32,7 @@ struct Findings {
   std::filesystem::path directory;
   Goal goal = Goal::kRead;
   double seconds = 0;
+  double seconds_for_enough = 0;  ///< what four rounds would take, if there were fewer; else 0
   int finest_level = 0;
   std::uint64_t raw_bytes = 0, block_bytes = 0;
   bool is_interrupted = false;
@@ -46,7 +47,8 @@ inline constexpr std::size_t kMostChoices = 6;
 
 /// Measures `none` and the presets; each preset that stores normals also with normals that are made
 /// again, if most of their blocks are equal bit by bit; and what propose() adds, up to
-/// kMostChoices. The first round of the presets only informs the proposals. The store is only read.
+/// kMostChoices. The first runs of the presets only inform the proposals, unless `seconds` have no
+/// room for a round: then they are all that there is. The store is only read.
 /// Errors: kInvalidArgument for a store without levels; kNoSpace if the disk has no room for a
 /// copy; kCancelled if `proceed` returned false before a choice was measured; those of reading.
 Findings measure_store(Store& store, const PipelineRegistry& registry, const TuneOptions& options);

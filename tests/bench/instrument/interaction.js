@@ -1,21 +1,9 @@
-// Appended to a copy of a page by page_in_browser_test.sh: uses the page by keyboard and writes into
+// Appended to a copy of a page by page_in_browser_test.sh: sorts its tables and writes into
 // <body data-used> what is not as it should be, or "well".
 "use strict";
 {
   const wrong = [];
   const expect = (holds, what) => { if (!holds) wrong.push(what); };
-  for (const drawing of document.querySelectorAll("svg.drawing")) {
-    expect(drawing.tabIndex === 0, "a plot cannot be focused");
-    const press = (key) => drawing.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
-    const tip = drawing.parentNode.querySelector(".tip");
-    press("End");
-    const last = tip.textContent;
-    expect(!tip.hidden && last !== "", "End shows no value");
-    press("Home");
-    expect(Number(drawing.dataset.marks) < 2 || tip.textContent !== last, "Home shows the last value");
-    press("Escape");
-    expect(tip.hidden, "Escape hides nothing");
-  }
   for (const table of document.querySelectorAll("table.sortable")) {
     const before = table.tBodies[0].rows.length;
     [...table.tHead.rows[0].cells].forEach((header, column) => {

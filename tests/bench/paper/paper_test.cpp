@@ -192,7 +192,7 @@ TEST_CASE("Chapter_ThePapersWork_HasItsMemoryBesideOurs") {
     one["runs"] = {
         {{"executor", "fused"}, {"backend", "pread"}, {"budget_bytes", 1}, {"not_run", "x"}}};
     report["models"] = {one};
-    return paper::to_markdown(paper::make_chapter(report), ".");
+    return paper::make_chapter(report).markdown(".");
   };
   const std::string same = chapter_at(5), other = chapter_at(3);
   CHECK(same.find("| 8:27 | 2:00 | 180 MB | 1 GB |") != std::string::npos);
@@ -233,15 +233,6 @@ TEST_CASE("Halved_FourPixels_AreTheirMean") {
   CHECK(half.width() == 1);
   CHECK(half.height() == 1);
   CHECK(half.at(0, 0) == Rgb{15, 21, 86});
-}
-
-TEST_CASE("Markdown_TableAndPicture_AreEscapedAndRelative") {
-  paper::Document document("Title");
-  document.table({{"a", "b"}, {{"x|y", "1"}}});
-  document.picture("docs/images/p.png", "A picture");
-  const std::string page = paper::to_markdown(document, "docs");
-  CHECK(page.find("| x\\|y | 1 |") != std::string::npos);
-  CHECK(page.find("![A picture](images/p.png)") != std::string::npos);
 }
 
 TEST_CASE("PaperCommand_TinyStandIn_RunsEveryExecutorToOneDigest") {

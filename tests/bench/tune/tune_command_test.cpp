@@ -60,6 +60,20 @@ TEST_CASE("Tune_OfAStore_ReportsAndLeavesNothing") {
   CHECK(here.plait({"digest", "s.plait"}).last_line() == digest);
 }
 
+TEST_CASE("Tune_WithoutTimeForARound_AdvisesOfThePresets_AndSaysSo") {
+  const Workplace here;
+  here.make_store();
+  const Outcome outcome = here.plait({"tune", "s.plait", "--seconds", "0.1", "--json"});
+  CAPTURE(outcome.errors);
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json report = outcome.json();
+  CHECK(std::ranges::any_of(report["doubts"], [](const std::string& doubt) {
+    return doubt.find("the time was up before 4 rounds") != std::string::npos;
+  }));
+  for (const auto& choice : report["choices"])
+    if (choice["pick"] == true) CHECK(choice["rounds"] >= 1);
+}
+
 TEST_CASE("Tune_OfADisplacedStore_HasPresetsWithNormalsMadeAgain_AndTheBytesOfApply") {
   const Workplace here;
   here.make_store();
@@ -67,7 +81,7 @@ TEST_CASE("Tune_OfADisplacedStore_HasPresetsWithNormalsMadeAgain_AndTheBytesOfAp
   for (const std::string goal : {"size", "read"}) {
     CAPTURE(goal);
     const Outcome outcome =
-        here.plait({"tune", "d.plait", "--seconds", "0.2", "--goal", goal, "--html", goal + ".html",
+        here.plait({"tune", "d.plait", "--seconds", "5", "--goal", goal, "--html", goal + ".html",
                     "--apply", "--out", goal + ".plait", "--json"});
     CAPTURE(outcome.errors);
     REQUIRE(outcome.status == 0);

@@ -1,0 +1,209 @@
+#include "backends/report_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "backends/first_screen.h"
+#include "instrument/figure_text.h"
+
+namespace plait::bench {
+namespace {
+
+using instrument::Cell;
+using instrument::IntervalPlot;
+using instrument::kMissing;
+using instrument::Page;
+using instrument::seconds_text;
+using instrument::Table;
+using instrument::table_with;
+using instrument::Tone;
+
+/// A figure that is missing is a dash.
+template <class Text>
+Cell figure_cell(const std::optional<double>& value, Text text) {
+  return value ? Cell(text(*value), *value) : Cell("–", kMissing);
+}
+Cell seconds_cell(const std::optional<double>& value) { return figure_cell(value, seconds_text); }
+
+/// The disk, and the size if there is one.
+std::string place_of(const MeasuredCell& cell) {
+  std::string place = cell.disk;
+  if (const std::string size = size_of(cell); !size.empty()) place += ", " + size;
+  return place;
+}
+
+/// Calls `add` for each cell that has figures, contest by contest.
+template <class Add>
+void for_each_measured(const Findings& findings, Add add) {
+  for (const Contest& contest : findings.contests)
+    for (const std::size_t at : contest.cells)
+      if (findings.cells[at].seconds) add(findings.cells[at]);
+}
+
+std::string subtitle(const RunSet& set, const Findings& findings) {
+  std::string first, last;
+  for (const MeasuredRun& run : set.runs) {
+    if (run.started.empty()) continue;
+    if (first.empty() || run.started < first) first = run.started;
+    last = std::max(last, run.started);
+  }
+  std::string text = fmt::format("{} runs of {} cells", set.runs.size(), findings.cells.size());
+  const auto& environment = set.runs.front().environment;
+  for (const char* name : {"processor", "kernel", "plait"})
+    if (const auto found = environment.find(name); found != environment.end())
+      text += " · " + found->second;
+  if (!first.empty()) text += " · " + first + (first == last ? "" : " to " + last);
+  return text;
+}
+
+/// Ratios to the floor, a plot for each workload.
+void add_ratios(Page& page, const Findings& findings, const std::string& command) {
+  std::map<std::string, IntervalPlot> plots;
+  for_each_measured(findings, [&](const CellFigures& figures) {
+    IntervalPlot& plot = plots[work_of(figures.cell)];
+    if (figures.ratio)
+      plot.points.push_back({place_of(figures.cell), figures.name, figures.ratio->value,
+                             figures.ratio->low, figures.ratio->high,
+                             fmt::format("{} rounds, {}; {}", figures.ratio->count, figures.label,
+                                         seconds_text(figures.seconds->value)),
+                             figures.label == "warm" || figures.label == "memory"});
+  });
+  for (auto& [work, plot] : plots) {
+    plot.caption = {work,
+                    "Left is better: 1 is the floor, a plain program that moves the same bytes in "
+                    "the same round. Lines are 95 % intervals; outlines are warm or memory, and no "
+                    "figures of a disk.",
+                    command};
+    plot.x = {"seconds, in those of the floor", "x", instrument::Scale::kLog};
+    plot.reference = 1;
+    page.plot(std::move(plot));
+  }
+}
+
+Table latencies_table(const RunSet& set, const Findings& findings, const std::string& command) {
+  Table table = table_with(
+      "disk|workload|backend|#p50|#p90|#p99|#p99.9|#longest",
+      {"How long requests took",
+       "In the run of the median time: half of the requests took at most p50, all but one "
+       "in a hundred p99.",
+       command});
+  for_each_measured(findings, [&](const CellFigures& figures) {
+    const MeasuredRun& run = set.runs[figures.middle];
+    if (run.p50)
+      table.rows.push_back({{place_of(figures.cell), work_of(figures.cell), figures.name,
+                             seconds_cell(run.p50), seconds_cell(run.p90), seconds_cell(run.p99),
+                             seconds_cell(run.p999), seconds_cell(run.longest)}});
+  });
+  return table;
+}
+
+Table splits_table(const RunSet& set, const Findings& findings, const std::string& command) {
+  Table table = table_with(
+      "disk|workload|backend|#seconds|#compute|#wait|#codec|#sync|#pager reads|#pager "
+      "writes|#device reads|#device writes",
+      {"Where time and bytes go",
+       "The run of the median time. Wait and codec are summed over threads, and a caller "
+       "may wait for the codec. Bytes for each byte that the work needed: over 1 is waste, "
+       "under 1 is what a cache or compression saved.",
+       command});
+  for_each_measured(findings, [&](const CellFigures& figures) {
+    const MeasuredRun& run = set.runs[figures.middle];
+    const auto factor = [](const std::optional<double>& moved,
+                           const std::optional<double>& needed) {
+      return figure_cell(
+          moved && needed && *needed > 0 ? std::optional(*moved / *needed) : std::nullopt,
+          [](double value) { return fmt::format("{:.3g} ×", value); });
+    };
+    table.rows.push_back(
+        {{place_of(figures.cell), work_of(figures.cell), figures.name, seconds_cell(run.seconds),
+          seconds_cell(run.compute), seconds_cell(run.wait), seconds_cell(run.codec),
+          seconds_cell(run.sync), factor(run.moved_read, run.needed_read),
+          factor(run.moved_written, run.needed_written), factor(run.device_read, run.needed_read),
+          factor(run.device_written, run.needed_written)}});
+  });
+  return table;
+}
+
+/// A column for each environment that differs in anything but the free space.
+Table environments_table(const RunSet& set) {
+  constexpr std::size_t kMost = 12;
+  std::vector<std::map<std::string, std::string>> environments;
+  std::set<std::string> names;
+  for (const MeasuredRun& run : set.runs) {
+    std::map<std::string, std::string> environment = run.environment;
+    environment.erase("disk.free_bytes");
+    if (environments.size() == kMost || std::ranges::count(environments, environment) > 0) continue;
+    for (const auto& [name, value] : environment) names.insert(name);
+    environments.push_back(std::move(environment));
+  }
+  Table table = table_with(
+      "", {"What the runs ran on", "A column for each disk or machine, at most twelve."});
+  for (std::size_t at = 0; at < environments.size(); ++at)
+    table.columns.push_back({fmt::format("{}", at + 1), false});
+  for (const std::string& name : names) {
+    Table::Row& row = table.rows.emplace_back(Table::Row{{name}});
+    for (auto& environment : environments)
+      row.cells.emplace_back(environment.contains(name) ? environment[name] : "–");
+  }
+  return table;
+}
+
+}  // namespace
+
+Table figures_table(const RunSet& set, const Findings& findings) {
+  Table table =
+      table_with("#ratio|#95 %|#seconds|#MB/s|#p99|#rounds|backend|workload|size|disk|state");
+  for (const Contest& contest : findings.contests)
+    for (const std::size_t at : contest.cells) {
+      const CellFigures& figures = findings.cells[at];
+      const MeasuredRun* const run = figures.seconds ? &set.runs[figures.middle] : nullptr;
+      const double needed =
+          run ? run->needed_read.value_or(0) + run->needed_written.value_or(0) : 0;
+      std::string state = figures.label;  // a write is neither cold nor warm
+      if (const std::string survival = survival_of(figures); !survival.empty())
+        state += (state.empty() ? "" : ", ") + survival;
+      table.rows.push_back(
+          {{figures.ratio ? fmt::format("{:.2f}", figures.ratio->value) : "–",
+            figures.ratio ? fmt::format("{:.2f}-{:.2f}", figures.ratio->low, figures.ratio->high)
+                          : "–",
+            run ? seconds_text(figures.seconds->value) : "–",
+            needed > 0 ? fmt::format("{:.0f}", 1e-6 * needed / run->seconds) : "–",
+            run && run->p99 ? seconds_text(*run->p99) : "–", fmt::format("{}", figures.runs.size()),
+            figures.name, work_of(figures.cell), size_of(figures.cell), figures.cell.disk, state}});
+    }
+  return table;
+}
+
+std::string to_page(const RunSet& set, const Findings& findings, const std::string& command) {
+  Page page("plait bench", subtitle(set, findings));
+  page.verdict(findings.verdict, findings.failed     ? Tone::kFailed
+                                 : findings.doubtful ? Tone::kDoubt
+                                                     : Tone::kGood);
+  if (Table matrix = matrix_table(findings); !matrix.rows.empty()) page.table(std::move(matrix));
+  page.list(advice_of(findings), Tone::kPlain);
+  if (findings.doubtful) {
+    page.section("Doubts");
+    page.list(findings.doubts, findings.failed ? Tone::kFailed : Tone::kDoubt);
+  }
+  page.section("Ratio to the floor");
+  add_ratios(page, findings, command);
+  const std::pair<const char*, Table> tables[] = {
+      {"Latency", latencies_table(set, findings, command)},
+      {"Time and bytes", splits_table(set, findings, command)},
+      {"Environment", environments_table(set)}};
+  for (const auto& [heading, table] : tables) {
+    page.section(heading);
+    if (table.rows.empty())
+      page.paragraph("No run says anything of this.");
+    else
+      page.table(table);
+  }
+  page.embed("report", to_json(set, findings));
+  return page.html();
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,44 @@
+#include "micro/support.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "instrument/statistics.h"
+#include "plait/error.h"
+
+namespace plait::bench {
+
+using instrument::Cell;
+
+Cell number(double value, int digits) { return {fmt::format("{:.{}f}", value, digits), value}; }
+
+Cell middle(std::span<const double> values, double scale, int digits) {
+  return number(instrument::median(values) * scale, digits);
+}
+
+Cell spread(std::span<const double> values, double scale, int digits) {
+  Cell cell = middle(values, scale, digits);
+  const auto [least, most] = std::ranges::minmax(values);
+  cell.text += fmt::format(" ({:.{}f} to {:.{}f})", least * scale, digits, most * scale, digits);
+  return cell;
+}
+
+void print_table(const std::string& about, const instrument::Table& table,
+                 const std::string& json) {
+  std::fputs((about + "\n\n" + to_markdown(table)).c_str(), stdout);
+  if (json.empty()) return;
+  std::ofstream file(json);
+  file << nlohmann::ordered_json{{"about", about}, {"rows", to_json(table)}}.dump(2) << '\n';
+  if (!file.flush())
+    throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", json));
+}
+
+void say_progress(const std::string& text) {
+  if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
+}
+
+}  // namespace plait::bench

@@ -1,0 +1,167 @@
+// Pages: nothing hostile gets out of its place, nothing refers to the network, and plots are drawn
+// to scale. What the browser makes of a page is tested by page_in_browser_test.sh.
+#include "instrument/page.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "sample_page.h"
+
+namespace plait::instrument {
+namespace {
+
+std::size_t count_of(const std::string& text, const std::string& word) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+    ++count;
+  return count;
+}
+
+/// The JSON in the script element `id`, read as a browser reads it: up to the first "</script".
+nlohmann::json data_of(const std::string& page, const std::string& id) {
+  const std::string start = "<script type=\"application/json\" id=\"" + id + "\">";
+  const std::size_t first = page.find(start) + start.size();
+  return nlohmann::json::parse(page.substr(first, page.find("</script", first) - first));
+}
+
+TEST_CASE("text is escaped where it goes") {
+  CHECK(escape_html("a<b>&\"'") == "a&lt;b&gt;&amp;&quot;&#39;");
+  CHECK(escape_html("\xff\xfe") == "\xef\xbf\xbd\xef\xbf\xbd");
+  CHECK(escape_html(std::string("a\0b\x1b[31m", 8)) == "a b [31m");
+  CHECK(script_json("</script><!--&") == "\"\\u003c/script\\u003e\\u003c!--\\u0026\"");
+  CHECK(nlohmann::json::parse(script_json(test::kHostileText)) == test::kHostileText);
+}
+
+TEST_CASE("hostile text stays text in every place of a page") {
+  const std::string& hostile = test::kHostileText;
+  Page page(hostile, hostile);
+  page.verdict(hostile, Tone::kPlain);
+  page.section(hostile);
+  page.paragraph(hostile);
+  page.list({hostile}, Tone::kDoubt);
+  page.command(hostile);
+  page.table({{hostile, hostile, hostile}, {{hostile}}, {{{hostile}}}});
+  const Caption caption{hostile, hostile, hostile};
+  const Axis axis{hostile, hostile};
+  page.plot(IntervalPlot{
+      caption, axis, 1,
+      std::vector<IntervalPlot::Point>(kLeastPoints, {hostile, hostile, 1, 1, 1, hostile})});
+  page.plot(ScatterPlot{caption, axis, axis, {{hostile, hostile, 1, 2, true}}});
+  page.embed("report", {{hostile, hostile}});
+  const std::string text = page.html();
+  CHECK(count_of(text, "<script") == 2);  // the page's own: data, and the script
+  CHECK(count_of(text, "</script") == 2);
+  CHECK(count_of(text, "<svg") == 2);
+  CHECK(count_of(text, "<img") == 0);
+  CHECK(count_of(text, "<!--") == 0);
+  CHECK(data_of(text, "report") == nlohmann::json{{hostile, hostile}});
+}
+
+TEST_CASE("a page refers to nothing outside") {
+  const std::string text = test::sample_page().html();
+  CHECK(count_of(text, "://") == 0);
+  CHECK(count_of(text, "@import") == 0);
+  CHECK(count_of(text, "url(") == 0);
+  CHECK(count_of(text, "fetch(") == 0);
+  CHECK(count_of(text, "default-src 'none'") == 1);
+}
+
+/// The attribute `name` of each element that matches, as a number.
+std::vector<double> numbers_of(const std::string& text, const std::string& name) {
+  const std::regex attribute(name + "=\"([^\"]*)\"");
+  std::vector<double> numbers;
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), attribute);
+       at != std::sregex_iterator(); ++at)
+    numbers.push_back(std::stod((*at)[1]));
+  return numbers;
+}
+
+TEST_CASE("a mark is where the ticks beside it say that its value is") {
+  const std::string text = test::sample_page().html();
+  const auto drawing_after = [&](std::size_t from) {
+    const std::size_t first = text.find("<svg", from);
+    return text.substr(first, text.find("</svg>", first) - first);
+  };
+  const std::string intervals = drawing_after(0);
+  const std::string scatter = drawing_after(text.find("</svg>"));
+  const auto check = [](const std::string& drawing, const std::string& value, bool log) {
+    std::vector<double> ticks, places;
+    const std::regex line(
+        "x1=\"([^\"]*)\" y1=\"[^\"]*\" x2=\"[^\"]*\" y2=\"[^\"]*\" data-tick=\"([^\"]*)\"");
+    for (auto at = std::sregex_iterator(drawing.begin(), drawing.end(), line);
+         at != std::sregex_iterator(); ++at) {
+      places.push_back(std::stod((*at)[1]));
+      ticks.push_back(std::stod((*at)[2]));
+    }
+    REQUIRE(ticks.size() >= 2);
+    const auto map = [&](double number) { return log ? std::log(number) : number; };
+    const std::vector<double> values = numbers_of(drawing, value),
+                              at = numbers_of(drawing, "data-at");
+    REQUIRE(values.size() == 20);
+    REQUIRE(at.size() == 20);
+    for (std::size_t i = 0; i < 20; ++i)
+      CHECK(at[i] == Approx(places[0] + (map(values[i]) - map(ticks[0])) /
+                                            (map(ticks.back()) - map(ticks[0])) *
+                                            (places.back() - places[0]))
+                         .margin(0.1));
+  };
+  check(intervals, "data-value", true);
+  check(scatter, "data-x", false);
+  // A name has one colour and one shape: five backends, of which one has outlines.
+  CHECK(count_of(intervals, "var(--s0)") == 8);
+  CHECK(count_of(intervals, "class=\"mark hollow\"") == 4);
+}
+
+TEST_CASE("tables are text, Markdown and JSON as well") {
+  const Table table{
+      {}, {{"", false}, {"ns a vertex"}}, {{{"a|b\x1b", Cell("1.5", 1.53)}}, {{"c", "-"}}}};
+  CHECK(to_text(table) == "      ns a vertex\na|b?          1.5\nc               -\n");
+  CHECK(to_markdown(table).starts_with("|  | ns a vertex |\n|---|---:|\n| a\\|b"));
+  CHECK(to_json(table)[0]["ns_a_vertex"] == 1.53);
+  CHECK(to_json(table)[1]["ns_a_vertex"] == "-");
+  Page page("t");
+  page.section("Heading");
+  page.table(table);
+  page.picture("docs/images/p.png", "A picture");
+  CHECK(page.text().starts_with("t\n\nHeading\n-------\n"));
+  CHECK(page.markdown("docs").find("![A picture](images/p.png)") != std::string::npos);
+}
+
+TEST_CASE("cells carry the exact number beside its text") {
+  Page page("t", "");
+  page.table({{}, {{"n"}}, {{{Cell("0.33", 1.0 / 3)}}, {{Cell("–", kMissing)}}}});
+  const std::string text = page.html();
+  CHECK(count_of(text, "data-value=\"0.3333333333333333\">0.33</td>") == 1);
+  CHECK(count_of(text, "<td class=\"number\">–</td>") == 1);
+}
+
+TEST_CASE("a failure turns the page red, and nothing else does") {
+  Page page("t", "");
+  page.verdict("fine", Tone::kDoubt);
+  CHECK(count_of(page.html(), "<body>") == 1);
+  page.verdict("FAILED", Tone::kFailed);
+  page.verdict("fine", Tone::kGood);
+  CHECK(count_of(page.html(), "<body class=\"failed\">") == 1);
+  CHECK(count_of(page.html(), "<title>FAILED: t</title>") == 1);
+}
+
+TEST_CASE("few points are a table with the same numbers") {
+  Page page("t", "");
+  page.plot(IntervalPlot{{"Latency"}, {}, {}, {{"", "pread", 0.25}, {"", "uring", 0.5}}});
+  CHECK(count_of(page.html(), "<svg") == 0);
+  CHECK(count_of(page.html(), "data-value=\"0.25\"") == 1);
+  CHECK(count_of(page.html(), "<details>") == 0);
+}
+
+TEST_CASE("a plot without points says so") {
+  Page page("t", "");
+  page.plot(IntervalPlot{{"Latency"}, {}, {}, {}});
+  CHECK(count_of(page.html(), "Latency: no run measured this.") == 1);
+  CHECK(count_of(page.html(), "<svg") == 0);
+}
+
+}  // namespace
+}  // namespace plait::instrument
