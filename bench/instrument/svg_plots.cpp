@@ -14,7 +14,7 @@
 namespace plait::instrument {
 namespace {
 
-constexpr double kWidth = 900, kLetter = 6.6;
+constexpr double kWidth = 900, kLetter = 7.4;
 
 /// A number as a person reads it; page.h lists the units.
 std::string readable(double value, const std::string& unit) {
