@@ -12,7 +12,7 @@
 #include "console.h"
 #include "interrupt.h"
 #include "measure.h"
-#include "plait/mesh_io.h"
+#include "plait/extend/attributed_mesh.h"
 #include "scan_report.h"
 
 namespace plait {
@@ -25,9 +25,9 @@ struct CheckArguments {
 int run_check(const CheckArguments& arguments, const CommandContext& context) {
   const EndAtOnce end_at_once(context.json);
   std::vector<std::string> warnings;
-  IndexedMesh mesh = read_indexed_mesh(arguments.mesh, &warnings);
+  AttributedMesh mesh = read_attributed_mesh(arguments.mesh, &warnings, NotFinite::kKeep);
   for (const std::string& warning : warnings) report_warning(warning);
-  const Repaired repaired = repair(std::move(mesh), {}, arguments.mesh.native());
+  const Repaired repaired = repair(std::move(mesh.mesh), {}, arguments.mesh.native());
   const SurfaceFigures figures = figures_of(repaired.surface);
   if (context.json) {
     const nlohmann::ordered_json report = {{"mesh", arguments.mesh.string()},
@@ -52,7 +52,8 @@ void add_check_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<CheckArguments>();
   CommandLine* command =
       program.add_subcommand("check", "Say what is wrong with a mesh, without changing it");
-  command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  command->add_option("MESH", arguments->mesh, "PLY, OBJ, OFF or STL, also .gz and .zst")
+      ->required();
   add_json_option(*command, context);
   command->footer(
       "The list is that of the repairs that remeshing does. A mesh that cannot be oriented, such "

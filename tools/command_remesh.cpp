@@ -1,10 +1,12 @@
 // plait remesh: makes a store from a scan.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "arguments.h"
 #include "base/byte_text.h"
@@ -43,6 +45,11 @@ void print_report(const RemeshRequest& request, const RemeshReport& report) {
       request.levels, format_count(report.vertices), format_count(report.small_faces),
       format_count(report.turned), format_count(report.turned_before),
       format_count(report.moved_samples));
+  if (!report.attributes.empty()) {
+    std::vector<std::string> names;
+    for (const AttributeSchema& schema : report.attributes) names.push_back(schema.name);
+    text += fmt::format("attributes of the scan: {}\n", fmt::join(names, ", "));
+  }
   if (request.report_samples > 0) {
     text += distances_text("scan to store", report.to_store, report.diagonal, report.mean_edge);
     text += distances_text("store to scan", report.to_scan, report.diagonal, report.mean_edge);
@@ -70,6 +77,7 @@ nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshRep
                                  {"levels", request.levels},
                                  {"vertices", report.vertices},
                                  {"faces", report.small_faces},
+                                 {"relaxed_vertices", report.relaxed_samples},
                                  {"turned_faces_before", report.turned_before},
                                  {"turned_faces", report.turned},
                                  {"moved_vertices", report.moved_samples},
@@ -79,6 +87,11 @@ nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshRep
     json["scan_to_store"] = distances_json(report.to_store, report.diagonal);
     json["store_to_scan"] = distances_json(report.to_scan, report.diagonal);
   }
+  json["attributes"] = nlohmann::ordered_json::array();
+  for (const AttributeSchema& schema : report.attributes)
+    json["attributes"].push_back({{"name", schema.name},
+                                  {"type", to_string(schema.type)},
+                                  {"components", schema.components}});
   json["backend"] = report.backend;
   json["stored_bytes"] = report.stored_bytes;
   json["threads"] = request.threads;
@@ -86,6 +99,7 @@ nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshRep
   json["repair_seconds"] = report.repair_seconds;
   json["decimate_seconds"] = report.decimate_seconds;
   json["sample_seconds"] = report.sample_seconds;
+  json["relax_seconds"] = report.relax_seconds;
   json["untangle_seconds"] = report.untangle_seconds;
   json["write_seconds"] = report.write_seconds;
   json["report_seconds"] = report.report_seconds;
@@ -124,7 +138,7 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
   request->threads = default_thread_count();
   CommandLine* command =
       program.add_subcommand("remesh", "Make a store from a scan: any triangle mesh");
-  command->add_option("SCAN", request->scan, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  command->add_option("SCAN", request->scan, "PLY, OBJ, OFF or STL, also .gz and .zst")->required();
   add_output_option(*command, "OUT", request->store, "The store to make: NAME.plait")->required();
   add_whole_option(*command, "--faces", request->faces, 1, std::uint64_t{1} << 30,
                    "Faces of the base mesh, at most")

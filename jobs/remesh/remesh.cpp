@@ -10,13 +10,16 @@
 #include "base/byte_text.h"
 #include "base/stopwatch.h"
 #include "collapse/decimate.h"
+#include "import/fine_mesh.h"
 #include "io/machine.h"
 #include "plait/digest.h"
 #include "plait/error.h"
+#include "plait/extend/attributed_mesh.h"
 #include "plait/layout.h"
-#include "plait/mesh_io.h"
 #include "plait/store.h"
 #include "remesh/sampled_surface.h"
+#include "remesh/scan_attributes.h"
+#include "sample/relax.h"
 #include "sample/samples.h"
 #include "sample/untangle.h"
 #include "store/left_overs.h"
@@ -26,7 +29,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t kBytesPerScanFace = 200;
-constexpr std::uint64_t kBytesPerSmallFace = 80;
+constexpr std::uint64_t kBytesPerSmallFace = 140;
+constexpr std::uint64_t kFacesPerVertex = 2;
+constexpr std::string_view kTurned = "turned";
 /// Vertex numbers have 32 bits.
 constexpr std::uint64_t kMostSmallFaces = std::uint64_t{1} << 32;
 
@@ -34,8 +39,20 @@ constexpr std::uint64_t kMostSmallFaces = std::uint64_t{1} << 32;
 struct WorkPart {
   std::uint64_t first, last;
 };
-constexpr WorkPart kDecimating = {0, 600}, kSampling = {600, 700}, kWriting = {700, 800},
+constexpr WorkPart kDecimating = {0, 550}, kSampling = {550, 600}, kRelaxing = {600, 700},
+                   kWriting = {700, 760}, kWritingAttributes = {760, 800},
                    kMeasuringStore = {800, 900}, kMeasuringScan = {900, 1000};
+
+/// The store has attributes of its own.
+void leave_out_own_names(std::vector<MeshAttribute>& attributes,
+                         std::vector<std::string>& warnings) {
+  std::erase_if(attributes, [&](const MeshAttribute& attribute) {
+    if (attribute.schema.name != kTurned) return false;
+    warnings.push_back(
+        fmt::format("attribute '{}' of the scan left out: the store has its own", kTurned));
+    return true;
+  });
+}
 
 class ScanRun {
  public:
@@ -81,6 +98,7 @@ class ScanRun {
   const RemeshWatch& watch_;
   RemeshReport report_;
   Surface scan_;
+  ScanAttributes attributes_;
   std::vector<FaceId> history_faces_;  ///< [face of the base mesh] its number in the history
   CollapseHistory history_{0};
   SampledSurface sampled_;
@@ -119,14 +137,17 @@ void ScanRun::check_memory(std::uint64_t scan_faces) const {
 void ScanRun::read_scan() {
   Stopwatch clock;
   tell("read", kDecimating);
+  check_memory(kFacesPerVertex * expected_vertices(request_.scan));
   std::vector<std::string> warnings;
-  IndexedMesh mesh = read_indexed_mesh(request_.scan, &warnings);
+  AttributedMesh mesh = read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep);
+  leave_out_own_names(mesh.attributes, warnings);
   if (watch_.warn)
     for (const std::string& warning : warnings) watch_.warn(warning);
   report_.read_seconds = clock.lap();
-  check_memory(mesh.faces.size());
+  check_memory(mesh.mesh.faces.size());
   tell("repair", kDecimating);
-  Repaired repaired = repair(std::move(mesh), request_.repair, request_.scan.native());
+  Repaired repaired = repair(std::move(mesh.mesh), request_.repair, request_.scan.native());
+  attributes_ = ScanAttributes(std::move(mesh.attributes), repaired);
   scan_ = std::move(repaired.surface);
   report_.repairs = repaired.list;
   report_.scan = figures_of(scan_);
@@ -191,6 +212,9 @@ void ScanRun::make_samples() {
   report_.vertices = samples_.size();
   report_.small_faces = sampled_.base.face_count() << (2 * request_.levels);
   report_.sample_seconds = clock.lap();
+  report_.relaxed_samples =
+      relax(scan_, sampled_.base, request_.levels, {.progress = progress_of(kRelaxing)}, samples_);
+  report_.relax_seconds = clock.lap();
   tell("untangle", kWriting);
   const Untangled untangled = untangle(scan_, sampled_.base, request_.levels, {}, samples_);
   report_.turned_before = untangled.before;
@@ -247,6 +271,9 @@ void ScanRun::write_store(const std::filesystem::path& path) {
   Store store =
       Store::create(path, BaseMesh(sampled_.base), options, backends_, {.layout = "hilbert"});
   write_levels(sampled_, store, request_.threads, progress_of(kWriting));
+  write_attributes(attributes_, scan_, samples_, sampled_, store, progress_of(kWritingAttributes));
+  for (std::size_t at = 0; at < attributes_.count(); ++at)
+    report_.attributes.push_back(attributes_.schema(at));
   store.commit();
   report_.backend = store.options().backend;
   report_.stored_bytes = store.stored_bytes();

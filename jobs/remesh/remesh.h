@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "distance/distances.h"
+#include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/options.h"
@@ -18,7 +19,7 @@
 PLAIT_BEGIN_NAMESPACE
 
 struct RemeshRequest {
-  std::filesystem::path scan;   ///< a mesh file, as read_indexed_mesh() reads it
+  std::filesystem::path scan;   ///< a mesh file, as read_attributed_mesh() reads it
   std::filesystem::path store;  ///< gets its name when it is complete
   std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
   int levels = 3;               ///< 1 or more
@@ -47,14 +48,16 @@ struct RemeshReport {
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
   std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
+  std::uint64_t relaxed_samples = 0;                               ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
   BaseShape shape;
-  double diagonal = 0, mean_edge = 0;  ///< of the scan
-  Distances to_store, to_scan;         ///< without samples if the request asks for none
+  double diagonal = 0, mean_edge = 0;       ///< of the scan
+  std::vector<AttributeSchema> attributes;  ///< of the scan, that came along
+  Distances to_store, to_scan;              ///< without samples if the request asks for none
   std::string backend, digest;
   std::uint64_t stored_bytes = 0;
   double read_seconds = 0, repair_seconds = 0, decimate_seconds = 0, sample_seconds = 0,
-         untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
+         relax_seconds = 0, untangle_seconds = 0, write_seconds = 0, report_seconds = 0;
 };
 
 struct RemeshWatch {
@@ -63,15 +66,16 @@ struct RemeshWatch {
   std::function<void(const std::string&)> warn = {};
 };
 
-/// Makes the store: attribute "position" (float32 x 3) on all levels, at points of the scan. If
-/// small triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0
-/// elsewhere. After an error there is no new store.
+/// Makes the store: attribute "position" (float32 x 3) on all levels, at points of the scan, and
+/// the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small triangles stay
+/// turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere. After an error
+/// there is no new store.
 ///
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
-/// for each face of the scan and 80 for each small face, and the budget. Errors: those of
-/// read_indexed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not fit,
-/// and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
-/// tests/tools/scan_commands_test.cpp.
+/// for each face of the scan and 140 for each small face, and the budget. Errors: those of
+/// read_attributed_mesh(), repair() and Store::create(); kInvalidArgument for counts that do not
+/// fit, and with refuse_turned; kOutOfMemory before the work begins; kCancelled. Pinned by
+/// tests/jobs/remesh_test.cpp.
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const RemeshWatch& watch = {});
 

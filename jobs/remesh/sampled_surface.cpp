@@ -1,10 +1,15 @@
 #include "remesh/sampled_surface.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <span>
 #include <string>
 #include <tuple>
 
+#include "plait/error.h"
+#include "plait/patch_writer.h"
+#include "plait/reader.h"
 #include "plait/visit_vertices.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -25,6 +30,9 @@ void write_attribute(Store& store, const std::string& name, int levels, int thre
       });
 }
 
+/// So many faces are written between two calls of the progress callback.
+constexpr std::size_t kFacesAtOnce = 1 << 12;
+
 }  // namespace
 
 void write_levels(const SampledSurface& surface, Store& store, int threads,
@@ -32,6 +40,34 @@ void write_levels(const SampledSurface& surface, Store& store, int threads,
   write_attribute(store, "position", surface.levels, threads, surface.positions, progress);
   if (!surface.turned.empty())
     write_attribute(store, "turned", surface.levels, threads, surface.turned, progress);
+}
+
+void write_attributes(const ScanAttributes& attributes, const Surface& scan,
+                      std::span<const SurfacePoint> samples, const SampledSurface& surface,
+                      Store& store, const ProgressCallback& progress) {
+  const SampleNumbers numbers(store.base(), surface.levels);
+  const std::size_t faces = store.base().face_count();
+  for (std::size_t attribute = 0; attribute < attributes.count(); ++attribute) {
+    const AttributeSchema& schema = attributes.schema(attribute);
+    const std::size_t bytes = schema.record_bytes();
+    store.add_attribute(schema, surface.levels);
+    PatchWriter writer(store, {.attributes = {schema.name}});
+    const auto write_face = [&](FaceId face) {
+      std::vector<std::byte> records(patch_vertex_count(numbers.size()) * bytes);
+      std::byte* to = records.data();
+      for (std::int64_t j = 0; j <= numbers.size(); ++j)
+        for (std::int64_t i = 0; i + j <= numbers.size(); ++i, to += bytes)
+          attributes.record_at(attribute, scan, samples[numbers.of(face, i, j)], to);
+      writer.write_patch_of_bytes(schema.name, face, surface.levels, records);
+    };
+    for (std::size_t first = 0; first < faces; first += kFacesAtOnce) {
+      if (progress && !progress({"attributes", first, faces}))
+        throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
+      tbb::parallel_for(first, std::min(first + kFacesAtOnce, faces),
+                        [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });
+    }
+    writer.finish();
+  }
 }
 
 IndexedMesh small_triangles(const SampledSurface& surface) {

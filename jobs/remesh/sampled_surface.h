@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "plait/base_mesh.h"
 #include "plait/detail/namespace.h"
+#include "plait/progress.h"
 #include "plait/store.h"
+#include "remesh/scan_attributes.h"
 #include "sample/samples.h"
 #include "surface/surface.h"
 
@@ -23,6 +26,13 @@ struct SampledSurface {
 /// `progress` counts the vertices of one attribute.
 void write_levels(const SampledSurface& surface, Store& store, int threads,
                   const ProgressCallback& progress);
+
+/// Adds the attributes of the scan, and writes all their levels: the records at `samples`, which
+/// are in the order of SampleNumbers. All threads of the present arena. `progress` counts faces of
+/// the base mesh, for each attribute anew. Errors: kCancelled; those of PatchWriter.
+void write_attributes(const ScanAttributes& attributes, const Surface& scan,
+                      std::span<const SurfacePoint> samples, const SampledSurface& surface,
+                      Store& store, const ProgressCallback& progress);
 
 /// The small triangles of the finest level, in doubles.
 IndexedMesh small_triangles(const SampledSurface& surface);

@@ -7,6 +7,7 @@
 // error.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -29,6 +30,10 @@ class Input {
   ~Input();
   Input(const Input&) = delete;
   Input& operator=(const Input&) = delete;
+
+  /// Whether readers take coordinates that are not finite. At first they refuse them.
+  void keep_not_finite(bool keep) { keeps_not_finite_ = keep; }
+  bool takes(double coordinate) const { return keeps_not_finite_ || std::isfinite(coordinate); }
 
   const std::filesystem::path& path() const { return file_.path(); }
   std::uint64_t offset() const { return buffer_offset_ + begin_; }
@@ -62,6 +67,7 @@ class Input {
   std::size_t read_some(char* into, std::size_t capacity);
 
   File file_;
+  bool keeps_not_finite_ = false;
   std::uint64_t file_bytes_ = 0;
   std::uint64_t file_offset_ = 0;
   std::unique_ptr<Decompressor> decompressor_;  ///< none for a plain file

@@ -80,9 +80,11 @@ IndexedMesh read_indexed_mesh(const std::filesystem::path& path, Warnings* warni
   });
 }
 
-AttributedMesh read_attributed_mesh(const std::filesystem::path& path, Warnings* warnings) {
+AttributedMesh read_attributed_mesh(const std::filesystem::path& path, Warnings* warnings,
+                                    NotFinite not_finite) {
   return with_memory_errors("read " + path.native(), [&] {
     Input input(path);
+    input.keep_not_finite(not_finite == NotFinite::kKeep);
     const Reader reader = find_reader(input);
     AttributedMesh read = reader == read_ply ? read_ply_with_attributes(input, warnings)
                                              : AttributedMesh{reader(input, warnings)};

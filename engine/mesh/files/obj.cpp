@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "mesh/connectivity.h"
 #include "mesh/files/readers.h"
@@ -71,7 +70,7 @@ void ObjReader::read_vertex() {
   for (int axis = 0; axis < 3; ++axis) {
     const std::string_view word = text_.word();
     const std::optional<double> number = parse_number(word);
-    if (!number || !std::isfinite(*number)) refuse("a finite number", word);
+    if (!number || !text_.input().takes(*number)) refuse("a finite number", word);
     p[axis] = *number;
   }
   // More numbers may follow: a weight, or a colour that some programs write here.

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "mesh/connectivity.h"
 #include "mesh/files/readers.h"
 #include "mesh/files/text_input.h"
@@ -95,7 +93,7 @@ void OffReader::read_vertex(std::uint64_t vertex) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::string_view word = text_.word();
     const std::optional<double> number = parse_number(word);
-    if (!number || !std::isfinite(*number))
+    if (!number || !text_.input().takes(*number))
       text_.refuse(fmt::format("vertex {}", vertex), "a finite number", word);
     p[axis] = *number;
   }

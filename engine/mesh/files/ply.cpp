@@ -31,10 +31,6 @@ bool is_vertex_list(const PlyProperty& property) {
   return property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-bool is_finite_point(const Vector3<double>& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
 template <class Values>
 std::uint64_t read_list_count(Values& values, const PlyProperty& property) {
   const double count = values.value(property.count_type);
@@ -290,7 +286,7 @@ std::uint64_t PlyReader::read_vertices_in_bulk(BinaryPlyValues& values) {
       const Vector3<double> p = {load_ply_number(types[0], record + offset[0], big_endian),
                                  load_ply_number(types[1], record + offset[1], big_endian),
                                  load_ply_number(types[2], record + offset[2], big_endian)};
-      if (!is_finite_point(p)) {
+      if (!input_.takes(p.x) || !input_.takes(p.y) || !input_.takes(p.z)) {
         values.begin_element({"vertex", done + i, vertices_->count});
         values.refuse_at(input_.offset() + i * stride, "a finite position",
                          fmt::format("({}, {}, {})", p.x, p.y, p.z));
@@ -338,7 +334,7 @@ void PlyReader::read_vertices(Values& values) {
         continue;
       }
       const double value = values.value(vertices_->properties[i].type);
-      if (!std::isfinite(value)) values.refuse("a finite position", fmt::format("{}", value));
+      if (!input_.takes(value)) values.refuse("a finite position", fmt::format("{}", value));
       p[static_cast<int>(axis - position_.index.begin())] = value;
     }
     add_numbers(values, numbers);

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -34,7 +33,7 @@ class VertexWelder {
         positions_.push_back({at[0], at[1], at[2]});
         return vertex;
       }
-      if (corner_of(vertex) == at) return vertex;
+      if (bits_of(corner_of(vertex)) == bits_of(at)) return vertex;
     }
   }
 
@@ -43,6 +42,10 @@ class VertexWelder {
   Corner corner_of(VertexId vertex) const {
     const Vector3<double>& p = positions_[vertex];
     return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+  }
+  /// Coordinates that are no numbers differ from themselves, and their bits do not.
+  static std::array<std::uint32_t, 3> bits_of(const Corner& at) {
+    return std::bit_cast<std::array<std::uint32_t, 3>>(at);
   }
   /// S. Vigna, "splitmix64", 2015: its mixing step.
   static std::size_t hash(const Corner& at) {
@@ -117,7 +120,7 @@ class StlReader {
       std::array<Corner, 3> corners;
       for (std::size_t number = 0; number < 9; ++number) {
         const float value = std::bit_cast<float>(load(12 + 4 * number));
-        if (!std::isfinite(value))
+        if (!input_.takes(value))
           input_.refuse_at_byte(
               input_.offset() + 12 + 4 * number,
               fmt::format("facet {}: expected a finite number, found {}", facet, value));
@@ -143,8 +146,8 @@ class StlReader {
         for (float& number : corners[found]) {
           const std::string_view digits = text.word();
           const std::optional<double> value = parse_number(digits);
-          number = static_cast<float>(value.value_or(NAN));
-          if (!std::isfinite(number)) text.refuse(element, "a finite number", digits);
+          number = static_cast<float>(value.value_or(0));
+          if (!value || !input_.takes(number)) text.refuse(element, "a finite number", digits);
         }
         ++found;
       } else if (word == "endfacet") {

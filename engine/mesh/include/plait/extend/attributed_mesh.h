@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -27,6 +28,9 @@ struct AttributedMesh {
   std::vector<MeshAttribute> attributes = {};
 };
 
+/// What a reader does with a coordinate that is infinite or no number.
+enum class NotFinite : std::uint8_t { kRefuse, kKeep };
+
 /// read_indexed_mesh(), with the vertex properties of a PLY file as attributes of their types:
 ///   nx ny nz -> normal          red green blue [alpha] -> color        s t, or u v -> texture
 ///   NAME_0 NAME_1 ... (of one type) -> NAME, a record of as many components
@@ -34,6 +38,7 @@ struct AttributedMesh {
 /// Lists, and names that an attribute cannot have, are left out, which adds a line to `warnings`.
 /// Other formats give no attributes. Pinned by tests/engine/mesh/attributed_mesh_test.cpp.
 AttributedMesh read_attributed_mesh(const std::filesystem::path& path,
-                                    std::vector<std::string>* warnings = nullptr);
+                                    std::vector<std::string>* warnings = nullptr,
+                                    NotFinite not_finite = NotFinite::kRefuse);
 
 PLAIT_END_NAMESPACE

@@ -1,0 +1,139 @@
+#include "remesh/scan_attributes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Records, and how much of each counts. The weights have the sum 1.
+struct Shares {
+  std::span<const VertexId> records;
+  std::span<const double> weights;
+};
+
+template <class Number>
+Number number_of(const MeshAttribute& attribute, VertexId record, std::size_t component) {
+  Number number;
+  std::memcpy(&number,
+              attribute.records.data() + record * attribute.schema.record_bytes() +
+                  component * sizeof number,
+              sizeof number);
+  return number;
+}
+
+bool has_mean(const AttributeSchema& schema) {
+  return schema.type == ComponentType::kFloat32 || schema.type == ComponentType::kFloat64 ||
+         schema.name == "color";
+}
+
+template <class Number>
+void interpolate(const MeshAttribute& attribute, const Shares& shares, std::byte* to) {
+  const auto components = std::size_t{attribute.schema.components};
+  std::array<double, 256> sums{};  // a record has at most 255 components
+  for (std::size_t i = 0; i < shares.records.size(); ++i) {
+    if (!(shares.weights[i] > 0)) continue;  // the number may be none
+    for (std::size_t at = 0; at < components; ++at)
+      sums[at] += shares.weights[i] *
+                  static_cast<double>(number_of<Number>(attribute, shares.records[i], at));
+  }
+  if (attribute.schema.name == "normal" && components == 3) {
+    const double length = std::sqrt(sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2]);
+    if (length > 0)
+      for (std::size_t at = 0; at < 3; ++at) sums[at] /= length;
+  }
+  for (std::size_t at = 0; at < components; ++at) {
+    const auto number =
+        static_cast<Number>(std::is_integral_v<Number> ? std::round(sums[at]) : sums[at]);
+    std::memcpy(to + at * sizeof number, &number, sizeof number);
+  }
+}
+
+using Interpolate = void (*)(const MeshAttribute&, const Shares&, std::byte*);
+
+Interpolate interpolation_of(ComponentType type) {
+  switch (type) {
+    case ComponentType::kFloat64:
+      return interpolate<double>;
+    case ComponentType::kInt8:
+      return interpolate<std::int8_t>;
+    case ComponentType::kInt16:
+      return interpolate<std::int16_t>;
+    case ComponentType::kInt32:
+      return interpolate<std::int32_t>;
+    case ComponentType::kInt64:
+      return interpolate<std::int64_t>;
+    case ComponentType::kUint8:
+      return interpolate<std::uint8_t>;
+    case ComponentType::kUint16:
+      return interpolate<std::uint16_t>;
+    case ComponentType::kUint32:
+      return interpolate<std::uint32_t>;
+    case ComponentType::kUint64:
+      return interpolate<std::uint64_t>;
+    case ComponentType::kFloat32:
+      break;
+  }
+  return interpolate<float>;
+}
+
+}  // namespace
+
+ScanAttributes::ScanAttributes(std::vector<MeshAttribute> attributes, const Repaired& repaired)
+    : attributes_(std::move(attributes)), record_of_(repaired.origin) {
+  if (!attributes_.empty()) fill_holes(repaired.surface);
+}
+
+void ScanAttributes::fill_holes(const Surface& scan) {
+  const std::size_t known = attributes_[0].records.size() / attributes_[0].schema.record_bytes();
+  std::vector<VertexId> fills;
+  for (std::size_t vertex = 0; vertex < record_of_.size(); ++vertex) {
+    if (record_of_[vertex] != kNoId) continue;
+    record_of_[vertex] = static_cast<VertexId>(known + fills.size());
+    fills.push_back(static_cast<VertexId>(vertex));
+  }
+  if (fills.empty()) return;
+  // The faces around such a vertex go around it once, so each neighbour follows it in one face.
+  std::vector<std::vector<VertexId>> neighbours(fills.size());
+  for (const auto& face : scan.faces)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      if (const VertexId record = record_of_[face[corner]]; record >= known)
+        neighbours[record - known].push_back(record_of_[face[(corner + 1) % 3]]);
+  for (std::size_t attribute = 0; attribute < attributes_.size(); ++attribute) {
+    MeshAttribute& whole = attributes_[attribute];
+    const std::size_t bytes = whole.schema.record_bytes();
+    whole.records.resize((known + fills.size()) * bytes);
+    for (std::size_t i = 0; i < fills.size(); ++i) {
+      const std::vector<double> weights(neighbours[i].size(),
+                                        1 / static_cast<double>(neighbours[i].size()));
+      blend(attribute, neighbours[i], weights, whole.records.data() + (known + i) * bytes);
+    }
+  }
+}
+
+void ScanAttributes::blend(std::size_t attribute, std::span<const VertexId> records,
+                           std::span<const double> weights, std::byte* to) const {
+  const MeshAttribute& whole = attributes_[attribute];
+  if (has_mean(whole.schema)) {
+    interpolation_of(whole.schema.type)(whole, {records, weights}, to);
+    return;
+  }
+  const auto nearest = std::ranges::max_element(weights) - weights.begin();
+  const std::size_t bytes = whole.schema.record_bytes();
+  std::memcpy(to, whole.records.data() + records[static_cast<std::size_t>(nearest)] * bytes, bytes);
+}
+
+void ScanAttributes::record_at(std::size_t attribute, const Surface& scan, const SurfacePoint& at,
+                               std::byte* to) const {
+  std::array<VertexId, 3> records{};
+  for (std::size_t corner = 0; corner < 3; ++corner)
+    records[corner] = record_of_[scan.faces[at.face][corner]];
+  blend(attribute, records, at.weights, to);
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,288 @@
+#include "sample/relax.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "plait/error.h"
+#include "sample/untangle.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A triangle may lean so far from the scan (cosine of the angle), or as far as it did.
+constexpr double kLeastTurn = 0.3;
+/// A share of the length of an edge that counts as distance: keeps flat parts evenly sampled.
+constexpr double kEvenShare = 0.02;
+/// Area of a needle, as a share of its squared sides.
+constexpr double kNeedleShare = 0.05;
+constexpr double kLeastGain = 0.02;  ///< of the estimate: smaller gains are no move
+/// Parts of the ways to the middle of the neighbours, and to each neighbour, that a sample tries.
+constexpr std::array<double, 2> kPartsToMiddle = {1.0, 0.4};
+constexpr double kPartToNeighbour = 0.2;
+constexpr std::size_t kFacesOfTask = 64;
+
+struct Place {
+  Point position{}, normal{};
+};
+
+/// A small triangle as one of its corners sees it.
+struct RingTriangle {
+  std::uint32_t second, third;
+  FaceId face;  ///< of the base mesh
+};
+
+/// The same with what does not depend on the first corner.
+struct RingShape {
+  Place second, third;
+  double squared_side, opposite, mean_area;
+};
+
+struct Estimate {
+  double error = 0;
+  double least_turn = 1;  ///< cosine between a triangle's normal and the scan's
+  double most_ratio = 1;  ///< of a triangle's area and the mean one
+};
+
+double chord_error(const Place& p, const Place& q) {
+  const Point along = q.position - p.position;
+  const double height = dot(p.normal - q.normal, along) / 8;
+  return height * height + kEvenShare * kEvenShare * squared_length(along);
+}
+
+Estimate estimate(const Place& at, const std::vector<RingShape>& ring) {
+  Estimate result;
+  for (const RingShape& t : ring) {
+    const Point normal = area_vector(at.position, t.second.position, t.third.position);
+    const Point expected = at.normal + t.second.normal + t.third.normal;
+    const double area = length(normal), lengths = area * length(expected);
+    result.least_turn =
+        std::min(result.least_turn, lengths > 0 ? dot(normal, expected) / lengths : -1);
+    result.most_ratio = std::max(
+        {result.most_ratio, area / t.mean_area, area > 0 ? t.mean_area / area : t.mean_area});
+    const double squares = t.squared_side + squared_length(t.second.position - at.position) +
+                           squared_length(t.third.position - at.position);
+    result.error += std::max(area, kNeedleShare * squares) *
+                    (t.opposite + chord_error(at, t.second) + chord_error(at, t.third));
+  }
+  return result;
+}
+
+class Relaxation {
+ public:
+  Relaxation(const Surface& scan, const BaseMesh& base, int level, const RelaxOptions& options,
+             std::vector<SurfacePoint>& samples)
+      : scan_(scan),
+        base_(base),
+        topology_(base.topology()),
+        numbers_(base, level),
+        options_(options),
+        samples_(samples),
+        places_(samples.size()),
+        first_(samples.size() + 1, 0),
+        mean_areas_(base.face_count(), 0),
+        fixed_(samples.size(), 0),
+        moved_before_(samples.size(), 1),
+        moved_now_(samples.size(), 0),
+        moved_ever_(samples.size(), 0) {
+    set_normals();
+    gather();
+    find_borders();
+  }
+
+  std::uint64_t run() {
+    for (int round = 0; round < options_.rounds; ++round) {
+      if (options_.progress && !options_.progress({"relax", static_cast<std::uint64_t>(round),
+                                                   static_cast<std::uint64_t>(options_.rounds)}))
+        throw Error(ErrorCode::kCancelled, "remesh: cancelled, relax");
+      relax_round();
+    }
+    return static_cast<std::uint64_t>(std::count(moved_ever_.begin(), moved_ever_.end(), 1));
+  }
+
+ private:
+  using Ring = std::vector<RingShape>;
+
+  Place place_of(const SurfacePoint& at) const {
+    const auto& [a, b, c] = scan_.faces[at.face];
+    return {position_of(scan_, at),
+            normalized(at.weights[0] * normals_[a] + at.weights[1] * normals_[b] +
+                       at.weights[2] * normals_[c])};
+  }
+  template <class Work>
+  void for_faces(Work work) const {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
+                      [&](const tbb::blocked_range<std::size_t>& faces) {
+                        Ring ring;
+                        for (std::size_t face = faces.begin(); face < faces.end(); ++face)
+                          work(static_cast<FaceId>(face), ring);
+                      });
+  }
+  /// The number of the sample that is `part` parts of a side after its start.
+  std::uint64_t on_side(FaceId face, int side, std::int64_t part) const {
+    const std::int64_t rest = numbers_.size() - part;
+    switch (side) {
+      case 0:
+        return numbers_.of(face, rest, part);
+      case 1:
+        return numbers_.of(face, 0, rest);
+      default:
+        return numbers_.of(face, part, 0);
+    }
+  }
+
+  void set_normals();
+  void gather();
+  void find_borders();
+  void relax_round();
+  void relax_sample(std::uint64_t sample, Ring& ring);
+
+  const Surface& scan_;
+  const BaseMesh& base_;
+  const Topology topology_;
+  const SampleNumbers numbers_;
+  const RelaxOptions& options_;
+  std::vector<SurfacePoint>& samples_;
+  std::vector<Point> normals_;  ///< [vertex of the scan]
+  std::vector<Place> places_;   ///< [sample]
+  std::vector<std::uint32_t> first_;
+  std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
+  std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
+  // Bytes, because threads write neighbours at once.
+  std::vector<std::uint8_t> fixed_;                     ///< on a border
+  std::vector<std::uint8_t> moved_before_, moved_now_;  ///< in the round before, and in this one
+  std::vector<std::uint8_t> moved_ever_;
+};
+
+void Relaxation::set_normals() {
+  normals_.assign(scan_.positions.size(), {0, 0, 0});
+  for (FaceId face = 0; face < scan_.faces.size(); ++face) {
+    const Point normal =
+        area_vector(scan_.corner(face, 0), scan_.corner(face, 1), scan_.corner(face, 2));
+    for (const VertexId vertex : scan_.faces[face]) normals_[vertex] = normals_[vertex] + normal;
+  }
+  for (Point& normal : normals_) normal = normalized(normal);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples_.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& part) {
+                      for (std::size_t i = part.begin(); i < part.end(); ++i)
+                        places_[i] = place_of(samples_[i]);
+                    });
+}
+
+void Relaxation::gather() {
+  const auto for_each_corner = [&](FaceId face, auto work) {
+    numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+      const auto i = static_cast<std::uint32_t>(a), j = static_cast<std::uint32_t>(b),
+                 k = static_cast<std::uint32_t>(c);
+      work(i, j, k);
+      work(j, k, i);
+      work(k, i, j);
+    });
+  };
+  const auto faces = static_cast<FaceId>(base_.face_count());
+  for (FaceId face = 0; face < faces; ++face)
+    for_each_corner(face, [&](std::uint32_t at, std::uint32_t, std::uint32_t) { ++first_[at]; });
+  std::uint32_t sum = 0;
+  for (std::uint32_t& count : first_) sum += std::exchange(count, sum);
+  around_.resize(sum);
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (FaceId face = 0; face < faces; ++face)
+    for_each_corner(face, [&](std::uint32_t at, std::uint32_t second, std::uint32_t third) {
+      around_[next[at]++] = {second, third, face};
+    });
+  const auto count = static_cast<double>(numbers_.size() * numbers_.size());
+  for_faces([&](FaceId face, Ring&) {
+    double areas = 0;
+    numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+      areas += length(area_vector(places_[a].position, places_[b].position, places_[c].position));
+    });
+    mean_areas_[face] = std::max(areas / count, 1e-300);
+  });
+}
+
+void Relaxation::find_borders() {
+  for (const EdgeId edge : topology_.border_edges) {
+    const FaceSide side = topology_.edges[edge].own;
+    for (std::int64_t part = 0; part <= numbers_.size(); ++part)
+      fixed_[on_side(side.face(), side.side(), part)] = 1;
+  }
+}
+
+void Relaxation::relax_sample(std::uint64_t sample, Ring& ring) {
+  const std::span<const RingTriangle> triangles(around_.data() + first_[sample],
+                                                first_[sample + 1] - first_[sample]);
+  if (fixed_[sample] != 0) return;
+  if (moved_before_[sample] == 0 && std::ranges::none_of(triangles, [&](const RingTriangle& t) {
+        return moved_before_[t.second] != 0;
+      }))
+    return;
+  const Place now = places_[sample];
+  Point middle{0, 0, 0};
+  ring.clear();
+  for (const RingTriangle& t : triangles) {
+    const Place &second = places_[t.second], &third = places_[t.third];
+    ring.push_back({second, third, squared_length(third.position - second.position),
+                    chord_error(second, third), mean_areas_[t.face]});
+    middle = middle + second.position;
+  }
+  const Estimate first = estimate(now, ring);
+  double least = (1 - kLeastGain) * first.error;
+  SurfacePoint best;
+  Place best_place;
+  const auto offer = [&](Point way) {
+    const SurfacePoint there = walk(scan_, samples_[sample], way);
+    const Place place = place_of(there);
+    const Estimate found = estimate(place, ring);
+    if (!(found.error < least) || found.least_turn < std::min(kLeastTurn, first.least_turn) ||
+        found.most_ratio > std::max(options_.most_ratio, first.most_ratio))
+      return;
+    least = found.error;
+    best = there;
+    best_place = place;
+  };
+  const Point to_middle = (1 / static_cast<double>(ring.size())) * middle - now.position;
+  const Point along = to_middle - dot(to_middle, now.normal) * now.normal;
+  for (const double part : kPartsToMiddle) offer(part * along);
+  for (const RingShape& t : ring) offer(kPartToNeighbour * (t.second.position - now.position));
+  if (best.face == kNoId) return;
+  samples_[sample] = best;
+  places_[sample] = best_place;
+  moved_now_[sample] = moved_ever_[sample] = 1;
+}
+
+void Relaxation::relax_round() {
+  const std::int64_t size = numbers_.size();
+  // A sample reads its neighbours, so no two neighbours move at once: first those inside of faces,
+  // then those on edges that are not next to a base vertex, in the end the others, one by one.
+  for_faces([&](FaceId face, Ring& ring) {
+    for (std::int64_t j = 1; j < size; ++j)
+      for (std::int64_t i = 1; i + j < size; ++i) relax_sample(numbers_.of(face, i, j), ring);
+  });
+  for_faces([&](FaceId face, Ring& ring) {
+    for (int side = 0; side < 3; ++side)
+      if (topology_.is_own(face, side))
+        for (std::int64_t part = 2; part + 2 <= size; ++part)
+          relax_sample(on_side(face, side, part), ring);
+  });
+  Ring ring;
+  for (const Edge& edge : topology_.edges)
+    for (const std::int64_t part : {std::int64_t{1}, size - 1})
+      relax_sample(on_side(edge.own.face(), edge.own.side(), part), ring);
+  for (VertexId vertex = 0; vertex < base_.vertex_count(); ++vertex) relax_sample(vertex, ring);
+  std::swap(moved_before_, moved_now_);
+  std::fill(moved_now_.begin(), moved_now_.end(), std::uint8_t{0});
+}
+
+}  // namespace
+
+std::uint64_t relax(const Surface& scan, const BaseMesh& base, int level,
+                    const RelaxOptions& options, std::vector<SurfacePoint>& samples) {
+  return Relaxation(scan, base, level, options, samples).run();
+}
+
+PLAIT_END_NAMESPACE

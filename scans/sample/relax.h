@@ -1,0 +1,35 @@
+// sample/relax.h: moves samples on the scan until small triangles follow it more closely.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
+#include "plait/progress.h"
+#include "sample/samples.h"
+#include "surface/surface.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+struct RelaxOptions {
+  int rounds = 3;
+  /// A small triangle has at most so many times the mean area of its base face's small triangles,
+  /// and at least that part of it, unless it was beyond before.
+  double most_ratio = 2;
+  ProgressCallback progress = {};  ///< counts rounds
+};
+
+/// Moves samples along the faces of the scan. A sample moves if an estimate of the squared
+/// distances between the scan and the small triangles around it falls: between two points p and q
+/// with the normals m and n, a smooth curve is (m - n) (q - p) / 8 from its chord. No triangle
+/// turns over in exchange. Samples on the border of the base mesh stay. Returns how many samples
+/// moved.
+///
+/// `samples` are those of sample_scan(). All threads of the present arena, with the same result for
+/// each number. Memory: 170 bytes a sample. Errors: kCancelled. Pinned by
+/// tests/scans/relax_test.cpp.
+std::uint64_t relax(const Surface& scan, const BaseMesh& base, int level,
+                    const RelaxOptions& options, std::vector<SurfacePoint>& samples);
+
+PLAIT_END_NAMESPACE

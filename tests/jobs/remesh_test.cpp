@@ -1,0 +1,414 @@
+// A scan becomes a store: its points, its attributes, its topology; for every shape, any number of
+// threads, and with nothing left after an error.
+#include "remesh/remesh.h"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "plait/error.h"
+#include "plait/mesh_io.h"
+#include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivide.h"
+#include "support/error_of.h"
+#include "support/real_meshes.h"
+#include "support/shuffled_mesh.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RemeshFiles {
+  TemporaryDirectory directory{Medium::kMemory};
+  fs::path scan = directory.path() / "scan.ply", store = directory.path() / "s.plait";
+
+  RemeshRequest request(std::uint64_t faces, int levels = 3) const {
+    RemeshRequest request;
+    request.scan = scan;
+    request.store = store;
+    request.faces = faces;
+    request.levels = levels;
+    request.report_samples = 20000;
+    request.options.backend = "pread";
+    request.options.durability = Durability::kNone;
+    request.threads = 2;
+    request.replace = true;
+    return request;
+  }
+  RemeshReport run(const RemeshRequest& request, const RemeshWatch& watch = {}) const {
+    return remesh(request, default_backends(), watch);
+  }
+  RemeshReport run(const IndexedMesh& mesh, std::uint64_t faces, int levels = 3) const {
+    write_ply(scan, mesh);
+    return run(request(faces, levels));
+  }
+  Store open() const { return Store::open(store, {}, default_backends()); }
+};
+
+/// A PLY file in which a number of each vertex follows from its position.
+void write_with_attributes(const fs::path& path, const IndexedMesh& mesh) {
+  std::ofstream file(path);
+  file << "ply\nformat ascii 1.0\nelement vertex " << mesh.positions.size()
+       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty "
+          "float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar "
+          "blue\nproperty double height\nproperty int label\nproperty uchar turned\nelement face "
+       << mesh.faces.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const Vector3<double>& p : mesh.positions)
+    file << p.x << ' ' << p.y << ' ' << p.z << " 0 3 4 " << std::lround(std::abs(p.x)) << ' '
+         << std::lround(std::abs(p.y)) << " 7 " << 2 * p.x - p.y << ' ' << (p.x < 10 ? -5 : 9)
+         << " 1\n";
+  for (const auto& f : mesh.faces) file << "3 " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+}
+
+IndexedMesh flat_sheet(std::uint32_t columns, std::uint32_t rows) {
+  IndexedMesh mesh = sheet(columns, rows);
+  for (Vector3<double>& p : mesh.positions) p.z = 0;
+  return mesh;
+}
+
+/// Calls visit(patch) for each face at the finest level.
+template <class Visit>
+void for_each_patch(const Store& store, Visit visit) {
+  const Reader reader(store);
+  for (FaceId face = 0; face < store.base().face_count(); ++face)
+    visit(reader.read_patch(face, store.finest_level()));
+}
+
+bool keeps_topology(const RemeshReport& report) {
+  return report.base.euler_number == report.scan.euler_number &&
+         report.base.components == report.scan.components &&
+         report.base.borders == report.scan.borders;
+}
+
+/// A rod of six sides, with a cap at each end, so thin that its sides are close together.
+IndexedMesh thin_plate(std::uint32_t size) {
+  IndexedMesh mesh = torus_grid(size, size);
+  for (Vector3<double>& p : mesh.positions) p.z *= 0.02;
+  return mesh;
+}
+
+/// A sphere with a spike that is a cusp.
+IndexedMesh spiked_sphere() {
+  IndexedMesh mesh = random_sphere(11, 1500);
+  for (Vector3<double>& p : mesh.positions) {
+    const double near = p.x / std::sqrt(dot(p, p));
+    p = (1 + 4 * std::pow(std::max(0.0, near), 60)) * p;
+  }
+  return mesh;
+}
+
+IndexedMesh with_noise(IndexedMesh mesh, double amplitude) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(-amplitude, amplitude);
+  for (Vector3<double>& p : mesh.positions)
+    p = p + Vector3<double>{number(random), number(random), number(random)};
+  return mesh;
+}
+
+/// Two sheets, one over the other, closer together than their vertices.
+IndexedMesh double_sheet() {
+  IndexedMesh mesh = sheet(30, 30);
+  const auto count = static_cast<VertexId>(mesh.positions.size());
+  const std::size_t faces = mesh.faces.size();
+  for (VertexId v = 0; v < count; ++v) {
+    Vector3<double> p = mesh.positions[v];
+    p.z += 0.05;
+    mesh.positions.push_back(p);
+  }
+  for (std::size_t f = 0; f < faces; ++f) {
+    const auto [a, b, c] = mesh.faces[f];
+    mesh.faces.push_back({a + count, c + count, b + count});
+  }
+  return mesh;
+}
+
+/// Triangles a hundred times as long as wide.
+IndexedMesh slivers() {
+  IndexedMesh mesh = sheet(60, 12);
+  for (Vector3<double>& p : mesh.positions) p.x *= 0.01;
+  return mesh;
+}
+
+/// Two sheets that share one vertex.
+IndexedMesh bow_tie() {
+  IndexedMesh mesh = side_by_side({sheet(12, 12), sheet(12, 12)});
+  for (auto& face : mesh.faces)
+    for (VertexId& vertex : face)
+      if (vertex == 13 * 13) vertex = 12;
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("Remesh_EveryShape_KeepsItsTopologyAndStaysNear") {
+  struct Shape {
+    const char* name;
+    IndexedMesh mesh;
+    std::uint64_t faces;
+    double most_rms_percent;
+  };
+  const std::vector<Shape> shapes = {
+      {"torus", torus_grid(60, 40), 120, 0.2},
+      {"thin plate", thin_plate(60), 120, 0.3},
+      {"cusp", spiked_sphere(), 150, 0.5},
+      {"double sheet", double_sheet(), 150, 0.5},
+      {"slivers", slivers(), 100, 0.5},
+      {"bow tie", bow_tie(), 80, 0.5},
+      {"noise", with_noise(torus_grid(80, 60), 0.01), 200, 0.4},
+      {"components", side_by_side({sheet(20, 20), torus_grid(30, 20), tetrahedron()}), 120, 0.5},
+      {"tunnel and borders", annulus(40), 60, 0.5},
+  };
+  for (const Shape& shape : shapes) {
+    CAPTURE(shape.name);
+    const RemeshFiles files;
+    const RemeshReport report = files.run(shuffled(shape.mesh, 3), shape.faces);
+    CHECK(keeps_topology(report));
+    CHECK(100 * report.to_store.rms < shape.most_rms_percent * report.diagonal);
+    CHECK(100 * report.to_scan.rms < shape.most_rms_percent * report.diagonal);
+    const Store store = files.open();
+    CHECK(store.finest_level() == 3);
+    CHECK(report.vertices == counts_at_level(store.base(), 3).vertices);
+    CHECK(store.has_attribute("turned") == (report.turned > 0));
+  }
+}
+
+TEST_CASE("Remesh_ExportedStore_ComesBackWithinAHundredthOfItsEdges") {
+  // The finest level of a store is the scan. With as many base faces, level 3 has its triangles.
+  const Store store = [] {
+    Store made =
+        Store::create({}, BaseMesh::build(torus_grid(16, 10)),
+                      {.backend = "memory", .durability = Durability::kNone}, default_backends());
+    add_base_positions(made);
+    subdivide(made, {.levels = 3});
+    return made;
+  }();
+  IndexedMesh scan;
+  const VertexNumbering numbering(store.base().topology(), 3);
+  scan.positions.resize(numbering.vertex_count());
+  for_each_patch(store, [&](const PatchView& patch) {
+    const auto position = patch.attribute<Vector3<float>>("position");
+    for_each_triangle(3, [&](const std::array<FacePoint, 3>& corners) {
+      auto& triangle = scan.faces.emplace_back();
+      for (std::size_t at = 0; at < 3; ++at) {
+        const FacePoint& p = corners[at];
+        triangle[at] = static_cast<VertexId>(numbering.number({patch.face(), 3, p.i, p.j}));
+        const Vector3<float>& q = position.at(p.i, p.j);
+        scan.positions[triangle[at]] = {q.x, q.y, q.z};
+      }
+    });
+  });
+  const RemeshFiles files;
+  const RemeshReport report = files.run(shuffled(scan, 9), store.base().face_count());
+  CHECK(report.turned == 0);
+  CHECK(report.to_store.rms < 0.01 * report.mean_edge);
+  CHECK(report.to_scan.rms < 0.01 * report.mean_edge);
+}
+
+TEST_CASE("Remesh_AttributesOfTheScan_AreInterpolatedAtItsPoints") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, flat_sheet(20, 20));
+  std::vector<std::string> warnings;
+  const RemeshReport report = files.run(
+      files.request(40), {.warn = [&](const std::string& what) { warnings.push_back(what); }});
+  CHECK(report.attributes.size() == 4);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].find("turned") != std::string::npos);
+  const Store store = files.open();
+  double height = 0, normal = 0, color = 0;
+  std::size_t labels = 0;
+  for_each_patch(store, [&](const PatchView& patch) {
+    const auto position = patch.attribute<Vector3<float>>("position");
+    const auto heights = patch.attribute<double>("height");
+    const auto normals = patch.attribute<Vector3<float>>("normal");
+    const auto colors = patch.attribute<std::array<std::uint8_t, 3>>("color");
+    const auto label = patch.attribute<std::int32_t>("label");
+    for (std::int64_t j = 0; j <= patch.size(); ++j)
+      for (std::int64_t i = 0; i + j <= patch.size(); ++i) {
+        const Vector3<float>& p = position.at(i, j);
+        const double x = double{p.x}, y = double{p.y};
+        height = std::max(height, std::abs(heights.at(i, j) - (2 * x - y)));
+        normal = std::max(
+            normal, std::sqrt(squared_length(Vector3<double>{normals.at(i, j).x, normals.at(i, j).y,
+                                                             normals.at(i, j).z} -
+                                             Vector3<double>{0, 0.6, 0.8})));
+        color = std::max(color, std::abs(static_cast<double>(colors.at(i, j)[0]) - x));
+        color = std::max(color, std::abs(static_cast<double>(colors.at(i, j)[1]) - y));
+        if (colors.at(i, j)[2] != 7) color = 99;
+        const bool is_far = x < 9 || x > 10;
+        if (is_far && label.at(i, j) != (x < 10 ? -5 : 9)) ++labels;
+        if (label.at(i, j) != -5 && label.at(i, j) != 9) ++labels;
+      }
+  });
+  CHECK(height < 1e-5);
+  CHECK(normal < 1e-6);
+  CHECK(color < 0.5 + 1e-5);
+  CHECK(labels == 0);
+}
+
+TEST_CASE("Remesh_FilledHole_HasTheMeanOfItsBorder") {
+  IndexedMesh mesh = flat_sheet(12, 12);
+  std::erase_if(mesh.faces, [](const auto& face) {
+    return std::ranges::find(face, VertexId{6 * 13 + 6}) != face.end();
+  });
+  const RemeshFiles files;
+  write_with_attributes(files.scan, mesh);
+  RemeshRequest request = files.request(30);
+  request.repair.fill_holes = 10;
+  const RemeshReport report = files.run(request);
+  CHECK(report.repairs.filled_holes == 1);
+  double height = 0;
+  for_each_patch(files.open(), [&](const PatchView& patch) {
+    const auto position = patch.attribute<Vector3<float>>("position");
+    const auto heights = patch.attribute<double>("height");
+    for (std::int64_t j = 0; j <= patch.size(); ++j)
+      for (std::int64_t i = 0; i + j <= patch.size(); ++i) {
+        const Vector3<float>& p = position.at(i, j);
+        height = std::max(height, std::abs(heights.at(i, j) - (2 * double{p.x} - double{p.y})));
+      }
+  });
+  CHECK(height < 1e-5);
+}
+
+TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
+  const RemeshFiles files;
+  const IndexedMesh mesh = torus_grid(30, 20);
+  const auto number = [](double value, std::size_t vertex) -> std::string {
+    if (vertex == 77) return "nan";
+    if (vertex == 400) return "-inf";
+    return std::to_string(value);
+  };
+  for (const char* name : {"a.ply", "a.obj", "a.off", "a.stl"}) {
+    CAPTURE(name);
+    std::ostringstream text;
+    const std::string format = name;
+    if (format == "a.ply")
+      text << "ply\nformat ascii 1.0\nelement vertex 600\nproperty float x\nproperty float y\n"
+              "property float z\nelement face 1200\nproperty list uchar int vertex_indices\n"
+              "end_header\n";
+    if (format == "a.off") text << "OFF\n600 1200 0\n";
+    if (format == "a.stl") {
+      text << "solid a\n";
+      for (const auto& face : mesh.faces) {
+        text << "facet normal 0 0 1\nouter loop\n";
+        for (const VertexId vertex : face) {
+          const Vector3<double>& p = mesh.positions[vertex];
+          text << "vertex " << p.x << ' ' << number(p.y, vertex) << ' ' << p.z << '\n';
+        }
+        text << "endloop\nendfacet\n";
+      }
+      text << "endsolid a\n";
+    } else {
+      for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+        const Vector3<double>& p = mesh.positions[vertex];
+        text << (format == "a.obj" ? "v " : "") << p.x << ' ' << number(p.y, vertex) << ' ' << p.z
+             << '\n';
+      }
+      for (const auto& f : mesh.faces)
+        if (format == "a.obj")
+          text << "f " << f[0] + 1 << ' ' << f[1] + 1 << ' ' << f[2] + 1 << '\n';
+        else
+          text << "3 " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+    }
+    RemeshRequest request = files.request(100);
+    request.scan = files.directory.path() / name;
+    std::ofstream(request.scan) << text.str();
+    const RemeshReport report = files.run(request);
+    CHECK(report.repairs.not_finite_vertices == 2);
+    CHECK(report.repairs.not_finite_faces == 12);
+    CHECK(report.scan.borders == 2);
+    CHECK(keeps_topology(report));
+  }
+}
+
+TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, with_noise(torus_grid(60, 40), 0.01));
+  std::vector<std::string> digests;
+  for (const int threads : {1, 2, 3}) {
+    RemeshRequest request = files.request(200);
+    request.threads = threads;
+    request.digest = true;
+    digests.push_back(files.run(request).digest);
+  }
+  CHECK(!digests[0].empty());
+  CHECK(digests[1] == digests[0]);
+  CHECK(digests[2] == digests[0]);
+}
+
+TEST_CASE("Remesh_EveryCancelledPhase_LeavesNothing") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, flat_sheet(20, 20));
+  std::vector<std::string> phases;
+  files.run(files.request(40), {.progress = [&](const Progress& now) {
+              if (phases.empty() || phases.back() != now.phase) phases.emplace_back(now.phase);
+              return true;
+            }});
+  CHECK(phases.size() > 8);
+  fs::remove_all(files.store);
+  for (const std::string& phase : phases) {
+    CAPTURE(phase);
+    const Error error = error_of([&] {
+      files.run(files.request(40),
+                {.progress = [&](const Progress& now) { return now.phase != phase; }});
+    });
+    CHECK(error.code() == ErrorCode::kCancelled);
+    CHECK(std::distance(fs::directory_iterator(files.directory.path()), fs::directory_iterator()) ==
+          1);
+  }
+}
+
+TEST_CASE("Remesh_WhatCannotBe_IsRefusedAndLeavesNothing") {
+  const RemeshFiles files;
+  write_ply(files.scan, torus_grid(20, 20));
+  const auto refused = [&](auto change, ErrorCode code, const std::string& words) {
+    RemeshRequest request = files.request(100);
+    change(request);
+    const Error error = error_of([&] { files.run(request); });
+    CHECK(error.code() == code);
+    CHECK(std::string(error.what()).find(words) != std::string::npos);
+    CHECK(!fs::exists(files.store));
+  };
+  refused([](RemeshRequest& r) { r.faces = 0; }, ErrorCode::kInvalidArgument, "faces");
+  refused([](RemeshRequest& r) { r.levels = 13; }, ErrorCode::kInvalidArgument, "levels");
+  refused([](RemeshRequest& r) { r.levels = 12, r.faces = 200; }, ErrorCode::kOutOfMemory,
+          "of memory");
+  refused([](RemeshRequest& r) { r.scan = "missing.ply"; }, ErrorCode::kNotFound, "missing.ply");
+  // A Moebius strip.
+  write_ply(files.scan, {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}},
+                         {{0, 2, 1}, {1, 2, 3}, {2, 4, 3}, {3, 4, 5}, {4, 1, 5}, {5, 1, 0}}});
+  refused([](RemeshRequest&) {}, ErrorCode::kInvalidArgument, "oriented");
+}
+
+TEST_CASE("Remesh_RealScans_StayWithinTheirDistances") {
+  // What the command reached, in percent of the diagonal, and a quarter more.
+  struct Scan {
+    const char* name;
+    double most_rms_percent;
+  };
+  for (const Scan& scan : {Scan{"bunny_open", 0.020}, {"skull_model", 0.015}}) {
+    if (!has_real_mesh(scan.name)) return;
+    CAPTURE(scan.name);
+    const RemeshFiles files;
+    RemeshRequest request = files.request(1);
+    request.scan = real_mesh_path(scan.name);
+    request.faces = read_indexed_mesh(request.scan).faces.size() / 100;
+    request.report_samples = 100000;
+    const RemeshReport report = files.run(request);
+    CHECK(keeps_topology(report));
+    CHECK(100 * report.to_store.rms < scan.most_rms_percent * report.diagonal);
+    CHECK(100 * report.to_scan.rms < scan.most_rms_percent * report.diagonal);
+    CHECK(1e6 * static_cast<double>(report.turned) < 100 * static_cast<double>(report.small_faces));
+  }
+}
+
+}  // namespace plait::test
