@@ -14,6 +14,7 @@
 #include "interrupt.h"
 #include "io/partial_output.h"
 #include "measure.h"
+#include "picture/color_map.h"
 #include "picture/png_file.h"
 #include "plait/store.h"
 #include "progress.h"
@@ -28,6 +29,7 @@ struct RenderArguments {
   std::filesystem::path store, output;
   int level = -1;
   std::string size = "1600x1200", view = "35,20", up = "y";
+  std::string color_by;
   std::uint64_t memory_bytes = OpenOptions().budget_bytes;
   int threads = default_thread_count();
 };
@@ -50,18 +52,23 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
                         ? arguments.level
                         : store.attributes()[store.attribute("position")].finest_level;
 
-  SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide);
+  ColorBy color_by{arguments.color_by, {}};
+  const bool colored = !color_by.attribute.empty();
+  if (colored) color_by.range = scalar_range(store, color_by.attribute, level);
+  SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide, colored);
   const Camera camera = fitting_camera(store, level, view, axis_from_name(arguments.up),
                                        samples.width(), samples.height());
   {
     ProgressBar progress("render", ProgressUnit::kNone);
-    draw_surface(store, level, camera, samples,
-                 [&](const Progress& now) { return progress.update(now.done, now.total); });
+    draw_surface(
+        store, level, camera, samples,
+        [&](const Progress& now) { return progress.update(now.done, now.total); }, color_by);
   }
-  const Image image = [&] {
+  Image image = [&] {
     const EndAtOnce nothing_is_made_yet(context.json);
     return shade(samples, camera, arguments.threads);
   }();
+  if (colored) draw_legend(image, {color_by.attribute, color_by.range.low, color_by.range.high});
   PartialFile output(arguments.output, Existing::kReplace);
   build_output(output, [&] { write_png(image, output.file()); });
   throw_if_interrupted();
@@ -75,14 +82,18 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
                       format_count(triangles), clock.seconds()));
     return kExitDone;
   }
-  const nlohmann::ordered_json report = {{"store", arguments.store.string()},
-                                         {"file", output.final_path().string()},
-                                         {"width", size.width},
-                                         {"height", size.height},
-                                         {"level", level},
-                                         {"triangles", triangles},
-                                         {"peak_rss_bytes", peak_rss_bytes()},
-                                         {"seconds", clock.seconds()}};
+  nlohmann::ordered_json report = {{"store", arguments.store.string()},
+                                   {"file", output.final_path().string()},
+                                   {"width", size.width},
+                                   {"height", size.height},
+                                   {"level", level},
+                                   {"triangles", triangles},
+                                   {"peak_rss_bytes", peak_rss_bytes()},
+                                   {"seconds", clock.seconds()}};
+  if (colored)
+    report["color_by"] = {{"attribute", color_by.attribute},
+                          {"low", color_by.range.low},
+                          {"high", color_by.range.high}};
   print(report.dump(2) + "\n");
   return kExitDone;
 }
@@ -106,6 +117,8 @@ void add_render_command(CommandLine& program, CommandContext& context) {
       ->one_of({"x", "y", "z"})
       ->type_name("AXIS")
       ->capture_default_str();
+  command->add_option("--color-by", arguments->color_by,
+                      "Colour the surface by an attribute of one number, with a legend");
   add_size_option(*command, "--memory", arguments->memory_bytes, "Budget for blocks in memory");
   add_threads_option(*command, arguments->threads, "Threads of the shading");
   add_plugin_option(*command, context);
@@ -113,11 +126,14 @@ void add_render_command(CommandLine& program, CommandContext& context) {
   command->footer(
       "The shading uses the normals of the store, or computes them from the triangles if the "
       "store\n"
-      "has none. The command needs the budget and 48 bytes per pixel of memory, for any level.\n"
+      "has none. The command needs the budget and 48 bytes per pixel of memory, for any level; "
+      "with\n"
+      "--color-by 56 bytes.\n"
       "\n"
       "Examples:\n"
       "  plait render surface.plait surface.png\n"
-      "  plait render surface.plait back.png --size 1920x1080 --view 200,15 --up z --level 3");
+      "  plait render surface.plait back.png --size 1920x1080 --view 200,15 --up z --level 3\n"
+      "  plait render scan.plait distance.png --color-by distance");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run_render(*arguments, context); };
   });

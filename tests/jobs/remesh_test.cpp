@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "plait/error.h"
+#include "plait/extend/vertex_numbering.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"

@@ -4,7 +4,9 @@
 #include <iterator>
 #include <random>
 #include <string>
+#include <vector>
 
+#include "picture/color_map.h"
 #include "plait/mesh_io.h"
 #include "program.h"
 #include "render/camera.h"
@@ -147,6 +149,69 @@ TEST_CASE("Render_ClosedAndOpenStores_GivesAPngOfTheSizeAskedFor") {
       CHECK(png.substr(16, 8) == std::string("\0\0\0\xc8\0\0\0\x64", 8));
       CHECK(png.size() > 2000);
     }
+}
+
+TEST_CASE("ColorOfShare_FromLowToHigh_GetsLighterEvenly") {
+  // Lightness by CIE 1976, from the luminance of the linear colour.
+  const auto lightness = [](Rgb color) {
+    const auto linear = [](std::uint8_t value) { return std::pow(value / 255.0, 2.2); };
+    const double y =
+        0.2126 * linear(color.red) + 0.7152 * linear(color.green) + 0.0722 * linear(color.blue);
+    return 116 * std::cbrt(y) - 16;
+  };
+  for (int i = 0; i < 20; ++i) {
+    const double step =
+        lightness(color_of_share((i + 1) / 20.0)) - lightness(color_of_share(i / 20.0));
+    CHECK(step > 2);
+    CHECK(step < 6);
+  }
+  CHECK(color_of_share(-1) == color_of_share(0));
+  CHECK(color_of_share(2) == color_of_share(1));
+}
+
+TEST_CASE("SampleBuffer_Shares_AreInterpolatedAndTellWhereThereIsNone") {
+  SampleBuffer samples(64, 64, true);
+  const auto with_share = [](RasterVertex vertex, float share) {
+    vertex.share = share;
+    return vertex;
+  };
+  samples.draw(with_share(vertex(0, 0), 0), with_share(vertex(0, 64), 0),
+               with_share(vertex(64, 0), 1));
+  CHECK(samples.share(16, 8) == Approx(16.5 / 64).margin(1e-3));
+  CHECK(samples.share(48, 8) == Approx(48.5 / 64).margin(1e-3));
+  samples.draw(with_share(vertex(0, 0, 2), NAN), with_share(vertex(0, 64, 2), 0),
+               with_share(vertex(64, 0, 2), 1));
+  CHECK(samples.share(16, 8) < 0);
+}
+
+TEST_CASE("Render_ColoredByAnAttribute_ShowsItsRangeAndRefusesWhatIsNoNumber") {
+  const TemporaryDirectory here;
+  {
+    std::ofstream file(here.path() / "scan.ply");
+    const IndexedMesh mesh = sheet(20, 20);
+    file << "ply\nformat ascii 1.0\nelement vertex " << mesh.positions.size()
+         << "\nproperty float x\nproperty float y\nproperty float z\nproperty short depth\n"
+            "property float nx\nproperty float ny\nproperty float nz\nelement face "
+         << mesh.faces.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const auto& p : mesh.positions)
+      file << p.x << ' ' << p.y << ' ' << p.z << ' ' << (p.x < 10 ? -300 : 500) << " 0 0 1\n";
+    for (const auto& f : mesh.faces) file << "3 " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+  }
+  REQUIRE(run(here.path(), {"remesh", "scan.ply", "s.plait", "--faces", "40"}).status == 0);
+  const std::vector<std::string> arguments = {"render", "s.plait", "s.png",  "--size", "300x200",
+                                              "--up",   "z",       "--view", "0,80",   "--json"};
+  REQUIRE(run(here.path(), arguments).status == 0);
+  const std::string plain = content_of(here.path() / "s.png");
+  auto colored = arguments;
+  colored.insert(colored.end(), {"--color-by", "depth"});
+  const nlohmann::json report = run(here.path(), colored).json();
+  CHECK(report["color_by"]["low"] == -300);
+  CHECK(report["color_by"]["high"] == 500);
+  CHECK(content_of(here.path() / "s.png") != plain);
+  for (const char* wrong : {"normal", "missing"}) {
+    colored.back() = wrong;
+    CHECK(run(here.path(), colored).status == 2);
+  }
 }
 
 TEST_CASE("Render_WhatIsNotThere_IsRefusedAndLeavesNothing") {

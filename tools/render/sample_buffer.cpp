@@ -9,6 +9,8 @@ namespace {
 constexpr int kSubSampleBits = 8;
 constexpr std::int32_t kSubSamples = 1 << kSubSampleBits;
 constexpr float kNormalScale = 32767;
+/// A share of 1; one more is a sample without a share.
+constexpr std::uint16_t kWholeShare = 65534;
 /// Far outside every picture, but small enough for products in 64 bits.
 constexpr double kMaxCoordinate = 1 << 26;
 
@@ -38,6 +40,11 @@ Sample encode(float nearness, Vector3<float> normal, bool back) {
   return {nearness, x, static_cast<std::int16_t>((y & ~1) | (back ? 1 : 0))};
 }
 
+std::uint16_t encode_share(float share) {
+  if (!std::isfinite(share)) return kWholeShare + 1;
+  return static_cast<std::uint16_t>(std::lround(std::clamp(share, 0.f, 1.f) * kWholeShare));
+}
+
 }  // namespace
 
 Vector3<float> Sample::normal() const {
@@ -47,13 +54,21 @@ Vector3<float> Sample::normal() const {
 }
 
 RasterVertex raster_vertex(const ScreenPoint& point, const Vector3<float>& normal) {
-  return {to_fixed(point.x), to_fixed(point.y), static_cast<float>(point.nearness), normal};
+  return {to_fixed(point.x), to_fixed(point.y), static_cast<float>(point.nearness), normal, 0};
 }
 
-SampleBuffer::SampleBuffer(int width, int height)
+SampleBuffer::SampleBuffer(int width, int height, bool shares)
     : width_(width),
       height_(height),
-      samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+      samples_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      shares_(shares ? samples_.size() : 0) {}
+
+double SampleBuffer::share(int x, int y) const {
+  const std::uint16_t share =
+      shares_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+              static_cast<std::size_t>(x)];
+  return share > kWholeShare ? -1 : static_cast<double>(share) / kWholeShare;
+}
 
 void SampleBuffer::draw(const RasterVertex& a, const RasterVertex& b, const RasterVertex& c) {
   const std::int32_t x_first = std::max(first_sample(std::min({a.x, b.x, c.x})), 0);
@@ -86,6 +101,9 @@ void SampleBuffer::draw(const RasterVertex& a, const RasterVertex& b, const Rast
       const float nearness = u * a.nearness + v * second.nearness + w * third.nearness;
       if (nearness <= row[x].nearness) continue;
       row[x] = encode(nearness, u * a.normal + v * second.normal + w * third.normal, back);
+      if (has_shares())
+        shares_[static_cast<std::size_t>(row + x - samples_.data())] =
+            encode_share(u * a.share + v * second.share + w * third.share);
     }
   }
 }

@@ -28,13 +28,15 @@ struct RasterVertex {
   std::int32_t x = 0, y = 0;
   float nearness = 0;
   Vector3<float> normal{};  ///< camera axes
+  float share = 0;          ///< of the colour scale
 };
 RasterVertex raster_vertex(const ScreenPoint& point, const Vector3<float>& normal);
 
 /// One thread.
 class SampleBuffer {
  public:
-  SampleBuffer(int width, int height);
+  /// With `shares`, the buffer also keeps two bytes for each sample: its place on a colour scale.
+  SampleBuffer(int width, int height, bool shares = false);
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -42,6 +44,10 @@ class SampleBuffer {
     return samples_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
                     static_cast<std::size_t>(x)];
   }
+  bool has_shares() const { return !shares_.empty(); }
+  /// From 0 to 1; less than 0 if a corner has none. REQUIRES: has_shares(), a sample that is not
+  /// empty.
+  double share(int x, int y) const;
   /// Draws a triangle; the nearer surface stays. Both sides of a triangle are drawn. If its corners
   /// are counterclockwise on the screen, its front faces the camera.
   void draw(const RasterVertex& a, const RasterVertex& b, const RasterVertex& c);
@@ -49,6 +55,7 @@ class SampleBuffer {
  private:
   int width_, height_;
   std::vector<Sample> samples_;
+  std::vector<std::uint16_t> shares_;
 };
 
 }  // namespace plait

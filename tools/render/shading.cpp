@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "picture/color_map.h"
 #include "render/parallel_rows.h"
 
 namespace plait {
@@ -26,6 +27,7 @@ const Colour kBack{0.60f, 0.38f, 0.22f};   // sand, so that the back is easy to 
 const Colour kTop{0.945f, 0.950f, 0.955f}, kBottom{0.70f, 0.73f, 0.77f};  // background
 constexpr float kShine = 0.16f, kShininess = 42, kOutlineShine = 0.30f;
 constexpr float kInterreflection = 0.55f;
+constexpr float kScaleStrength = 0.8f;  // the lights together are brighter than 1
 
 float lit(const Light& light, const Vector3<float>& normal) {
   return std::max(0.f, (dot(normal, light.direction) + light.wrap) / (1 + light.wrap));
@@ -39,9 +41,8 @@ Colour sky_light(float sky, const Colour& albedo) {
   return sky * Colour{1, 1, 1} + ((1 - sky) * kInterreflection) * albedo;
 }
 
-Colour shade_sample(const Sample& sample, float sky) {
+Colour shade_sample(const Sample& sample, float sky, const Colour& albedo) {
   const Vector3<float> normal = sample.normal();
-  const Colour albedo = sample.is_back() ? kBack : kFront;
   const float up = 0.5f + 0.5f * normal.y;
   const Colour ambient = sky_light(sky, albedo) * ((1 - up) * kGround + up * kSky);
   // Creases also get less light from the two lamps, because lamps are not points.
@@ -56,12 +57,24 @@ Colour shade_sample(const Sample& sample, float sky) {
   return colour + shine * kKey.colour + (kOutlineShine * sky * grazing * up) * kSky;
 }
 
-/// Linear light to sRGB (IEC 61966-2-1).
+/// sRGB to linear light, and back (IEC 61966-2-1).
+float decode(std::uint8_t encoded) {
+  const float value = static_cast<float>(encoded) / 255;
+  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
+}
 std::uint8_t encode(float linear) {
   const float value = std::clamp(linear, 0.f, 1.f);
   const float srgb =
       value <= 0.0031308f ? 12.92f * value : 1.055f * std::pow(value, 1 / 2.4f) - 0.055f;
   return static_cast<std::uint8_t>(std::lround(255 * srgb));
+}
+
+/// The colour of a sample's material.
+Colour albedo_of(const SampleBuffer& samples, int x, int y) {
+  if (!samples.has_shares()) return samples.at(x, y).is_back() ? kBack : kFront;
+  const double share = samples.share(x, y);
+  const Rgb color = share < 0 ? kNoNumberColor : color_of_share(share);
+  return kScaleStrength * Colour{decode(color.red), decode(color.green), decode(color.blue)};
 }
 
 }  // namespace
@@ -78,7 +91,9 @@ Image shade(const SampleBuffer& samples, const Camera& camera, int threads) {
       for (int y = row * kSamplesPerSide; y < (row + 1) * kSamplesPerSide; ++y)
         for (int x = column * kSamplesPerSide; x < (column + 1) * kSamplesPerSide; ++x) {
           const Sample& sample = samples.at(x, y);
-          sum = sum + (sample.empty() ? behind : shade_sample(sample, sky.at(column, row)));
+          sum = sum + (sample.empty()
+                           ? behind
+                           : shade_sample(sample, sky.at(column, row), albedo_of(samples, x, y)));
         }
       const Colour mean = (1.f / (kSamplesPerSide * kSamplesPerSide)) * sum;
       image.at(static_cast<std::size_t>(column), static_cast<std::size_t>(row)) = {

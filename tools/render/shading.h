@@ -9,9 +9,9 @@
 
 namespace plait {
 
-/// Shades every sample. A pixel is the mean of its kSamplesPerSide x kSamplesPerSide samples in
-/// linear light. Memory: eight bytes per pixel in addition to the image. The result does not depend
-/// on `threads`.
+/// Shades every sample, in the colours of the scale if the buffer has shares. A pixel is the mean
+/// of its kSamplesPerSide x kSamplesPerSide samples in linear light. Memory: eight bytes per pixel
+/// in addition to the image. The result does not depend on `threads`.
 Image shade(const SampleBuffer& samples, const Camera& camera, int threads);
 
 }  // namespace plait

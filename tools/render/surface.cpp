@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -102,12 +103,21 @@ class NormalSource {
 
 template <class Real>
 void draw_patches(Store& store, AttributeId position, int level, const Camera& camera,
-                  SampleBuffer& samples, const ProgressCallback& progress) {
-  // A third of the budget is for pins of positions, and a third for pins of normals.
-  const std::uint64_t share_bytes = StoreAccess::pager(store).budget_bytes() / 3;
+                  const ColorBy& color_by, SampleBuffer& samples,
+                  const ProgressCallback& progress) {
+  // A share of the budget is for pins of positions, one for normals, one for the numbers of
+  // colours.
+  const std::uint64_t share_bytes = StoreAccess::pager(store).budget_bytes() / 4;
   StorePatches<Vector3<Real>> patches(store, position, share_bytes);
   patches.activate(level, 1, 0);
   NormalSource<Real> normals(store, position, level, share_bytes);
+  const std::unique_ptr<ScalarPatches> colors =
+      color_by.attribute.empty() ? nullptr
+                                 : open_scalar(store, color_by.attribute, level, share_bytes);
+  const auto share_of = [&](std::int64_t i, std::int64_t j) {
+    const double width = color_by.range.high - color_by.range.low;
+    return static_cast<float>((colors->at(i, j) - color_by.range.low) / (width > 0 ? width : 1));
+  };
   const std::int64_t size = std::int64_t{1}
                             << relative_to_base(level, store.base_level()).refinements;
   std::vector<RasterVertex> lower(static_cast<std::size_t>(size) + 1), upper = lower;
@@ -115,11 +125,13 @@ void draw_patches(Store& store, AttributeId position, int level, const Camera& c
   for (FaceId face = 0; face < faces; ++face) {
     const auto patch = patches.patch(face);
     normals.enter(face);
+    if (colors) colors->enter(face);
     const auto fetch = [&](std::vector<RasterVertex>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
         const Vector3<Real>& point = patch.at(level, i, j);
-        row[static_cast<std::size_t>(i)] = raster_vertex(
+        RasterVertex& vertex = row[static_cast<std::size_t>(i)] = raster_vertex(
             camera.project({point.x, point.y, point.z}), camera.rotate(normals.at(patch, i, j)));
+        if (colors) vertex.share = share_of(i, j);
       }
     };
     fetch(lower, 0);
@@ -160,12 +172,12 @@ Camera fitting_camera(Store& store, int level, const ViewAngles& view, UpAxis up
 }
 
 void draw_surface(Store& store, int level, const Camera& camera, SampleBuffer& samples,
-                  const ProgressCallback& progress) {
+                  const ProgressCallback& progress, const ColorBy& color_by) {
   const AttributeId position = checked_position(store, level);
   if (is_double(store, position))
-    draw_patches<double>(store, position, level, camera, samples, progress);
+    draw_patches<double>(store, position, level, camera, color_by, samples, progress);
   else
-    draw_patches<float>(store, position, level, camera, samples, progress);
+    draw_patches<float>(store, position, level, camera, color_by, samples, progress);
 }
 
 }  // namespace plait

@@ -1,0 +1,26 @@
+// picture/color_map.h: numbers as colours, and the legend that explains them.
+#pragma once
+
+#include <string>
+
+#include "picture/image.h"
+
+namespace plait {
+
+/// The colour of a share from 0 to 1: viridis (S. van der Walt and N. Smith, 2015, CC0), from dark
+/// blue to yellow. Its lightness grows evenly, so people who see few colours, and grey prints, keep
+/// the order. Shares outside count as the nearer end.
+Rgb color_of_share(double share);
+
+/// Vertices whose number is none.
+constexpr Rgb kNoNumberColor{150, 150, 150};
+
+struct Legend {
+  std::string title;
+  double low = 0, high = 1;
+};
+/// Draws a bar with the numbers at its ends and its middle along the lower edge of the picture. A
+/// picture that is too small for it stays as it is.
+void draw_legend(Image& image, const Legend& legend);
+
+}  // namespace plait
