@@ -91,7 +91,10 @@ TEST_CASE("ExportFormat_NamesOfAnyKind_AreFormatsOrRefused") {
   CHECK(export_format("a.obj.gz").mesh == MeshFormat::kObj);
   CHECK(export_format("a.obj.gz").compression == StreamCompression::kGzip);
   CHECK(export_format("d/a.b.stl.zst").mesh == MeshFormat::kStl);
-  for (const char* name : {"a", "a.off", "a.gz", "ply", "a.ply.bz2", "a.ply/", ".ply"}) {
+  CHECK(export_format("a.off.gz").mesh == MeshFormat::kOff);
+  CHECK(export_format("a.PVTP").mesh == MeshFormat::kPvtp);
+  CHECK(export_format("a.glb").mesh == MeshFormat::kGlb);
+  for (const char* name : {"a", "a.vtp.gz", "a.gz", "ply", "a.ply.bz2", "a.ply/", ".ply"}) {
     CAPTURE(name);
     CHECK_THROWS_AS(export_format(name), Error);
   }
@@ -105,7 +108,8 @@ TEST_CASE("Export_PlyAndObjOfAnyMesh_ReadBackWithTheCountsOfTheLevel") {
     std::vector<std::string> warnings;
     const BaseMesh ply = read_base_mesh(here.write("out.ply"), &warnings);
     check_counts(ply, here.base);
-    for (const char* name : {"out.ply.gz", "out.ply.zst", "out.obj", "out.obj.gz", "out.obj.zst"}) {
+    for (const char* name : {"out.ply.gz", "out.ply.zst", "out.obj", "out.obj.gz", "out.obj.zst",
+                             "out.off", "out.off.zst"}) {
       CAPTURE(name);
       const BaseMesh read = read_base_mesh(here.write(name), &warnings);
       // A float written as decimals and read as a double rounds to the same float.
@@ -216,7 +220,7 @@ TEST_CASE("Export_LevelThatIsNotThere_IsRefusedAndLeavesNothing") {
   const ExportWorkplace here(icosahedron());
   const auto before = names_in(here.directory.path());
   CHECK(here.plait({"export", "s.plait", "out.ply", "--level", "4"}).status == 2);
-  CHECK(here.plait({"export", "s.plait", "out.off"}).status == 2);
+  CHECK(here.plait({"export", "s.plait", "out.dae"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "s.plait"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "no/out.ply"}).status == 2);
   CHECK(names_in(here.directory.path()) == before);

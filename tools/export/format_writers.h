@@ -5,35 +5,52 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "export/mesh_export.h"
 #include "export/numbered_triangles.h"
+#include "export/output_files.h"
 #include "export/output_stream.h"
-#include "plait/error.h"
+#include "export/patch_selection.h"
 
 namespace plait {
 
 struct ExportTask {
   Store& store;
+  const ExportOptions& options;
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< the attributes to write besides the position
-  int level = 0;                        ///< counted from the user's mesh
-  int refinements = 0;  ///< how often the store's base mesh is refined to give this level
-  const VertexNumbering& numbering;
-  OutputStream& output;
-  /// Throws kCancelled.
+  const PatchSelection& patches;
+  /// Throws kCancelled. `done` counts vertices and triangles.
   std::function<void(std::uint64_t done)> progress;
-  std::span<const std::string> face_attributes;
 
-  std::uint64_t vertices() const { return numbering.vertex_count(); }
-  std::uint64_t triangles() const { return triangle_count(store.base(), refinements); }
+  std::uint64_t vertices() const { return patches.vertex_count(); }
+  std::uint64_t triangles() const { return patches.triangle_count(); }
+  const AttributeSchema& schema(AttributeId attribute) const {
+    return store.attributes()[attribute].schema;
+  }
 };
 
-void write_ply_level(const ExportTask& task);
-void write_obj_level(const ExportTask& task);
-void write_stl_level(const ExportTask& task);
+void write_ply_level(const ExportTask& task, OutputStream& output);
+void write_obj_level(const ExportTask& task, OutputStream& output);
+void write_off_level(const ExportTask& task, OutputStream& output);
+void write_stl_level(const ExportTask& task, OutputStream& output);
+void write_vtp_level(const ExportTask& task, OutputStream& output);
+/// Writes one .vtp file for each piece beside the main file, and returns the bytes of all files.
+std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files);
+/// Writes .glb, or .gltf with a .bin beside it.
+GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files);
 
-/// Throws kInvalidArgument for an attribute that PLY cannot hold.
-void check_ply_attribute(const AttributeSchema& schema);
+/// The smaller of the two that a program with numbers of 31 bits can read.
+constexpr bool fits_31_bits(std::uint64_t count) noexcept { return count <= 0x7fffffff; }
+
+/// An attribute of the base faces.
+struct FaceColumn {
+  AttributeSchema schema;
+  std::span<const std::byte> numbers;
+};
+std::vector<FaceColumn> face_columns(const ExportTask& task);
 
 }  // namespace plait

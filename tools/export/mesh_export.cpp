@@ -3,20 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <utility>
 
-#include "argument_text.h"
 #include "export/format_writers.h"
+#include "plait/reader.h"
 
 namespace plait {
 namespace {
 
 constexpr std::uint64_t kMaxCounted = std::numeric_limits<std::uint32_t>::max();
-
-bool has_level(const Store& store, AttributeId attribute, int level) {
-  return store.attributes()[attribute].finest_level >= level;
-}
 
 void check_level(const Store& store, AttributeId position, int level) {
   const int finest = store.attributes()[position].finest_level;
@@ -33,24 +30,20 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
     const AttributeId id = store.attribute(name);
     if (id == position) continue;
     const AttributeSchema& schema = store.attributes()[id].schema;
-    if (!has_level(store, id, options.level))
+    if (store.attributes()[id].finest_level < options.level)
       throw Error(
           ErrorCode::kInvalidArgument,
           fmt::format("export {}: attribute '{}' ends at level {}, expected level {} or more",
                       store.path().native(), name, store.attributes()[id].finest_level,
                       options.level));
-    if (options.format.mesh == MeshFormat::kPly) check_ply_attribute(schema);
-    const bool normal = schema == schema_of<Vector3<float>>("normal");
-    if (options.format.mesh == MeshFormat::kStl ||
-        (options.format.mesh == MeshFormat::kObj && !normal))
+    if (!holds_attribute(options.format.mesh, schema))
       throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("export {}: attribute '{}' cannot be written to {} files",
-                              store.path().native(), name,
-                              options.format.mesh == MeshFormat::kStl ? "STL" : "OBJ"));
-    for (const AttributeId other : chosen)
-      if (other == id)
-        throw Error(ErrorCode::kInvalidArgument,
-                    fmt::format("export: attribute '{}' was given twice", name));
+                  fmt::format("export {}: attribute '{}', {} x {}, cannot be written to {} files",
+                              store.path().native(), name, to_string(schema.type),
+                              schema.components, format_name(options.format.mesh)));
+    if (std::ranges::find(chosen, id) != chosen.end())
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export: attribute '{}' was given twice", name));
     chosen.push_back(id);
   }
   return chosen;
@@ -60,10 +53,15 @@ void check_face_attributes(const Store& store, const ExportOptions& options) {
   for (std::size_t at = 0; at < options.face_attributes.size(); ++at) {
     const std::string& name = options.face_attributes[at];
     std::as_const(store).face_bytes(name);  // refuses unknown names
-    if (options.format.mesh != MeshFormat::kPly)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("export {}: face attribute '{}' can be written to PLY files only",
-                              store.path().native(), name));
+    const auto has_name = [&](const AttributeSchema& each) { return each.name == name; };
+    if (!holds_face_attributes(options.format.mesh) ||
+        !holds_attribute(options.format.mesh,
+                         *std::ranges::find_if(store.face_attributes(), has_name)))
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("export {}: face attribute '{}' cannot be written to {} files; VTK files can "
+                      "have all, PLY files all but integers of 64 bits",
+                      store.path().native(), name, format_name(options.format.mesh)));
     if (std::ranges::find(options.face_attributes, name) !=
         options.face_attributes.begin() + static_cast<std::ptrdiff_t>(at))
       throw Error(ErrorCode::kInvalidArgument,
@@ -71,16 +69,16 @@ void check_face_attributes(const Store& store, const ExportOptions& options) {
   }
 }
 
-void check_counts(const Store& store, const ExportResult& counts, MeshFormat format) {
+void check_counts(const Store& store, const PatchSelection& patches, MeshFormat format) {
   const bool ply = format == MeshFormat::kPly;
-  const std::uint64_t count = ply ? counts.vertices : counts.triangles;
-  if (format != MeshFormat::kObj && count > kMaxCounted)
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format(
-            "export {}: {} {}, but {} files can have at most {}; try a coarser level or OBJ",
-            store.path().native(), count, ply ? "vertices" : "triangles", ply ? "PLY" : "STL",
-            kMaxCounted));
+  if (!ply && format != MeshFormat::kStl) return;
+  const std::uint64_t count = ply ? patches.vertex_count() : patches.triangle_count();
+  if (count > kMaxCounted)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export {}: {} {}, but {} files can have at most {}; take a coarser "
+                            "--level, a --box, or OBJ",
+                            store.path().native(), count, ply ? "vertices" : "triangles",
+                            format_name(format), kMaxCounted));
 }
 
 void check_position(const Store& store, AttributeId position) {
@@ -93,65 +91,90 @@ void check_position(const Store& store, AttributeId position) {
                             store.path().native(), to_string(schema.type), schema.components));
 }
 
-}  // namespace
-
-ExportFormat export_format(const std::filesystem::path& path) {
-  ExportFormat format;
-  const std::string last = lower_extension(path);
-  if (last == ".gz") format.compression = StreamCompression::kGzip;
-  if (last == ".zst") format.compression = StreamCompression::kZstd;
-  const std::string extension =
-      format.compression == StreamCompression::kNone ? last : lower_extension(path.stem());
-  if (extension == ".ply") return format;
-  if (extension == ".obj")
-    format.mesh = MeshFormat::kObj;
-  else if (extension == ".stl")
-    format.mesh = MeshFormat::kStl;
-  else
+/// The patches that the options ask for, ascending, each once.
+std::vector<FaceId> chosen_faces(const Store& store, const ExportOptions& options) {
+  const std::uint64_t count = store.base().face_count();
+  std::vector<FaceId> faces;
+  for (const FaceRange& range : options.faces) {
+    if (range.last >= count)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("export {}: face {}, expected 0 to {}", store.path().native(),
+                              range.last, count - 1));
+    for (FaceId face = range.first; face <= range.last; ++face) faces.push_back(face);
+  }
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  if (options.faces.empty()) faces = all_faces(store.base());
+  if (!options.box) return faces;
+  const Reader reader(store, {.attributes = {"position"}});
+  const std::vector<FaceId> near = reader.faces_in_box(*options.box);
+  std::vector<FaceId> both;
+  std::set_intersection(faces.begin(), faces.end(), near.begin(), near.end(),
+                        std::back_inserter(both));
+  if (both.empty())
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export to {}: expected a name that ends in .ply, .obj or .stl, and "
-                            "then .gz, .zst or nothing",
-                            path.native()));
-  return format;
+                fmt::format("export {}: no patch meets the box", store.path().native()));
+  return both;
 }
 
-ExportResult export_mesh(Store& store, File& file, const ExportOptions& options) {
+void check_options(const Store& store, const ExportOptions& options) {
+  if (options.quantize && !is_gltf(options.format.mesh))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export {}: only glTF files can be quantized", store.path().native()));
+  if (options.pieces != 0 && options.format.mesh != MeshFormat::kPvtp)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("export {}: only .pvtp files have pieces", store.path().native()));
+}
+
+}  // namespace
+
+std::vector<FaceColumn> face_columns(const ExportTask& task) {
+  std::vector<FaceColumn> columns;
+  for (const std::string& name : task.options.face_attributes)
+    for (const AttributeSchema& schema : task.store.face_attributes())
+      if (schema.name == name)
+        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
+  return columns;
+}
+
+ExportResult export_mesh(Store& store, OutputFiles& files, const ExportOptions& options) {
+  check_options(store, options);
   const AttributeId position = store.attribute("position");
   check_position(store, position);
   check_level(store, position, options.level);
   const std::vector<AttributeId> extras = chosen_attributes(store, position, options);
   check_face_attributes(store, options);
-  const int refinements = relative_to_base(options.level, store.base_level()).refinements;
-  const VertexNumbering numbering(store.base().topology(), refinements);
-  ExportResult result{numbering.vertex_count(), triangle_count(store.base(), refinements), 0};
-  check_counts(store, result, options.format.mesh);
+  const PatchSelection patches(store.base(),
+                               relative_to_base(options.level, store.base_level()).refinements,
+                               chosen_faces(store, options));
+  const MeshFormat format = options.format.mesh;
+  check_counts(store, patches, format);
 
-  const bool facets = options.format.mesh == MeshFormat::kStl;
-  const std::uint64_t total = result.triangles + (facets ? 0 : result.vertices);
-  OutputStream output(file, options.format.compression);
-  const ExportTask task{store,
-                        position,
-                        extras,
-                        options.level,
-                        refinements,
-                        numbering,
-                        output,
-                        [&](std::uint64_t done) {
-                          if (options.progress && !options.progress({"export", done, total}))
-                            throw Error(ErrorCode::kCancelled, "export: cancelled");
-                        },
-                        options.face_attributes};
-  switch (options.format.mesh) {
-    case MeshFormat::kPly:
-      write_ply_level(task);
-      break;
-    case MeshFormat::kObj:
-      write_obj_level(task);
-      break;
-    case MeshFormat::kStl:
-      write_stl_level(task);
-      break;
+  ExportResult result{patches.vertex_count(), patches.triangle_count(), 0, patches.faces().size(),
+                      0};
+  const std::uint64_t total = result.triangles + (format == MeshFormat::kStl ? 0 : result.vertices);
+  const auto progress = [&](std::uint64_t done) {
+    if (options.progress && !options.progress({"export", std::min(done, total), total}))
+      throw Error(ErrorCode::kCancelled, "export: cancelled");
+  };
+  const ExportTask task{store, options, position, extras, patches, progress};
+  if (is_gltf(format)) {
+    const GltfOutcome outcome = write_gltf_level(task, files);
+    result.vertices = outcome.vertices;
+    result.file_bytes = outcome.file_bytes;
+    result.position_error = outcome.position_error;
+    return result;
   }
+  if (format == MeshFormat::kPvtp) {
+    result.file_bytes = write_pvtp_level(task, files);
+    return result;
+  }
+  OutputStream output(files.main(), options.format.compression);
+  if (format == MeshFormat::kPly) write_ply_level(task, output);
+  if (format == MeshFormat::kObj) write_obj_level(task, output);
+  if (format == MeshFormat::kOff) write_off_level(task, output);
+  if (format == MeshFormat::kStl) write_stl_level(task, output);
+  if (format == MeshFormat::kVtp) write_vtp_level(task, output);
   output.close();
   result.file_bytes = output.file_bytes();
   return result;

@@ -3,9 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "export/format_writers.h"
@@ -54,28 +52,13 @@ std::string property_name(const AttributeSchema& schema, std::uint32_t component
   return schema.components == 1 ? schema.name : fmt::format("{}_{}", schema.name, component);
 }
 
-/// An attribute of the base faces.
-struct FaceColumn {
-  AttributeSchema schema;
-  std::span<const std::byte> numbers;
-};
-
-std::vector<FaceColumn> face_columns(const ExportTask& task) {
-  std::vector<FaceColumn> columns;
-  for (const std::string& name : task.face_attributes)
-    for (const AttributeSchema& schema : task.store.face_attributes())
-      if (schema.name == name)
-        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
-  return columns;
-}
-
 std::string header(const ExportTask& task, std::span<const AttributeId> attributes,
                    std::span<const FaceColumn> columns, const char* index_type) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment plait: level {}\nelement vertex {}\n",
-      task.level, task.vertices());
+      task.options.level, task.vertices());
   for (const AttributeId id : attributes) {
-    const AttributeSchema& schema = task.store.attributes()[id].schema;
+    const AttributeSchema& schema = task.schema(id);
     for (std::uint32_t component = 0; component < schema.components; ++component)
       text +=
           fmt::format("property {} {}\n", ply_type(schema.type), property_name(schema, component));
@@ -89,24 +72,15 @@ std::string header(const ExportTask& task, std::span<const AttributeId> attribut
 
 }  // namespace
 
-void check_ply_attribute(const AttributeSchema& schema) {
-  if (ply_type(schema.type) == nullptr)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export: attribute '{}' is {}, and PLY has no such type", schema.name,
-                            to_string(schema.type)));
-}
-
-void write_ply_level(const ExportTask& task) {
+void write_ply_level(const ExportTask& task, OutputStream& output) {
   std::vector<AttributeId> attributes = {task.position};
   attributes.insert(attributes.end(), task.extras.begin(), task.extras.end());
-  const bool fits_int =
-      task.vertices() <= static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max());
   const std::vector<FaceColumn> columns = face_columns(task);
-  task.output.write(header(task, attributes, columns, fits_int ? "int" : "uint"));
+  output.write(header(task, attributes, columns, fits_31_bits(task.vertices()) ? "int" : "uint"));
 
   std::vector<std::byte> rows;
   std::uint64_t done = 0;
-  stream_vertices(task.store, attributes, task.level, [&](auto records, std::size_t count) {
+  stream_vertices(task.store, attributes, task.patches, [&](auto records, std::size_t count) {
     rows.clear();
     for (std::size_t vertex = 0; vertex < count; ++vertex)
       for (const std::span<const std::byte> column : records) {
@@ -114,25 +88,25 @@ void write_ply_level(const ExportTask& task) {
         const auto record = column.subspan(vertex * bytes, bytes);
         rows.insert(rows.end(), record.begin(), record.end());
       }
-    task.output.write(rows);
+    output.write(rows);
     task.progress(done += count);
   });
 
   constexpr std::size_t kFaceBytes = 13;
   std::uint64_t triangle = 0;
   for_each_numbered_triangle(
-      task.store.base(), task.numbering, task.refinements,
+      task.patches,
       [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
         std::array<std::byte, kFaceBytes> face{std::byte{3}};
         const std::uint32_t corners[] = {static_cast<std::uint32_t>(a),
                                          static_cast<std::uint32_t>(b),
                                          static_cast<std::uint32_t>(c)};
         std::memcpy(face.data() + 1, corners, sizeof(corners));
-        task.output.write(face);
-        const std::uint64_t of_face = triangle++ >> (2 * task.refinements);
+        output.write(face);
+        const FaceId of_face = task.patches.faces()[triangle++ >> (2 * task.patches.refinements())];
         for (const FaceColumn& column : columns) {
           const std::size_t bytes = column.schema.record_bytes();
-          task.output.write(column.numbers.subspan(of_face * bytes, bytes));
+          output.write(column.numbers.subspan(of_face * bytes, bytes));
         }
       },
       [&](std::uint64_t triangles) { task.progress(done + triangles); });

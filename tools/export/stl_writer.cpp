@@ -26,21 +26,20 @@ void append_facet(std::vector<std::byte>& facets, const Vector3<float>& a, const
 }
 
 template <class Real>
-void write_facets(const ExportTask& task) {
+void write_facets(const ExportTask& task, OutputStream& output) {
   // Half of the budget stays pinned, because neighbouring faces use the same blocks.
   StorePatches<Vector3<Real>> patches(task.store, task.position,
                                       StoreAccess::pager(task.store).budget_bytes() / 2);
-  patches.activate(task.level, 1, 0);
-  const std::int64_t size = std::int64_t{1} << task.refinements;
+  patches.activate(task.options.level, 1, 0);
+  const std::int64_t size = std::int64_t{1} << task.patches.refinements();
   std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;
   std::vector<std::byte> facets;
   std::uint64_t done = 0;
-  const auto faces = static_cast<FaceId>(task.store.base().face_count());
-  for (FaceId face = 0; face < faces; ++face) {
+  for (const FaceId face : task.patches.faces()) {
     const auto patch = patches.patch(face);
     const auto fetch = [&](std::vector<Vector3<float>>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
-        const Vector3<Real>& at = patch.at(task.level, i, j);
+        const Vector3<Real>& at = patch.at(task.options.level, i, j);
         row[static_cast<std::size_t>(i)] = {static_cast<float>(at.x), static_cast<float>(at.y),
                                             static_cast<float>(at.z)};
       }
@@ -54,7 +53,7 @@ void write_facets(const ExportTask& task) {
         append_facet(facets, lower[i], lower[i + 1], upper[i]);
         if (i + 1 < count) append_facet(facets, lower[i + 1], upper[i + 1], upper[i]);
       }
-      task.output.write(facets);
+      output.write(facets);
       task.progress(done += 2 * count - 1);
       lower.swap(upper);
     }
@@ -63,17 +62,17 @@ void write_facets(const ExportTask& task) {
 
 }  // namespace
 
-void write_stl_level(const ExportTask& task) {
+void write_stl_level(const ExportTask& task, OutputStream& output) {
   // The first word must not be "solid", which marks a text file.
-  std::string header = "plait: level " + std::to_string(task.level);
+  std::string header = "plait: level " + std::to_string(task.options.level);
   header.resize(kHeaderBytes, ' ');
-  task.output.write(header);
+  output.write(header);
   const auto count = static_cast<std::uint32_t>(task.triangles());
-  task.output.write(std::as_bytes(std::span(&count, 1)));
-  if (task.store.attributes()[task.position].schema.type == ComponentType::kFloat64)
-    write_facets<double>(task);
+  output.write(std::as_bytes(std::span(&count, 1)));
+  if (task.schema(task.position).type == ComponentType::kFloat64)
+    write_facets<double>(task, output);
   else
-    write_facets<float>(task);
+    write_facets<float>(task, output);
 }
 
 }  // namespace plait

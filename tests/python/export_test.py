@@ -1,0 +1,325 @@
+"""What `plait export` writes, read back by readers of these tests and by those of other people."""
+
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import urllib.parse
+import xml.etree.ElementTree
+
+import numpy as np
+import plait
+import pytest
+from conftest import icosahedron, make, sheet
+
+PROGRAM = os.environ.get("PLAIT_PROGRAM", "")
+pytestmark = pytest.mark.skipif(not os.path.exists(PROGRAM), reason="the program was not built")
+
+LEVEL = 3
+PART = ["--faces", "1,4-6,11"]  # patches that share sides, corners and nothing
+PART_FACES = [1, 4, 5, 6, 11]
+VTK_TYPES = {"Float32": "<f4", "Float64": "<f8", "Int32": "<i4", "Int64": "<i8", "UInt8": "|u1",
+             "UInt16": "<u2", "UInt64": "<u8"}
+GLTF_TYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+GLTF_SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def export(store, out, *options, refused=False):
+    """Runs the program and returns its report, or its message."""
+    done = subprocess.run([PROGRAM, "export", store, out, "--json", *options], capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == (2 if refused else 0), done.stderr
+    return done.stderr if refused else json.loads(done.stdout)
+
+
+def read_vtp(path):
+    """Points, triangles, arrays of points and arrays of triangles."""
+    content = open(path, "rb").read()
+    cut = content.index(b"_", content.index(b'<AppendedData encoding="raw">')) + 1
+    end = content.rindex(b"</AppendedData>")
+    root = xml.etree.ElementTree.fromstring(content[:cut] + content[end:])
+    assert root.get("header_type") == "UInt64" and root.get("byte_order") == "LittleEndian"
+    data, used = content[cut:end], []
+
+    def array(element):
+        offset = int(element.get("offset"))
+        size, = struct.unpack_from("<Q", data, offset)
+        used.append((offset, offset + 8 + size))
+        records = np.frombuffer(data, VTK_TYPES[element.get("type")], offset=offset + 8,
+                                count=size // np.dtype(VTK_TYPES[element.get("type")]).itemsize)
+        width = int(element.get("NumberOfComponents", 1))
+        return records.reshape(-1, width) if width > 1 else records
+
+    piece = root.find("PolyData/Piece")
+    points = array(piece.find("Points/DataArray"))
+    polys = {each.get("Name"): array(each) for each in piece.findall("Polys/DataArray")}
+    named = [{each.get("Name"): array(each) for each in piece.findall(kind + "/DataArray")}
+             for kind in ("PointData", "CellData")]
+    triangles = polys["connectivity"].reshape(-1, 3)
+    assert (polys["offsets"] == 3 * np.arange(1, len(triangles) + 1)).all()
+    assert len(points) == int(piece.get("NumberOfPoints"))
+    assert len(triangles) == int(piece.get("NumberOfPolys"))
+    used.sort()
+    assert used[0][0] == 0 and all(a[1] == b[0] for a, b in zip(used, used[1:]))
+    assert data[used[-1][1]:].strip() == b""
+    return points, triangles, *named
+
+
+def read_gltf(path):
+    """The document, and for each primitive its attributes by name and its indices."""
+    content = open(path, "rb").read()
+    if content[:4] == b"glTF":
+        version, length, size = struct.unpack_from("<III", content, 4)
+        assert version == 2 and length == len(content) and content[16:20] == b"JSON"
+        document = json.loads(content[20:20 + size])
+        numbers, kind = struct.unpack_from("<I4s", content, 20 + size)
+        assert kind == b"BIN\0" and numbers % 4 == 0 and 28 + size + numbers == length
+        data = content[28 + size:]
+        assert "uri" not in document["buffers"][0]
+    else:
+        document = json.loads(content)
+        name = urllib.parse.unquote(document["buffers"][0]["uri"])
+        data = open(os.path.join(os.path.dirname(path), name), "rb").read()
+    assert document["buffers"][0]["byteLength"] == len(data)
+
+    def array(number):
+        accessor = document["accessors"][number]
+        view = document["bufferViews"][accessor["bufferView"]]
+        dtype, width = np.dtype(GLTF_TYPES[accessor["componentType"]]), GLTF_SHAPES[accessor["type"]]
+        stride = view.get("byteStride", dtype.itemsize * width)
+        first = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        assert first % 4 == 0 and stride % dtype.itemsize == 0
+        last = accessor.get("byteOffset", 0) + stride * (accessor["count"] - 1)
+        assert last + dtype.itemsize * width <= view["byteLength"]
+        records = np.lib.stride_tricks.as_strided(
+            np.frombuffer(data, dtype, offset=first, count=1), (accessor["count"], width),
+            (stride, dtype.itemsize))
+        if "min" in accessor:
+            assert (records.min(0) == np.array(accessor["min"])).all()
+            assert (records.max(0) == np.array(accessor["max"])).all()
+        if accessor.get("normalized"):
+            records = np.maximum(records / np.iinfo(dtype).max, -1)
+        return records if width > 1 else records[:, 0]
+
+    mesh, = document["meshes"]
+    return document, [({name: array(number) for name, number in each["attributes"].items()},
+                       array(each["indices"]).astype(np.int64)) for each in mesh["primitives"]]
+
+
+def corners_of(points, triangles):
+    """The triangles as coordinates, in an order that depends on nothing else."""
+    corners = np.asarray(points)[np.asarray(triangles)].reshape(-1, 9)
+    return corners[np.lexsort(corners.T)]
+
+
+def same_surface(points, triangles, mesh):
+    """The same vertices and triangles as those of store.mesh(), to the last bit."""
+    assert len(triangles) == len(mesh.triangles)
+    assert np.array_equal(np.unique(points, axis=0), np.unique(mesh.vertices, axis=0))
+    assert np.array_equal(corners_of(points, triangles), corners_of(mesh.vertices, mesh.triangles))
+
+
+@pytest.fixture(scope="module")
+def stores(tmp_path_factory):
+    """A closed surface and one with a border: normals, colours, and attributes of other types."""
+    folder = tmp_path_factory.mktemp("export")
+    paths = {}
+    for name, mesh in (("ball", icosahedron()), ("sheet", sheet(3))):
+        paths[name] = folder / f"{name}.plait"
+        with make(mesh, paths[name], levels=LEVEL, scheme="loop", normals=True,
+                  block_bytes=4096) as store:
+            store.add_attribute("color", np.uint8, 3)
+            store.add_attribute("height", np.float32)
+            store.add_attribute("wide", np.float64, 2)
+
+            def fill(vertices):
+                z = vertices["position"][:, 2]
+                vertices["height"][:] = z
+                vertices["wide"][:] = np.stack([z, -z], 1)
+                vertices["color"][:] = np.abs(vertices["position"] * 50).astype(np.uint8)
+
+            store.visit(fill, reads=["position"], writes=["height", "wide", "color"])
+            store.commit()
+    return paths
+
+
+@pytest.mark.parametrize("name", ["ball", "sheet"])
+@pytest.mark.parametrize("part", [[], PART])
+def test_vtp_has_the_bits_of_the_store(stores, tmp_path, name, part):
+    store, out = stores[name], tmp_path / "out.vtp"
+    report = export(store, out, *part, "--attribute", "normal,color,wide,height")
+    points, triangles, of_points, of_triangles = read_vtp(out)
+    assert not of_triangles and list(of_points) == ["normal", "color", "wide", "height"]
+    with plait.open(store) as opened:
+        mesh = opened.mesh(faces=PART_FACES if part else None, attributes=list(of_points))
+    same_surface(points, triangles, mesh)
+    assert len(points) == len(mesh.vertices) == report["vertices"]
+    assert report["patches"] == (5 if part else len(mesh.faces))
+    order, expected = np.lexsort(points.T), np.lexsort(mesh.vertices.T)
+    for each, records in of_points.items():
+        assert records.dtype == mesh.attributes[each].dtype
+        assert np.array_equal(records[order], mesh.attributes[each][expected])
+
+
+def test_whole_level_is_in_the_order_of_ply(stores, tmp_path):
+    export(stores["ball"], tmp_path / "out.vtp")
+    export(stores["ball"], tmp_path / "out.off")
+    points, triangles, *_ = read_vtp(tmp_path / "out.vtp")
+    with plait.open(stores["ball"]) as store:
+        # Vertices come level by level, each level in the order of its array.
+        levels = np.concatenate([store["position"][level][:] for level in store.levels])
+    assert np.array_equal(points, levels)
+    words = open(tmp_path / "out.off", encoding="ascii").read().split()
+    assert words[:4] == ["OFF", str(len(points)), str(len(triangles)), "0"]
+    numbers = np.array(words[4:4 + points.size], np.float32).reshape(-1, 3)
+    assert np.array_equal(numbers, points)
+    assert np.array_equal(np.array(words[4 + points.size:], int).reshape(-1, 4)[:, 1:], triangles)
+
+
+def test_pieces_of_pvtp_together_are_the_surface(stores, tmp_path):
+    out = tmp_path / "a & b.pvtp"
+    export(stores["ball"], out, "--pieces", "3", "--attribute", "normal,wide")
+    root = xml.etree.ElementTree.parse(out).getroot()
+    assert [each.get("Name") for each in root.iter("PDataArray")] == ["normal", "wide", "Points"]
+    names = [each.get("Source") for each in root.iter("Piece")]
+    assert names == [f"a & b_{piece}.vtp" for piece in range(3)]
+    points, triangles, first = [], [], 0
+    for name in names:
+        piece = read_vtp(tmp_path / name)
+        points.append(piece[0])
+        triangles.append(piece[1] + first)
+        first += len(piece[0])
+    with plait.open(stores["ball"]) as store:
+        same_surface(np.concatenate(points), np.concatenate(triangles), store.mesh())
+    assert sorted(os.listdir(tmp_path)) == sorted(names + [out.name])
+
+
+@pytest.mark.parametrize("name", ["ball", "sheet"])
+@pytest.mark.parametrize("ending,part", [(".glb", []), (".glb", PART), (".gltf", PART)])
+def test_gltf_has_the_patches_of_the_store(stores, tmp_path, name, ending, part):
+    store, out = stores[name], tmp_path / ("out é" + ending)
+    report = export(store, out, *part, "--attribute", "normal,color,height")
+    document, primitives = read_gltf(out)
+    assert "extensionsUsed" not in document
+    with plait.open(store) as opened:
+        mesh = opened.mesh(faces=PART_FACES if part else None)
+        patches = {each: opened.patches(mesh.faces, attribute=each).records
+                   for each in ("position", "normal", "color", "height")}
+    (attributes, indices), = primitives
+    assert np.array_equal(attributes["POSITION"], patches["position"].reshape(-1, 3))
+    assert np.array_equal(attributes["NORMAL"], patches["normal"].reshape(-1, 3))
+    assert np.array_equal(np.round(attributes["COLOR_0"] * 255), patches["color"].reshape(-1, 3))
+    assert np.array_equal(attributes["_height"], patches["height"].ravel())
+    same_surface(attributes["POSITION"], indices.reshape(-1, 3), mesh)
+    assert report["vertices"] == len(attributes["POSITION"])
+    assert export(store, tmp_path / "no.glb", "--attribute", "wide", refused=True)
+
+
+def test_groups_of_gltf_share_their_indices(tmp_path):
+    """More vertices than 16 bits can number: all primitives but the last have one accessor."""
+    make(sheet(8), tmp_path / "s.plait", levels=6).close()
+    export(tmp_path / "s.plait", tmp_path / "s.glb")
+    document, primitives = read_gltf(tmp_path / "s.glb")
+    used = [each["indices"] for each in document["meshes"][0]["primitives"]]
+    assert len(used) == 5 and used == [0, 0, 0, 0, 1]
+    assert document["accessors"][0]["bufferView"] == document["accessors"][1]["bufferView"] == 0
+    assert all(indices.max() < 65535 for _, indices in primitives)
+    first, points, triangles = 0, [], []
+    for attributes, indices in primitives:
+        points.append(attributes["POSITION"])
+        triangles.append(indices.reshape(-1, 3) + first)
+        first += len(points[-1])
+    with plait.open(tmp_path / "s.plait") as store:
+        same_surface(np.concatenate(points), np.concatenate(triangles), store.mesh())
+
+
+@pytest.mark.parametrize("name", ["ball", "sheet"])
+def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
+    report = export(stores[name], tmp_path / "q.glb", "--quantize", "--attribute", "normal")
+    document, ((attributes, indices),) = read_gltf(tmp_path / "q.glb")
+    assert document["extensionsRequired"] == ["KHR_mesh_quantization"]
+    node, = document["nodes"]
+    step = node["scale"][0]
+    assert node["scale"] == [step] * 3 and np.frexp(step)[0] == 0.5
+    assert report["position_error"] == step / 2
+    points = attributes["POSITION"] * step + np.array(node["translation"])
+    with plait.open(stores[name]) as store:
+        mesh = store.mesh()
+        exact = store.patches(mesh.faces).records.reshape(-1, 3)
+        normals = store.patches(mesh.faces, attribute="normal").records.reshape(-1, 3)
+    assert attributes["POSITION"].dtype == np.uint16
+    assert 32767 < attributes["POSITION"].max() <= 65535
+    assert np.abs(points - exact).max() <= step / 2
+    assert np.abs(attributes["NORMAL"] - normals).max() <= 0.5 / 127 + 1e-6
+    # Patches have equal numbers where they meet, so they have no cracks.
+    assert len(np.unique(points, axis=0)) == len(mesh.vertices)
+    assert len(indices) == 3 * len(mesh.triangles)
+
+
+def test_box_takes_the_patches_that_meet_it(stores, tmp_path):
+    store = stores["ball"]
+    export(store, tmp_path / "box.vtp", "--box", "-2,-2,0.6,2,2,2")
+    export(store, tmp_path / "box.stl", "--box", "-2,-2,0.6,2,2,2")
+    points, triangles, *_ = read_vtp(tmp_path / "box.vtp")
+    with plait.open(store) as opened:
+        mesh = opened.mesh(box=([-2, -2, 0.6], [2, 2, 2]))
+    assert 0 < len(mesh.faces) < 20
+    same_surface(points, triangles, mesh)
+    facets = np.fromfile(tmp_path / "box.stl", offset=84, dtype=[("f", "<f4", 12), ("a", "<u2")])
+    corners = facets["f"][:, 3:]
+    assert np.array_equal(corners[np.lexsort(corners.T)],
+                          corners_of(mesh.vertices, mesh.triangles))
+    before = sorted(os.listdir(tmp_path))
+    for options in (["--box", "5,5,5,6,6,6"], ["--box", "1,1,1,0,0,0"], ["--box", "1,2,3"],
+                    ["--faces", "20"], ["--faces", "3-1"], ["--faces", ""], ["--quantize"],
+                    ["--pieces", "2"]):
+        assert export(store, tmp_path / "no.vtp", *options, refused=True)
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_too_large_for_gltf_is_refused_before_the_work(tmp_path):
+    """A store of 1.6 GB of vertices that nobody has written, 3.2 GB as patches."""
+    with plait.create(*sheet(16), tmp_path / "large.plait", backend="pread") as store:
+        store.add_attribute("points", np.float32, 3, level=10)
+        store.replace_attribute("position", "points")
+        store.commit()
+    message = export(tmp_path / "large.plait", tmp_path / "large.glb", refused=True)
+    for words in ("2 GiB", "--level", "--box", "--quantize"):
+        assert words in message
+    assert os.listdir(tmp_path) == ["large.plait"]
+
+
+def test_vtk_reads_the_same(stores, tmp_path):
+    vtk = pytest.importorskip("vtkmodules.vtkIOXML")
+    numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
+    with plait.open(stores["ball"]) as store:
+        mesh = store.mesh(attributes=["normal", "wide"])
+    for name, kind in (("v.vtp", vtk.vtkXMLPolyDataReader), ("v.pvtp", vtk.vtkXMLPPolyDataReader)):
+        export(stores["ball"], tmp_path / name, "--attribute", "normal,wide",
+               *(["--pieces", "2"] if kind is vtk.vtkXMLPPolyDataReader else []))
+        reader = kind()
+        reader.SetFileName(str(tmp_path / name))
+        reader.Update()
+        read = reader.GetOutput()
+        points = numpy_support.vtk_to_numpy(read.GetPoints().GetData())
+        triangles = numpy_support.vtk_to_numpy(read.GetPolys().GetConnectivityArray())
+        same_surface(points, triangles.reshape(-1, 3), mesh)
+        assert read.GetPointData().GetNormals().GetName() == "normal"
+        assert read.GetPointData().GetArray("wide").GetDataTypeAsString() == "double"
+
+
+@pytest.mark.skipif(not shutil.which("assimp"), reason="assimp is not installed")
+@pytest.mark.parametrize("options", [[], ["--attribute", "normal,color"]])
+def test_assimp_reads_the_same_counts(stores, tmp_path, options):
+    report = export(stores["ball"], tmp_path / "a.glb", *options)
+    said = subprocess.run(["assimp", "info", tmp_path / "a.glb", "--raw"], capture_output=True,
+                          text=True, check=True).stdout
+    assert int(re.search(r"Vertices:\s+(\d+)", said).group(1)) == report["vertices"]
+    assert int(re.search(r"Faces:\s+(\d+)", said).group(1)) == report["faces"]
+    with plait.open(stores["ball"]) as store:
+        vertices = store.mesh().vertices
+    for word, expected in (("Minimum", vertices.min(0)), ("Maximum", vertices.max(0))):
+        point = re.search(word + r" point\s+\((\S+) (\S+) (\S+)\)", said).groups()
+        assert np.allclose([float(each) for each in point], expected, atol=1e-4)

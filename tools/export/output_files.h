@@ -1,0 +1,43 @@
+// export/output_files.h: the files of one export. Each is made under a temporary name. They get
+// their names when all are complete, and the file that names the others gets its name last.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <string>
+
+#include "io/partial_output.h"
+#include "plait/error.h"
+#include "plait/extend/file.h"
+
+namespace plait {
+
+/// For one thread. The destructor removes what was not published.
+class OutputFiles {
+ public:
+  /// Errors: those of PartialFile.
+  explicit OutputFiles(const std::filesystem::path& path);
+
+  File& main() noexcept { return files_.front().file(); }
+  /// The final one of the main file.
+  const std::filesystem::path& path() const noexcept { return path_; }
+  /// A file beside the main one whose name is that of the main one with `ending` in place of its
+  /// extension: it replaces an existing one. Errors: those of PartialFile.
+  File& add(const std::string& ending);
+  /// The name of this file, without a directory.
+  std::string name_of(const std::string& ending) const;
+
+  /// `error` with the final names of the files.
+  Error named(Error error) const;
+  /// Errors: those of PartialFile::publish.
+  void publish();
+
+ private:
+  /// Removes what killed exports have left of this file, and begins it.
+  File& begin(const std::filesystem::path& path);
+
+  std::deque<PartialFile> files_;
+  std::filesystem::path path_;
+};
+
+}  // namespace plait

@@ -1,0 +1,13 @@
+// export/vector_text.h: writes an attribute of three numbers as lines of text.
+#pragma once
+
+#include "export/format_writers.h"
+
+namespace plait {
+
+/// One line for each vertex: `before`, and the shortest decimals that give the same numbers when
+/// they are read. Calls task.progress with the vertices so far if `counts`, else with all vertices.
+void write_vector_lines(const ExportTask& task, OutputStream& output, AttributeId attribute,
+                        std::string_view before, bool counts);
+
+}  // namespace plait
