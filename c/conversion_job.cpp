@@ -46,10 +46,7 @@ ConversionWatch conversion_watch_by(const plait_conversion_request& wanted) {
       return progress({to_string(*step), now.done, now.total});
     };
   }
-  if (wanted.warn != nullptr)
-    watch.warn = [warn = wanted.warn, user = wanted.user](const std::string& text) {
-      warn(text.c_str(), user);
-    };
+  watch.warn = warnings_by(wanted.warn, wanted.user);
   return watch;
 }
 

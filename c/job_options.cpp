@@ -29,4 +29,9 @@ ErrorBounds bounds_of(const char* const* texts, std::uint64_t count) {
   return bounds;
 }
 
+std::function<void(const std::string&)> warnings_by(plait_warning warn, void* user) {
+  if (warn == nullptr) return {};
+  return [warn, user](const std::string& text) { warn(text.c_str(), user); };
+}
+
 }  // namespace plait::c

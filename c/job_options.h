@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <string>
 
+#include "plait.h"
 #include "plait/compression.h"
 #include "plait/extend/rounding.h"
 
@@ -14,5 +17,8 @@ Compression compression_of(const char* const* texts, std::uint64_t count);
 /// The choices of the option --max-error. Errors: kInvalidArgument for NULL; those of
 /// ErrorBounds::add.
 ErrorBounds bounds_of(const char* const* texts, std::uint64_t count);
+
+/// Calls `warn`, if it is given.
+std::function<void(const std::string&)> warnings_by(plait_warning warn, void* user);
 
 }  // namespace plait::c

@@ -106,10 +106,7 @@ SubdivisionWatch watch_by(const plait_subdivision_request& wanted) {
     };
     watch.progress = [=](const Progress& now) { return !*cancelled && progress(now); };
   }
-  if (wanted.warn != nullptr)
-    watch.warn = [warn = wanted.warn, user = wanted.user](const std::string& text) {
-      warn(text.c_str(), user);
-    };
+  watch.warn = warnings_by(wanted.warn, wanted.user);
   return watch;
 }
 

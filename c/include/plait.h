@@ -818,6 +818,102 @@ typedef struct plait_subdivision_result {
 PLAIT_API plait_status plait_job_subdivide(const plait_subdivision_request* request,
                                            plait_subdivision_result* result);
 
+/* Options of plait_job_import(): those of the command `plait import`. Texts may be NULL, and
+ * numbers 0, for the defaults. */
+typedef struct plait_import_request {
+  size_t struct_size;
+  const char* mesh_path;       /* PLY, OBJ, OFF or STL, also .gz and .zst */
+  const char* store_path;      /* the store to make */
+  const char* backend;         /* "auto" */
+  const char* layout;          /* chosen by the size */
+  const char* const* compress; /* as for plait_job_subdivide() */
+  uint64_t compress_count;
+  uint64_t block_bytes;    /* 1 MiB */
+  uint64_t max_slot_bytes; /* 16 KiB */
+  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress;
+  plait_warning warn;
+  void* user;
+  int32_t levels;                 /* so many, not more and not fewer; 0: as many as there are */
+  int32_t threads;                /* 1 */
+  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as in the file */
+  int32_t existing;               /* PLAIT_EXISTING_REFUSE or _REPLACE */
+  int32_t durability;             /* PLAIT_DURABILITY_... */
+  int32_t ignore_size;            /* 1: start even if the memory seems too small */
+} plait_import_request;
+#define PLAIT_IMPORT_REQUEST_INIT                                                                \
+  {                                                                                              \
+    sizeof(plait_import_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL, 0, \
+        0, 0, 0, 0, 0                                                                            \
+  }
+typedef struct plait_import_result {
+  size_t struct_size;
+  uint64_t vertices, faces; /* of the file */
+  uint64_t base_vertices, base_faces, border_edges;
+  uint64_t stored_bytes;
+  double read_seconds, recover_seconds, write_seconds;
+  int32_t levels, base_level;
+  int32_t had_choice; /* 1: several base meshes are equally deep */
+  int32_t reserved;
+} plait_import_result;
+#define PLAIT_IMPORT_RESULT_INIT \
+  { sizeof(plait_import_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
+/* Makes a store of a mesh that is semi-regular already, as the command `plait import` does. After
+ * an error or a cancel, nothing half-made is left. `result` may be NULL. Errors: INVALID_ARGUMENT
+ * for a mesh that has fewer levels, with how many there are and where the next one fails;
+ * OUT_OF_MEMORY before it reads; CANCELLED, IO, NO_SPACE, and those of reading the mesh. */
+PLAIT_API plait_status plait_job_import(const plait_import_request* request,
+                                        plait_import_result* result);
+
+/* Options of plait_job_remesh(): those of the command `plait remesh`. Texts may be NULL, and
+ * numbers 0, for the defaults. */
+typedef struct plait_remesh_request {
+  size_t struct_size;
+  const char* scan_path;  /* any triangle mesh: PLY, OBJ or OFF, also .gz and .zst */
+  const char* store_path; /* the store to make */
+  const char* backend;    /* "auto" */
+  uint64_t faces;         /* of the base mesh, at most; must be given */
+  uint64_t samples;       /* of the report, for each direction; 0: no distances */
+  uint64_t min_component; /* removes components of fewer faces */
+  uint64_t fill_holes;    /* fills holes of at most so many edges */
+  uint64_t budget_bytes;  /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress;
+  plait_warning warn;
+  void* user;
+  int32_t levels;        /* the finest level; 3 */
+  int32_t threads;       /* 1 */
+  int32_t existing;      /* PLAIT_EXISTING_REFUSE or _REPLACE */
+  int32_t refuse_turned; /* 1: an error if small faces stay turned over */
+  int32_t digest;        /* 1: computes the digest of the store */
+  int32_t ignore_size;   /* 1: start even if the memory of the machine is too small */
+} plait_remesh_request;
+#define PLAIT_REMESH_REQUEST_INIT                                                                \
+  {                                                                                              \
+    sizeof(plait_remesh_request), NULL, NULL, NULL, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0, 0, 0, 0, \
+        0, 0                                                                                     \
+  }
+/* Distances are those of points spread over one surface to the closest points of the other. */
+typedef struct plait_remesh_result {
+  size_t struct_size;
+  uint64_t scan_faces; /* after the repair */
+  uint64_t base_vertices, base_faces;
+  uint64_t vertices, faces, turned_faces; /* at the finest level */
+  uint64_t stored_bytes;
+  double diagonal, mean_edge; /* of the scan */
+  double scan_to_store_rms, scan_to_store_max;
+  double store_to_scan_rms, store_to_scan_max;
+  char digest[36]; /* PLAIT_DIGEST_BYTES of text; empty unless it was asked for */
+  int32_t reserved;
+} plait_remesh_result;
+#define PLAIT_REMESH_RESULT_INIT \
+  { sizeof(plait_remesh_result), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0}, 0 }
+/* Makes a store of a scan, as the command `plait remesh` does: repairs it, makes a base mesh, and
+ * puts the vertices of the levels on the scan. After an error or a cancel, nothing half-made is
+ * left. `result` may be NULL. Errors: INVALID_ARGUMENT for counts that do not fit, and with
+ * `refuse_turned`; OUT_OF_MEMORY before the work; CANCELLED, IO, NO_SPACE, and those of reading. */
+PLAIT_API plait_status plait_job_remesh(const plait_remesh_request* request,
+                                        plait_remesh_result* result);
+
 /* Options of plait_job_convert(): those of the command `plait convert`. What is NULL or 0 stays as
  * it is in the store. */
 typedef struct plait_conversion_request {

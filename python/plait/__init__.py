@@ -16,12 +16,14 @@ from .attributes import Attribute, Block, LevelArray
 from .errors import (BadState, Busy, Cancelled, Damaged, Error, InputOutputError, InternalError,
                      InvalidArgument, NoSpace, NoSuchAttribute, NotFound, NotSupported, OutOfMemory,
                      TooLarge)
-from .jobs import Conversion, Subdivision, convert, subdivide, verify
+from .jobs import (Conversion, Import, Remeshing, Subdivision, convert, import_mesh, remesh,
+                   subdivide, verify)
 from .mesh import Mesh
 from .store import (Base, Counts, DamagedBlock, Hits, Info, Patches, Statistics, Store,
                     VerifyReport, create, triangles)
 from .store import open_store as open  # plait.open, as numpy has load and h5py has File
 from .visits import Vertices
+from .writing import PatchWriter
 
 __version__ = _LIBRARY.plait_version_string().decode()
 
@@ -40,8 +42,9 @@ def load_plugin(file):
 
 __all__ = [
     "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Conversion", "Counts",
-    "Damaged", "DamagedBlock", "Error", "Hits", "Info", "InputOutputError", "InternalError",
+    "Damaged", "DamagedBlock", "Error", "Hits", "Import", "Info", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NotFound",
-    "NotSupported", "OutOfMemory", "Patches", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "convert", "create", "load_plugin", "open", "subdivide",
+    "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
+    "VerifyReport", "Vertices", "build_info", "convert", "create", "import_mesh", "load_plugin",
+    "open", "remesh", "subdivide",
     "triangles", "verify"]

@@ -49,6 +49,12 @@ _STATUS = {
     "plait_reader_get_blocks": [c_void_p, c_char_p, c_int32, c_void_p, c_uint64, _count],
     "plait_reader_pin_vertices": [c_void_p, c_char_p, c_int32, c_uint64, c_uint64, _out, _out,
                                   _count],
+    "plait_patch_writer_open": [c_void_p, POINTER(types.plait_patch_writer_options), _out],
+    "plait_patch_writer_write_patch": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
+    "plait_patch_writer_write_level": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
+    "plait_patch_writer_finish": [c_void_p],
+    "plait_job_import": [POINTER(types.plait_import_request), POINTER(types.plait_import_result)],
+    "plait_job_remesh": [POINTER(types.plait_remesh_request), POINTER(types.plait_remesh_result)],
     "plait_job_subdivide": [POINTER(types.plait_subdivision_request),
                             POINTER(types.plait_subdivision_result)],
     "plait_job_convert": [POINTER(types.plait_conversion_request),
@@ -58,6 +64,7 @@ _STATUS = {
 _NOTHING = {
     "plait_store_release": [c_void_p],
     "plait_reader_close": [c_void_p],
+    "plait_patch_writer_close": [c_void_p],
     "plait_pin_release": [c_void_p],
 }
 _TEXT = ["plait_version_string", "plait_build_info"]

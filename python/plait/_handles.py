@@ -25,6 +25,10 @@ def reader(address):
     return Handle(address, LIBRARY.plait_reader_close)
 
 
+def patch_writer(address):
+    return Handle(address, LIBRARY.plait_patch_writer_close)
+
+
 class Pinned:
     """Records that stay at their addresses in memory while an array points to them. numpy takes
     this object as the base of the array, and so keeps it."""

@@ -6,6 +6,7 @@ from ctypes import (CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c
 
 AUTOMATIC_THREADS = -1
 FINEST_LEVEL = -1
+OUTERMOST_LEVEL = -1
 ALL_LEVELS = -1
 DIGEST_BYTES = 33
 DEFAULT_BLOCK_BYTES = 1 << 20
@@ -100,6 +101,13 @@ class plait_reader_options(Sized):
         ("reserved", c_int32)]
 
 
+class plait_patch_writer_options(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("attributes", POINTER(c_char_p)),
+        ("attribute_count", c_uint64), ("share_bytes", c_uint64), ("first_level", c_int32),
+        ("last_level", c_int32), ("compare", c_int32), ("reserved", c_int32)]
+
+
 class plait_visit_attribute(Structure):
     _fields_ = [("name", c_char_p), ("access", c_int32), ("rings", c_int32)]
 
@@ -152,6 +160,45 @@ class plait_conversion_result(Sized):
     _fields_ = [
         ("struct_size", c_size_t), ("from_stored_bytes", c_uint64), ("stored_bytes", c_uint64),
         ("digest", c_char * 36), ("reserved", c_int32)]
+
+
+class plait_import_request(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("mesh_path", c_char_p), ("store_path", c_char_p),
+        ("backend", c_char_p), ("layout", c_char_p), ("compress", POINTER(c_char_p)),
+        ("compress_count", c_uint64), ("block_bytes", c_uint64), ("max_slot_bytes", c_uint64),
+        ("budget_bytes", c_uint64), ("progress", plait_progress), ("warn", plait_warning),
+        ("user", c_void_p), ("levels", c_int32), ("threads", c_int32), ("precision", c_int32),
+        ("existing", c_int32), ("durability", c_int32), ("ignore_size", c_int32)]
+
+
+class plait_import_result(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("vertices", c_uint64), ("faces", c_uint64),
+        ("base_vertices", c_uint64), ("base_faces", c_uint64), ("border_edges", c_uint64),
+        ("stored_bytes", c_uint64), ("read_seconds", c_double), ("recover_seconds", c_double),
+        ("write_seconds", c_double), ("levels", c_int32), ("base_level", c_int32),
+        ("had_choice", c_int32), ("reserved", c_int32)]
+
+
+class plait_remesh_request(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("scan_path", c_char_p), ("store_path", c_char_p),
+        ("backend", c_char_p), ("faces", c_uint64), ("samples", c_uint64),
+        ("min_component", c_uint64), ("fill_holes", c_uint64), ("budget_bytes", c_uint64),
+        ("progress", plait_progress), ("warn", plait_warning), ("user", c_void_p),
+        ("levels", c_int32), ("threads", c_int32), ("existing", c_int32),
+        ("refuse_turned", c_int32), ("digest", c_int32), ("ignore_size", c_int32)]
+
+
+class plait_remesh_result(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("scan_faces", c_uint64), ("base_vertices", c_uint64),
+        ("base_faces", c_uint64), ("vertices", c_uint64), ("faces", c_uint64),
+        ("turned_faces", c_uint64), ("stored_bytes", c_uint64), ("diagonal", c_double),
+        ("mean_edge", c_double), ("scan_to_store_rms", c_double), ("scan_to_store_max", c_double),
+        ("store_to_scan_rms", c_double), ("store_to_scan_max", c_double), ("digest", c_char * 36),
+        ("reserved", c_int32)]
 
 
 plait_edit = CFUNCTYPE(c_int, c_void_p, c_uint64, c_uint64, c_void_p)

@@ -43,6 +43,47 @@ class Conversion(NamedTuple):
     digest: str
 
 
+class Import(NamedTuple):
+    """What import_mesh() found and made. Counts without "base" are those of the file; times are in
+    seconds. had_choice: several base meshes are equally deep."""
+
+    path: str
+    levels: int
+    base_level: int
+    vertices: int
+    faces: int
+    base_vertices: int
+    base_faces: int
+    border_edges: int
+    had_choice: bool
+    stored_bytes: int
+    read_seconds: float
+    recover_seconds: float
+    write_seconds: float
+
+
+class Remeshing(NamedTuple):
+    """What remesh() made. vertices and faces are those of the finest level; turned_faces: of these,
+    how many are turned over. Lengths are in the units of the scan; distances are those of points
+    spread over one surface to the closest points of the other, 0 if samples is 0."""
+
+    path: str
+    scan_faces: int
+    base_vertices: int
+    base_faces: int
+    vertices: int
+    faces: int
+    turned_faces: int
+    stored_bytes: int
+    diagonal: float
+    mean_edge: float
+    scan_to_store_rms: float
+    scan_to_store_max: float
+    store_to_scan_rms: float
+    store_to_scan_max: float
+    digest: str
+
+
 def chosen(what, value, choices):
     """The number of a choice."""
     try:
@@ -122,6 +163,63 @@ def convert(store, to, *, backend=None, compress=(), max_error=(), block=None, m
         LIBRARY.plait_job_convert(byref(request), byref(result))
     return Conversion(str(to), result.from_stored_bytes, result.stored_bytes,
                       result.digest.decode())
+
+
+def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=None,
+                precision=None, block=None, max_slot=None, memory=None, threads=1,
+                existing="refuse", durability="commit", ignore_size=False, progress=None,
+                warn=None):
+    """Makes a store of a file whose triangles are those of a coarser mesh, split into four again
+    and again, as `plait import` does, and returns a named tuple Import. The store has positions and
+    attributes with the bits of the file.
+
+    mesh: a file: PLY, OBJ, OFF or STL, also .gz and .zst. levels: so many; None: all that there
+    are. precision: "float32" or "float64"; None: as in the file. The other arguments are those of
+    subdivide().
+    """
+    compress_array, compress_count = texts(compress)
+    result = types.plait_import_result()
+    with Watch("import", progress) as watch:
+        request = types.plait_import_request(
+            mesh_path=_functions.path(mesh), store_path=_functions.path(store),
+            backend=text(backend), layout=text(layout), compress=compress_array,
+            compress_count=compress_count, block_bytes=_memory.bytes_of(block or 0),
+            max_slot_bytes=_memory.bytes_of(max_slot or 0),
+            budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
+            warn=warnings_to(warn), levels=levels or 0, threads=threads,
+            precision=chosen("precision", precision, _PRECISION),
+            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
+            durability=chosen("durability", durability, _DURABILITY), ignore_size=int(ignore_size))
+        LIBRARY.plait_job_import(byref(request), byref(result))
+    return Import(str(store), *(
+        bool(result.had_choice) if name == "had_choice" else getattr(result, name)
+        for name in Import._fields[1:]))
+
+
+def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refuse_turned=False,
+           samples=1_000_000, backend=None, memory=None, threads=1, existing="refuse",
+           digest=False, ignore_size=False, progress=None, warn=None):
+    """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does, and returns
+    a named tuple Remeshing.
+
+    scan: a file: PLY, OBJ or OFF, also .gz and .zst. faces: of the base mesh, at most. levels: the
+    finest level. min_component: removes components of fewer faces. fill_holes: fills holes of at
+    most so many edges. refuse_turned: an error if small faces stay turned over. samples: points of
+    the report for each direction; 0 for no distances. The other arguments are those of subdivide().
+    """
+    result = types.plait_remesh_result()
+    with Watch("remesh", progress) as watch:
+        request = types.plait_remesh_request(
+            scan_path=_functions.path(scan), store_path=_functions.path(store),
+            backend=text(backend), faces=faces, samples=samples, min_component=min_component,
+            fill_holes=fill_holes, budget_bytes=_memory.bytes_of(memory or 0),
+            progress=watch.callback, warn=warnings_to(warn), levels=levels, threads=threads,
+            existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
+            refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size))
+        LIBRARY.plait_job_remesh(byref(request), byref(result))
+    return Remeshing(str(store), *(
+        result.digest.decode() if name == "digest" else getattr(result, name)
+        for name in Remeshing._fields[1:]))
 
 
 def verify(store, memory=types.DEFAULT_BUDGET_BYTES, progress=None):

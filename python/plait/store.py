@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import _functions, _handles, _memory, _reading, mesh, visits
+from . import _functions, _handles, _memory, _reading, mesh, visits, writing
 from . import _structures as types
 from ._functions import LIBRARY, text
 from ._progress import Watch
@@ -334,6 +334,20 @@ class Store:
         visited = visits.visited_attributes(self._reader, reads, writes, rings)
         visits.visit(self._changing(), visited, function,
                      types.FINEST_LEVEL if level is None else level, progress)
+
+    def patch_writer(self, attributes=(), first_level=None, last_level=None, compare=False):
+        """A PatchWriter, which fills levels of the store patch by patch.
+
+        attributes: names; none: all attributes of the store.
+        first_level, last_level: the levels to fill; None: from the base level on, up to the finest
+        level of each attribute.
+        compare: refuses a patch that gives a vertex another record than an earlier patch did.
+        """
+        names = [attributes] if isinstance(attributes, str) else list(attributes)
+        known = {info.name.decode(): (np.dtype(types.TYPES[info.type]), info.components)
+                 for info in self._attribute_infos()}
+        return writing.PatchWriter(self._changing(), known, self._raw_info().base_level, names,
+                                   first_level, last_level, compare)
 
     def add_attribute(self, name, dtype=np.float32, components=1, level=None):
         """Adds an attribute whose records are zeros, with all levels up to `level` (default: the

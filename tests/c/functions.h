@@ -109,6 +109,8 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_pin_release, "PinnedVertices::~PinnedVertices"),
     PLAIT_PAIR(plait_store_visit, "visit_vertices"),
     PLAIT_PAIR(plait_job_subdivide, "SubdivisionJob"),
+    PLAIT_PAIR(plait_job_import, "import_mesh"),
+    PLAIT_PAIR(plait_job_remesh, "remesh"),
     PLAIT_PAIR(plait_job_convert, "convert"),
 };
 #undef PLAIT_PAIR
