@@ -24,6 +24,7 @@ def base_mesh():
 def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
     pytest.importorskip("dask.array")
     write_ply(tmp_path / "molecule.ply", base_mesh())
+    write_ply(tmp_path / "fine.ply", base_mesh())
     monkeypatch.chdir(tmp_path)
     code = blocks("python")
     assert len(code) >= 8
@@ -35,4 +36,16 @@ def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
     words = re.sub(r"[\d.]+ MiB of|\d+ patches", "", blocks("text")[0]).strip()
     assert words in re.sub(r"[\d.]+ MiB of|\d+ patches", "", shown)
     assert list(plait.open("tetrahedron.plait").levels) == [0, 1, 2, 3, 4]
+    assert names["imported"].levels == 2 and names["made"].base_faces <= 101
     assert names["corners"].shape == (1024, 3, 3) and names["some"].shape == (3, 3)
+
+
+def test_code_of_the_page_for_vtk_runs(tmp_path, monkeypatch):
+    pytest.importorskip("vtkmodules.vtkCommonExecutionModel")
+    make(icosahedron(), tmp_path / "molecule.plait", levels=5, normals=True).close()
+    monkeypatch.chdir(tmp_path)
+    names = {"low": [-2, -2, -2], "high": [2, 2, 0]}
+    block, = blocks("vtk")
+    exec(compile(block, "docs/python.md, VTK", "exec"), names)
+    assert names["surface"].GetNumberOfPolys() == 20 * 16
+    assert 0 < names["reader"].GetOutput().GetNumberOfPolys() <= 20 * 256
