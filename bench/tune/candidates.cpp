@@ -81,7 +81,9 @@ std::vector<Pipeline> candidate_pipelines(const PipelineRegistry& registry,
     }
   for (const CompressionPreset& preset : compression_presets()) {
     const Pipeline pipeline = preset_pipeline(preset.name, schema).without_predicted_stage();
-    if (contains(all, pipeline) && !contains(tried, pipeline)) tried.push_back(pipeline);
+    if (filters_of(registry, schema, pipeline) == pipeline.filters.size() &&
+        !contains(tried, pipeline))
+      tried.push_back(pipeline);
   }
   for (const Pipeline& pipeline : all)
     if (!contains(tried, pipeline)) tried.push_back(pipeline);
