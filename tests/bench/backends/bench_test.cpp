@@ -39,7 +39,8 @@ using Json = nlohmann::ordered_json;
 struct Bench {
   Bench() { plugins.load(PLAIT_SLOW_BACKEND); }
 
-  std::vector<Json> run(PlanRequest request, RunnerOptions options, const fs::path& out = {}) {
+  std::vector<Json> run(PlanRequest request, RunnerOptions options,
+                        const fs::path& out = {}) const {
     request.disks = {{directory.path()}};
     request.memory = {128u << 20};
     if (options.rounds == 0) options.rounds = 1;
@@ -118,7 +119,7 @@ constexpr double kPart = unless_sanitized(0.05, 0.5);
 /// Repeats the run until its time is at most 5 % more than the backend's own account; `check` holds
 /// for each.
 template <class Check>
-void hold_against_truth(Bench& bench, const PlanRequest& request, int busy, Check check) {
+void hold_against_truth(const Bench& bench, const PlanRequest& request, int busy, Check check) {
   const Variable variable("PLAIT_TEST_SERVED", (bench.directory.path() / "served").native());
   const BusyProcesses processes(busy);
   double seconds = 0, span = 0, others = 0;
