@@ -1,4 +1,4 @@
-#include "acceptance/store_model.h"
+#include "acceptance/random_calls/store_model.h"
 
 #include <fmt/format.h>
 

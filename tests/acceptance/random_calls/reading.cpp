@@ -1,0 +1,99 @@
+// Calls that read: readers, views, digests, and verification.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "acceptance/random_calls/machine.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/verify.h"
+
+namespace plait::test {
+
+void Machine::check_reader(const Reader& reader) {
+  if (!now_.attributes.empty() && now_.is_finished())
+    code_of_call([&] { reader.read_patch(0, 0); });
+}
+
+void Machine::reader() {
+  if (kept_.size() >= 3) return;
+  Kept kept;
+  kept.reader.emplace(*store_);
+  kept.content = &now_;
+  kept.of_main = true;
+  kept_.push_back(std::move(kept));
+}
+
+void Machine::view(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  if (kept_.empty()) return;
+  Kept& kept = kept_[a % kept_.size()];
+  if (!kept.reader || !kept.content || kept.views.size() >= 3) return;
+  const Content& content = *kept.content;
+  if (content.attributes.empty()) return;
+  const auto face = static_cast<FaceId>(b % base_.face_count());
+  int finest = kFinestOfScripts + 1;
+  for (const auto& attribute : content.attributes) finest = std::min(finest, attribute.finest());
+  const int level = static_cast<int>(c % static_cast<std::uint32_t>(finest + 1));
+  bool finished = true;
+  for (const auto& attribute : content.attributes)
+    for (int at = 0; at < level; ++at)
+      finished = finished && attribute.levels[static_cast<std::size_t>(at)].finished;
+  if (c % 5 == 0) {
+    kept.reader->prefetch(std::array{face, FaceId{0}}, level);
+    if (c % 2 == 0) kept.reader->end_prefetch();
+  }
+  std::optional<PatchView> patch;
+  const auto code = code_of_call([&] { patch = kept.reader->read_patch(face, level); });
+  if (code) {
+    require((!finished && *code == ErrorCode::kBadState) || with_budget({}).contains(*code),
+            "read a patch: " + message_);
+    return;
+  }
+  require(finished, "a view shows an unfinished level");
+  Seen seen{std::move(*patch), {}};
+  for (const auto& attribute : content.attributes)
+    seen.patches.emplace_back(attribute.schema.name, patch_of(base_, attribute, face, level));
+  check_view(seen);
+  kept.views.push_back(std::move(seen));
+}
+
+void Machine::release(std::uint32_t a) {
+  if (kept_.empty()) return;
+  const auto at = kept_.begin() + static_cast<std::ptrdiff_t>(a % kept_.size());
+  if (a % 2 == 0 && !at->views.empty()) {
+    at->reader.reset();  // the views stay
+    at->views.pop_back();
+    if (!at->views.empty()) return;
+  }
+  kept_.erase(at);
+}
+
+void Machine::check_view(const Seen& seen) {
+  for (const auto& [name, expected] : seen.patches) {
+    Bytes found(expected.size());
+    seen.view.records(name).copy_to(found);
+    require(found == expected, fmt::format("a view of '{}' shows other records", name));
+  }
+}
+
+void Machine::compare_digest() {
+  const bool finished = now_.is_finished();
+  std::optional<Digest> found;
+  const auto code = code_of_call([&] { found = digest(std::as_const(*store_), {.threads = 2}); });
+  if (code) {
+    require((!finished && *code == ErrorCode::kBadState) || with_budget({}).contains(*code),
+            "digest: " + message_);
+    return;
+  }
+  require(finished, "a digest of an unfinished level");
+  require(*found == digest(loaded(base_, now_)), "another digest");
+}
+
+void Machine::check_blocks() {
+  const auto code = code_of_call([&] {
+    require(verify(std::as_const(*store_)).damaged_count == 0, "verify finds damaged blocks");
+  });
+  require(!code || with_budget({}).contains(*code), "verify: " + message_);
+}
+
+}  // namespace plait::test
