@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstddef>
 
 #include "plait/error.h"
 
@@ -12,6 +13,22 @@ bool needs_other_blocks(const LevelFile& level) noexcept {
   if (level.traits.in_memory || level.geometry.block_count() == 0) return false;
   std::array<ContextBlock, kMostContextBlocks> needed;
   return level.backend->context(0, needed) > 0;
+}
+
+void check_not_encoded_from_each_other(std::span<const LevelFile* const> written) {
+  for (const LevelFile* const level : written) {
+    if (level->traits.in_memory || level->geometry.block_count() == 0) continue;
+    std::array<ContextBlock, kMostContextBlocks> needed;
+    const std::size_t count = level->backend->context(0, needed);
+    for (const ContextBlock& block : std::span(needed).first(count))
+      for (const LevelFile* const other : written)
+        if (other->table.attribute() == block.attribute && other->table.level() == block.level)
+          throw Error(ErrorCode::kBadState,
+                      fmt::format("write {}: it is encoded from {}, expected that no pass writes "
+                                  "both; write coarser levels first, or take a pipeline without "
+                                  "prediction",
+                                  level->path.native(), other->path.native()));
+  }
 }
 
 void check_not_fixed(const LevelFile& level) {

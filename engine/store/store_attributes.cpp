@@ -13,6 +13,7 @@
 #include "plait/extend/block_maker.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/pipeline.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
@@ -136,6 +137,12 @@ void Store::plan_levels(AttributeId attribute, int finest_level, std::string_vie
                         !copy_of.empty()};
   if (!copy_of.empty()) planned.schema.name = copy_of;
   data.record.pipeline = state.backend.planned(std::move(data.record.pipeline), planned);
+}
+
+bool StoreAccess::is_encoded_from_others(const Store& store, AttributeId attribute, int level) {
+  const Store::Implementation& state = store.state();
+  return state.backend.needs_other_blocks(attribute_of(state, attribute).record.pipeline.of(level),
+                                          state.infos[attribute].schema);
 }
 
 void Store::set_rounding(AttributeId attribute, const std::optional<Rounding>& rounding) {

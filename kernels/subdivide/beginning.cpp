@@ -103,6 +103,7 @@ Beginning::Beginning(Store& store, const SubdivideOptions& options)
   if (traits_of(options.scheme).moves_even && options.levels > level_)
     for (int level = store.base_level() + 1; level <= level_; ++level)
       check_not_fixed(StoreAccess::level_file(store, position(), level));
+  if (executor == ExecutorKind::kFused || traits_of(options.scheme).moves_even) check_pipelines();
   check_budget();
   before_levels_ = std::exchange(records_before_levels(), {});
   try {
@@ -121,6 +122,17 @@ Beginning::Beginning(Store& store, const SubdivideOptions& options)
   } else if (!same_scheme) {
     before_levels_.clear();
   }
+}
+
+void Beginning::check_pipelines() const {
+  for (int level = level_ + 1; level <= options_.levels; ++level)
+    if (StoreAccess::is_encoded_from_others(store_, position(), level))
+      throw Error(ErrorCode::kBadState,
+                  fmt::format("subdivide to level {}: blocks of level {} of 'position' would be "
+                              "encoded from coarser vertices, which this work still changes: "
+                              "subdivide with a pipeline without prediction (fast), then encode "
+                              "the attribute anew (recode_attribute, plait convert --compress)",
+                              options_.levels, level));
 }
 
 std::vector<std::byte>& Beginning::records_before_levels() const {

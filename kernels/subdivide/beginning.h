@@ -46,6 +46,8 @@ class Beginning {
   AttributeId position() const { return store_.attribute("position"); }
   std::vector<std::byte>& records_before_levels() const;
   void set_base_records(const std::vector<std::byte>& records);
+  /// Throws kBadState if blocks of new positions are encoded from what the work changes later.
+  void check_pipelines() const;
 
   Store& store_;
   const SubdivideOptions& options_;

@@ -91,8 +91,10 @@ void run_subdivision(Store& store, const SubdivideOptions& options, Beginning& b
   for (int level = done + 1; level <= levels; ++level) {
     store.add_level(position);
     if (level == done + 1) beginning.check_budget();
-    // The new level first: if another one refuses, nobody can read it.
-    for (int written = level; written > base_level; --written)
+    // The new level first: if another one refuses, nobody can read it. Coarser ones only if their
+    // vertices move.
+    const int first = traits_of(options.scheme).moves_even ? base_level + 1 : level;
+    for (int written = level; written >= first; --written)
       unfinished.add(StoreAccess::level_file(store, position, written), Access::kUpdate);
     sweeping ? make_odd(run, rule, level) : make_odd_transparent(run, rule, level);
     if constexpr (Rule::kRingCount == 1)
@@ -183,7 +185,8 @@ void subdivide(Store& store, const SubdivideOptions& options) try {
     const auto run = [&](const auto& rule) { run_subdivision(store, chosen, beginning, rule); };
     is_double ? with_rule<double>(options.scheme, run) : with_rule<float>(options.scheme, run);
   } catch (const Error& error) {
-    beginning.undo(error.code() == ErrorCode::kBudget);
+    // What the work refuses later leaves no more than what is refused at the beginning.
+    beginning.undo(error.code() == ErrorCode::kBudget || error.code() == ErrorCode::kBadState);
     throw;
   } catch (...) {
     beginning.undo(false);

@@ -1,9 +1,11 @@
 // What a failed subdivision leaves: levels that nobody can read and that the same call makes again,
 // or, if it did not fit into the budget, the store as it was.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "plait/digest.h"
@@ -25,9 +27,10 @@ namespace {
 /// A store of the backend, with base positions.
 struct Made {
   explicit Made(const std::string& backend, std::uint64_t budget_bytes = 4 << 20,
-                const IndexedMesh& mesh = random_sheet(5, 60)) {
+                const IndexedMesh& mesh = random_sheet(5, 60), const std::string& pipeline = {}) {
     StoreOptions options;
     options.backend = backend;
+    if (!pipeline.empty()) options.pipeline = pipeline;
     options.block_bytes = 4096;
     options.durability = Durability::kNone;
     options.budget_bytes = budget_bytes;
@@ -142,6 +145,25 @@ TEST_CASE("Subdivide_CancelledAfterCommitsOfLevels_StartsAgainAndGivesTheSameBit
   }
 }
 
+TEST_CASE("Subdivide_AfterOneThatWasCancelledInItsNormals_GoesOnFromTheWholePositions") {
+  SubdivideOptions loop{.executor = ExecutorKind::kSweep, .levels = 2, .normals = true};
+  const SubdivideOptions other{.scheme = Scheme::kMidpoint, .levels = 3, .normals = true},
+      coarser{.scheme = Scheme::kMidpoint, .levels = 0, .normals = true};
+  for (const SubdivideOptions& next : {other, coarser}) {
+    Made whole("memory"), cancelled("memory");
+    loop.progress = {};
+    loop.normals = false;
+    subdivide(*whole, loop);
+    subdivide(*whole, next);
+    loop.progress = [](const Progress& now) { return now.phase != "normals"; };
+    loop.normals = true;
+    CHECK(error_of([&] { subdivide(*cancelled, loop); }).code() == ErrorCode::kCancelled);
+    subdivide(*cancelled, next);
+    CHECK((*cancelled).finest_level() == std::max(2, next.levels));
+    CHECK(digest(*cancelled) == digest(*whole));
+  }
+}
+
 TEST_CASE("Subdivide_UnfinishedLevelsWhoseBeginningIsNotKnown_IsRefused") {
   Made made("pread");
   SubdivideOptions what{.executor = ExecutorKind::kSweep, .levels = 2};
@@ -240,6 +262,34 @@ TEST_CASE("SubdivideFused_ThatIsRefused_ChangesNothing") {
   (*made).remove_attribute((*made).attribute("normal"));
   CHECK(seen(*made) == before);
   CHECK(digest(*made).to_string() == digest_before);
+}
+
+TEST_CASE("Subdivide_WhosePipelineEncodesFromWhatItChanges_IsRefusedAndChangesNothing") {
+  const auto made = [] {
+    return Made("compressed", 4 << 20, random_sheet(5, 60), "hierarchy,lz4");
+  };
+  for (const ExecutorKind executor : {ExecutorKind::kAuto, ExecutorKind::kFused,
+                                      ExecutorKind::kSweep, ExecutorKind::kTransparent})
+    for (const Scheme scheme : {Scheme::kLoop, Scheme::kButterfly, Scheme::kMidpoint})
+      for (const auto& [levels, normals] :
+           {std::pair(1, false), std::pair(1, true), std::pair(3, false), std::pair(3, true)}) {
+        CAPTURE(to_string(executor), to_string(scheme), levels, normals);
+        Made store = made();
+        const std::vector<std::byte> before = seen(*store);
+        const SubdivideOptions what{
+            .scheme = scheme, .executor = executor, .levels = levels, .normals = normals};
+        if (scheme != Scheme::kLoop && executor != ExecutorKind::kFused &&
+            (!normals || levels == 1)) {
+          subdivide(*store, what);
+          CHECK(digest(*store).to_string() == expected_digest(what));
+          continue;
+        }
+        const Error error = error_of([&] { subdivide(*store, what); });
+        CHECK(error.code() == ErrorCode::kBadState);
+        CHECK(has(error, "encoded from"));
+        CHECK(seen(*store) == before);
+        CHECK_NOTHROW((*store).commit());
+      }
 }
 
 TEST_CASE("Subdivide_WithCallbacksThatCallBack_RefusesWhatWouldTakeItsGround") {

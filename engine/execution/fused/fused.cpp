@@ -82,6 +82,7 @@ void check_pass(const Store& store, const FusedPass& pass) {
                 fmt::format("fused '{}': {} levels over the store's base mesh, expected at most "
                             "{}: take smaller slots (a finer base mesh) or another executor",
                             pass.name, levels, kMostFusedLevels));
+  std::vector<const LevelFile*> written;
   for (const AttributeId id : pass.outputs) {
     if (id >= store.attributes().size() || levels < 1 ||
         pass.finest_level > store.attributes()[id].finest_level)
@@ -96,9 +97,12 @@ void check_pass(const Store& store, const FusedPass& pass) {
     if (std::ranges::count(pass.outputs, id) > 1)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("fused '{}': '{}' is more than one output", pass.name, schema.name));
-    for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
-      check_not_fixed(StoreAccess::level_file(store, id, level));
+    for (int level = store.base_level() + 1; level <= pass.finest_level; ++level) {
+      written.push_back(&StoreAccess::level_file(store, id, level));
+      check_not_fixed(*written.back());
+    }
   }
+  check_not_encoded_from_each_other(written);
   if (const std::int64_t size = std::int64_t{1} << levels;
       pass.lattice.size != size || pass.lattice.halo < 0)
     throw Error(ErrorCode::kInvalidArgument,

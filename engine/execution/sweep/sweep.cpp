@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "base/default_arithmetic.h"
 #include "execution/sweep/sweep_window.h"
@@ -21,12 +22,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
 
-/// Errors: kBadState for a level that cannot be changed.
-void check_not_fixed_levels(const Store& store, const LevelAccess& access) {
-  for (int level = access.first_level; level <= access.last_level; ++level)
-    check_not_fixed(StoreAccess::level_file(store, access.attribute, level));
-}
-
 /// Whether the pass writes to a level.
 bool writes(const SweepPass& pass) {
   return std::ranges::any_of(pass.accesses, [](const LevelAccess& access) {
@@ -35,6 +30,7 @@ bool writes(const SweepPass& pass) {
 }
 
 void check_accesses(const Store& store, const SweepPass& pass) {
+  std::vector<const LevelFile*> written;
   for (const LevelAccess& access : pass.accesses) {
     if (access.last_level < access.first_level) continue;
     const bool known = access.attribute < store.attributes().size();
@@ -50,8 +46,12 @@ void check_accesses(const Store& store, const SweepPass& pass) {
     if (access.reach != Reach::kOwn)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("sweep '{}': writes beyond the edge's own slot", pass.name));
-    check_not_fixed_levels(store, access);
+    for (int level = access.first_level; level <= access.last_level; ++level) {
+      written.push_back(&StoreAccess::level_file(store, access.attribute, level));
+      check_not_fixed(*written.back());
+    }
   }
+  check_not_encoded_from_each_other(written);
 }
 
 std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chunk) {

@@ -43,8 +43,9 @@ struct SubdivideOptions {
 
 /// The executor that subdivide() takes: `wanted.executor`, or what kAuto stands for. That is
 /// kFused if the attributes that are made have no level yet, the levels are at most
-/// kMostFusedLevels, its frames fit the budget, and nobody wants to hear of each level
-/// (`level_done`); otherwise kSweep. Both give the same bits. REQUIRES: attribute "position".
+/// kMostFusedLevels, its frames fit the budget, no pipeline encodes positions from coarser ones,
+/// and nobody wants to hear of each level (`level_done`); otherwise kSweep. Both give the same
+/// bits. REQUIRES: attribute "position".
 ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
 
 /// Adds the attribute "position" to a store that has no attribute yet, with three components of
@@ -52,20 +53,24 @@ ExecutorKind executor_for(const Store& store, const SubdivideOptions& wanted);
 /// unless `precision` is float32 or float64, and for a position that is too large for float32.
 void add_base_positions(Store& store, ComponentType precision = ComponentType::kFloat32);
 
-/// Refines attribute "position" from its finest level to `options.levels`. Records the scheme in
-/// the store's provenance, so that the store can be repaired and resumed. (Only a program that has
-/// the rule can repair the levels of an own rule, because a store records only the rule's name.)
-/// Does not commit.
+/// Refines attribute "position" from its finest level to `options.levels`. A store that is finer
+/// keeps its levels, and normals are made up to `options.levels`. Records the scheme in the store's
+/// provenance, so that the store can be repaired and resumed. (Only a program that has the rule can
+/// repair the levels of an own rule, because a store records only the rule's name.) Does not
+/// commit.
 ///
 /// Errors before the first change: kInvalidArgument; kNotSupported (limit positions of a scheme
 /// without them; the fused executor in a store that has levels); kBadState and kBusy as
-/// Store::remove_attribute(). kBudget: the message says which budget the whole work needs, and the
-/// store is as before, unless levels were committed meanwhile or levels of an earlier commit were
-/// moved. Later errors, kCancelled, kIo and kNoSpace among them, leave unfinished levels, which
-/// nobody can read or commit; the next call makes them again, with all levels from which the scheme
-/// cannot make them alone. If the base records before these levels are not known any more, because
-/// the store was opened again or something else was changed meanwhile, the call fails with
-/// kBadState: Store::roll_back() helps.
+/// Store::remove_attribute(), and kBadState for a pipeline that encodes new positions from vertices
+/// which the work changes later, as a scheme that moves_even and the fused executor do. kBudget:
+/// the message says which budget the whole work needs. After kBudget, and after kBadState from one
+/// of its passes, the store is as before, unless levels were committed meanwhile or levels of an
+/// earlier commit were moved.
+/// Later errors, kCancelled, kIo and kNoSpace among them, leave unfinished levels, which nobody can
+/// read or commit; the next call makes them again, with all levels from which the scheme cannot
+/// make them alone. If the base records before these levels are not known any more, because the
+/// store was opened again or something else was changed meanwhile, the call fails with kBadState:
+/// Store::roll_back() helps.
 /// Pinned by tests/kernels/states_test.cpp.
 void subdivide(Store& store, const SubdivideOptions& options);
 

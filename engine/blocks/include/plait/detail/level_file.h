@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,10 @@ struct LevelFile {
 
 /// Whether blocks of the level may need blocks of other levels (Backend::context).
 bool needs_other_blocks(const LevelFile& level) noexcept;
+
+/// Throws kBadState if blocks of one of the levels are encoded from another one: a pass that writes
+/// both would change what it encodes from.
+void check_not_encoded_from_each_other(std::span<const LevelFile* const> written);
 
 /// Throws kBadState for a level that is fixed. The message names the ways to change its records.
 void check_not_fixed(const LevelFile& level);

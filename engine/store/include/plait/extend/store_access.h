@@ -67,6 +67,10 @@ class StoreAccess {
     return store.geometry(record_bytes, level, block_bytes);
   }
 
+  /// Whether blocks of this level of the attribute, which the store may not have yet, are encoded
+  /// from other blocks or from base records. Then a pass that makes the level must change neither.
+  static bool is_encoded_from_others(const Store& store, AttributeId attribute, int level);
+
   /// Throws kBadState if the level is unfinished (plait/detail/level_file.h): its records are those
   /// of no moment. A pass may read levels that the work around it has begun, unless another pass is
   /// under way (`within_work`); readers may not.
