@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/damage.h"
 #include "maintenance/read_block.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
@@ -29,7 +30,7 @@ MadeAgain::Records MadeAgain::block(From from, const std::string& attribute,
     }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotSupported) throw;
-    if (from == From::kBaseMesh) refusal_ = error.what();
+    if (from == From::kBaseMesh) refusal_ = without_cure(error);
     return std::nullopt;
   }
   return records_;
@@ -86,7 +87,7 @@ MadeAgain::Level& MadeAgain::level_of(From from, const std::string& attribute,
     level.maker = makers_->open(
         {*pipeline.recipe, info->schema, from_mesh ? kNoId : id, level.geometry, surroundings});
   } catch (const Error& error) {
-    if (from_mesh) refusal_ = error.what();
+    if (from_mesh) refusal_ = without_cure(error);
   }
   return level;
 }

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/damage.h"
 #include "maintenance/read_block.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
@@ -46,7 +47,7 @@ VerifyReport verify(const Store& store, const ProgressCallback& progress,
           if (report.damaged.size() < kMaxReported)
             report.damaged.push_back({info.schema.name, level, block, file.table[block].offset,
                                       file.geometry.first_edge(block),
-                                      file.geometry.edge_after(block), error.what()});
+                                      file.geometry.edge_after(block), without_cure(error)});
         }
         if (progress && !progress({"verify", report.bytes, total_bytes}))
           throw Error(ErrorCode::kCancelled, "verify: cancelled");

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <utility>
 
+#include "base/damage.h"
 #include "paging/pin_call.h"
 #include "plait/error.h"
 
@@ -26,6 +28,15 @@ bool is_ready(const PinBatch& batch, const PinBatch::WantedBlock& entry) {
   return entry.access == Access::kRead || !is_being_written(state);
 }
 
+[[noreturn]] void throw_read_error(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const Error& damage) {
+    if (damage.code() != ErrorCode::kCorruption) throw;
+    throw with_cure(damage);
+  }
+}
+
 }  // namespace
 
 bool Pager::Implementation::PinCall::read_blocks() {
@@ -40,7 +51,7 @@ bool Pager::Implementation::PinCall::read_blocks() {
   for (const PinBatch::WantedBlock& entry : batch_) {
     if (entry.frame->content.state != State::kDetached) continue;
     if (entry.brings_in && entry.frame->content.read_error)
-      std::rethrow_exception(entry.frame->content.read_error);
+      throw_read_error(entry.frame->content.read_error);
     others_failed = true;
   }
   return !others_failed;

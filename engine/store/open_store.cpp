@@ -8,6 +8,7 @@
 #include <system_error>
 #include <thread>
 
+#include "base/damage.h"
 #include "format/file_names.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
@@ -252,8 +253,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   throw out_of_memory("open " + path.native());
 } catch (const Error& error) {
   if (error.code() != ErrorCode::kCorruption) throw;
-  throw Error(error,
-              fmt::format("{}; `plait repair` (plait::repair) mends what it can", error.what()));
+  throw with_cure(error);
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {

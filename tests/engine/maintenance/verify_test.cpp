@@ -2,6 +2,8 @@
 #include "plait/verify.h"
 
 #include <catch2/catch.hpp>
+#include <string>
+#include <utility>
 
 #include "engine/store/sample_store.h"
 #include "plait/extend/store_access.h"
@@ -104,6 +106,22 @@ TEST_CASE("Verify_FlippedByteInAnyBlock_NamesThatBlock") {
       }
     Store store = open(path);
     CHECK(verify(store).damaged_count == 0);
+  }
+}
+
+TEST_CASE("Read_OfADamagedBlock_SaysWhatHelpsAndVerifyNamesOnlyThePlace") {
+  for (const std::string& backend : durable_backends()) {
+    CAPTURE(backend);
+    const TemporaryDirectory directory;
+    Store store = open(make_store(directory, backend));
+    const LevelFile& level = StoreAccess::level_file(std::as_const(store), 0, 3);
+    flip_in_file(level.path, level.table[1].offset);
+    const Error error = error_of([&] { read_level(store, 0, 3); });
+    CHECK(error.code() == ErrorCode::kCorruption);
+    CHECK_THAT(error.what(), Catch::EndsWith("; `plait repair` (plait::repair) mends what it can"));
+    const VerifyReport report = verify(store);
+    REQUIRE(report.damaged.size() == 1);
+    CHECK_THAT(report.damaged[0].reason, !Catch::Contains("repair"));
   }
 }
 
