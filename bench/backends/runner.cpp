@@ -89,7 +89,8 @@ class Runner {
     for (std::size_t at = 0; at < order.size(); ++at) {
       const Cell& cell = plan_.cells[order[at]];
       if (done_.contains({key_of(cell), round}) || settled_.contains(key_of(cell))) continue;
-      if (options_.stops_in_round && is_late()) return false;
+      // The first run takes place however late it is: without a record there is nothing to report.
+      if (options_.stops_in_round && is_late() && !file_.records().empty()) return false;
       if (!proceed(fmt::format("round {}, {} of {}: {} {} {}", round + 1, at + 1, order.size(),
                                cell.disk, cell.backend, cell.workload)))
         return false;

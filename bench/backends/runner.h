@@ -15,7 +15,7 @@ struct RunnerOptions {
   /// 0: four, and then more of the cells that settled_keys() leaves, until the time is up.
   int rounds = 0;
   double seconds = 600;         ///< no new round begins after this
-  bool stops_in_round = false;  ///< the time also ends a round
+  bool stops_in_round = false;  ///< the time also ends a round, after its first run
   std::uint64_t seed = 1;
   bool repeat_disturbed = true;  ///< a run beside other programs is done again; the quieter stays
   double least_seconds = 0.3;    ///< a shorter run does its work again, as cold as the first time

@@ -175,6 +175,12 @@ TEST_CASE("Readers_ThreadsBesideAWriter_EachSeeOneVersionAndNeverWait") {
         }
       });
     CHECK_NOTHROW(write_versions(path));
+    // On a busy machine the readers may not have had their turns yet.
+    const auto have_read = [&] {
+      const std::scoped_lock lock(mutex);
+      return reads > 10 || !faults.empty();
+    };
+    while (!have_read()) std::this_thread::yield();
     end = true;
     for (std::thread& reader : readers) reader.join();
     CAPTURE(faults);

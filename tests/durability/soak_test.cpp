@@ -120,7 +120,7 @@ TEST_CASE("WriterAndReaders_ForAWhile_EachSeeOneVersionWhole") {
     }));
     std::this_thread::sleep_for(duration());
     // On a busy machine a thread may not have had its turn yet.
-    for (int turn = 0; turn < 600 && (reads == 0 || writes == 0); ++turn)
+    for (int turn = 0; turn < 3000 && (reads == 0 || writes == 0); ++turn)
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     end = true;
     for (std::thread& thread : threads) thread.join();

@@ -1,7 +1,7 @@
 // Signals during long work: the program leaves no half-made file.
 #include <signal.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <string>
@@ -23,22 +23,11 @@ bool appears_now(const std::filesystem::path& directory, const std::string& part
   return false;
 }
 
-/// Waits until it has.
-bool appears(const std::filesystem::path& directory, const std::string& part) {
-  for (int attempt = 0; attempt < 3000; ++attempt) {
-    if (appears_now(directory, part)) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return false;
-}
-
-/// Sends the signal to the process when its output exists under its temporary name.
-Outcome interrupt(const std::filesystem::path& directory, Names arguments, int signal_number) {
-  Program program(directory, std::move(arguments));
-  CHECK(appears(directory, ".partial-"));
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  ::kill(program.process(), signal_number);
-  return program.wait();
+/// Sends the signal to the program when its output exists under its temporary name.
+Outcome interrupt(const std::filesystem::path& directory, const Names& arguments,
+                  int signal_number) {
+  return run_until(directory, arguments, signal_number,
+                   [&] { return appears_now(directory, ".partial-"); });
 }
 
 }  // namespace
@@ -69,15 +58,12 @@ TEST_CASE("Subdivide_InterruptedWhileItRounds_LeavesTheStoreThatWasThere") {
   Program program(here.path(),
                   {"subdivide", "torus.ply", "s.plait", "--levels", "5", "--force", "--max-error",
                    "1e-6rel", "--compress", "hierarchy+shuffle,zstd:19", "--json"});
-  std::filesystem::path partial;
-  for (int attempt = 0; attempt < 3000 && partial.empty(); ++attempt) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    for (const std::string& name : names_in(here.path()))
-      if (name.find(".partial-") != std::string::npos &&
-          appears_now(here.path() / name, "attribute1.level"))
-        partial = here.path() / name;
-  }
-  CHECK_FALSE(partial.empty());
+  CHECK(program.runs_until([&] {
+    return std::ranges::any_of(names_in(here.path()), [&](const std::string& name) {
+      return name.find(".partial-") != std::string::npos &&
+             appears_now(here.path() / name, "attribute1.level");
+    });
+  }));
   ::kill(program.process(), SIGINT);
   const Outcome outcome = program.wait();
   CHECK(outcome.status == 128 + SIGINT);
@@ -118,6 +104,8 @@ TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
     for (const int signal_number : {SIGINT, SIGTERM}) {
       CAPTURE(arguments, signal_number);
       Program program(here.path(), arguments);
+      CHECK(program.runs_until_it_handles(signal_number));
+      // For it to be in the step. A signal that comes before has the same outcome.
       std::this_thread::sleep_for(std::chrono::milliseconds(300));
       ::kill(program.process(), signal_number);
       const Outcome outcome = program.wait();

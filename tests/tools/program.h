@@ -2,19 +2,23 @@
 #pragma once
 
 #include <fcntl.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #include "support/temporary_directory.h"
@@ -81,6 +85,32 @@ class Program {
 
   pid_t process() const { return process_; }
 
+  bool has_ended() const {
+    siginfo_t ended{};
+    ::waitid(P_PID, static_cast<id_t>(process_), &ended, WEXITED | WNOHANG | WNOWAIT);
+    return ended.si_pid != 0;
+  }
+  /// Waits for the condition. False if the program ends before, or after ten minutes: a busy
+  /// machine may take that long, and a test is ended soon after.
+  bool runs_until(const std::function<bool()>& condition) const {
+    for (int turn = 0; turn < 60'000; ++turn) {
+      if (condition()) return true;
+      if (has_ended()) return condition();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+  /// Waits until the program handles the signal itself. Before, the signal would just end it.
+  bool runs_until_it_handles(int signal_number) const {
+    return runs_until([&] {
+      std::ifstream status("/proc/" + std::to_string(process_) + "/status");
+      for (std::string line; std::getline(status, line);)
+        if (line.starts_with("SigCgt:"))
+          return (std::stoull(line.substr(7), nullptr, 16) >> (signal_number - 1) & 1) != 0;
+      return false;
+    });
+  }
+
   Outcome wait() {
     int status = 0;
     while (::waitpid(process_, &status, 0) < 0)
@@ -114,6 +144,25 @@ inline std::vector<std::string> names_in(const std::filesystem::path& directory)
     names.push_back(entry.path().filename().string());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+/// Runs the program, and sends it the signal as soon as the condition holds. A busy machine may let
+/// the program end before the signal comes: then what it made is removed, and it runs again, five
+/// times at most.
+inline Outcome run_until(const std::filesystem::path& directory,
+                         const std::vector<std::string>& arguments, int signal_number,
+                         const std::function<bool()>& condition) {
+  const std::vector<std::string> before = names_in(directory);
+  for (int tries = 5;; --tries) {
+    Program program(directory, arguments);
+    program.runs_until(condition);
+    ::kill(program.process(), signal_number);
+    Outcome outcome = program.wait();
+    if (outcome.status != 0 || tries == 1) return outcome;
+    for (const std::string& name : names_in(directory))
+      if (!std::binary_search(before.begin(), before.end(), name))
+        std::filesystem::remove_all(directory / name);
+  }
 }
 
 }  // namespace plait::test

@@ -1,12 +1,10 @@
 // plait subdivide --resume: continues from the committed levels, and refuses a store of another
 // run.
 #include <signal.h>
-#include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
+#include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "plait/mesh_io.h"
@@ -31,16 +29,12 @@ void make_mesh(const TemporaryDirectory& here, const char* name, const char* ver
   REQUIRE(run(here.path(), {"generate", "torus", name, "--vertices", vertices}).status == 0);
 }
 
-/// Waits until the directory has a file whose name begins like this. False after a minute.
-bool appears_in(const std::filesystem::path& directory, const std::string& beginning) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (std::chrono::steady_clock::now() < deadline) {
-    std::error_code error;
-    for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end;
-         entry.increment(error))
-      if (entry->path().filename().native().starts_with(beginning)) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
+/// Whether the directory is there and has a file whose name begins like this.
+bool has_file(const std::filesystem::path& directory, const std::string& beginning) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(directory, error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().filename().native().starts_with(beginning)) return true;
   return false;
 }
 
@@ -219,10 +213,9 @@ TEST_CASE("Resume_Interrupted_LeavesTheLastCommitAndGoesOn") {
   const Outcome expected = run(here.path(), whole);
   REQUIRE(expected.status == 0);
   {
-    Program program(here.path(), subdivide(6, {"--resume"}));
-    REQUIRE(appears_in(here.path() / "s.plait", "attribute0.level04."));
-    ::kill(program.process(), SIGINT);
-    const Outcome outcome = program.wait();
+    const Outcome outcome = run_until(here.path(), subdivide(6, {"--resume"}), SIGINT, [&] {
+      return has_file(here.path() / "s.plait", "attribute0.level04.");
+    });
     CHECK(outcome.status == 128 + SIGINT);
     CHECK(outcome.json()["error"]["message"].get<std::string>().find("--resume") !=
           std::string::npos);

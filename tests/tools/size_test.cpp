@@ -130,22 +130,19 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
   Names overruled = large;
   overruled[2] = "overruled.plait";
   overruled.insert(overruled.end(), {"--backend", "pread"});
-  nlohmann::json limited, asked;
-  {
-    // A sixteenth of the rest is less than the 94 MiB of the levels.
-    const ResourceLimit limit(RLIMIT_AS, 600 * kMebibyte);
-    const Outcome outcome = here.plait(large);
-    CAPTURE(outcome.errors);
+  // A sixteenth of the rest is less than the 94 MiB of the levels.
+  const auto with_limit = [&](const Names& arguments) {
+    const Outcome outcome = Program(here.directory.path(), arguments, {}, 600 * kMebibyte).wait();
+    CAPTURE(arguments, outcome.errors);
     REQUIRE(outcome.status == 0);
-    limited = outcome.json();
-    asked = here.plait(overruled).json();
-    const nlohmann::json copy = here.plait({"convert", "large.plait", "copy.plait", "--backend",
-                                            "auto", "--memory", "16M", "--json"})
-                                    .json();
-    CHECK(copy["backend"] == limited["backend"]);
-    CHECK(copy["backend_reason"].get<std::string>().find("large compared with the memory") !=
-          std::string::npos);
-  }
+    return outcome.json();
+  };
+  const nlohmann::json limited = with_limit(large), asked = with_limit(overruled),
+                       copy = with_limit({"convert", "large.plait", "copy.plait", "--backend",
+                                          "auto", "--memory", "16M", "--json"});
+  CHECK(copy["backend"] == limited["backend"]);
+  CHECK(copy["backend_reason"].get<std::string>().find("large compared with the memory") !=
+        std::string::npos);
   CHECK(limited["backend_reason"].get<std::string>().find("large compared with the memory") !=
         std::string::npos);
   CHECK((limited["backend"] == "uring" || limited["backend"] == "pread"));

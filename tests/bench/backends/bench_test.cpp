@@ -329,6 +329,16 @@ TEST_CASE("an interrupted file goes on") {
   CHECK_THROWS_AS(RecordFile(out), Error);
 }
 
+TEST_CASE("a time that is up before the first run still measures that run") {
+  Bench bench;
+  PlanRequest request = small("pread", "build");
+  request.workloads = {"build", "sweep-read"};
+  RunnerOptions options;
+  options.seconds = 0;
+  options.stops_in_round = true;
+  CHECK(bench.run(request, options).size() == 1);
+}
+
 TEST_CASE("workloads that write give the data that those that read expect") {
   Bench bench;
   PlanRequest request = small("pread", "build");

@@ -318,8 +318,7 @@ TEST_CASE("PaperCommand_Signal_ReportsWhatThereIsAndLeavesNothing") {
   for (int i = 0; i < 2000; ++i) budgets += ",64M";
   Program program(here.path(), with(kTiny, {"--backend", "pread", "--executor", "fused", "--memory",
                                             budgets, "--json"}));
-  while (names_in(here.path()).empty()) ::usleep(1000);
-  ::usleep(300'000);
+  CHECK(program.runs_until([&] { return !names_in(here.path()).empty(); }));
   ::kill(program.process(), SIGTERM);
   const Outcome outcome = program.wait();
   CHECK(outcome.status == 128 + SIGTERM);

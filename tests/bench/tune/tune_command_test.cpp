@@ -149,6 +149,7 @@ TEST_CASE("Tune_Interrupted_ReportsWhatThereIs") {
   REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "6", "--normals"}).status ==
           0);
   Program program(here.directory.path(), {"tune", "s.plait", "--seconds", "600", "--json"});
+  CHECK(program.runs_until_it_handles(SIGINT));
   // Wherever it is by now: either there is a report, or an error that says that there is none.
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   ::kill(program.process(), SIGINT);

@@ -364,7 +364,7 @@ TEST_CASE("ContextPin_OfSeveralBlocks_ReadsOneWhileAnotherTakesLong") {
       return read.level == 3 && read.block == kOther;
     });
   };
-  for (int tries = 0; tries < 1000 && !other_is_read(); ++tries)
+  for (int tries = 0; tries < 30'000 && !other_is_read(); ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   CHECK(other_is_read());
   held.let_go();

@@ -39,7 +39,7 @@ class Child {
     try {
       char start = 0;
       static_cast<void>(!::read(pipe_[0], &start, 1));
-      ::alarm(60);  // a call that waits for a thread of the parent would wait for ever
+      ::alarm(600);  // a call that waits for a thread of the parent would wait for ever
       good = body();
     } catch (...) {
     }
