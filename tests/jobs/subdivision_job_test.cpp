@@ -358,6 +358,14 @@ TEST_CASE("SubdivisionPlan_SizeOfAResumedRun_IsThatOfTheRemainingWork") {
   CHECK(disk_bytes() ==
         point * ((vertices(done + 1) - vertices(done)) + (vertices(done + 1) - vertices(0)) +
                  (vertices(done) - vertices(0))));
+  // A scheme that moves no coarser vertices writes the new level only.
+  request.store = here.path() / "midpoint.plait";
+  request.scheme = Scheme::kMidpoint;
+  request.normals = false;
+  request.levels = done;
+  SubdivisionJob(request, default_backends()).run();
+  request.levels = done + 1;
+  CHECK(disk_bytes() == point * (vertices(done + 1) - vertices(done)));
 }
 
 TEST_CASE("SubdivisionPlan_MemoryOfABackendThatKeepsNothing_HasAllLevelsAndRoundedCopies") {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -277,6 +278,22 @@ TEST_CASE("VisitVertices_KernelThatThrowsAtABaseVertex_LeavesLevelsThatCannotBeC
   CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
   visit_vertices(store, {}, kSmoothed, Smooth());
   CHECK_NOTHROW(store.commit());
+}
+
+TEST_CASE("VisitVertices_KernelThatThrowsInAnyThread_EndsWithOneOfItsExceptions") {
+  for (const int threads : {1, 2}) {
+    Store store = store_to_visit("", {}, 3);
+    const auto throws = [](const VertexRun& run, const VertexRings<VisitedPoint>&,
+                           std::span<const float>, std::span<VisitedPoint>) {
+      if (!run.is_base()) throw std::out_of_range("from the kernel");
+    };
+    VisitOptions options;
+    options.threads = threads;
+    CHECK_THROWS_AS(visit_vertices(store, options, kSmoothed, throws), std::out_of_range);
+    CHECK(error_of([&] { store.commit(); }).code() == ErrorCode::kBadState);
+    visit_vertices(store, options, kSmoothed, Smooth());
+    CHECK_NOTHROW(store.commit());
+  }
 }
 
 TEST_CASE("VisitNeeds_OfRings_AreTheGridsOfAllThreadsAndTwoRecordsForEachEdge") {

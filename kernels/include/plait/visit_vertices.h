@@ -260,9 +260,9 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
 /// Store::replace_attribute() then gives the new one the name of the old one.
 ///
 /// The kernel is called from several threads at once (docs/threads.md) if options.threads > 1, for
-/// base vertices from the calling thread alone. It must not throw, and must not call functions of
-/// `store`. Each result depends only on what the kernel reads, so the bits do not depend on
-/// threads, blocks and budget.
+/// base vertices from the calling thread alone. It must not call functions of `store`. If it
+/// throws, the visit ends with one of the exceptions. Each result depends only on what the kernel
+/// reads, so the bits do not depend on threads, blocks and budget.
 ///
 /// Errors, before anything is changed: those of VisitPlan; kBudget (the message says how much is
 /// needed). Later: kCancelled; those of Session::pin. After an error, the levels that the visit

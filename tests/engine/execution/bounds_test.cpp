@@ -357,6 +357,21 @@ TEST_CASE("WriteBounds_ChangedPositions_MakeTheFileStale") {
   check_boxes(Reader(store), boxes);
 }
 
+TEST_CASE("ReaderFacesInBox_OfAWriterWithRecordsThatAreOnNoDisk_FindsThem") {
+  const Place place;
+  write_bounds(place.open());
+  Store store = place.open(true);
+  const float far = 1000;
+  {
+    Session session = StoreAccess::open_session(store);
+    const PinnedBlock pinned =
+        session.pin(StoreAccess::level_file(store, 0, kBoundsLevels), 0, Access::kUpdate);
+    std::memcpy(pinned.bytes().data(), &far, sizeof far);
+  }
+  const Box there = {{far - 1, -kInfinity, -kInfinity}, {far + 1, kInfinity, kInfinity}};
+  CHECK_FALSE(Reader(store).faces_in_box(there).empty());
+}
+
 TEST_CASE("ReaderFacesInBox_BoundsRemovedAsTheyAreOpened_AreComputed") {
   const Place place;
   write_bounds(place.open());

@@ -64,7 +64,7 @@ struct SweepPass {
   std::string name = {};  ///< for progress and errors: "odd vertices of level 3"
   std::vector<LevelAccess> accesses = {};
   /// Called once for each edge, from several threads at once (docs/threads.md); `worker` is in [0,
-  /// threads). Must not throw.
+  /// threads). If it throws, sweep() ends with one of the exceptions.
   std::function<void(const SweepView& view, EdgeId edge, int worker)> kernel = {};
   /// Called by the thread that called sweep(), when the kernel has worked on a stretch of edges and
   /// before their slots are released. So a kernel may collect what it finds, and this function may
