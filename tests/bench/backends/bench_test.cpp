@@ -329,6 +329,13 @@ TEST_CASE("an interrupted file goes on") {
   CHECK_THROWS_AS(RecordFile(out), Error);
 }
 
+TEST_CASE("a file of records that is a link to nothing is refused, and nothing is made") {
+  const TemporaryDirectory here;
+  fs::create_symlink(here.path() / "absent", here.path() / "runs.jsonl");
+  CHECK_THROWS_AS(RecordFile(here.path() / "runs.jsonl"), Error);
+  CHECK_FALSE(fs::exists(here.path() / "absent"));
+}
+
 TEST_CASE("a time that is up before the first run still measures that run") {
   Bench bench;
   PlanRequest request = small("pread", "build");
