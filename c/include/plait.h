@@ -914,6 +914,44 @@ typedef struct plait_remesh_result {
 PLAIT_API plait_status plait_job_remesh(const plait_remesh_request* request,
                                         plait_remesh_result* result);
 
+/* Options of plait_job_compare(): those of the command `plait compare`. */
+typedef struct plait_comparison_request {
+  size_t struct_size;
+  const char* first_path; /* mesh files or stores */
+  const char* second_path;
+  uint64_t samples; /* points on each surface; 0: a million */
+  plait_progress progress;
+  plait_warning warn;
+  void* user;
+  int32_t level;   /* of stores; PLAIT_FINEST_LEVEL */
+  int32_t threads; /* 1 */
+} plait_comparison_request;
+#define PLAIT_COMPARISON_REQUEST_INIT \
+  { sizeof(plait_comparison_request), NULL, NULL, 0, NULL, NULL, NULL, PLAIT_FINEST_LEVEL, 0 }
+/* From points that are spread over one surface to the closest points of the other one. Angles, in
+ * degrees, are those between the normals of the triangles at the two points. */
+typedef struct plait_surface_distances {
+  uint64_t samples;
+  double max, rms, mean;
+  double percentile_99, percentile_99_9;
+  double mean_angle, percentile_99_angle;
+} plait_surface_distances;
+typedef struct plait_comparison_result {
+  size_t struct_size;
+  double diagonal, mean_edge;    /* of the first surface */
+  plait_surface_distances there; /* from the first to the second */
+  plait_surface_distances back;  /* from the second to the first */
+} plait_comparison_result;
+#define PLAIT_COMPARISON_RESULT_INIT                                                            \
+  {                                                                                             \
+    sizeof(plait_comparison_result), 0, 0, {0, 0, 0, 0, 0, 0, 0, 0}, { 0, 0, 0, 0, 0, 0, 0, 0 } \
+  }
+/* Measures the distances between two surfaces, which have to fit in memory, in both directions, as
+ * the command `plait compare` does. Errors: INVALID_ARGUMENT for a level that is not there and for
+ * a surface without faces; OUT_OF_MEMORY, CANCELLED, and those of reading. */
+PLAIT_API plait_status plait_job_compare(const plait_comparison_request* request,
+                                         plait_comparison_result* result);
+
 /* Options of plait_job_convert(): those of the command `plait convert`. What is NULL or 0 stays as
  * it is in the store. */
 typedef struct plait_conversion_request {

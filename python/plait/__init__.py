@@ -16,8 +16,8 @@ from .attributes import Attribute, Block, LevelArray
 from .errors import (BadState, Busy, Cancelled, Damaged, Error, InputOutputError, InternalError,
                      InvalidArgument, NoSpace, NoSuchAttribute, NotFound, NotSupported, OutOfMemory,
                      TooLarge)
-from .jobs import (Conversion, Import, Remeshing, Subdivision, convert, import_mesh, remesh,
-                   subdivide, verify)
+from .jobs import (Comparison, Conversion, Distances, Import, Remeshing, Subdivision, compare,
+                   convert, import_mesh, remesh, subdivide, verify)
 from .mesh import Mesh
 from .store import (Base, Counts, DamagedBlock, Hits, Info, Patches, Statistics, Store,
                     VerifyReport, create, triangles)
@@ -41,10 +41,10 @@ def load_plugin(file):
 
 
 __all__ = [
-    "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Conversion", "Counts",
-    "Damaged", "DamagedBlock", "Error", "Hits", "Import", "Info", "InputOutputError", "InternalError",
+    "Attribute", "BadState", "Base", "Block", "Busy", "Cancelled", "Comparison", "Conversion", "Counts",
+    "Damaged", "DamagedBlock", "Distances", "Error", "Hits", "Import", "Info", "InputOutputError", "InternalError",
     "InvalidArgument", "LevelArray", "Mesh", "NoSpace", "NoSuchAttribute", "NotFound",
     "NotSupported", "OutOfMemory", "PatchWriter", "Patches", "Remeshing", "Statistics", "Store", "Subdivision", "TooLarge",
-    "VerifyReport", "Vertices", "build_info", "convert", "create", "import_mesh", "load_plugin",
+    "VerifyReport", "Vertices", "build_info", "compare", "convert", "create", "import_mesh", "load_plugin",
     "open", "remesh", "subdivide",
     "triangles", "verify"]

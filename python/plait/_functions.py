@@ -53,6 +53,8 @@ _STATUS = {
     "plait_patch_writer_write_patch": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_write_level": [c_void_p, c_char_p, c_uint32, c_int32, c_void_p, c_uint64],
     "plait_patch_writer_finish": [c_void_p],
+    "plait_job_compare": [POINTER(types.plait_comparison_request),
+                          POINTER(types.plait_comparison_result)],
     "plait_job_import": [POINTER(types.plait_import_request), POINTER(types.plait_import_result)],
     "plait_job_remesh": [POINTER(types.plait_remesh_request), POINTER(types.plait_remesh_result)],
     "plait_job_subdivide": [POINTER(types.plait_subdivision_request),

@@ -201,6 +201,26 @@ class plait_remesh_result(Sized):
         ("reserved", c_int32)]
 
 
+class plait_comparison_request(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("first_path", c_char_p), ("second_path", c_char_p),
+        ("samples", c_uint64), ("progress", plait_progress), ("warn", plait_warning),
+        ("user", c_void_p), ("level", c_int32), ("threads", c_int32)]
+
+
+class plait_surface_distances(Structure):
+    _fields_ = [
+        ("samples", c_uint64), ("max", c_double), ("rms", c_double), ("mean", c_double),
+        ("percentile_99", c_double), ("percentile_99_9", c_double), ("mean_angle", c_double),
+        ("percentile_99_angle", c_double)]
+
+
+class plait_comparison_result(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("diagonal", c_double), ("mean_edge", c_double),
+        ("there", plait_surface_distances), ("back", plait_surface_distances)]
+
+
 plait_edit = CFUNCTYPE(c_int, c_void_p, c_uint64, c_uint64, c_void_p)
 plait_damage = CFUNCTYPE(None, POINTER(plait_damaged_block), c_void_p)
 plait_visit_batch = CFUNCTYPE(c_int, POINTER(plait_vertex_batch), c_void_p)

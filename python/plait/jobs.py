@@ -84,6 +84,30 @@ class Remeshing(NamedTuple):
     digest: str
 
 
+class Distances(NamedTuple):
+    """From points spread over one surface to the closest points of another, in the units of the
+    meshes; angles, in degrees, between the normals of the triangles there."""
+
+    samples: int
+    max: float
+    rms: float
+    mean: float
+    percentile_99: float
+    percentile_99_9: float
+    mean_angle: float
+    percentile_99_angle: float
+
+
+class Comparison(NamedTuple):
+    """What compare() measured. diagonal, mean_edge: of the first surface. there: from the first to
+    the second; back: from the second to the first."""
+
+    diagonal: float
+    mean_edge: float
+    there: Distances
+    back: Distances
+
+
 def chosen(what, value, choices):
     """The number of a choice."""
     try:
@@ -220,6 +244,24 @@ def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refus
     return Remeshing(str(store), *(
         result.digest.decode() if name == "digest" else getattr(result, name)
         for name in Remeshing._fields[1:]))
+
+
+def compare(first, second, level=None, *, samples=1_000_000, threads=1, progress=None, warn=None):
+    """Measures the distances between two surfaces, each a mesh file or a store, as `plait compare`
+    does, and returns a named tuple Comparison. Both have to fit in memory.
+
+    level: of stores; None: the finest. samples: points on each surface.
+    """
+    result = types.plait_comparison_result()
+    with Watch("compare", progress) as watch:
+        request = types.plait_comparison_request(
+            first_path=_functions.path(first), second_path=_functions.path(second),
+            samples=samples, progress=watch.callback, warn=warnings_to(warn),
+            level=types.FINEST_LEVEL if level is None else level, threads=threads)
+        LIBRARY.plait_job_compare(byref(request), byref(result))
+    there, back = (Distances(*(getattr(each, name) for name in Distances._fields))
+                   for each in (result.there, result.back))
+    return Comparison(result.diagonal, result.mean_edge, there, back)
 
 
 def verify(store, memory=types.DEFAULT_BUDGET_BYTES, progress=None):

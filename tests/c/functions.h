@@ -111,6 +111,7 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_job_subdivide, "SubdivisionJob"),
     PLAIT_PAIR(plait_job_import, "import_mesh"),
     PLAIT_PAIR(plait_job_remesh, "remesh"),
+    PLAIT_PAIR(plait_job_compare, "compare_surfaces"),
     PLAIT_PAIR(plait_job_convert, "convert"),
 };
 #undef PLAIT_PAIR

@@ -34,8 +34,9 @@ def struct_fields(name):
         kind, names = re.match(r"(?:const )?(\w+)[ *]*(?:const ?\*)? ?(.*)", declaration).groups()
         for each in names.split(","):
             array = re.match(r"\s*(\w+)\s*(?:\[(\d+)\])?", each)
-            size = ctypes.sizeof(ctypes.c_void_p) if pointer or kind not in C_TYPES else \
-                ctypes.sizeof(C_TYPES[kind])
+            known = C_TYPES.get(kind) or getattr(structures, kind, None)
+            # Other types are those of callbacks.
+            size = ctypes.sizeof(ctypes.c_void_p if pointer or known is None else known)
             fields.append((array.group(1), size * int(array.group(2) or 1)))
     return fields
 

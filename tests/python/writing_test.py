@@ -118,6 +118,17 @@ def test_remesh_makes_a_store_of_any_mesh(tmp_path):
     assert 0 < done.scan_to_store_rms <= done.scan_to_store_max < 0.01 * done.diagonal
     with plait.open(done.path) as store:
         assert store.counts(3).vertices == done.vertices and store.digest() == done.digest
+    found = plait.compare(tmp_path / "scan.ply", done.path, samples=2000, threads=2)
+    assert found.diagonal == done.diagonal and found.there.samples == 2000
+    assert 0 < found.there.rms <= found.there.max < 0.01 * done.diagonal
+    coarse = plait.compare(tmp_path / "scan.ply", done.path, level=0, samples=2000)
+    assert coarse.back.rms > 10 * found.back.rms
+    same = plait.compare(tmp_path / "scan.ply", tmp_path / "scan.ply", samples=100)
+    assert same.there.max == same.back.max == pytest.approx(0, abs=1e-7)
+    with pytest.raises(plait.Cancelled):
+        plait.compare(tmp_path / "scan.ply", done.path, progress=lambda *_: False)
+    with pytest.raises(plait.InvalidArgument, match="level"):
+        plait.compare(tmp_path / "scan.ply", done.path, level=7)
     with pytest.raises(plait.Cancelled):
         plait.remesh(tmp_path / "scan.ply", tmp_path / "no.plait", 80, progress=lambda *_: False)
     assert sorted(os.listdir(tmp_path)) == ["scan.plait", "scan.ply"]

@@ -1,4 +1,4 @@
-#include "triangles.h"
+#include "compare/triangles.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/byte_text.h"
-#include "console.h"
 #include "io/machine.h"
 #include "plait/error.h"
 #include "plait/mesh_io.h"
@@ -15,7 +14,7 @@
 #include "plait/store.h"
 #include "sample/samples.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Real>
@@ -77,7 +76,8 @@ IndexedMesh read_store(const std::filesystem::path& path, int level,
 }  // namespace
 
 IndexedMesh read_triangles(const std::filesystem::path& path, int level,
-                           const BackendRegistry& backends) {
+                           const BackendRegistry& backends,
+                           const std::function<void(const std::string&)>& warn) {
   std::error_code ignored;  // a path that cannot be looked at is a file that cannot be read
   if (std::filesystem::is_directory(path, ignored)) return read_store(path, level, backends);
   if (level >= 0)
@@ -85,8 +85,18 @@ IndexedMesh read_triangles(const std::filesystem::path& path, int level,
                 fmt::format("{}: expected a store, which has levels, found a file", path.native()));
   std::vector<std::string> warnings;
   IndexedMesh mesh = read_indexed_mesh(path, &warnings);
-  for (const std::string& warning : warnings) report_warning(warning);
+  for (const std::string& warning : warnings)
+    if (warn) warn(warning);
+  for (const auto& face : mesh.faces)
+    for (const VertexId vertex : face)
+      if (vertex >= mesh.positions.size())
+        throw Error(ErrorCode::kInvalidArgument,
+                    fmt::format("{}: expected a vertex below {}, found {}", path.native(),
+                                mesh.positions.size(), vertex));
+  if (mesh.faces.empty())
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: expected at least one face, found none", path.native()));
   return mesh;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
