@@ -153,6 +153,8 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
       ->default_str("0");
   command->add_flag("--no-foldover", request->refuse_turned,
                     "Refuse a result with small faces that are turned over");
+  command->add_flag("--distances", request->distances,
+                    "Add attribute distance: how far the scan is from the store");
   add_whole_option(*command, "--samples", request->report_samples, 0, 1000000000,
                    "Points of the report in each direction; 0 for no distances")
       ->default_str("1000000");
@@ -175,15 +177,19 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
       "borders stay. One percent of the scan's faces and three levels give about two thirds of "
       "its\n"
       "vertices. The scan has to fit in memory, at about 200 bytes a face. Small faces that stay\n"
-      "turned over are counted; attribute \"turned\" marks their corners. plait convert "
-      "compresses\n"
-      "the store.\n"
+      "turned over are counted; attribute \"turned\" marks their corners. Vertex attributes of a "
+      "PLY\n"
+      "file come along: numbers with fractions and colours are interpolated, other integers are "
+      "those\n"
+      "of the nearest vertex. plait convert compresses the store.\n"
       "\n"
       "Examples:\n"
       "  plait remesh scan.ply scan.plait --faces 10000\n"
       "  plait remesh scan.ply scan.plait --faces 5000 --levels 4 --min-component 100 --fill-holes "
       "50\n"
-      "  plait compare scan.ply scan.plait");
+      "  plait compare scan.ply scan.plait\n"
+      "  plait remesh scan.ply scan.plait --faces 10000 --distances --force\n"
+      "  plait render scan.plait distance.png --color-by distance");
   command->callback([request, &context] {
     context.run = [request, &context] { return run_remesh(*request, context); };
   });

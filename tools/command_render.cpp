@@ -56,8 +56,12 @@ int run_render(const RenderArguments& arguments, const CommandContext& context) 
   const bool colored = !color_by.attribute.empty();
   if (colored) color_by.range = scalar_range(store, color_by.attribute, level);
   SampleBuffer samples(size.width * kSamplesPerSide, size.height * kSamplesPerSide, colored);
-  const Camera camera = fitting_camera(store, level, view, axis_from_name(arguments.up),
-                                       samples.width(), samples.height());
+  const std::size_t legend = colored ? legend_height(static_cast<std::size_t>(size.width),
+                                                     static_cast<std::size_t>(size.height))
+                                     : 0;
+  const Camera camera =
+      fitting_camera(store, level, view, axis_from_name(arguments.up), samples.width(),
+                     samples.height() - kSamplesPerSide * static_cast<int>(legend));
   {
     ProgressBar progress("render", ProgressUnit::kNone);
     draw_surface(

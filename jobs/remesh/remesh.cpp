@@ -31,7 +31,7 @@ namespace {
 constexpr std::uint64_t kBytesPerScanFace = 200;
 constexpr std::uint64_t kBytesPerSmallFace = 140;
 constexpr std::uint64_t kFacesPerVertex = 2;
-constexpr std::string_view kTurned = "turned";
+constexpr std::string_view kTurned = "turned", kDistance = "distance";
 /// Vertex numbers have 32 bits.
 constexpr std::uint64_t kMostSmallFaces = std::uint64_t{1} << 32;
 
@@ -44,12 +44,13 @@ constexpr WorkPart kDecimating = {0, 550}, kSampling = {550, 600}, kRelaxing = {
                    kMeasuringStore = {800, 900}, kMeasuringScan = {900, 1000};
 
 /// The store has attributes of its own.
-void leave_out_own_names(std::vector<MeshAttribute>& attributes,
+void leave_out_own_names(std::vector<MeshAttribute>& attributes, bool distances,
                          std::vector<std::string>& warnings) {
   std::erase_if(attributes, [&](const MeshAttribute& attribute) {
-    if (attribute.schema.name != kTurned) return false;
+    const std::string& name = attribute.schema.name;
+    if (name != kTurned && !(distances && name == kDistance)) return false;
     warnings.push_back(
-        fmt::format("attribute '{}' of the scan left out: the store has its own", kTurned));
+        fmt::format("attribute '{}' of the scan left out: the store has its own", name));
     return true;
   });
 }
@@ -140,7 +141,7 @@ void ScanRun::read_scan() {
   check_memory(kFacesPerVertex * expected_vertices(request_.scan));
   std::vector<std::string> warnings;
   AttributedMesh mesh = read_attributed_mesh(request_.scan, &warnings, NotFinite::kKeep);
-  leave_out_own_names(mesh.attributes, warnings);
+  leave_out_own_names(mesh.attributes, request_.distances, warnings);
   if (watch_.warn)
     for (const std::string& warning : warnings) watch_.warn(warning);
   report_.read_seconds = clock.lap();
@@ -239,6 +240,10 @@ void ScanRun::make_samples() {
     sampled_.positions.push_back(narrow);
   }
   report_.untangle_seconds = clock.lap();
+  if (request_.distances) {
+    tell("distances", kWriting);
+    sampled_.distances = distances_at_samples(scan_, sampled_);
+  }
 }
 
 void ScanRun::mark_turned() {

@@ -25,6 +25,9 @@ struct RemeshRequest {
   int levels = 3;               ///< 1 or more
   SurfaceRepairOptions repair = {};
   bool refuse_turned = false;  ///< an error if small triangles stay turned over
+  /// Adds attribute "distance" (float32): at each vertex, how far the vertices of the scan near it
+  /// are from the store, in units of the scan.
+  bool distances = false;
   /// Points for each direction of the report; 0 for no distances.
   std::uint64_t report_samples = 1000000;
   StoreOptions options = {};

@@ -3,10 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 #include <string>
 #include <tuple>
 
+#include "distance/closest_point.h"
+#include "mesh/parallel_parts.h"
 #include "plait/error.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
@@ -40,6 +43,8 @@ void write_levels(const SampledSurface& surface, Store& store, int threads,
   write_attribute(store, "position", surface.levels, threads, surface.positions, progress);
   if (!surface.turned.empty())
     write_attribute(store, "turned", surface.levels, threads, surface.turned, progress);
+  if (!surface.distances.empty())
+    write_attribute(store, "distance", surface.levels, threads, surface.distances, progress);
 }
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
@@ -83,6 +88,25 @@ IndexedMesh small_triangles(const SampledSurface& surface) {
           {static_cast<VertexId>(a), static_cast<VertexId>(b), static_cast<VertexId>(c)});
     });
   return mesh;
+}
+
+std::vector<float> distances_at_samples(const Surface& scan, const SampledSurface& surface) {
+  const IndexedMesh small = small_triangles(surface);
+  const TriangleTree tree(small.positions, small.faces);
+  std::vector<ClosestPoint> closest(scan.positions.size());
+  for_parts(closest.size(), [&](std::size_t first, std::size_t last, std::size_t) {
+    FaceId hint = 0;
+    for (std::size_t vertex = first; vertex < last; ++vertex) {
+      closest[vertex] = tree.closest(scan.positions[vertex], hint);
+      hint = closest[vertex].face;
+    }
+  });
+  std::vector<float> distances(surface.positions.size(), 0);
+  for (const ClosestPoint& point : closest)
+    for (const VertexId sample : small.faces[point.face])
+      distances[sample] =
+          std::max(distances[sample], static_cast<float>(std::sqrt(point.squared_distance)));
+  return distances;
 }
 
 PLAIT_END_NAMESPACE

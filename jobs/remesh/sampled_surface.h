@@ -20,10 +20,11 @@ struct SampledSurface {
   int levels = 0;
   std::vector<Vector3<float>> positions;  ///< by SampleNumbers
   std::vector<std::uint8_t> turned;  ///< by SampleNumbers; empty if no small triangle is turned
+  std::vector<float> distances;      ///< by SampleNumbers; empty unless asked for
 };
 
-/// Adds the attributes "position" and, unless it is empty, "turned", and writes all their levels.
-/// `progress` counts the vertices of one attribute.
+/// Adds the attributes "position" and, unless they are empty, "turned" and "distance", and writes
+/// all their levels. `progress` counts the vertices of one attribute.
 void write_levels(const SampledSurface& surface, Store& store, int threads,
                   const ProgressCallback& progress);
 
@@ -36,5 +37,10 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
 
 /// The small triangles of the finest level, in doubles.
 IndexedMesh small_triangles(const SampledSurface& surface);
+
+/// How far the scan is from the small triangles: at each sample, the largest distance of those
+/// vertices of the scan whose closest triangle has it as a corner, or 0. All threads of the present
+/// arena.
+std::vector<float> distances_at_samples(const Surface& scan, const SampledSurface& surface);
 
 PLAIT_END_NAMESPACE

@@ -1,6 +1,7 @@
 #include "collapse/collapse_history.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 #include "plait/error.h"
@@ -64,24 +65,26 @@ std::array<double, 3> inside(std::array<double, 3> weights) {
 
 }  // namespace
 
-void CollapseHistory::add(const Patch& patch, const PatchPlane& plane) {
+void CollapseHistory::add(const Patch& patch, const PatchPlane& plane, Room& room) {
   const auto faces = static_cast<std::uint32_t>(patch.faces);
   const auto lost = static_cast<std::uint32_t>(patch.lost_faces);
   const std::uint32_t word = faces | lost << 6 | (patch.closed ? 1u << 8 : 0u) |
                              static_cast<std::uint32_t>(patch.apex[0]) << 9 |
                              static_cast<std::uint32_t>(patch.apex[1]) << 15;
   const RecordShape shape(word);
-  if (used_ + shape.words() > kBlockWords) {
+  if (room.used + shape.words() > kBlockWords) {
+    const std::scoped_lock lock(*mutex_);
     if ((blocks_.size() + 1) * kBlockWords > kNone)
       throw Error(ErrorCode::kNotSupported,
                   "remesh: expected at most 16 GiB of collapses, found more: take a coarser scan");
     blocks_.push_back(std::make_unique<std::uint32_t[]>(kBlockWords));
-    used_ = 0;
+    room = {blocks_.back().get(), static_cast<std::uint32_t>((blocks_.size() - 1) * kBlockWords),
+            0};
   }
-  std::uint32_t* const to = blocks_.back().get() + used_;
-  const auto place = static_cast<std::uint32_t>((blocks_.size() - 1) * kBlockWords + used_);
-  used_ += shape.words();
-  ++collapses_;
+  std::uint32_t* const to = room.block + room.used;
+  const std::uint32_t place = room.first + static_cast<std::uint32_t>(room.used);
+  room.used += shape.words();
+  std::atomic_ref(collapses_).fetch_add(1, std::memory_order_relaxed);
 
   to[0] = word;
   to[1] = patch.at_gone;

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "collapse/patch.h"
@@ -23,10 +24,20 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 class CollapseHistory {
  public:
   /// A history without collapses of a surface with so many faces.
-  explicit CollapseHistory(std::size_t faces) : last_(faces, kNone) {}
+  explicit CollapseHistory(std::size_t faces)
+      : last_(faces, kNone), mutex_(std::make_unique<std::mutex>()) {}
 
+  static constexpr std::size_t kBlockWords = std::size_t{1} << 18;
+
+  /// Where a thread writes records.
+  struct Room {
+    std::uint32_t* block = nullptr;
+    std::uint32_t first = 0;         ///< place of the block's first word
+    std::size_t used = kBlockWords;  ///< words of the block
+  };
   /// Adds a collapse, whose plane is laid out. From now on its fan's faces lead back through it.
-  void add(const Patch& patch, const PatchPlane& plane);
+  /// Threads: any number, with rooms of their own, if their patches have no face in common.
+  void add(const Patch& patch, const PatchPlane& plane, Room& room);
 
   /// The point of the first surface that belongs to a point of the present one. Threads: any
   /// number. Pinned by tests/scans/collapse_history_test.cpp.
@@ -40,15 +51,14 @@ class CollapseHistory {
   // the ring, for each face its corner at the old vertex, and for each face the record before this
   // one.
   static constexpr std::uint32_t kNone = kNoId;
-  static constexpr std::size_t kBlockWords = std::size_t{1} << 20;
 
   const std::uint32_t* record(std::uint32_t place) const {
     return blocks_[place / kBlockWords].get() + place % kBlockWords;
   }
 
   std::vector<std::unique_ptr<std::uint32_t[]>> blocks_;  // never moved while they grow
-  std::size_t used_ = kBlockWords;                        // words of the last block
   std::vector<std::uint32_t> last_;                       // [face] its newest record
+  std::unique_ptr<std::mutex> mutex_;                     // of blocks_
   std::uint64_t collapses_ = 0;
 };
 

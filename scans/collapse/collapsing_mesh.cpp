@@ -1,5 +1,7 @@
 #include "collapse/collapsing_mesh.h"
 
+#include <atomic>
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 CollapsingMesh::CollapsingMesh(const Surface& scan)
@@ -94,7 +96,7 @@ void CollapsingMesh::remove_face(FaceSide corner_at_kept, bool left) {
   if (opposite_kept.exists()) across_[opposite_kept.code] = opposite_gone;
   if (opposite_gone.exists()) across_[opposite_gone.code] = opposite_kept;
   faces_[corner_at_kept.face()] = {kNoId, kNoId, kNoId};
-  --live_faces_;
+  std::atomic_ref(live_faces_).fetch_sub(1, std::memory_order_relaxed);
 }
 
 void CollapsingMesh::collapse(const Patch& patch) {

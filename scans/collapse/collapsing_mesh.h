@@ -20,6 +20,7 @@ class CollapsingMesh {
   const std::vector<std::array<VertexId, 3>>& faces() const { return faces_; }
   bool lives(FaceId face) const { return faces_[face][0] != kNoId; }
   bool is_border(VertexId vertex) const { return border_[vertex] != 0; }
+  /// REQUIRES: no other thread collapses.
   std::uint64_t live_faces() const { return live_faces_; }
 
   VertexId start(FaceSide edge) const { return at(edge.face(), edge.side() + 1); }
@@ -31,7 +32,9 @@ class CollapsingMesh {
   /// condition), or if its fan would have more than kMaxFan faces. A border vertex is kept, if one
   /// end is one.
   bool gather(FaceSide side, Patch& patch) const;
-  /// Replaces the patch by its fan. The vertex of the fan is patch.kept.
+  /// Replaces the patch by its fan. The vertex of the fan is patch.kept. Threads: any number, if
+  /// no face of a patch is near one of another thread's: all faces at the patch's vertices `kept`
+  /// and `gone` are this thread's.
   void collapse(const Patch& patch);
 
  private:

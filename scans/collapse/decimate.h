@@ -2,10 +2,12 @@
 // point of the base mesh stays a point of the scan.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "collapse/collapse_history.h"
+#include "collapse/tiles.h"
 #include "plait/detail/namespace.h"
 #include "plait/progress.h"
 #include "surface/surface.h"
@@ -13,7 +15,8 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct DecimateOptions {
-  std::uint64_t faces = 0;         ///< stop at so many faces, or one more
+  std::uint64_t faces = 0;  ///< stop at so many faces, or one more
+  std::size_t tile_faces = kTileFaces;
   ProgressCallback progress = {};  ///< counts faces that are gone, of those that shall go
 };
 
@@ -43,9 +46,10 @@ struct Decimated {
 /// Borders have planes of their own, at right angles to their faces. A vertex on the border stays
 /// on it.
 ///
-/// The result depends on the surface and the options alone. One thread. Memory: about 200 bytes for
-/// a face of the scan. Errors: kCancelled, kNotSupported (collapse_history.h). Pinned by
-/// tests/scans/decimate_test.cpp.
+/// Edges inside of tiles collapse first, until ten times as many faces are left as asked for, on
+/// all threads of the present arena. Then all edges do, on one thread. The result depends on the
+/// surface and the options alone. Memory: about 200 bytes for a face of the scan. Errors:
+/// kCancelled, kNotSupported (collapse_history.h). Pinned by tests/scans/decimate_test.cpp.
 Decimated decimate(const Surface& scan, const DecimateOptions& options);
 
 PLAIT_END_NAMESPACE

@@ -256,6 +256,39 @@ TEST_CASE("Remesh_AttributesOfTheScan_AreInterpolatedAtItsPoints") {
   CHECK(labels == 0);
 }
 
+TEST_CASE("Remesh_Distances_ReachTheLargestOneThatBruteForceFinds") {
+  const RemeshFiles files;
+  const IndexedMesh mesh = torus_grid(30, 20);
+  write_ply(files.scan, mesh);
+  RemeshRequest request = files.request(40, 1);
+  request.distances = true;
+  files.run(request);
+  const Store store = files.open();
+  std::vector<std::array<Vector3<double>, 3>> triangles;
+  double found = 0;
+  for_each_patch(store, [&](const PatchView& patch) {
+    const auto position = patch.attribute<Vector3<float>>("position");
+    const auto distances = patch.attribute<float>("distance");
+    for_each_triangle(1, [&](const std::array<FacePoint, 3>& corners) {
+      auto& triangle = triangles.emplace_back();
+      for (std::size_t at = 0; at < 3; ++at) {
+        const Vector3<float>& p = position.at(corners[at].i, corners[at].j);
+        triangle[at] = {p.x, p.y, p.z};
+        found = std::max(found, double{distances.at(corners[at].i, corners[at].j)});
+      }
+    });
+  });
+  double largest = 0;
+  for (const Vector3<double>& p : mesh.positions) {
+    double least = 1e300;
+    for (const auto& [a, b, c] : triangles)
+      least = std::min(least, squared_length(closest_of_triangle(p, a, b, c) - p));
+    largest = std::max(largest, std::sqrt(least));
+  }
+  CHECK(largest > 0.01);
+  CHECK(found == Approx(largest).epsilon(1e-5));
+}
+
 TEST_CASE("Remesh_FilledHole_HasTheMeanOfItsBorder") {
   IndexedMesh mesh = flat_sheet(12, 12);
   std::erase_if(mesh.faces, [](const auto& face) {

@@ -96,6 +96,58 @@ TEST_CASE("Decimate_SameScan_GivesSameBits") {
   CHECK(first.positions == second.positions);
 }
 
+TEST_CASE("Decimate_InTiles_KeepsTheTopologyOnAnyNumberOfThreads") {
+  for (const IndexedMesh& mesh :
+       {torus_grid(80, 60), side_by_side({sheet(40, 40), torus_grid(30, 30), sheet(9, 9)})}) {
+    const Surface scan = surface_of(mesh);
+    std::vector<Decimated> all;
+    for (const int threads : {1, 2, 4})
+      tbb::task_arena(threads).execute(
+          [&] { all.push_back(decimate(scan, {.faces = 100, .tile_faces = 700})); });
+    CHECK(all[0].faces.size() <= 101);
+    CHECK(topology_of(figures_of_faces(all[0].positions, all[0].faces)) ==
+          topology_of(figures_of(scan)));
+    CHECK(all[0].history.collapse_count() == scan.positions.size() - all[0].positions.size());
+    for (const Decimated& other : all) {
+      CHECK(other.faces == all[0].faces);
+      CHECK(other.positions == all[0].positions);
+      // The way back is the same, too.
+      std::size_t differences = 0;
+      for (const FaceId face : other.scan_faces) {
+        const SurfacePoint middle{face, {0.25, 0.25, 0.5}};
+        const SurfacePoint here = other.history.follow_back(middle),
+                           there = all[0].history.follow_back(middle);
+        if (here.face != there.face || here.weights != there.weights) ++differences;
+      }
+      CHECK(differences == 0);
+    }
+  }
+}
+
+TEST_CASE("FaceTiles_EveryMesh_HaveEachFaceOnceAndVerticesInside") {
+  for (const NamedMesh& named : all_meshes()) {
+    CAPTURE(named.name);
+    const auto tiles = face_tiles(named.mesh.positions, named.mesh.faces, 10);
+    const auto of_vertex = vertex_tiles(named.mesh.positions.size(), named.mesh.faces, tiles);
+    std::vector<std::uint32_t> of_face(named.mesh.faces.size(), kNoId);
+    std::size_t twice = 0, too_large = 0, outside = 0;
+    for (std::size_t tile = 0; tile < tiles.size(); ++tile) {
+      too_large += tiles[tile].size() > 10 ? 1u : 0u;
+      for (const FaceId face : tiles[tile]) {
+        twice += of_face[face] != kNoId ? 1u : 0u;
+        of_face[face] = static_cast<std::uint32_t>(tile);
+      }
+    }
+    for (std::size_t face = 0; face < of_face.size(); ++face)
+      for (const VertexId vertex : named.mesh.faces[face])
+        outside += of_vertex[vertex] != kNoId && of_vertex[vertex] != of_face[face] ? 1u : 0u;
+    CHECK(twice == 0);
+    CHECK(too_large == 0);
+    CHECK(outside == 0);
+    CHECK(std::count(of_face.begin(), of_face.end(), kNoId) == 0);
+  }
+}
+
 TEST_CASE("Decimate_CancelledByItsCaller_IsAnError") {
   const Surface scan = surface_of(torus_grid(80, 80));
   int calls = 0;

@@ -25,6 +25,9 @@ constexpr std::array<Rgb, 11> kViridis = {{{68, 1, 84},
 constexpr Rgb kLegendInk{40, 44, 52};
 constexpr std::size_t kLeastWidth = 120, kLeastHeight = 60;
 
+std::size_t scale_of(std::size_t width) { return std::max<std::size_t>(1, width / 600); }
+std::size_t line_height(std::size_t scale) { return (kGlyphHeight + 3) * scale; }
+
 }  // namespace
 
 Rgb color_of_share(double share) {
@@ -33,10 +36,13 @@ Rgb color_of_share(double share) {
   return blend(kViridis[first], kViridis[first + 1], place - static_cast<double>(first));
 }
 
+std::size_t legend_height(std::size_t width, std::size_t height) {
+  return width < kLeastWidth || height < kLeastHeight ? 0 : 3 * line_height(scale_of(width));
+}
+
 void draw_legend(Image& image, const Legend& legend) {
-  if (image.width() < kLeastWidth || image.height() < kLeastHeight) return;
-  const std::size_t scale = std::max<std::size_t>(1, image.width() / 600);
-  const std::size_t line = (kGlyphHeight + 3) * scale;
+  if (legend_height(image.width(), image.height()) == 0) return;
+  const std::size_t scale = scale_of(image.width()), line = line_height(scale);
   const std::size_t width = image.width() / 2, left = image.width() / 4;
   const std::size_t numbers = image.height() - line, bar = numbers - line;
   for (std::size_t x = 0; x < width; ++x)

@@ -1,6 +1,7 @@
 // picture/color_map.h: numbers as colours, and the legend that explains them.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "picture/image.h"
@@ -19,6 +20,8 @@ struct Legend {
   std::string title;
   double low = 0, high = 1;
 };
+/// Rows that the legend takes of a picture, from below; 0 if the picture is too small for it.
+std::size_t legend_height(std::size_t width, std::size_t height);
 /// Draws a bar with the numbers at its ends and its middle along the lower edge of the picture. A
 /// picture that is too small for it stays as it is.
 void draw_legend(Image& image, const Legend& legend);
