@@ -65,7 +65,8 @@ class TypedPatches final : public ScalarPatches {
 
 ScalarRange scalar_range(Store& store, const std::string& attribute, int level) {
   const AttributeId id = store.attribute(attribute);
-  const auto& [schema, finest] = store.attributes()[id];
+  const AttributeSchema schema = store.attributes()[id].schema;
+  const int finest = store.attributes()[id].finest_level;
   if (schema.components != 1)
     throw Error(
         ErrorCode::kInvalidArgument,
