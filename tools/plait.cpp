@@ -36,7 +36,8 @@ constexpr const char* kFooter =
     "PLAIT_PLUGINS names, with colons between them.\n"
     "Sizes take KiB, MiB, GiB, TiB, or K, M, G, T: all powers of 1024.\n"
     "Exit status: 0 done; 1 failed (I/O, corruption, budget, busy); 2 bad usage or refused input,\n"
-    "such as a missing file; 128 + N cancelled by signal N (Ctrl-C: 130).\n"
+    "such as a missing file; 4 parts are missing (join); 128 + N cancelled by signal N (Ctrl-C: "
+    "130).\n"
     "A command never leaves a half-made output: an output gets its name when it is complete.";
 
 /// Searches the arguments itself, because parsing may fail before it reaches the flag.
@@ -97,6 +98,9 @@ int run_program(int argument_count, char** arguments) {
   program.footer(kFooter);
   add_generate_command(program, context);
   add_subdivide_command(program, context);
+  add_plan_command(program, context);
+  add_part_command(program, context);
+  add_join_command(program, context);
   add_import_command(program, context);
   add_check_command(program, context);
   add_remesh_command(program, context);

@@ -993,6 +993,69 @@ typedef struct plait_conversion_result {
 PLAIT_API plait_status plait_job_convert(const plait_conversion_request* request,
                                          plait_conversion_result* result);
 
+/* ---- A store that many processes make: docs/many-machines.md ---- */
+
+/* What a plan is to cut. NULL and 0 stand for the defaults in the comments. */
+typedef struct plait_parts_request {
+  size_t struct_size;
+  const char* mesh_path;       /* PLY, OBJ or OFF, also .gz and .zst */
+  const char* plan_path;       /* the directory to make */
+  const char* scheme;          /* "loop" */
+  const char* layout;          /* "hilbert" */
+  const char* const* compress; /* raw blocks; "fast", or pipelines whose blocks need no others */
+  uint64_t compress_count;
+  uint64_t block_bytes;           /* 1 MiB */
+  uint64_t max_slot_bytes;        /* 16 KiB */
+  uint32_t parts;                 /* 1 */
+  int32_t levels;                 /* the level to reach */
+  plait_component_type precision; /* PLAIT_FLOAT32 */
+  int32_t normals, limit;         /* 1: yes */
+  int32_t reserved;
+} plait_parts_request;
+#define PLAIT_PARTS_REQUEST_INIT                                                                   \
+  {                                                                                                \
+    sizeof(plait_parts_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 1, 1, PLAIT_FLOAT32, 0, 0, \
+        0                                                                                          \
+  }
+/* Makes a plan. Errors: INVALID_ARGUMENT, also if the name is taken; NOT_SUPPORTED; those of
+ * reading the mesh; IO, NO_SPACE. */
+PLAIT_API plait_status plait_parts_plan(const plait_parts_request* request);
+
+/* Options of plait_parts_make(). */
+typedef struct plait_part_options {
+  size_t struct_size;
+  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress; /* may be NULL */
+  void* user;
+  int32_t threads; /* 1 */
+  int32_t again;   /* 1: make the part even if it is done */
+} plait_part_options;
+#define PLAIT_PART_OPTIONS_INIT \
+  { sizeof(plait_part_options), 0, NULL, NULL, 1, 0 }
+/* Makes part 0, 1, ... of a plan, unless it is done. `options` may be NULL. Errors:
+ * INVALID_ARGUMENT, NOT_FOUND, CORRUPTION, NOT_SUPPORTED (a plan of another version of plait),
+ * CANCELLED, BUDGET, IO, NO_SPACE. */
+PLAIT_API plait_status plait_parts_make(const char* plan_path, uint32_t part,
+                                        const plait_part_options* options);
+
+/* Options of plait_parts_join(). */
+typedef struct plait_join_options {
+  size_t struct_size;
+  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress; /* may be NULL */
+  void* user;
+  int32_t verify;   /* 1: reads every block first, and compares the digests */
+  int32_t concat;   /* 1: copies all blocks to levels in one piece */
+  int32_t existing; /* PLAIT_EXISTING_REFUSE or PLAIT_EXISTING_REPLACE */
+  int32_t reserved;
+} plait_join_options;
+#define PLAIT_JOIN_OPTIONS_INIT \
+  { sizeof(plait_join_options), 0, NULL, NULL, 0, 0, 0, 0 }
+/* Makes a store of all parts. `options` may be NULL. Errors: BAD_STATE if parts are missing or
+ * damaged (the message lists them: "3,17-19"); those of plait_parts_make(). */
+PLAIT_API plait_status plait_parts_join(const char* plan_path, const char* store_path,
+                                        const plait_join_options* options);
+
 #ifdef __cplusplus
 }
 #endif

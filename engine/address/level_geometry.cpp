@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
@@ -31,8 +32,8 @@ std::uint64_t checked_product(std::uint64_t a, std::uint64_t b, std::int64_t sid
 
 LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
                              std::size_t record_bytes, std::uint64_t block_bytes)
-    : all_whole_(shapes.half().empty() && shapes.absent().empty()),
-      has_absent_(!shapes.absent().empty()),
+    : plain_slots_(shapes.half().empty() && shapes.absent().empty()),
+      plain_blocks_(shapes.absent().empty()),
       level_(level),
       record_bytes_(record_bytes),
       shapes_(shapes) {
@@ -58,40 +59,102 @@ LevelGeometry::LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level,
   checked_product(whole_bytes_, edge_count, side, edge_count);
   half_saving_bytes_ =
       whole_bytes_ - slot_records(level.refinements, SlotShape::kHalf) * record_bytes;
+  edge_after_ = static_cast<EdgeId>(edge_count);
   total_bytes_ = offset_of(edge_count);
 
   const std::uint64_t slot_count = shapes.slot_count();
   while (whole_bytes_ <= block_bytes >> (shift_ + 1) && std::uint64_t{1} << shift_ < slot_count)
     ++shift_;
-  block_count_ = slot_count == 0 ? 0 : ((slot_count - 1) >> shift_) + 1;
+  block_count_ = blocks_of(0, edge_after_);
   max_block_bytes_ = std::min(whole_bytes_ << shift_, total_bytes_);
+}
+
+std::uint64_t LevelGeometry::blocks_of(EdgeId first, EdgeId after) const {
+  const std::uint64_t slots = present_before(after) - present_before(first);
+  return slots == 0 ? 0 : ((slots - 1) >> shift_) + 1;
+}
+
+LevelGeometry LevelGeometry::in_shards(const EdgeShards& shards) const {
+  LevelGeometry result = *this;
+  if (shards.empty()) return result;
+  std::vector<std::uint64_t> first_blocks = {0};
+  for (std::uint32_t shard = 0; shard < shards.size(); ++shard)
+    first_blocks.push_back(first_blocks.back() +
+                           blocks_of(shards.first_edge(shard), shards.edge_after(shard)));
+  result.plain_blocks_ = false;
+  result.shards_ = shards;
+  result.block_count_ = first_blocks.back();
+  result.first_blocks_ =
+      std::make_shared<const std::vector<std::uint64_t>>(std::move(first_blocks));
+  return result;
+}
+
+LevelGeometry LevelGeometry::shard(std::uint32_t shard) const {
+  LevelGeometry result = *this;
+  result.plain_slots_ = result.plain_blocks_ = false;
+  result.first_edge_ = shards_.first_edge(shard);
+  result.edge_after_ = shards_.edge_after(shard);
+  result.block_count_ = blocks_of(result.first_edge_, result.edge_after_);
+  result.origin_ = offset_of(result.first_edge_);
+  result.total_bytes_ = result.offset_of(result.edge_after_);
+  result.max_block_bytes_ = std::min(whole_bytes_ << shift_, result.total_bytes_);
+  result.shards_ = {};
+  result.first_blocks_.reset();
+  return result;
+}
+
+std::uint32_t LevelGeometry::shard_of_block(std::uint64_t block) const {
+  const auto after = std::ranges::upper_bound(*first_blocks_, block);
+  return static_cast<std::uint32_t>(after - first_blocks_->begin()) - 1;
 }
 
 Slot LevelGeometry::shaped_slot(EdgeId edge) const {
   const EdgeSet::Position half = shapes_.half().find(edge);
-  const EdgeSet::Position absent =
-      has_absent_ ? shapes_.absent().find(edge) : EdgeSet::Position{0, false};
-  const std::uint64_t offset = (edge - absent.rank) * whole_bytes_ - half.rank * half_saving_bytes_;
+  const EdgeSet::Position absent = shapes_.absent().find(edge);
+  const std::uint64_t offset =
+      (edge - absent.rank) * whole_bytes_ - half.rank * half_saving_bytes_ - origin_;
   if (half.is_member) return {offset, whole_bytes_ - half_saving_bytes_, SlotShape::kHalf};
   if (absent.is_member) return {offset, 0, SlotShape::kAbsent};
   return {offset, whole_bytes_, SlotShape::kWhole};
 }
 
+std::uint64_t LevelGeometry::uneven_block_of(EdgeId edge) const {
+  std::uint64_t first_block = 0, end = block_count_;
+  EdgeId first = first_edge_;
+  if (!shards_.empty()) {
+    const std::uint32_t shard = shards_.shard_of(edge);
+    first_block = this->first_block(shard);
+    end = this->first_block(shard + 1);
+    first = shards_.first_edge(shard);
+  }
+  const std::uint64_t block =
+      first_block + ((present_before(edge) - present_before(first)) >> shift_);
+  // An absent slot after the last one belongs to the last block.
+  return std::min(block, std::max(end, first_block + 1) - 1);
+}
+
 EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
-  if (block >= block_count_) return static_cast<EdgeId>(edge_count());
-  const std::uint64_t slots_before = block << shift_;
+  if (block >= block_count_) return edge_after_;
+  EdgeId first = first_edge_;
+  std::uint64_t first_block = 0;
+  if (!shards_.empty()) {
+    const std::uint32_t shard = shard_of_block(block);
+    first = shards_.first_edge(shard);
+    first_block = this->first_block(shard);
+  }
+  const std::uint64_t slots_before = present_before(first) + ((block - first_block) << shift_);
   if (shapes_.absent().empty()) return static_cast<EdgeId>(slots_before);
   // A binary search for the first edge with `slots_before` slots before it, not counting absent
   // ones.
-  std::uint64_t first = 0, after = edge_count();
-  while (first < after) {
-    const std::uint64_t middle = first + (after - first) / 2;
+  std::uint64_t low = first, high = edge_after_;
+  while (low < high) {
+    const std::uint64_t middle = low + (high - low) / 2;
     if (present_before(middle) < slots_before)
-      first = middle + 1;
+      low = middle + 1;
     else
-      after = middle;
+      high = middle;
   }
-  return static_cast<EdgeId>(first);
+  return static_cast<EdgeId>(low);
 }
 
 std::uint64_t LevelGeometry::block_at(std::uint64_t offset) const {

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "execution/part_digest.h"
+#include "paging/level_cursor.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
@@ -122,6 +124,42 @@ Digest digest_of_levels(const Store& store, const Passes& passes, const DigestOp
 }
 
 }  // namespace
+
+Digest sum_of(const Digest& a, const Digest& b) {
+  const std::uint64_t low = a.low + b.low;
+  return {a.high + b.high + (low < a.low ? 1 : 0), low};
+}
+
+Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
+                      const ProgressCallback& progress) {
+  const StorePass under_way(store);
+  SlotHasher hasher;
+  const EdgeRange range = StoreAccess::edges(store);
+  const std::span<const Edge> edges = store.base().edges();
+  std::uint64_t done = 0, total = 0;
+  for (const AttributeInfo& info : store.attributes())
+    total += static_cast<std::uint64_t>(info.finest_level - store.base_level()) *
+             (range.after - range.first);
+  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+    const auto& [schema, finest_level] = store.attributes()[id];
+    const std::size_t record_bytes = schema.record_bytes();
+    const std::span<const std::byte> records = store.base_bytes(id);
+    for (const VertexId vertex : vertices)
+      hasher.add(vertex, vertex, store.base_level(), schema.name,
+                 records.subspan(vertex * record_bytes, record_bytes));
+    for (int level = store.base_level() + 1; level <= finest_level; ++level) {
+      StoreAccess::check_readable(store, id, level);
+      LevelCursor cursor(StoreAccess::open_session(store),
+                         StoreAccess::level_file(store, id, level));
+      for (EdgeId edge = range.first; edge < range.after; ++edge, ++done) {
+        hasher.add(edges[edge].start, edges[edge].end, level, schema.name, cursor.slot(edge).bytes);
+        if (done % 4096 == 0 && progress && !progress({"digest", done, total}))
+          throw Error(ErrorCode::kCancelled, "digest: cancelled");
+      }
+    }
+  }
+  return hasher.sum();
+}
 
 std::string Digest::to_string() const { return fmt::format("{:016x}{:016x}", high, low); }
 

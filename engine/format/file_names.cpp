@@ -16,6 +16,14 @@ bool is_number(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
+/// Whether the text is "N" or "N.shardI".
+bool is_number_of_file(std::string_view text) {
+  const std::size_t digits = std::min(text.find('.'), text.size());
+  if (!is_number(text.substr(0, digits))) return false;
+  const auto shard = after(".shard", text.substr(digits));
+  return digits == text.size() || (shard && is_number(*shard));
+}
+
 }  // namespace
 
 std::optional<std::uint64_t> version_described_by(std::string_view name) {
@@ -43,14 +51,14 @@ bool is_bounds_file_name(std::string_view name) {
 }
 
 bool is_version_file_name(std::string_view name) {
-  if (const auto version = after("version.", name)) return is_number(*version);
+  if (const auto version = after("version.", name)) return is_number_of_file(*version);
   const auto rest = after("attribute", name);
   if (!rest) return false;
   const std::size_t digits = std::min(rest->find('.'), rest->size());
   if (!is_number(rest->substr(0, digits))) return false;
   if (const auto level = after(".level", rest->substr(digits)))
     return level->size() > 3 && is_number(level->substr(0, 2)) && (*level)[2] == '.' &&
-           is_number(level->substr(3));
+           is_number_of_file(level->substr(3));
   for (const std::string_view kind : {".base.", ".faces."})
     if (const auto version = after(kind, rest->substr(digits))) return is_number(*version);
   return false;

@@ -19,6 +19,11 @@ inline constexpr char kLockName[] = "lock";
 inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation) {
   return fmt::format("attribute{}.level{:02}.{}", attribute, level, generation);
 }
+/// The file of one shard of a level.
+inline std::string level_file_name(std::uint32_t attribute, int level, std::uint64_t generation,
+                                   std::uint32_t shard) {
+  return fmt::format("{}.shard{}", level_file_name(attribute, level, generation), shard);
+}
 inline std::string base_file_name(std::uint32_t attribute, std::uint64_t version) {
   return fmt::format("attribute{}.base.{}", attribute, version);
 }
@@ -28,6 +33,11 @@ inline std::string faces_file_name(std::uint32_t attribute, std::uint64_t versio
 }
 inline std::string version_file_name(std::uint64_t version) {
   return fmt::format("version.{}", version);
+}
+
+/// The block tables of one shard.
+inline std::string tables_file_name(std::uint64_t version, std::uint32_t shard) {
+  return fmt::format("version.{}.shard{}", version, shard);
 }
 
 /// Bounds of the patches of an attribute (format/bounds_file.h); and the name of the file while it

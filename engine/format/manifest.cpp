@@ -22,12 +22,12 @@ constexpr std::size_t kSequenceOffset = 40, kChecksumOffset = 4088;
 
 /// A required feature changes the meaning of a store's bytes.
 void refuse_unknown_features(std::uint32_t required, const std::filesystem::path& path) {
-  constexpr std::uint32_t kKnown = kPredictedBlocks;
+  constexpr std::uint32_t kKnown = kPredictedBlocks | kShards;
   required &= ~kKnown;
   if (required == 0) return;
   throw Error(ErrorCode::kNotSupported,
               fmt::format("open {}: the store needs the feature of required flag {}, and plait {} "
-                          "knows only that of flag 0, predicted blocks",
+                          "knows only those of flags 0 and 1, predicted blocks and shards",
                           path.native(), std::countr_zero(required), program_version()));
 }
 

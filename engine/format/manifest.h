@@ -29,6 +29,7 @@ struct Manifest {
 /// Stored: never renumber.
 enum RequiredFeature : std::uint32_t {
   kPredictedBlocks = 1,  ///< a block table has a predicted block
+  kShards = 2,           ///< the levels are in shards, which the description lists at its end
 };
 
 /// Optional features: the description ends with how attributes were rounded, with texts, with

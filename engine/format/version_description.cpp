@@ -7,7 +7,9 @@
 #include <set>
 
 #include "format/field_stream.h"
+#include "format/manifest.h"
 #include "format/optional_fields.h"
+#include "plait/detail/edge_shards.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 
@@ -167,7 +169,33 @@ class AttributeDecoder {
   std::set<std::uint32_t> numbers_;
 };
 
+void encode_shards(const VersionDescription& version, FieldWriter& fields) {
+  fields.put(static_cast<std::uint32_t>(version.shards.size()));
+  for (const ShardRecord& shard : version.shards) {
+    fields.put(shard.first_edge);
+    fields.put(shard.tables_checksum);
+  }
+}
+
+void take_shards(FieldReader& fields, VersionDescription& version) {
+  const auto count = fields.take<std::uint32_t>("the number of shards");
+  fields.require(count > 0 && count <= kMostShards &&
+                     count <= fields.bytes_left() / (sizeof(std::uint32_t) + sizeof(std::uint64_t)),
+                 "the number of shards", count);
+  for (std::uint32_t at = 0; at < count; ++at) {
+    const auto first = fields.take<std::uint32_t>("the first edge of a shard");
+    const bool ascends = at == 0 ? first == 0 : first > version.shards.back().first_edge;
+    fields.require(ascends && first < version.edge_count, "the first edge of a shard", first);
+    version.shards.push_back(
+        {first, fields.take<std::uint64_t>("a checksum of block tables of a shard")});
+  }
+}
+
 }  // namespace
+
+std::uint32_t required_features_of(const VersionDescription& version) {
+  return version.shards.empty() ? 0 : std::uint32_t{kShards};
+}
 
 bool is_attribute_name(std::string_view name) {
   return name.size() <= kMaxAttributeNameBytes && is_stage_name(name);
@@ -196,6 +224,7 @@ std::vector<std::byte> encode_description(const VersionDescription& version) {
   fields.put(static_cast<std::uint32_t>(version.attributes.size()));
   for (const AttributeRecord& attribute : version.attributes) encode_attribute(attribute, fields);
   encode_optional_fields(version, fields);
+  if (!version.shards.empty()) encode_shards(version, fields);
   std::vector<std::byte> bytes = fields.take();
   if (bytes.size() > kMaxDescriptionBytes)
     throw Error(ErrorCode::kInvalidArgument,
@@ -206,7 +235,8 @@ std::vector<std::byte> encode_description(const VersionDescription& version) {
 
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
                                       const std::filesystem::path& path,
-                                      std::uint32_t optional_features) {
+                                      std::uint32_t optional_features,
+                                      std::uint32_t required_features) {
   FieldReader fields(bytes, path);
   VersionDescription version;
   Provenance& provenance = version.provenance;
@@ -246,6 +276,7 @@ VersionDescription decode_description(std::span<const std::byte> bytes, std::uin
   AttributeDecoder attributes(fields, version, sequence, path);
   for (std::uint32_t at = 0; at < count; ++at) version.attributes.push_back(attributes.next());
   take_optional_fields(fields, version, optional_features);
+  if ((required_features & kShards) != 0) take_shards(fields, version);
   return version;
 }
 

@@ -48,6 +48,14 @@ struct FaceAttributeRecord {
   std::uint64_t checksum = 0;
 };
 
+/// One shard of all levels (plait/detail/edge_shards.h).
+struct ShardRecord {
+  std::uint32_t first_edge = 0;
+  std::uint64_t tables_checksum = 0;  ///< of the file with its block tables
+
+  friend bool operator==(const ShardRecord&, const ShardRecord&) = default;
+};
+
 struct VersionDescription {
   std::uint64_t vertex_count = 0, edge_count = 0, face_count = 0, border_edge_count = 0;
   std::uint64_t block_bytes = 0;
@@ -59,6 +67,7 @@ struct VersionDescription {
   std::vector<AttributeRecord> attributes;
   Texts texts;
   std::vector<FaceAttributeRecord> face_attributes;
+  std::vector<ShardRecord> shards;  ///< empty if each level is in one piece
 
   int finest_level(const AttributeRecord& attribute) const {
     return provenance.base_level + static_cast<int>(attribute.levels.size());
@@ -89,11 +98,15 @@ std::vector<std::byte> encode_description(const VersionDescription& version);
 /// Checks that each field is in its range. Before it allocates memory for a count, it compares the
 /// count with the bytes that are left. Ignores bytes after the last field: they belong to optional
 /// features that `optional_features` (of the manifest) does not name. `sequence` is the number of
-/// the version. Errors: kCorruption (the message names the field); kNotSupported for an unknown
-/// representation, and for text that is no pipeline. The messages begin with `path`.
+/// the version; `required_features` are those of the manifest. Errors: kCorruption (the message
+/// names the field); kNotSupported for an unknown representation, and for text that is no pipeline.
+/// The messages begin with `path`.
 VersionDescription decode_description(std::span<const std::byte> bytes, std::uint64_t sequence,
                                       const std::filesystem::path& path,
-                                      std::uint32_t optional_features = 0);
+                                      std::uint32_t optional_features = 0,
+                                      std::uint32_t required_features = 0);
+/// The required features that follow from the description alone: kShards or none.
+std::uint32_t required_features_of(const VersionDescription& version);
 /// The optional features (manifest.h) whose fields encode_description() writes for this version.
 std::uint32_t optional_features_of(const VersionDescription& version);
 

@@ -74,6 +74,8 @@ class StructureCheck {
           else
             version_.check_version_file();
         });
+    std::set<std::uint32_t> unknown_shards;
+    if (base_known && tables_known) unknown_shards = check_shard_tables(levels);
     for (const FaceAttributeRecord& attribute : description_.face_attributes) {
       const std::uint64_t bytes = description_.face_count * attribute.schema.record_bytes();
       check(named(StoreFile::kFaceRecords, version_.face_records_name(attribute),
@@ -87,7 +89,12 @@ class StructureCheck {
                   attribute.schema.name, StoredSize{bytes, attribute.base_checksum}),
             [&] { version_.read_base_records(attribute); });
       for (StoredLevel& level : levels)
-        if (level.attribute == at) check_files(level, base_known && tables_known);
+        if (level.attribute != at)
+          continue;
+        else if (version_.shard_count() == 0)
+          check_files(level, base_known && tables_known);
+        else
+          check_shards(level, base_known && tables_known, unknown_shards);
     }
   }
 
@@ -101,6 +108,32 @@ class StructureCheck {
     file.reason = std::move(*reason);
     result_.damaged.push_back(std::move(file));
     return false;
+  }
+
+  /// Checks the block tables of all shards. Returns those whose tables are not known.
+  std::set<std::uint32_t> check_shard_tables(const std::vector<StoredLevel>& levels) {
+    std::set<std::uint32_t> unknown;
+    for (std::uint32_t shard = 0; shard < version_.shard_count(); ++shard)
+      if (!check(named(StoreFile::kBlockTables, tables_file_name(result_.sequence, shard)),
+                 [&] { version_.check_shard_tables(levels, shard); }))
+        unknown.insert(shard);
+    return unknown;
+  }
+
+  void check_shards(const StoredLevel& level, bool content_known,
+                    const std::set<std::uint32_t>& unknown) {
+    const std::vector<std::string> names = level.file_names();
+    for (std::uint32_t shard = 0; shard < version_.shard_count(); ++shard) {
+      if (!content_known || unknown.contains(shard)) {
+        check_file(level, shard, names[shard], false);
+        continue;
+      }
+      StoredLevel alone = level;
+      alone.geometry = level.geometry.shard(shard);
+      alone.table =
+          level.table.part(level.geometry.first_block(shard), alone.geometry.block_count());
+      check_file(alone, shard, names[shard], true);
+    }
   }
 
   void check_files(const StoredLevel& level, bool content_known) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "format/file_names.h"
+#include "format/manifest.h"
 #include "maintenance/block_repair.h"
 #include "maintenance/file_repair.h"
 #include "maintenance/read_block.h"
@@ -101,11 +102,27 @@ std::string backend_of(const StoreCheck& check, const BackendRegistry& backends)
   return check.options.backend;
 }
 
+/// Blocks of a store in shards are made again by the part that made them.
+void refuse_shards(const std::filesystem::path& path) {
+  bool has_shards = false;
+  try {
+    has_shards = (read_manifest(open_store_directory(path)).required_features & kShards) != 0;
+  } catch (const Error&) {  // repair finds out what is wrong
+  }
+  if (has_shards)
+    throw Error(
+        ErrorCode::kNotSupported,
+        fmt::format("repair {}: its levels are in shards; make the shards that plait verify "
+                    "names again with plait part --again, and join the plan again",
+                    path.native()));
+}
+
 }  // namespace
 
 RepairReport repair(const std::filesystem::path& path, const RepairOptions& options,
                     const BackendRegistry& backends,
                     const std::shared_ptr<const BlockMakers>& makers) {
+  refuse_shards(path);
   RepairReport report;
   // The scratch directory is named after the store, and the path "." has no name.
   PartialDirectory scratch(std::filesystem::absolute(path), "repair", MadeProof::kMark,

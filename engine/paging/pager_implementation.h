@@ -128,7 +128,7 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
            !(session && session->options.policy == EvictionPolicy::kClock);
   }
   static bool was_written(const LevelFile& level, std::uint64_t block) {
-    return level.table[block].encoding != BlockEncoding::kNeverWritten;
+    return level.table.may_be_written(block);
   }
 
   void check_usable() const { process_.check("a store"); }

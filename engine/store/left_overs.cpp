@@ -46,10 +46,11 @@ std::uint64_t bytes_of(const Directory& directory, const std::string& name) {
 /// Repair makes two files and a store in its directory.
 constexpr const char* kRepairFiles[] = {"image", "sealed"};
 constexpr char kOutputFile[] = "output";  ///< of PartialFile
+constexpr char kPlanFile[] = "plan";      ///< of plan_parts()
 
 bool is_made_file_name(std::string_view name) {
-  return is_store_file_name(name) || name == kOutputFile || name == kMadeMarkName ||
-         std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles);
+  return is_store_file_name(name) || name == kOutputFile || name == kPlanFile ||
+         name == kMadeMarkName || std::ranges::find(kRepairFiles, name) != std::end(kRepairFiles);
 }
 
 /// Whether the directory proves that plait made it: by its mark, or by the manifest of a store,

@@ -15,6 +15,7 @@
 #include "plait/store.h"
 #include "store/generation_volume.h"
 #include "store/recovery.h"
+#include "store/shard_volume.h"
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -65,7 +66,7 @@ Store::Implementation::~Implementation() {
   attributes.clear();
   snapshot.reset();
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
-  if (!on_disk() || !writable) return;
+  if (!on_disk() || !writable || is_part()) return;
   // Nobody can open a store that was never committed, so all its files are removed.
   if (sequence == 0)
     remove_uncommitted(directory);
@@ -80,7 +81,10 @@ Store::Implementation::~Implementation() {
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
-  const std::string name = level.file_names().front();
+  const std::string name =
+      is_part() ? level_file_name(level.number, level.level,
+                                  level.record.generations.front().version, only_shard)
+                : level.file_names().front();
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
   file->table = std::move(level.table);
@@ -133,7 +137,10 @@ void Store::Implementation::fix_context_of(const LevelFile& level) const {
 
 void Store::Implementation::open_volume(int threads) {
   volume = backend.open({options.budget_bytes / kScratchShare, threads});
-  if (on_disk() && backend.traits.overwrites_in_place)
+  if (is_part()) return;
+  if (in_shards)
+    volume = std::make_unique<ShardVolume>(std::move(volume));
+  else if (on_disk() && backend.traits.overwrites_in_place)
     volume =
         std::make_unique<GenerationVolume>(std::move(volume), directory, sequence, versions_read);
 }
@@ -239,10 +246,17 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->options.budget = options.budget;
   state->options.events = options.events;
   state->backend = version.find_backend(backends);
+  if (options.writable && version.shard_count() > 0)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("open {} for writing: its levels are in {} shards, which can only be "
+                            "read; plait convert makes a store in one piece",
+                            path.native(), version.shard_count()));
   state->writable = options.writable;
+  state->in_shards = version.shard_count() > 0;
   state->make_ready();
   version.check_base_sizes();
   state->base = version.read_base_mesh();
+  state->shards = version.shards();
   state->hold_versions();
   state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
   state->held.clear();

@@ -111,8 +111,17 @@ LevelFile& Store::level_file(AttributeId attribute, int level) {
 
 LevelGeometry Store::geometry(std::size_t record_bytes, int level,
                               std::uint64_t block_bytes) const {
-  return base().geometry(relative_to_base(level, base_level()), record_bytes,
-                         block_bytes != 0 ? block_bytes : options().block_bytes);
+  const Implementation& state = this->state();
+  const LevelGeometry whole = state.whole_geometry(record_bytes, level, block_bytes);
+  return state.is_part() ? whole.shard(state.only_shard) : whole;
+}
+
+LevelGeometry Store::Implementation::whole_geometry(std::size_t record_bytes, int level,
+                                                    std::uint64_t block_bytes) const {
+  return base
+      .geometry(relative_to_base(level, provenance.base_level), record_bytes,
+                block_bytes != 0 ? block_bytes : options.block_bytes)
+      .in_shards(shards);
 }
 
 void Store::check_type(AttributeId attribute, ComponentType type, std::uint32_t components) const {
@@ -152,6 +161,9 @@ void Store::commit() try {
   const Stopwatch watch;
   Implementation& state = this->state();
   check_change(state, Change::kCommit, "commit");
+  if (state.is_part())
+    throw Error(ErrorCode::kBadState,
+                fmt::format("commit {}: it is a part of a store: join all parts", state.name()));
   for (AttributeId id = 0; id < attributes().size(); ++id)
     for (int level = base_level() + 1; level <= attributes()[id].finest_level; ++level)
       if (const LevelFile& file = level_file(id, level); !file.is_finished())

@@ -106,11 +106,17 @@ void Store::add_level(AttributeId attribute) try {
   made.record.pipeline = data.record.pipeline.of(level);
   made.record.generations = {{state.sequence + 1, 0}};
   // The file may be a left-over of a run that ended before its commit.
-  if (state.on_disk()) state.directory.remove(made.file_names().front());
-  made.geometry = geometry(
+  if (state.on_disk() && !state.is_part()) state.directory.remove(made.file_names().front());
+  made.geometry = state.whole_geometry(
       info.schema.record_bytes(), level,
       block_bytes_of_level(made.record.pipeline, level - base_level(), state.options.block_bytes));
-  made.table = BlockTable(state.uuid, made.number, level, made.geometry.block_count());
+  std::uint64_t first_number = 0;
+  if (state.is_part()) {
+    first_number = made.geometry.first_block(state.only_shard);
+    made.geometry = made.geometry.shard(state.only_shard);
+  }
+  made.table =
+      BlockTable(state.uuid, made.number, level, made.geometry.block_count(), first_number);
   made.table.set_generations(made.record.generations);
   const LevelRecord record = made.record;
   data.levels.push_back(state.open_level(std::move(made), info.schema, OpenMode::kCreate));

@@ -142,6 +142,16 @@ void StoreAccess::remove_levels(Store& store, AttributeId attribute, int finest_
   }
 }
 
+Store StoreAccess::store_of(std::unique_ptr<Store::Implementation> state) {
+  return Store(std::move(state));
+}
+
+EdgeRange StoreAccess::edges(const Store& store) {
+  const Store::Implementation& state = store.state();
+  if (!state.is_part()) return {0, static_cast<EdgeId>(state.base.edge_count())};
+  return {state.shards.first_edge(state.only_shard), state.shards.edge_after(state.only_shard)};
+}
+
 bool StorePass::is_under_way(const Store& store) { return has(store.state(), Kind::kPass); }
 
 PLAIT_END_NAMESPACE

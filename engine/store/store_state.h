@@ -12,6 +12,7 @@
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
 #include "io/process.h"
+#include "plait/detail/edge_shards.h"
 #include "plait/extend/directory.h"
 #include "plait/store.h"
 #include "store/lock.h"
@@ -44,6 +45,10 @@ struct Store::Implementation {
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
+  bool is_part() const { return only_shard != kNoId; }
+  /// Where the slots and blocks of a level are, before it is known which shards are here.
+  LevelGeometry whole_geometry(std::size_t record_bytes, int level,
+                               std::uint64_t block_bytes) const;
   bool on_disk() const { return !path.empty(); }
   /// For messages: the path, or "a store in memory".
   const std::string& name() const;
@@ -82,6 +87,10 @@ struct Store::Implementation {
   std::filesystem::path path;  ///< as the user gave it
   Directory directory;         ///< all files are opened through it; not open without a path
   BaseMesh base;
+  bool in_shards = false;  ///< an opened store whose levels are in shards
+  EdgeShards shards;       ///< of all levels; empty: each level is in one piece
+  /// Only the store of one part (store/part_store.h): the only shard that it has.
+  std::uint32_t only_shard = kNoId;
   StoreOptions options;
   Provenance provenance, first_provenance;  ///< now, and of the store when it was made
   RegisteredBackend backend;

@@ -12,6 +12,7 @@
 #include "plait/error.h"
 #include "plait/extend/block_maker.h"
 #include "plait/extend/file.h"
+#include "store/shard_tables.h"
 #include "store/version_sizes.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -19,7 +20,11 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 std::vector<std::string> StoredLevel::file_names() const {
   std::vector<std::string> names;
   for (const Generation& generation : record.generations)
-    names.push_back(level_file_name(number, level, generation.version));
+    if (shards == 0)
+      names.push_back(level_file_name(number, level, generation.version));
+    else
+      for (std::uint32_t shard = 0; shard < shards; ++shard)
+        names.push_back(level_file_name(number, level, generation.version, shard));
   return names;
 }
 
@@ -29,10 +34,17 @@ StoredVersion::StoredVersion(const Directory& store, OpenVersion version)
       file_(std::move(version.file)),
       description_bytes_(read_description(file_)),
       description_(decode_description(description_bytes_, manifest_.sequence, file_.path(),
-                                      manifest_.optional_features)),
+                                      manifest_.optional_features, manifest_.required_features)),
       is_newest_(version.is_newest) {
   check_counts(description_, file_.path());
   refuse_holes(store_, description_, manifest_.sequence);
+}
+
+EdgeShards StoredVersion::shards() const {
+  if (description_.shards.empty()) return {};
+  std::vector<EdgeId> starts;
+  for (const ShardRecord& shard : description_.shards) starts.push_back(shard.first_edge);
+  return {std::move(starts), description_.edge_count};
 }
 
 StoreOptions StoredVersion::options() const {
@@ -98,6 +110,8 @@ BaseMesh StoredVersion::read_base_mesh() const {
 
 std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
   const int base_level = description_.provenance.base_level;
+  // Without the base mesh, which is damaged then, nothing is known but the names of files.
+  const EdgeShards cuts = base.edge_count() == description_.edge_count ? shards() : EdgeShards();
   std::vector<StoredLevel> levels;
   for (std::size_t at = 0; at < description_.attributes.size(); ++at) {
     const AttributeRecord& attribute = description_.attributes[at];
@@ -107,12 +121,14 @@ std::vector<StoredLevel> StoredVersion::levels(const BaseMesh& base) const {
       stored.number = attribute.number;
       stored.level = base_level + 1 + static_cast<int>(finer);
       stored.record = attribute.levels[finer];
+      stored.shards = shard_count();
       try {
         const BaseRelativeLevel relative = relative_to_base(stored.level, base_level);
         stored.geometry =
             base.geometry(relative, attribute.schema.record_bytes(),
                           block_bytes_of_level(stored.record.pipeline, relative.refinements,
-                                               description_.block_bytes));
+                                               description_.block_bytes))
+                .in_shards(cuts);
       } catch (const Error& error) {
         throw Error(ErrorCode::kCorruption,
                     fmt::format("open {}: attribute '{}': {}", file_.path().native(),
@@ -151,6 +167,10 @@ void StoredVersion::check_version_file() const {
 
 void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   check_version_file();
+  if (shard_count() > 0) {
+    read_shard_tables_later(store_, manifest_, description_, levels);
+    return;
+  }
   const std::uint64_t begin = block_tables_offset(description_bytes_.size());
   std::vector<std::byte> bytes(manifest_.version_bytes - begin);
   file_.read_at(begin, bytes);
@@ -166,6 +186,14 @@ void StoredVersion::read_tables_into(std::span<StoredLevel> levels) const {
   }
   reader.finish();
   for (std::size_t at = 0; at < levels.size(); ++at) levels[at].table = std::move(tables[at]);
+}
+
+void StoredVersion::check_shard_tables(std::span<const StoredLevel> levels,
+                                       std::uint32_t shard) const {
+  std::vector<LevelGeometry> geometries;
+  for (const StoredLevel& level : levels) geometries.push_back(level.geometry.shard(shard));
+  read_shard_tables(store_, tables_file_name(manifest_.sequence, shard), manifest_.uuid, shard,
+                    description_.shards[shard].tables_checksum, geometries);
 }
 
 std::vector<std::byte> StoredVersion::version_file_with(
@@ -222,10 +250,16 @@ std::set<std::string> StoredVersion::file_names() const {
     int level = description_.provenance.base_level;
     for (const LevelRecord& record : attribute.levels) {
       ++level;
-      for (const Generation& generation : record.generations)
-        names.insert(level_file_name(attribute.number, level, generation.version));
+      for (const Generation& generation : record.generations) {
+        if (shard_count() == 0)
+          names.insert(level_file_name(attribute.number, level, generation.version));
+        for (std::uint32_t shard = 0; shard < shard_count(); ++shard)
+          names.insert(level_file_name(attribute.number, level, generation.version, shard));
+      }
     }
   }
+  for (std::uint32_t shard = 0; shard < shard_count(); ++shard)
+    names.insert(tables_file_name(manifest_.sequence, shard));
   return names;
 }
 

@@ -15,6 +15,7 @@
 #include "format/manifest.h"
 #include "format/version_description.h"
 #include "plait/base_mesh.h"
+#include "plait/detail/edge_shards.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/block_table.h"
 #include "plait/extend/directory.h"
@@ -33,8 +34,10 @@ struct StoredLevel {
   LevelRecord record;
   LevelGeometry geometry;
   BlockTable table;
+  std::uint32_t shards = 0;  ///< 0: the level is in one piece
 
-  /// The names of its files, in the order of the generations.
+  /// The names of its files, in the order of the generations. A level in shards has one file for
+  /// each shard.
   std::vector<std::string> file_names() const;
 };
 
@@ -64,8 +67,18 @@ class StoredVersion {
   /// checksum that the manifest records. Errors: kCorruption, kIo.
   void check_version_file() const;
   /// Reads the block tables of all stored levels from version.S, and checks that each entry is in
-  /// its range. Errors: kCorruption, and then no level is changed; kIo.
+  /// its range. Tables of levels in shards are read later, when they are asked for. Errors:
+  /// kCorruption, and then no level is changed; kIo.
   void read_tables_into(std::span<StoredLevel> levels) const;
+  /// Reads and checks the block tables of one shard. Errors: kNotFound, kCorruption, kIo.
+  void check_shard_tables(std::span<const StoredLevel> levels, std::uint32_t shard) const;
+  /// The number of shards; 0 for levels in one piece.
+  std::uint32_t shard_count() const {
+    return static_cast<std::uint32_t>(description_.shards.size());
+  }
+  /// How the levels are cut; empty for levels in one piece. Takes memory for the edges, so the base
+  /// mesh must have shown that there are so many.
+  EdgeShards shards() const;
   /// The bytes that version.S would have with these tables.
   std::vector<std::byte> version_file_with(std::span<const BlockTable* const> tables) const;
   /// Reads the base records of an attribute in the description. Errors: kNotFound, kCorruption,

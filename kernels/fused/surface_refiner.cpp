@@ -79,12 +79,13 @@ void SurfaceRefiner<Rule>::begin(std::span<const FaceId> faces) {
 /// them.
 template <class Rule>
 void SurfaceRefiner<Rule>::finish_base() {
-  const auto [lowest, highest] = std::ranges::minmax(faces_);
+  const bool one_by_one = faces_.front() - faces_.back() == faces_.size() - 1;
   const BaseResults<Real>& results = refinement_.results;
   for (std::uint32_t number = 0; number < rings_.vertices().size(); ++number) {
     const VertexId vertex = rings_.vertices()[number];
     const FaceId face = refinement_.source.mesh.vertex_corners[vertex].face();
-    if (face < lowest || face > highest) continue;
+    if (face > faces_.front() || face < faces_.back()) continue;
+    if (!one_by_one && !std::ranges::binary_search(faces_, face, std::ranges::greater())) continue;
     const auto view = rings_.view(number, refinement_.source.levels);
     const auto& [valence, border, ring_count] = view.shape;
     const auto neighbour = [&](int spoke) { return widen(view.neighbour(spoke)); };

@@ -7,11 +7,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <system_error>
 #include <thread>
 #include <vector>
 
 #include "base/default_arithmetic.h"
+#include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/slot_delivery.h"
@@ -28,8 +30,11 @@ class FusedRun {
   FusedRun(Store& store, const FusedPass& pass, int threads)
       : pass_(pass),
         delivery_(store, pass),
-        schedule_(store.base().face_count(), FusedSchedule::run_faces(fused_levels(store, pass)),
-                  FusedSchedule::runs_ahead(threads)) {}
+        faces_(store.base().topology(), StoreAccess::edges(store),
+               FusedSchedule::run_faces(fused_levels(store, pass))),
+        schedule_(faces_, FusedSchedule::runs_ahead(threads)) {}
+
+  std::uint64_t face_count() const { return faces_.all().size(); }
 
   FusedSchedule& schedule() { return schedule_; }
 
@@ -40,16 +45,14 @@ class FusedRun {
     try {
       const DefaultArithmetic arithmetic;
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
-      std::vector<FaceId> faces;
       SlotDelivery::Scratch scratch(delivery_);
-      while (const std::optional<FaceRun> run = schedule_.next()) {
-        faces.clear();
-        for (FaceId face = run->after; face-- > run->first;) faces.push_back(face);
+      while (const std::optional<std::uint64_t> run = schedule_.next()) {
+        const std::span<const FaceId> faces = faces_.run(*run);
         refiner->begin(faces);
         for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
           const std::size_t count = std::min(kPatchLanes, faces.size() - first);
           refiner->refine(first, count);
-          delivery_.deliver(*refiner, std::span(faces).subspan(first, count), scratch);
+          delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
         }
         schedule_.done(*run);
         after_run();
@@ -68,6 +71,7 @@ class FusedRun {
  private:
   const FusedPass& pass_;
   SlotDelivery delivery_;
+  const FusedFaces faces_;
   FusedSchedule schedule_;
   std::mutex mutex_;
   std::exception_ptr error_;
@@ -132,7 +136,7 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
       written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
   FusedRun run(store, pass, threads);
-  const std::uint64_t faces = store.base().face_count();
+  const std::uint64_t faces = run.face_count();
   {
     std::vector<std::jthread> helpers;
     try {

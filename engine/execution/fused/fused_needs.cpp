@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_levels.h"
 #include "execution/fused/fused_schedule.h"
 #include "execution/fused/half_layout.h"
@@ -39,14 +40,16 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
   const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
   const std::vector<EdgeId> edges_before = edges_before_faces(mesh);
+  const EdgeRange here = StoreAccess::edges(store);
   std::vector<LevelGeometry> geometries;
   for (const std::size_t bytes : record_bytes)
     for (int level = store.base_level() + 1; level <= finest_level; ++level)
       geometries.push_back(StoreAccess::geometry(store, bytes, level));
   std::uint64_t most = 0;
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
-    const EdgeId first_edge = edges_before[after - std::min(after, faces_under_way)],
-                 edge_after = edges_before[after];
+    const EdgeId first_edge =
+        std::clamp(edges_before[after - std::min(after, faces_under_way)], here.first, here.after);
+    const EdgeId edge_after = std::clamp(edges_before[after], here.first, here.after);
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;
     for (const LevelGeometry& geometry : geometries)
@@ -63,21 +66,24 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const std::size_t half_bytes = HalfLayout::half_bytes(store, pass.outputs, levels);
   const std::uint64_t faces_under_way =
       FusedSchedule::run_faces(levels) * FusedSchedule::runs_ahead(threads);
-  const std::vector<EdgeId> edges_before = edges_before_faces(mesh);
+  const EdgeRange here = StoreAccess::edges(store);
+  const FusedFaces faces(mesh, here, FusedSchedule::run_faces(levels));
 
   FusedNeeds needs;
   std::uint64_t under_way = 0, most_under_way = 0;
-  for (FaceId face = static_cast<FaceId>(mesh.faces.size()); face-- > 0;) {
-    const EdgeId first_new = edges_before[face];
-    for (const EdgeId edge : mesh.face_edges[face]) under_way += edge < first_new ? 1 : 0;
-    most_under_way = std::max(most_under_way, under_way);
-    // A border edge has only one half, so it never waits.
-    for (EdgeId edge = first_new; edge < edges_before[face + 1]; ++edge)
-      if (!mesh.edges[edge].is_border()) --under_way;
-  }
+  std::vector<bool> waits(here.after - here.first);  // [edge] one of its halves is made
+  for (const FaceId face : faces.all())
+    for (const EdgeId edge : mesh.face_edges[face]) {
+      // A border edge has only one half, so it never waits.
+      if (edge < here.first || edge >= here.after || mesh.edges[edge].is_border()) continue;
+      const auto at = edge - here.first;
+      waits[at] = !waits[at];
+      under_way += waits[at] ? std::uint64_t{1} : ~std::uint64_t{0};
+      most_under_way = std::max(most_under_way, under_way);
+    }
   // Each of these edges has one waiting half. Threads that are ahead of others may begin more.
   const std::uint64_t most_halves =
-      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, mesh.faces.size());
+      most_under_way + 3 * std::min<std::uint64_t>(faces_under_way, faces.all().size());
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
                      HalfLayout::table_bytes(store, pass.outputs, levels);
 

@@ -13,26 +13,24 @@ std::uint64_t FusedSchedule::run_faces(int levels) {
   return std::clamp<std::uint64_t>(kVertices >> (2 * levels), kPatchLanes, kMostFaces);
 }
 
-std::optional<FaceRun> FusedSchedule::next() {
+std::optional<std::uint64_t> FusedSchedule::next() {
   std::unique_lock lock(mutex_);
-  const std::uint64_t runs = (face_count_ + run_faces_ - 1) / run_faces_;
+  const std::uint64_t runs = faces_.run_count();
   moved_.wait(lock, [&] {
     return stopped_ || handed_out_ == runs || under_way_.empty() ||
            handed_out_ - *under_way_.begin() < runs_ahead_;
   });
   if (stopped_ || handed_out_ == runs) return std::nullopt;
-  const std::uint64_t number = handed_out_++;
-  under_way_.insert(number);
-  const std::uint64_t after = face_count_ - number * run_faces_;
-  return FaceRun{static_cast<FaceId>(after - std::min(after, run_faces_)),
-                 static_cast<FaceId>(after)};
+  const std::uint64_t run = handed_out_++;
+  under_way_.insert(run);
+  return run;
 }
 
-void FusedSchedule::done(const FaceRun& run) {
+void FusedSchedule::done(std::uint64_t run) {
   {
     const std::scoped_lock lock(mutex_);
-    under_way_.erase((face_count_ - run.after) / run_faces_);
-    faces_done_ += run.after - run.first;
+    under_way_.erase(run);
+    faces_done_ += faces_.run(run).size();
   }
   moved_.notify_all();
 }

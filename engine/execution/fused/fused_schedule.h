@@ -7,37 +7,35 @@
 #include <optional>
 #include <set>
 
-#include "plait/extend/topology.h"
+#include "execution/fused/fused_faces.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-
-struct FaceRun {
-  FaceId first = 0, after = 0;
-};
 
 /// No thread gets more than `runs_ahead` runs ahead of the slowest thread. This limits the memory
 /// of the faces in work. Safe from several threads.
 class FusedSchedule {
  public:
-  FusedSchedule(std::uint64_t face_count, std::uint64_t run_faces, std::uint64_t runs_ahead)
-      : face_count_(face_count), run_faces_(run_faces), runs_ahead_(runs_ahead) {}
+  /// `faces` must outlive this object.
+  FusedSchedule(const FusedFaces& faces, std::uint64_t runs_ahead)
+      : faces_(faces), runs_ahead_(runs_ahead) {}
 
   static std::uint64_t run_faces(int levels);
   static std::uint64_t runs_ahead(int threads) { return 2 * static_cast<std::uint64_t>(threads); }
 
-  /// The next run, or nothing if none is left or stop() was called. Waits if the slowest thread is
-  /// too far behind.
-  std::optional<FaceRun> next();
-  void done(const FaceRun& run);
+  /// The next run of `faces`, or nothing if none is left or stop() was called. Waits if the slowest
+  /// thread is too far behind.
+  std::optional<std::uint64_t> next();
+  void done(std::uint64_t run);
   void stop();
   std::uint64_t faces_done() const;
 
  private:
-  std::uint64_t face_count_, run_faces_, runs_ahead_;
+  const FusedFaces& faces_;
+  std::uint64_t runs_ahead_;
   mutable std::mutex mutex_;
   std::condition_variable moved_;
   std::uint64_t handed_out_ = 0, faces_done_ = 0;
-  std::set<std::uint64_t> under_way_;  ///< runs in work, numbered in the order of next()
+  std::set<std::uint64_t> under_way_;  ///< runs in work
   bool stopped_ = false;
 };
 

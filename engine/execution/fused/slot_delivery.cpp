@@ -10,11 +10,12 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
     : level_count_(static_cast<std::size_t>(fused_levels(store, pass))),
       mesh_(store.base().topology()),
+      edges_(StoreAccess::edges(store)),
       layout_(store, pass.outputs, fused_levels(store, pass), pass.lattice),
       pool_(layout_.bytes()),
       blocks_(store, pass.outputs, fused_levels(store, pass)),
       streaming_(blocks_.stays_in_memory()),
-      waiting_(mesh_.edges.size(), nullptr) {}
+      waiting_(edges_.after - edges_.first, nullptr) {}
 
 SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
   // One extra cache line, because otherwise all pieces would begin in the same sets of the cache.
@@ -59,7 +60,13 @@ void SlotDelivery::find_sides(std::span<const FaceId> faces, Sides& sides) const
           mesh_.face_edges[of_face.face()][static_cast<std::size_t>(of_face.side())];
       const auto row = static_cast<std::size_t>(number);
       Side& side = sides[row][lane];
-      side = {edge, mesh_.edges[edge].own == of_face, mesh_.edges[edge].is_border(), nullptr, {}};
+      side = {edge,
+              mesh_.edges[edge].own == of_face,
+              mesh_.edges[edge].is_border(),
+              edge >= edges_.first && edge < edges_.after,
+              nullptr,
+              {}};
+      if (!side.is_here) continue;
       std::size_t at = edge % kTableSize;
       while (seen[at] != 0 && seen_at(at).edge != edge) at = (at + 1) % kTableSize;
       if (seen[at] != 0) {
@@ -85,10 +92,11 @@ auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
+      if (!side.is_here) continue;
       side.buffer = {scratch.pieces_[number][lane], HalfBuffer::kPiece};
       if (side.mate) {
         if (side.mate->buffer.memory) complete_with(side, side.mate->buffer);
-      } else if (std::byte* const waiting = std::exchange(waiting_[side.edge], nullptr)) {
+      } else if (std::byte* const waiting = std::exchange(waiting_at(side.edge), nullptr)) {
         complete_with(side, {waiting, HalfBuffer::kWhole});
       } else {
         side.buffer = {pool_.take(), HalfBuffer::kWhole};
@@ -120,6 +128,7 @@ void SlotDelivery::find_lanes(const Sides& sides, std::size_t count, Scratch& sc
     other.buffers.fill(nowhere);
     for (std::size_t lane = 0; lane < count; ++lane) {
       const Side& side = sides[number][lane];
+      if (!side.is_here) continue;
       Scratch::Lanes& lanes = side.own ? own : other;
       lanes.any = true;
       lanes.buffers[lane] = side.buffer;
@@ -165,8 +174,8 @@ auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
   const std::scoped_lock lock(mutex_);
   for (const auto& lanes : sides)
     for (const Side& side : std::span(lanes).first(count)) {
-      if (!side.buffer.whole()) continue;
-      std::byte*& waiting = waiting_[side.edge];
+      if (!side.is_here || !side.buffer.whole()) continue;
+      std::byte*& waiting = waiting_at(side.edge);
       if (!waiting && !side.border) {
         waiting = side.buffer.memory;
         continue;

@@ -17,6 +17,7 @@
 #include "execution/fused/half_scatter.h"
 #include "execution/fused/open_blocks.h"
 #include "plait/extend/fused.h"
+#include "plait/extend/store_access.h"
 #include "plait/extend/topology.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -61,6 +62,7 @@ class SlotDelivery {
   struct Side {
     EdgeId edge;
     bool own, border;
+    bool is_here = true;  ///< the store has the edge's slots
     Side* mate;  ///< the other side of the same edge if it is in the same group, else nullptr
     HalfBuffer buffer;
   };
@@ -98,12 +100,16 @@ class SlotDelivery {
 
   std::size_t level_count_;
   const Topology mesh_;
+  const EdgeRange edges_;  ///< that the store has the slots of
   const HalfLayout layout_;
   std::mutex mutex_;
   HalfPool pool_;
   OpenBlocks blocks_;
   const bool streaming_;
-  std::vector<std::byte*> waiting_;  ///< [edge] the half that waits for the other half, or nullptr
+  std::byte*& waiting_at(EdgeId edge) { return waiting_[edge - edges_.first]; }
+
+  std::vector<std::byte*>
+      waiting_;  ///< [edge of edges_] the half that waits for the other half, or nullptr
   std::exception_ptr failure_;
 };
 

@@ -182,4 +182,61 @@ TEST_CASE("SlotShapes_ImpossibleSets_AreRefused") {
   CHECK(refused(200, {5, 130}, {6, 130}));  // half and absent
 }
 
+TEST_CASE("LevelGeometry_InShards_BeginsABlockAtEachOfThem") {
+  std::mt19937 random(5);
+  for (const unsigned half_percent : {0u, 20u}) {
+    const std::vector<SlotShape> shapes = random_shapes(300, half_percent, 0, random);
+    for (const int level : {1, 3, 5})
+      for (const std::uint64_t block_bytes : {4096u, 65536u}) {
+        const LevelGeometry whole(shapes_of(shapes), BaseRelativeLevel(level), 12, block_bytes);
+        const EdgeShards shards({0, 1, 2, 64, 65, 200, 299}, 300);
+        const LevelGeometry cut = whole.in_shards(shards);
+        const auto slots_per_block = std::uint64_t{1} << cut.slots_per_block_log2();
+        std::uint64_t block = 0;
+        for (std::uint32_t shard = 0; shard < shards.size(); ++shard) {
+          CAPTURE(half_percent, level, block_bytes, shard);
+          const LevelGeometry alone = cut.shard(shard);
+          const EdgeId first = shards.first_edge(shard), after = shards.edge_after(shard);
+          REQUIRE(cut.first_block(shard) == block);
+          REQUIRE(alone.block_count() == (after - first + slots_per_block - 1) / slots_per_block);
+          std::uint64_t offset = 0;
+          for (EdgeId edge = first; edge < after; ++edge) {
+            REQUIRE(shards.shard_of(edge) == shard);
+            // In the whole level, a slot is where it is without shards.
+            REQUIRE(cut.slot(edge).offset == whole.slot(edge).offset);
+            const Slot slot = alone.slot(edge);
+            REQUIRE(slot.offset == offset);
+            REQUIRE(slot.bytes == bytes_of(shapes[edge], whole));
+            REQUIRE(slot.shape == shapes[edge]);
+            offset += slot.bytes;
+            const std::uint64_t number = (edge - first) / slots_per_block;
+            REQUIRE(alone.block_of(edge) == number);
+            REQUIRE(cut.block_of(edge) == block + number);
+          }
+          REQUIRE(alone.total_bytes() == offset);
+          for (std::uint64_t number = 0; number < alone.block_count(); ++number) {
+            const auto begin = static_cast<EdgeId>(first + number * slots_per_block);
+            REQUIRE(alone.first_edge(number) == begin);
+            REQUIRE(cut.first_edge(block + number) == begin);
+            REQUIRE(cut.edge_after(block + number) == alone.edge_after(number));
+            REQUIRE(cut.block_bytes(block + number) == alone.block_bytes(number));
+            REQUIRE(cut.shard_of_block(block + number) == shard);
+            REQUIRE(cut.block_at(cut.block_offset(block + number)) == block + number);
+          }
+          block += alone.block_count();
+        }
+        REQUIRE(cut.block_count() == block);
+        REQUIRE(cut.first_block(shards.size()) == block);
+        REQUIRE(cut.total_bytes() == whole.total_bytes());
+      }
+  }
+}
+
+TEST_CASE("EdgeShards_StartsThatDoNotAscendFromZero_AreRefused") {
+  CHECK_THROWS_AS(EdgeShards({}, 10), Error);
+  CHECK_THROWS_AS(EdgeShards({1, 2}, 10), Error);
+  CHECK_THROWS_AS(EdgeShards({0, 3, 3}, 10), Error);
+  CHECK_THROWS_AS(EdgeShards({0, 10}, 10), Error);
+}
+
 }  // namespace plait

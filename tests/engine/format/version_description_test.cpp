@@ -6,6 +6,7 @@
 
 #include "engine/store/sample_store.h"
 #include "format/byte_order.h"
+#include "format/manifest.h"
 #include "format/version_file.h"
 #include "plait/extend/edge_index.h"
 #include "support/error_of.h"
@@ -109,6 +110,31 @@ TEST_CASE("Description_AnyNumberOfAttributes_IsReadAsWritten") {
     const VersionDescription version = full_description(attributes);
     check_equal(decode(encode_description(version)), version);
   }
+}
+
+TEST_CASE("Description_OfShards_IsReadAsWrittenOrRefused") {
+  VersionDescription version = full_description(2);
+  version.shards = {{0, 1}, {1, 0xffff'ffff'ffff'ffff}, {static_cast<EdgeId>(7), 3}};
+  REQUIRE(version.edge_count > 7);
+  const auto decode_shards = [&](std::span<const std::byte> bytes) {
+    return decode_description(bytes, kSequence, "the/version.40", optional_features_of(version),
+                              required_features_of(version));
+  };
+  const std::vector<std::byte> bytes = encode_description(version);
+  CHECK(required_features_of(version) == kShards);
+  CHECK(decode_shards(bytes).shards == version.shards);
+  for (std::size_t missing = 1; missing <= 40; ++missing)
+    CHECK(error_of([&] { decode_shards(std::span(bytes).first(bytes.size() - missing)); }).code() ==
+          ErrorCode::kCorruption);
+  const auto refused = [&](std::vector<ShardRecord> shards) {
+    version.shards = std::move(shards);
+    CHECK(error_of([&] { decode_shards(encode_description(version)); }).code() ==
+          ErrorCode::kCorruption);
+  };
+  refused({{1, 0}});
+  refused({{0, 0}, {0, 0}});
+  refused({{0, 0}, {5, 0}, {4, 0}});
+  refused({{0, 0}, {static_cast<EdgeId>(version.edge_count), 0}});
 }
 
 TEST_CASE("EncodeDescription_WhatDoesNotFit_IsRefused") {

@@ -6,13 +6,20 @@
 // where whole(e) and half(e) count the slots of these shapes that belong to edges before e. A block
 // is a run of 2^s slots, not counting absent ones. There are no bytes between slots or between
 // blocks.
+//
+// A level in shards has the same offsets. But each shard begins a block, and so has a last block of
+// its own that may be short. Blocks are numbered through all shards. The geometry of one shard
+// alone counts blocks and offsets from the shard's first edge.
 // Pinned by tests/engine/address/level_geometry_test.cpp.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
+#include "plait/detail/edge_shards.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/slot_shapes.h"
 #include "plait/extend/base_relative_level.h"
@@ -38,13 +45,23 @@ class LevelGeometry {
   LevelGeometry(const SlotShapes& shapes, BaseRelativeLevel level, std::size_t record_bytes,
                 std::uint64_t block_bytes);
 
+  /// The same level in these shards; with no shards, the same geometry.
+  LevelGeometry in_shards(const EdgeShards& shards) const;
+  /// One shard alone. Only its edges have slots. REQUIRES: in_shards(), of more than `shard`.
+  LevelGeometry shard(std::uint32_t shard) const;
+  /// The shards of the level; none for a level in one piece, and for one shard alone.
+  const EdgeShards& shards() const { return shards_; }
+  /// The first block of a shard; block_count() for the number of shards. REQUIRES: in_shards().
+  std::uint64_t first_block(std::uint32_t shard) const { return (*first_blocks_)[shard]; }
+  std::uint32_t shard_of_block(std::uint64_t block) const;
+
   BaseRelativeLevel level() const { return level_; }
   std::size_t record_bytes() const { return record_bytes_; }
   std::uint64_t edge_count() const { return shapes_.edge_count(); }
 
   /// The slot of an edge, in constant time.
   Slot slot(EdgeId edge) const {
-    if (!all_whole_) [[unlikely]]
+    if (!plain_slots_) [[unlikely]]
       return shaped_slot(edge);
     return {edge * whole_bytes_, whole_bytes_, SlotShape::kWhole};
   }
@@ -54,8 +71,8 @@ class LevelGeometry {
   /// The block whose range of edges contains this edge, in constant time. REQUIRES: block_count() >
   /// 0.
   std::uint64_t block_of(EdgeId edge) const {
-    if (has_absent_) [[unlikely]]
-      return std::min(present_before(edge) >> shift_, block_count_ - 1);
+    if (!plain_blocks_) [[unlikely]]
+      return uneven_block_of(edge);
     return std::uint64_t{edge} >> shift_;
   }
   EdgeId first_edge(std::uint64_t block) const;  ///< first edge of the block
@@ -81,22 +98,30 @@ class LevelGeometry {
   /// slot() for levels with half or absent slots. A function of its own, so that slot() stays
   /// short.
   Slot shaped_slot(EdgeId edge) const;
+  std::uint64_t uneven_block_of(EdgeId edge) const;
+  std::uint64_t blocks_of(EdgeId first, EdgeId after) const;
   std::uint64_t present_before(std::uint64_t edge) const {
     return edge - shapes_.absent().rank(edge);
   }
   std::uint64_t offset_of(std::uint64_t edge) const {
-    return present_before(edge) * whole_bytes_ - shapes_.half().rank(edge) * half_saving_bytes_;
+    return present_before(edge) * whole_bytes_ - shapes_.half().rank(edge) * half_saving_bytes_ -
+           origin_;
   }
 
-  // The members that every look-up of a slot reads come first. On a closed mesh, they are all that
-  // a look-up reads, and they are in one cache line.
+  // The members that every look-up of a slot reads come first. On a closed mesh in one piece, they
+  // are all that a look-up reads, and they are in one cache line.
   std::uint64_t whole_bytes_ = 0, half_saving_bytes_ = 0;
   int shift_ = 0;
-  bool all_whole_ = true, has_absent_ = false;
+  bool plain_slots_ = true;   ///< all slots are whole, and the first is that of edge 0
+  bool plain_blocks_ = true;  ///< no slot is absent, and all blocks but the last are full
   BaseRelativeLevel level_{1};
   std::size_t record_bytes_ = 0;
   std::uint64_t block_count_ = 0, max_block_bytes_ = 0, total_bytes_ = 0;
   SlotShapes shapes_;
+  EdgeId first_edge_ = 0, edge_after_ = 0;  ///< the edges that have slots here
+  std::uint64_t origin_ = 0;                ///< bytes of the level before first_edge_
+  EdgeShards shards_;
+  std::shared_ptr<const std::vector<std::uint64_t>> first_blocks_;  ///< [shard], and then the end
 };
 
 PLAIT_END_NAMESPACE

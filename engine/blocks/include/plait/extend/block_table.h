@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -53,18 +54,49 @@ struct Generation {
 /// A level has at most so many sparse files beside its first file.
 inline constexpr std::size_t kMostSparseFiles = 7;
 
+/// The entries of a table that is read from the disk part by part, when they are asked for. Safe
+/// from several threads.
+class StoredEntries {
+ public:
+  virtual ~StoredEntries() = default;
+  virtual std::uint64_t size() const noexcept = 0;
+  /// Errors: kCorruption, kNotFound and kIo of the part that has the entry.
+  virtual const BlockEntry& at(std::uint64_t block) = 0;
+  /// All entries. Errors: as at(), of all parts.
+  virtual std::span<BlockEntry> all() = 0;
+};
+
 /// Only one thread at a time may set an entry; several threads may set different entries.
 class BlockTable {
  public:
   BlockTable() = default;
-  BlockTable(const StoreUuid& store, std::uint32_t attribute, int level, std::uint64_t blocks);
+  /// A table of blocks that the store numbers from `first_number` on: it is not 0 if the table is
+  /// that of one shard.
+  BlockTable(const StoreUuid& store, std::uint32_t attribute, int level, std::uint64_t blocks,
+             std::uint64_t first_number = 0);
+  /// A table that nobody changes, whose entries are read when they are asked for: operator[],
+  /// entries(), matches() and check() then have the errors of StoredEntries.
+  BlockTable(const StoreUuid& store, std::uint32_t attribute, int level,
+             std::shared_ptr<StoredEntries> stored);
+
+  /// A copy of the `count` entries from `first` on, whose blocks the store numbers as before, for
+  /// one shard alone.
+  BlockTable part(std::uint64_t first, std::uint64_t count) const;
 
   std::uint32_t attribute() const { return attribute_; }
   int level() const { return level_; }
-  std::uint64_t size() const { return entries_.size(); }
-  const BlockEntry& operator[](std::uint64_t block) const { return entries_[block]; }
-  std::span<const BlockEntry> entries() const { return entries_; }
-  std::span<BlockEntry> entries() { return entries_; }
+  std::uint64_t size() const { return stored_ ? stored_->size() : entries_.size(); }
+  const BlockEntry& operator[](std::uint64_t block) const {
+    return stored_ ? stored_->at(block) : entries_[block];
+  }
+  std::span<const BlockEntry> entries() const {
+    return stored_ ? std::span<const BlockEntry>(stored_->all()) : entries_;
+  }
+  /// Whether the block may have been written. Reads no entry, so it has no errors.
+  bool may_be_written(std::uint64_t block) const noexcept {
+    return stored_ || entries_[block].encoding != BlockEncoding::kNeverWritten;
+  }
+  std::span<BlockEntry> entries() { return stored_ ? stored_->all() : entries_; }
 
   /// The files of the level, with ascending versions. Empty for a level in memory. The store sets
   /// them; a backend writes and reads one file, and does not use them.
@@ -92,10 +124,11 @@ class BlockTable {
  private:
   std::uint64_t checksum(std::uint64_t block, std::span<const std::byte> stored) const;
 
-  std::uint64_t seed_ = 0;
+  std::uint64_t seed_ = 0, first_number_ = 0;
   std::uint32_t attribute_ = 0;
   int level_ = 0;
   std::vector<BlockEntry> entries_;
+  std::shared_ptr<StoredEntries> stored_;
   std::vector<Generation> generations_;
 };
 

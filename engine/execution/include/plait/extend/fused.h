@@ -9,6 +9,9 @@
 // layout. The executor keeps the first half of a slot until the other face of its edge is done. The
 // order of the faces decides how many halves it keeps at the same time; with a Hilbert curve there
 // are few.
+//
+// In the store of one part (docs/many-machines.md) the executor fills the slots of the part's edges
+// only. It refines the faces on both sides of these edges.
 #pragma once
 
 #include <array>
@@ -58,8 +61,8 @@ constexpr int first_corner(const Topology& mesh, FaceId face) {
 class PatchRefiner {
  public:
   virtual ~PatchRefiner() = default;
-  /// Begins a run: the following calls of refine() are for these faces. The face numbers descend in
-  /// steps of one.
+  /// Begins a run: the following calls of refine() are for these faces. The face numbers descend,
+  /// in a whole store in steps of one.
   virtual void begin(std::span<const FaceId> faces) = 0;
   /// Refines the `count` faces from faces[first] on, one in each lane. Each face is rotated as
   /// first_corner() says. REQUIRES: count <= kPatchLanes.

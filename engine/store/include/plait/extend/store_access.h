@@ -45,6 +45,11 @@ class StorePass {
   Kind kind_;
 };
 
+/// The edges from `first` on, before `after`.
+struct EdgeRange {
+  EdgeId first = 0, after = 0;
+};
+
 /// The parts of a store that work on levels and blocks. All functions are static.
 class StoreAccess {
  public:
@@ -97,6 +102,9 @@ class StoreAccess {
   static Session open_session(const Store& store, const SessionOptions& options = {}) {
     return store.open_session(options);
   }
+  /// The edges whose slots the levels have: all, but in the store of one part.
+  static EdgeRange edges(const Store& store);
+
   static Pager& pager(Store& store) { return store.pager(); }
   static const Pager& pager(const Store& store) { return store.pager(); }
 
@@ -124,6 +132,11 @@ class StoreAccess {
                            const std::optional<Rounding>& rounding) {
     store.set_rounding(attribute, rounding);
   }
+
+  // For the store's own sources.
+  static Store store_of(std::unique_ptr<Store::Implementation> state);
+  static Store::Implementation& state(Store& store) { return store.state(); }
+  static const Store::Implementation& state(const Store& store) { return store.state(); }
 };
 
 PLAIT_END_NAMESPACE

@@ -1,0 +1,85 @@
+#include "execution/fused/fused_faces.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "plait/extend/fused.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A face beyond the range, and the last of the faces that wait for it.
+struct Ghost {
+  FaceId needed_by, face;
+};
+
+/// Ghosts are refined in groups of so many, so that most lanes have a face.
+constexpr std::size_t kGhostRun = 4 * kPatchLanes;
+
+}  // namespace
+
+FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_faces) {
+  // Edges are numbered by the first face that uses them. So the first faces of the range's edges
+  // ascend with the edges, and an edge's other face comes later.
+  std::vector<FaceId> own;
+  std::vector<Ghost> ghosts;
+  if (edges.first == 0 && edges.after == mesh.edges.size()) {
+    for (FaceId face = 0; face < mesh.faces.size(); ++face) own.push_back(face);
+  } else {
+    const auto faces_of = [&](EdgeId edge) {
+      const Edge& of_mesh = mesh.edges[edge];
+      const FaceId a = of_mesh.own.face();
+      const FaceId b = of_mesh.is_border() ? a : of_mesh.other.face();
+      return std::pair<FaceId, FaceId>(std::min(a, b), std::max(a, b));
+    };
+    FaceId last = 0;
+    for (EdgeId edge = edges.first; edge < edges.after; ++edge) {
+      const FaceId first = faces_of(edge).first;
+      if (own.empty() || own.back() != first) own.push_back(first);
+      last = first;
+    }
+    std::vector<FaceId> second;
+    for (EdgeId edge = edges.first; edge < edges.after; ++edge) {
+      const auto [first, other] = faces_of(edge);
+      if (other > last)
+        ghosts.push_back({first, other});
+      else if (other != first)
+        second.push_back(
+            other);  // in the range of faces, perhaps without an edge that is new there
+    }
+    own.insert(own.end(), second.begin(), second.end());
+    std::ranges::sort(own);
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    // Of a ghost at several edges, the one that is needed first counts.
+    std::ranges::sort(ghosts, [](const Ghost& a, const Ghost& b) {
+      return a.face != b.face ? a.face < b.face : a.needed_by > b.needed_by;
+    });
+    ghosts.erase(std::unique(ghosts.begin(), ghosts.end(),
+                             [](const Ghost& a, const Ghost& b) { return a.face == b.face; }),
+                 ghosts.end());
+    std::ranges::sort(ghosts, std::greater(), &Ghost::needed_by);
+  }
+  ghosts_ = ghosts.size();
+  runs_.push_back(0);
+  const auto end_run = [&] {
+    std::sort(faces_.begin() + static_cast<std::ptrdiff_t>(runs_.back()), faces_.end(),
+              std::greater());
+    runs_.push_back(faces_.size());
+  };
+  std::size_t next_ghost = 0;
+  for (std::uint64_t after = own.size(); after > 0;) {
+    const std::uint64_t first = after - std::min(after, run_faces);
+    while (next_ghost < ghosts.size() && ghosts[next_ghost].needed_by >= own[first]) {
+      const std::size_t end =
+          std::min({ghosts.size(), next_ghost + kGhostRun, next_ghost + run_faces});
+      for (; next_ghost < end; ++next_ghost) faces_.push_back(ghosts[next_ghost].face);
+      end_run();
+    }
+    for (std::uint64_t at = after; at-- > first;) faces_.push_back(own[at]);
+    end_run();
+    after = first;
+  }
+}
+
+PLAIT_END_NAMESPACE

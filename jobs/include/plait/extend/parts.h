@@ -1,0 +1,133 @@
+// plait/extend/parts.h: a store that many processes make, on one machine or on many. They need a
+// directory that all of them see, and do not talk to each other: `plait plan`, `plait part` and
+// `plait join` are programs for these functions. Pinned by tests/jobs/parts_test.cpp.
+//
+// The plan is a directory: the base mesh in layout order, the options, and where the edges are cut
+// into parts. Each part computes its range of edges from the base mesh alone, with the faces on the
+// other side of the cuts (ghosts), and so gives the same bits as a run of one process. Its files
+// are in a directory of its own until they are complete; then the file done.I appears in one step.
+// So a part that is killed, started twice or started by two machines at once does no harm.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "plait/attribute.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/layout.h"
+#include "plait/options.h"
+#include "plait/progress.h"
+#include "plait/store.h"
+#include "plait/subdivide.h"
+
+PLAIT_BEGIN_NAMESPACE
+
+/// What plan_parts() plans. Members that a SubdivisionRequest has too mean the same.
+struct PartsRequest {
+  std::filesystem::path mesh;
+  std::filesystem::path plan;  ///< the directory to make
+  std::uint32_t parts = 1;     ///< at most one for each edge of the base mesh
+  int levels = 1;
+  Scheme scheme = {};  ///< of the library
+  ComponentType precision = ComponentType::kFloat32;
+  LayoutKind layout = LayoutKind::kHilbert;
+  bool normals = false;
+  bool limit = false;
+  std::uint64_t block_bytes = StoreOptions().block_bytes;
+  std::optional<std::uint64_t> max_slot_bytes = {};
+  /// Pipelines whose blocks need no other blocks. Empty: raw blocks.
+  PipelinesOf pipeline_of = {};
+  /// Called before the first file is made. May throw: then there is no plan.
+  std::function<void()> before_files = {};
+};
+
+/// One part of a plan. Seconds are an estimate for one thread.
+struct PlannedPart {
+  EdgeId first_edge = 0, edge_after = 0;
+  std::uint64_t records = 0;  ///< of each attribute, in the levels
+  std::uint64_t faces = 0;    ///< that it refines
+  std::uint64_t ghosts = 0;   ///< faces among them that another part refines too
+  std::uint64_t bytes = 0;    ///< of the levels, uncompressed
+  double seconds = 0;
+};
+
+/// What a plan says.
+struct PartsPlan {
+  StoreUuid uuid{};  ///< of the store
+  std::string program;
+  int levels = 0, base_level = 0;
+  std::uint64_t vertices = 0;  ///< of the finest level
+  std::string backend;
+  std::uint64_t files = 0;  ///< that the joined store has
+  std::vector<PlannedPart> parts;
+  std::vector<std::string> warnings;  ///< of the mesh; only from plan_parts()
+};
+
+/// Makes the directory `request.plan`. A plan never changes. Errors: kInvalidArgument for more
+/// parts than edges and if the name is taken; kNotSupported for a rule of a program's own, limit
+/// positions of a scheme without them, more than kMostFusedLevels levels over the base mesh, and
+/// pipelines whose blocks need other blocks; those of reading the mesh; kIo, kNoSpace.
+PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends);
+
+/// Errors: kNotFound, kCorruption, kIo.
+PartsPlan read_parts_plan(const std::filesystem::path& plan);
+
+/// Options of make_part().
+struct PartOptions {
+  std::uint64_t budget_bytes = StoreOptions().budget_bytes;
+  int threads = 1;
+  bool again = false;  ///< makes the part even if it is done
+  ProgressCallback progress = {};
+};
+
+/// What make_part() did.
+struct PartResult {
+  bool was_done = false;  ///< the part was complete before: nothing was computed
+  std::string digest;     ///< of the part's records; the sum of all parts is that of the store
+  std::uint64_t bytes = 0;
+  double seconds = 0;
+};
+
+/// Makes one part. Writes only into a directory part.I-... of the plan, and at the end gives done.I
+/// its name. Errors: kInvalidArgument for a part that the plan does not have; kNotSupported if
+/// another version of plait made the plan; kCorruption for a damaged plan; kCancelled; kBudget,
+/// kIo, kNoSpace.
+PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
+                     const PartOptions& options, const BackendRegistry& backends);
+
+/// Options of join_parts().
+struct JoinOptions {
+  bool verify = false;   ///< reads every block first, and compares the digests
+  bool concat = false;   ///< makes levels in one piece, which copies all bytes
+  bool replace = false;  ///< the store may replace a store
+  std::uint64_t budget_bytes = StoreOptions().budget_bytes;
+  ProgressCallback progress = {};
+  std::function<void(const std::string&)> warn = {};
+};
+
+/// What join_parts() did, or which parts stopped it.
+struct JoinResult {
+  std::vector<std::uint32_t> missing, bad;  ///< ascending
+  std::vector<std::string> reasons;         ///< one line for each of `bad`
+  bool has_store = false;                   ///< nothing was missing or bad: the store is made
+  std::string digest;                       ///< the sum of the digests of the parts
+  /// Both lists together, as array_text().
+  std::string again() const;
+};
+
+/// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
+/// that cannot be, they are copied. The plan stays as it is. After an error no store is left.
+/// Errors: those of PartialStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
+JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
+                      const JoinOptions& options, const BackendRegistry& backends);
+
+/// "3,17-19": ascending numbers as array jobs take them.
+std::string array_text(std::span<const std::uint32_t> numbers);
+
+PLAIT_END_NAMESPACE

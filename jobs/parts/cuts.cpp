@@ -1,0 +1,110 @@
+#include "parts/cuts.h"
+
+#include <algorithm>
+
+#include "plait/extend/edge_index.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// The faces that refining edge `edge` adds to a part that begins with `first`: those of its faces
+/// that have no other edge in the part yet.
+int new_faces(const Topology& mesh, EdgeId first, EdgeId edge) {
+  const auto is_new = [&](FaceSide side) {
+    if (!side.exists()) return 0;
+    for (const EdgeId other : mesh.face_edges[side.face()])
+      if (other >= first && other < edge) return 0;
+    return 1;
+  };
+  return is_new(mesh.edges[edge].own) + is_new(mesh.edges[edge].other);
+}
+
+double cost_of(const Topology& mesh, EdgeId first, EdgeId edge, const PartCost& cost) {
+  return cost.of_edge(mesh.edges[edge]) + new_faces(mesh, first, edge) * cost.of_face();
+}
+
+/// Cuts whenever a part would cost more than `most`. Stops when there are more than `parts`.
+std::vector<EdgeId> cut_at(const Topology& mesh, std::uint32_t parts, double most,
+                           const PartCost& cost) {
+  std::vector<EdgeId> starts = {0};
+  double sum = 0;
+  for (EdgeId edge = 0; edge < mesh.edges.size() && starts.size() <= parts; ++edge) {
+    const double with = sum + cost_of(mesh, starts.back(), edge, cost);
+    if (with <= most || edge == starts.back()) {
+      sum = with;
+      continue;
+    }
+    starts.push_back(edge);
+    sum = cost_of(mesh, edge, edge, cost);
+  }
+  return starts;
+}
+
+}  // namespace
+
+std::uint64_t PartCost::records(const Edge& edge) const {
+  std::uint64_t records = 0;
+  for (int level = 1; level <= levels; ++level)
+    records += slot_records(level, edge.is_border() ? SlotShape::kHalf : SlotShape::kWhole);
+  return records;
+}
+
+double PartCost::of_face() const {
+  const double side = static_cast<double>(std::uint64_t{1} << levels);
+  return ns_per_point * (side + 1) * (side + 2) / 2;
+}
+
+std::vector<EdgeId> cut_edges(const Topology& mesh, std::uint32_t parts, const PartCost& cost) {
+  double most = 0;
+  for (EdgeId edge = 0; edge < mesh.edges.size(); ++edge) most += cost_of(mesh, 0, edge, cost);
+  // The smallest limit that needs no more parts: a greedy cut is the best one for each limit.
+  double too_small = 0;
+  for (int step = 0; step < 40 && most - too_small > 1e-6 * most; ++step) {
+    const double middle = (most + too_small) / 2;
+    (cut_at(mesh, parts, middle, cost).size() <= parts ? most : too_small) = middle;
+  }
+  std::vector<EdgeId> starts = cut_at(mesh, parts, most, cost);
+  // Fewer parts than asked for: a few edges each. The longest ones are cut again.
+  while (starts.size() < parts) {
+    std::size_t longest = 0;
+    const auto length = [&](std::size_t part) {
+      return (part + 1 < starts.size() ? starts[part + 1]
+                                       : static_cast<EdgeId>(mesh.edges.size())) -
+             starts[part];
+    };
+    for (std::size_t part = 1; part < starts.size(); ++part)
+      if (length(part) > length(longest)) longest = part;
+    starts.insert(starts.begin() + static_cast<std::ptrdiff_t>(longest) + 1,
+                  starts[longest] + length(longest) / 2);
+  }
+  return starts;
+}
+
+std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vector<EdgeId>& starts,
+                                          const PartCost& cost) {
+  std::vector<PlannedPart> parts;
+  std::uint64_t all_faces = 0;
+  for (std::size_t at = 0; at < starts.size(); ++at) {
+    PlannedPart& part = parts.emplace_back();
+    part.first_edge = starts[at];
+    part.edge_after =
+        at + 1 < starts.size() ? starts[at + 1] : static_cast<EdgeId>(mesh.edges.size());
+    for (EdgeId edge = part.first_edge; edge < part.edge_after; ++edge) {
+      part.records += cost.records(mesh.edges[edge]);
+      part.faces += static_cast<std::uint64_t>(new_faces(mesh, part.first_edge, edge));
+    }
+    all_faces += part.faces;
+    part.seconds = 1e-9 * (cost.ns_per_record * static_cast<double>(part.records) +
+                           cost.of_face() * static_cast<double>(part.faces));
+  }
+  // A face belongs to the part of its lowest edge. It is a ghost in every other one.
+  std::vector<std::uint64_t> own(starts.size());
+  for (const auto& edges : mesh.face_edges) {
+    const auto after = std::ranges::upper_bound(starts, *std::ranges::min_element(edges));
+    ++own[static_cast<std::size_t>(after - starts.begin()) - 1];
+  }
+  for (std::size_t at = 0; at < parts.size(); ++at) parts[at].ghosts = parts[at].faces - own[at];
+  return parts;
+}
+
+PLAIT_END_NAMESPACE

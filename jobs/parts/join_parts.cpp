@@ -1,0 +1,247 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "conversion/conversion_job.h"
+#include "execution/part_digest.h"
+#include "format/base_mesh_file.h"
+#include "format/checksum.h"
+#include "format/file_names.h"
+#include "io/copy_range.h"
+#include "parts/plan_file.h"
+#include "plait/error.h"
+#include "plait/extend/file.h"
+#include "plait/extend/parts.h"
+#include "plait/extend/store_access.h"
+#include "plait/verify.h"
+#include "store/joined_store.h"
+#include "store/left_overs.h"
+#include "store/partial_store.h"
+#include "store/recovery.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// A second name for a file, or a copy where there can be none.
+void link_or_copy(const Directory& from, const std::string& name, const Directory& to) {
+  try {
+    return link_file(from, name, to);
+  } catch (const Error& error) {
+    // Another file system, or one without links: the copy says what else may be wrong.
+    if (to.contains(name)) throw;
+  }
+  const File source(from, name, OpenMode::kRead);
+  File copy(to, name, OpenMode::kCreate);
+  copy.resize(source.size());
+  copy_range(source, copy, 0, source.size());
+  copy.sync();
+  copy.close();
+}
+
+class Join {
+ public:
+  Join(const std::filesystem::path& path, const JoinOptions& options)
+      : path_(path),
+        options_(options),
+        directory_(open_plan_directory(path)),
+        plan_(read_plan_file(directory_)),
+        base_(directory_, kBaseMeshName, OpenMode::kRead) {
+    if (base_.size() != plan_.base_mesh.bytes || checksum_of(base_) != plan_.base_mesh.checksum)
+      throw Error(ErrorCode::kCorruption, fmt::format("join {}: {} is not that of the plan",
+                                                      path.native(), base_.path().native()))
+          .about(base_.path());
+  }
+
+  const PlanFile& plan() const { return plan_; }
+
+  /// Finds what is missing or bad.
+  void look_at_parts(JoinResult& result) {
+    Digest sum;
+    for (std::uint32_t part = 0; part < plan_.plan.parts.size(); ++part) {
+      tell("parts", part);
+      try {
+        std::optional<DoneFile> done = read_done_part(directory_, plan_, part);
+        if (!done) {
+          result.missing.push_back(part);
+          continue;
+        }
+        if (!parts_.empty() && done->description != parts_.front().description)
+          throw Error(
+              ErrorCode::kCorruption,
+              fmt::format("open {}: another program or other options made it than part {}",
+                          directory_.path_of(done_file_name(part)).native(), parts_.front().part));
+        sum = sum_of(sum, done->digest);
+        parts_.push_back(std::move(*done));
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound &&
+            error.code() != ErrorCode::kIo)
+          throw;
+        bad(result, part, error.what());
+      }
+    }
+    result.digest = sum.to_string();
+  }
+
+  /// Makes the store in the empty directory `path`.
+  void make_store(const std::filesystem::path& path) {
+    const Directory store = claim_store_directory(path, Durability::kCommit);
+    VersionDescription description =
+        decode_description(parts_.front().description, 1, directory_.path());
+    link_or_copy(directory_, kBaseMeshName, store);
+    for (const DoneFile& done : parts_) {
+      tell("files", done.part);
+      const Directory inside(directory_, done.directory);
+      for (const auto& level : done.levels) link_or_copy(inside, level.name, store);
+      link_or_copy(inside, tables_file_name(1, done.part), store);
+      description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
+    }
+    commit_joined_store(store, plan_.plan.uuid, description, base_records(description));
+  }
+
+  /// Reads every block of the store.
+  void verify_store(const std::filesystem::path& path, const BackendRegistry& backends,
+                    JoinResult& result) {
+    OpenOptions open;
+    open.budget_bytes = options_.budget_bytes;
+    const Store store = Store::open(path, open, backends);
+    std::vector<std::uint32_t> parts;
+    const VerifyReport report = verify(store, options_.progress, [&](const BlockAddress& block) {
+      parts.push_back(StoreAccess::level_file(store, block.attribute, block.level)
+                          .geometry.shard_of_block(block.block));
+    });
+    std::ranges::sort(parts);
+    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
+    for (const std::uint32_t part : parts)
+      bad(result, part,
+          fmt::format("part {} has damaged blocks; plait part --again makes it anew", part));
+    if (!parts.empty()) return;
+    DigestOptions how;
+    how.progress = options_.progress;
+    if (const std::string found = digest(store, how).to_string(); found != result.digest)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("join {}: the parts add up to digest {}, and the store has {}",
+                              path_.native(), result.digest, found));
+  }
+
+ private:
+  static void bad(JoinResult& result, std::uint32_t part, std::string reason) {
+    result.bad.push_back(part);
+    result.reasons.push_back(std::move(reason));
+  }
+  void tell(const char* phase, std::uint32_t part) const {
+    if (options_.progress && !options_.progress({phase, part, plan_.plan.parts.size()}))
+      throw Error(ErrorCode::kCancelled, fmt::format("join {}: cancelled", path_.native()));
+  }
+
+  /// The records of each attribute, from those that the parts have.
+  std::vector<std::vector<std::byte>> base_records(const VersionDescription& description) const {
+    const BaseMesh mesh =
+        read_base_mesh_file(base_, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
+    if (mesh.edge_count() != plan_.edge_count)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("join {}: expected {} edges, found {}", path_.native(),
+                              plan_.edge_count, mesh.edge_count()));
+    const Topology topology = mesh.topology();
+    const EdgeShards shards(plan_.starts(), plan_.edge_count);
+    std::vector<std::vector<VertexId>> owned(parts_.size());
+    for (VertexId vertex = 0; vertex < mesh.vertex_count(); ++vertex)
+      owned[owner_of(topology, shards, vertex)].push_back(vertex);
+    std::vector<std::vector<std::byte>> records;
+    std::size_t record_bytes = 0;
+    for (const AttributeRecord& attribute : description.attributes) {
+      records.emplace_back(mesh.vertex_count() * attribute.schema.record_bytes());
+      record_bytes += attribute.schema.record_bytes();
+    }
+    for (const DoneFile& done : parts_) {
+      const File file(Directory(directory_, done.directory), kRecordsName, OpenMode::kRead);
+      const std::vector<VertexId>& vertices = owned[done.part];
+      if (file.size() != vertices.size() * record_bytes)
+        throw Error(
+            ErrorCode::kCorruption,
+            fmt::format("join {}: part {} has {} bytes of base records, expected {}",
+                        path_.native(), done.part, file.size(), vertices.size() * record_bytes))
+            .about(file.path());
+      std::vector<std::byte> bytes(file.size());
+      file.read_at(0, bytes);
+      auto from = bytes.begin();
+      for (std::size_t at = 0; at < records.size(); ++at) {
+        const auto size =
+            static_cast<std::ptrdiff_t>(description.attributes[at].schema.record_bytes());
+        for (const VertexId vertex : vertices) {
+          std::copy(from, from + size, records[at].begin() + size * vertex);
+          from += size;
+        }
+      }
+    }
+    return records;
+  }
+
+  const std::filesystem::path& path_;
+  const JoinOptions& options_;
+  Directory directory_;
+  PlanFile plan_;
+  File base_;
+  std::vector<DoneFile> parts_;
+};
+
+}  // namespace
+
+std::string array_text(std::span<const std::uint32_t> numbers) {
+  std::string text;
+  for (std::size_t at = 0; at < numbers.size();) {
+    std::size_t end = at + 1;
+    while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+    text += (text.empty() ? "" : ",") + std::to_string(numbers[at]);
+    if (end - at > 1) text += "-" + std::to_string(numbers[end - 1]);
+    at = end;
+  }
+  return text;
+}
+
+std::string JoinResult::again() const {
+  std::vector<std::uint32_t> all;
+  std::ranges::merge(missing, bad, std::back_inserter(all));
+  return array_text(all);
+}
+
+JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
+                      const JoinOptions& options, const BackendRegistry& backends) try {
+  const Existing existing = options.replace ? Existing::kReplace : Existing::kRefuse;
+  PartialStore output(store, existing);
+  JoinResult result;
+  Join join(plan, options);
+  join.look_at_parts(result);
+  if (!result.missing.empty() || !result.bad.empty()) return result;
+  const auto warn = [&](const std::string& text) {
+    if (options.warn) options.warn(text);
+  };
+  remove_left_overs_of(store, warn);
+  build_output(output, [&] {
+    join.make_store(output.make());
+    if (options.verify) join.verify_store(output.path(), backends, result);
+  });
+  if (!result.bad.empty()) return result;
+  if (options.concat) {
+    ConversionRequest request;
+    request.from = output.path();
+    request.to = store;
+    request.budget_bytes = options.budget_bytes;
+    request.replace = options.replace;
+    ConversionWatch watch;
+    watch.progress = options.progress;
+    watch.warn = options.warn;
+    convert(request, backends, backends, watch);
+  } else {
+    output.publish(true, warn);
+  }
+  result.has_store = true;
+  return result;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("join " + plan.native());
+}
+
+PLAIT_END_NAMESPACE

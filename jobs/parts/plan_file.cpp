@@ -1,0 +1,270 @@
+#include "parts/plan_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "format/checksum.h"
+#include "format/field_stream.h"
+#include "format/file_names.h"
+#include "plait/detail/edge_shards.h"
+#include "plait/error.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/file.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr char kPlanMagic[] = "plait plan", kDoneMagic[] = "plait part";
+constexpr std::uint32_t kFormat = 1;
+constexpr std::size_t kMostText = 65536, kChecksumBytes = 8;
+constexpr std::uint64_t kMostFileBytes = 256u << 20;
+constexpr std::uint32_t kMostFiles = 4096;  ///< attributes times levels
+
+template <class Write>
+std::vector<std::byte> sealed(std::string_view magic, Write write) {
+  FieldWriter fields;
+  fields.put_text(magic, kMostText, "the magic");
+  fields.put(kFormat);
+  write(fields);
+  std::vector<std::byte> bytes = fields.take();
+  const std::uint64_t checksum = checksum_of(bytes);
+  bytes.resize(bytes.size() + kChecksumBytes);
+  save(std::span(bytes), bytes.size() - kChecksumBytes, checksum);
+  return bytes;
+}
+
+/// Reads the file and checks its checksum and its head.
+class SealedFile {
+ public:
+  SealedFile(const File& file, std::string_view magic) : bytes_(read(file)), path_(file.path()) {
+    const std::span<const std::byte> content =
+        std::span<const std::byte>(bytes_).first(bytes_.size() - kChecksumBytes);
+    checksum_ = load<std::uint64_t>(bytes_, content.size());
+    if (checksum_of(content) != checksum_)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("open {}: expected checksum {:016x}, found {:016x}", path_.native(),
+                              checksum_, checksum_of(content)))
+          .about(path_);
+    fields_.emplace(content, path_);
+    const std::string found = fields_->take_text(kMostText, "the kind of file");
+    fields_->require(found == magic, "the kind of file", found);
+    const auto format = fields_->take<std::uint32_t>("the format");
+    fields_->require(format == kFormat, "the format", format);
+  }
+  FieldReader& fields() { return *fields_; }
+  std::uint64_t checksum() const { return checksum_; }
+
+ private:
+  static std::vector<std::byte> read(const File& file) {
+    const std::uint64_t size = file.size();
+    if (size < kChecksumBytes || size > kMostFileBytes)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("open {}: expected {} to {} bytes, found {}", file.path().native(),
+                              kChecksumBytes, kMostFileBytes, size))
+          .about(file.path());
+    std::vector<std::byte> bytes(size);
+    file.read_at(0, bytes);
+    return bytes;
+  }
+
+  std::vector<std::byte> bytes_;
+  std::filesystem::path path_;
+  std::uint64_t checksum_ = 0;
+  std::optional<FieldReader> fields_;
+};
+
+void put_uuid(FieldWriter& fields, const StoreUuid& uuid) {
+  for (const std::byte byte : uuid) fields.put(static_cast<std::uint8_t>(byte));
+}
+StoreUuid take_uuid(FieldReader& fields) {
+  StoreUuid uuid;
+  for (std::byte& byte : uuid) byte = static_cast<std::byte>(fields.take<std::uint8_t>("the UUID"));
+  return uuid;
+}
+
+Error damaged(const Directory& directory, const std::string& name, const std::string& reason) {
+  return Error(ErrorCode::kCorruption,
+               fmt::format("open {}: {}", directory.path_of(name).native(), reason))
+      .about(directory.path_of(name));
+}
+
+void check_size(const Directory& directory, const std::string& name, std::uint64_t expected) {
+  const std::optional<File> file = open_if_present(directory, name, OpenMode::kRead);
+  if (!file) throw damaged(directory, name, "it is missing");
+  if (const std::uint64_t found = file->size(); found != expected)
+    throw damaged(directory, name, fmt::format("expected {} bytes, found {}", expected, found));
+}
+
+}  // namespace
+
+std::vector<EdgeId> PlanFile::starts() const {
+  std::vector<EdgeId> starts;
+  for (const PlannedPart& part : plan.parts) starts.push_back(part.first_edge);
+  return starts;
+}
+
+void write_plan_file(const Directory& directory, const PlanFile& file) {
+  const PartsPlan& plan = file.plan;
+  const std::vector<std::byte> bytes = sealed(kPlanMagic, [&](FieldWriter& fields) {
+    put_uuid(fields, plan.uuid);
+    fields.put_text(plan.program, kMostText, "the program");
+    for (const std::uint64_t number :
+         {file.vertex_count, file.edge_count, file.face_count, file.base_mesh.bytes,
+          file.base_mesh.checksum, file.block_bytes, plan.vertices, plan.files})
+      fields.put(number);
+    fields.put(static_cast<std::uint32_t>(plan.base_level));
+    fields.put(static_cast<std::uint32_t>(plan.levels));
+    fields.put(static_cast<std::uint8_t>(file.precision));
+    fields.put(static_cast<std::uint8_t>(file.normals));
+    fields.put(static_cast<std::uint8_t>(file.limit));
+    for (const std::string* text : {&file.scheme, &file.layout, &plan.backend,
+                                    &file.position_pipeline, &file.normal_pipeline})
+      fields.put_text(*text, kMostText, "an option");
+    fields.put(static_cast<std::uint32_t>(plan.parts.size()));
+    for (const PlannedPart& part : plan.parts) {
+      fields.put(part.first_edge);
+      for (const std::uint64_t number : {part.records, part.faces, part.ghosts, part.bytes})
+        fields.put(number);
+      fields.put(std::bit_cast<std::uint64_t>(part.seconds));
+    }
+  });
+  File out(directory, kPlanName, OpenMode::kCreate);
+  out.write_at(0, bytes);
+  out.sync();
+  out.close();
+}
+
+PlanFile read_plan_file(const Directory& directory) {
+  SealedFile sealed(File(directory, kPlanName, OpenMode::kRead), kPlanMagic);
+  FieldReader& fields = sealed.fields();
+  PlanFile file;
+  PartsPlan& plan = file.plan;
+  file.checksum = sealed.checksum();
+  plan.uuid = take_uuid(fields);
+  plan.program = fields.take_text(kMostText, "the program");
+  for (std::uint64_t* number :
+       {&file.vertex_count, &file.edge_count, &file.face_count, &file.base_mesh.bytes,
+        &file.base_mesh.checksum, &file.block_bytes, &plan.vertices, &plan.files})
+    *number = fields.take<std::uint64_t>("a size");
+  fields.require(file.edge_count < kNoId, "the number of edges", file.edge_count);
+  plan.base_level = static_cast<int>(fields.take<std::uint32_t>("the base level"));
+  plan.levels = static_cast<int>(fields.take<std::uint32_t>("the level"));
+  fields.require(plan.base_level >= 0 && plan.base_level < plan.levels && plan.levels <= kMaxLevel,
+                 "the level", plan.levels);
+  const auto precision = fields.take<std::uint8_t>("the precision");
+  file.precision = static_cast<ComponentType>(precision);
+  fields.require(
+      file.precision == ComponentType::kFloat32 || file.precision == ComponentType::kFloat64,
+      "the precision", precision);
+  file.normals = fields.take<std::uint8_t>("an option") != 0;
+  file.limit = fields.take<std::uint8_t>("an option") != 0;
+  for (std::string* text :
+       {&file.scheme, &file.layout, &plan.backend, &file.position_pipeline, &file.normal_pipeline})
+    *text = fields.take_text(kMostText, "an option");
+  const auto count = fields.take<std::uint32_t>("the number of parts");
+  fields.require(count > 0 && count <= kMostShards && count <= fields.bytes_left() / 44,
+                 "the number of parts", count);
+  for (std::uint32_t at = 0; at < count; ++at) {
+    PlannedPart part;
+    part.first_edge = fields.take<std::uint32_t>("an edge");
+    fields.require(
+        part.first_edge < file.edge_count &&
+            (at == 0 ? part.first_edge == 0 : part.first_edge > plan.parts.back().first_edge),
+        "the first edge of a part", part.first_edge);
+    for (std::uint64_t* number : {&part.records, &part.faces, &part.ghosts, &part.bytes})
+      *number = fields.take<std::uint64_t>("a figure");
+    part.seconds = std::bit_cast<double>(fields.take<std::uint64_t>("a figure"));
+    part.edge_after = static_cast<EdgeId>(file.edge_count);
+    if (at > 0) plan.parts.back().edge_after = part.first_edge;
+    plan.parts.push_back(part);
+  }
+  return file;
+}
+
+Directory open_plan_directory(const std::filesystem::path& plan) {
+  Directory directory(plan);
+  if (!directory.contains(kPlanName))
+    throw Error(ErrorCode::kNotFound,
+                fmt::format("open {}: expected a plan, found a directory without the file {}",
+                            plan.native(), kPlanName));
+  return directory;
+}
+
+std::string done_file_name(std::uint32_t part) { return fmt::format("done.{}", part); }
+
+std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& done) {
+  return sealed(kDoneMagic, [&](FieldWriter& fields) {
+    put_uuid(fields, plan.plan.uuid);
+    fields.put(plan.checksum);
+    fields.put(done.part);
+    fields.put_text(done.directory, kMostText, "the directory");
+    fields.put(static_cast<std::uint32_t>(done.description.size()));
+    for (const std::byte byte : done.description) fields.put(static_cast<std::uint8_t>(byte));
+    fields.put(static_cast<std::uint32_t>(done.levels.size()));
+    for (const auto& level : done.levels) {
+      fields.put_text(level.name, kMostText, "a file");
+      fields.put(level.bytes);
+    }
+    for (const std::uint64_t number :
+         {done.tables_checksum, done.records_checksum, done.digest.high, done.digest.low,
+          std::bit_cast<std::uint64_t>(done.seconds)})
+      fields.put(number);
+  });
+}
+
+std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFile& plan,
+                                       std::uint32_t part) {
+  const std::string name = done_file_name(part);
+  const std::optional<File> file = open_if_present(directory, name, OpenMode::kRead);
+  if (!file) return std::nullopt;
+  SealedFile sealed(*file, kDoneMagic);
+  FieldReader& fields = sealed.fields();
+  DoneFile done;
+  if (take_uuid(fields) != plan.plan.uuid ||
+      fields.take<std::uint64_t>("the plan") != plan.checksum)
+    throw damaged(directory, name, "it is a part of another plan");
+  done.part = fields.take<std::uint32_t>("the part");
+  if (done.part != part)
+    throw damaged(directory, name, fmt::format("expected part {}, found part {}", part, done.part));
+  done.directory = fields.take_text(kMostText, "the directory");
+  fields.require(done.directory.find('/') == std::string::npos, "the directory", done.directory);
+  const auto bytes = fields.take<std::uint32_t>("the size of the description");
+  fields.require(bytes <= fields.bytes_left(), "the size of the description", bytes);
+  for (std::uint32_t at = 0; at < bytes; ++at)
+    done.description.push_back(static_cast<std::byte>(fields.take<std::uint8_t>("a byte")));
+  const auto count = fields.take<std::uint32_t>("the number of files");
+  fields.require(count <= kMostFiles, "the number of files", count);
+  for (std::uint32_t at = 0; at < count; ++at) {
+    PartContent::LevelOfPart level;
+    level.name = fields.take_text(kMostText, "a file");
+    fields.require(level.name.find('/') == std::string::npos && is_version_file_name(level.name),
+                   "a file", level.name);
+    level.bytes = fields.take<std::uint64_t>("the size of a file");
+    done.levels.push_back(std::move(level));
+  }
+  double* const seconds = &done.seconds;
+  for (std::uint64_t* number :
+       {&done.tables_checksum, &done.records_checksum, &done.digest.high, &done.digest.low})
+    *number = fields.take<std::uint64_t>("a checksum");
+  *seconds = std::bit_cast<double>(fields.take<std::uint64_t>("the seconds"));
+
+  if (!directory.contains(done.directory))
+    throw damaged(directory, name, fmt::format("the directory {} is missing", done.directory));
+  const Directory inside(directory, done.directory);
+  for (const auto& level : done.levels) check_size(inside, level.name, level.bytes);
+  for (const auto& [inner, checksum] :
+       {std::pair(tables_file_name(1, part), done.tables_checksum),
+        std::pair(std::string(kRecordsName), done.records_checksum)}) {
+    const std::optional<File> content = open_if_present(inside, inner, OpenMode::kRead);
+    if (!content) throw damaged(inside, inner, "it is missing");
+    if (const std::uint64_t found = checksum_of(*content); found != checksum)
+      throw damaged(inside, inner,
+                    fmt::format("expected checksum {:016x}, found {:016x}", checksum, found));
+  }
+  return done;
+}
+
+PLAIT_END_NAMESPACE

@@ -1,0 +1,150 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "base/default_arithmetic.h"
+#include "io/made_mark.h"
+#include "io/partial_output.h"
+#include "parts/cuts.h"
+#include "parts/plan_file.h"
+#include "plait/error.h"
+#include "plait/extend/fused.h"
+#include "plait/extend/parts.h"
+#include "plait/extend/provenance.h"
+#include "plait/mesh_io.h"
+#include "schemes/table.h"
+#include "store/left_overs.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::uint64_t kLargestSlotBytes = 16 << 10;  // as a SubdivisionJob has it
+// What a machine of ten years ago takes; only the ratio of the two matters for the cuts.
+constexpr double kNsPerByte = 1.3, kNsPerPoint = 5, kNsPerPointWithNormals = 8;
+
+void remove_plan(const Directory& directory) {
+  for (const char* const name : {kPlanName, kBaseMeshName, kMadeMarkName})
+    directory.remove_if_possible(name);
+}
+
+StoreUuid random_uuid() {
+  std::random_device device;
+  StoreUuid uuid;
+  for (std::byte& byte : uuid) byte = static_cast<std::byte>(device() & 0xff);
+  return uuid;
+}
+
+std::string pipeline_text(const PartsRequest& request, const RegisteredBackend& backend,
+                          const AttributeSchema& schema) {
+  const LevelPipelines pipelines = request.pipeline_of(schema);
+  backend.check_pipelines(pipelines, schema);
+  bool predicted = false;
+  LevelPipelines searched = pipelines;
+  searched.for_each([&](Pipeline& one) { predicted = predicted || one.has_predicted_stage(); });
+  if (predicted || backend.needs_other_blocks(pipelines, schema))
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("plan parts: pipeline {} of '{}' encodes blocks with the help of other "
+                            "blocks, and a part has only its own: take --compress fast, or convert "
+                            "the joined store",
+                            pipelines.to_text(), schema.name));
+  return pipelines.to_text();
+}
+
+void check_request(const PartsRequest& request) {
+  if (request.scheme.own() != nullptr)
+    throw Error(ErrorCode::kNotSupported,
+                "plan parts: a rule of the program's own has no name that another process knows");
+  if (const SchemeTraits scheme = traits_of(request.scheme); request.limit && !scheme.has_limits)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("plan parts: scheme {} has no limit positions", scheme.name));
+  if (request.parts == 0)
+    throw Error(ErrorCode::kInvalidArgument, "plan parts: expected at least 1 part, found 0");
+}
+
+}  // namespace
+
+PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends) try {
+  const DefaultArithmetic arithmetic;
+  check_request(request);
+  PlanFile file;
+  PartsPlan& plan = file.plan;
+  const AttributeSchema position{"position", request.precision, 3};
+  const AttributeSchema normal{"normal", ComponentType::kFloat32, 3};
+  plan.backend = request.pipeline_of ? "compressed" : "pread";
+  const RegisteredBackend& backend = backends.find(plan.backend);
+  if (request.pipeline_of) {
+    file.position_pipeline = pipeline_text(request, backend, position);
+    if (request.normals) file.normal_pipeline = pipeline_text(request, backend, normal);
+  }
+  PartialDirectory output(OutputName(request.plan).path, "partial", MadeProof::kMark, remove_plan);
+  const auto taken = [&] {
+    return Error(ErrorCode::kInvalidArgument,
+                 fmt::format("create {}: it exists already", output.final_path().native()));
+  };
+  if (const OutputName name(request.plan); name.directory.contains(name.name)) throw taken();
+  BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);
+  plan.vertices = counts_at_level(mesh, request.levels).vertices;
+  plan.levels = request.levels;
+  plan.base_level = rebase_levels(request.levels, position.record_bytes(),
+                                  request.max_slot_bytes.value_or(kLargestSlotBytes));
+  const int over_base = plan.levels - plan.base_level;
+  if (over_base < 1 || over_base > kMostFusedLevels)
+    throw Error(
+        ErrorCode::kNotSupported,
+        fmt::format("plan parts: level {} is {} levels over the base mesh, expected 1 to {} "
+                    "(--max-slot)",
+                    plan.levels, over_base, kMostFusedLevels));
+  if (plan.base_level > 0) mesh = rebase(mesh, plan.base_level, request.scheme, request.precision);
+  LaidOutMesh laid_out = lay_out(mesh, request.layout);
+  mesh = std::move(laid_out.mesh);
+  if (request.parts > mesh.edge_count() || request.parts > kMostShards)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("plan parts: expected at most one part for each of {} edges and at most "
+                    "{}, found {}",
+                    mesh.edge_count(), kMostShards, request.parts));
+  plan.uuid = random_uuid();
+  plan.program = program_version();
+  file.vertex_count = mesh.vertex_count();
+  file.edge_count = mesh.edge_count();
+  file.face_count = mesh.face_count();
+  file.scheme = to_string(request.scheme);
+  file.layout = to_string(laid_out.kind);
+  file.precision = request.precision;
+  file.normals = request.normals;
+  file.limit = request.limit;
+  file.block_bytes = request.block_bytes;
+
+  const std::size_t record_bytes =
+      position.record_bytes() + (request.normals ? normal.record_bytes() : 0);
+  PartCost cost;
+  cost.levels = over_base;
+  cost.ns_per_record = kNsPerByte * static_cast<double>(record_bytes);
+  cost.ns_per_point = request.normals ? kNsPerPointWithNormals : kNsPerPoint;
+  plan.parts =
+      figures_of_parts(mesh.topology(), cut_edges(mesh.topology(), request.parts, cost), cost);
+  for (PlannedPart& part : plan.parts) part.bytes = part.records * record_bytes;
+  const std::uint64_t attributes = request.normals ? 2 : 1;
+  plan.files = plan.parts.size() * (attributes * static_cast<std::uint64_t>(over_base) + 1) +
+               attributes + 4;  // and base records, base.mesh, version, manifest, lock
+
+  if (request.before_files) request.before_files();
+  remove_left_overs_of(request.plan,
+                       [&](const std::string& what) { plan.warnings.push_back(what); });
+  const Directory& directory = output.directory();
+  file.base_mesh = write_base_mesh_file(directory, mesh);
+  write_plan_file(directory, file);
+  directory.remove(kMadeMarkName);
+  if (!output.publish(true)) throw taken();
+  return plan;
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("plan parts");
+}
+
+PartsPlan read_parts_plan(const std::filesystem::path& plan) {
+  return read_plan_file(open_plan_directory(plan)).plan;
+}
+
+PLAIT_END_NAMESPACE

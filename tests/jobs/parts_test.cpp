@@ -1,0 +1,408 @@
+// A store that many processes make in parts: the same records, digests and bytes as one process
+// makes; what is missing, damaged or foreign is named by its number.
+#include "plait/extend/parts.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "io/file_operations.h"
+#include "plait/compression.h"
+#include "plait/digest.h"
+#include "plait/error.h"
+#include "plait/extend/check_store.h"
+#include "plait/mesh_io.h"
+#include "plait/reader.h"
+#include "plait/registry.h"
+#include "plait/subdivision_job.h"
+#include "plait/verify.h"
+#include "support/error_of.h"
+#include "support/temporary_directory.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Work {
+  fs::path mesh;
+  int levels = 3;
+  bool normals = true, limit = false;
+  Scheme scheme = {};
+  std::optional<std::uint64_t> max_slot_bytes = 100;  // refines the base mesh in memory
+};
+
+/// Writes a mesh to a file, because a plan reads one.
+fs::path write_mesh(const fs::path& directory, const IndexedMesh& mesh) {
+  const fs::path path = directory / "mesh.ply";
+  write_ply(path, mesh);
+  return path;
+}
+
+PartsRequest request_of(const Work& work, const fs::path& plan, std::uint32_t parts) {
+  PartsRequest request;
+  request.mesh = work.mesh;
+  request.plan = plan;
+  request.parts = parts;
+  request.levels = work.levels;
+  request.scheme = work.scheme;
+  request.normals = work.normals;
+  request.limit = work.limit;
+  request.max_slot_bytes = work.max_slot_bytes;
+  request.block_bytes = 4 << 10;
+  return request;
+}
+
+/// What one process makes; returns its digest.
+std::string make_whole(const Work& work, const fs::path& store) {
+  SubdivisionRequest request;
+  request.mesh = work.mesh;
+  request.store = store;
+  request.levels = work.levels;
+  request.scheme = work.scheme;
+  request.normals = work.normals;
+  request.limit = work.limit;
+  request.max_slot_bytes = work.max_slot_bytes;
+  request.block_bytes = 4 << 10;
+  request.backend = "pread";
+  request.layout = LayoutKind::kHilbert;
+  request.digest = true;
+  return SubdivisionJob(request, default_backends()).run().digest;
+}
+
+void make_all(const fs::path& plan, std::uint32_t parts, int threads = 1) {
+  PartOptions options;
+  options.threads = threads;
+  for (std::uint32_t part = 0; part < parts; ++part)
+    make_part(plan, part, options, default_backends());
+}
+
+JoinResult join(const fs::path& plan, const fs::path& store, JoinOptions options = {}) {
+  return join_parts(plan, store, options, default_backends());
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// The files of a store that say nothing of its UUID: levels and base records.
+std::map<std::string, std::string> records_of(const fs::path& store) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(store))
+    if (const std::string name = entry.path().filename();
+        name.starts_with("attribute") || name == "base.mesh")
+      files[name] = bytes_of(entry.path());
+  return files;
+}
+
+void check_parts(const Work& work, const fs::path& directory, std::uint32_t parts,
+                 const std::string& expected, const std::map<std::string, std::string>& files) {
+  CAPTURE(parts);
+  const fs::path plan = directory / "plan", store = directory / "joined.plait";
+  plan_parts(request_of(work, plan, parts), default_backends());
+  make_all(plan, parts, parts % 2 == 0 ? 2 : 1);
+  JoinOptions verified;
+  verified.verify = true;
+  const JoinResult joined = join(plan, store, verified);
+  REQUIRE(joined.has_store);
+  CHECK(joined.digest == expected);
+  const Store opened = Store::open(store, {}, default_backends());
+  CHECK(digest(opened).to_string() == expected);
+  const StoreCheck check = check_store(store, default_backends());
+  CHECK(check.damaged.empty());
+  CHECK(check.left_over.empty());
+  JoinOptions concat;
+  concat.concat = true;
+  REQUIRE(join(plan, directory / "one.plait", concat).has_store);
+  CHECK(records_of(directory / "one.plait") == files);
+  for (const char* const made : {"plan", "joined.plait", "one.plait"})
+    fs::remove_all(directory / made);
+}
+
+void check_work(const Work& work, const fs::path& directory,
+                const std::vector<std::uint32_t>& numbers) {
+  const std::string expected = make_whole(work, directory / "whole.plait");
+  const auto files = records_of(directory / "whole.plait");
+  for (const std::uint32_t parts : numbers) check_parts(work, directory, parts, expected, files);
+  fs::remove_all(directory / "whole.plait");
+}
+
+std::vector<std::uint32_t> wrong_parts(const fs::path& directory, const fs::path& plan) {
+  const JoinResult joined = join(plan, directory / "refused.plait");
+  CHECK_FALSE(joined.has_store);
+  CHECK_FALSE(fs::exists(directory / "refused.plait"));
+  return joined.bad;
+}
+
+fs::path directory_of(const fs::path& plan, std::uint32_t part) {
+  for (const auto& entry : fs::directory_iterator(plan))
+    if (entry.path().filename().native().starts_with("part." + std::to_string(part) + "-"))
+      return entry.path();
+  FAIL("part " << part << " has no directory");
+  return {};
+}
+
+/// Collects the paths that file operations change.
+class ChangedPaths final : public FileOperationHook {
+ public:
+  ChangedPaths() { set_file_operation_hook(this); }
+  ~ChangedPaths() { set_file_operation_hook(nullptr); }
+  Verdict before(const FileOperation& operation) noexcept override {
+    if (is_harmless(operation.kind)) return {};
+    const std::scoped_lock lock(mutex_);
+    paths.insert(operation.path);
+    if (operation.to != nullptr) paths.insert(*operation.to);
+    return {};
+  }
+  void after(const FileOperation&) noexcept override {}
+
+  std::set<fs::path> paths;
+
+ private:
+  std::mutex mutex_;
+};
+
+}  // namespace
+
+TEST_CASE("Parts_OfAnyNumber_GiveTheRecordsOfOneProcess") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work;
+  work.mesh = write_mesh(here.path(), random_sheet(5, 60));
+  SECTION("Loop with normals, a mesh with border") {
+    check_work(work, here.path(), {1, 2, 3, 7, 16, 64});
+  }
+  SECTION("limit positions") {
+    work.limit = true;
+    work.normals = false;
+    check_work(work, here.path(), {3, 16});
+  }
+  SECTION("Butterfly") {
+    work.scheme = scheme_from_name("butterfly");
+    check_work(work, here.path(), {2, 7});
+  }
+  SECTION("Midpoint, without refinement of the base mesh") {
+    work.scheme = scheme_from_name("midpoint");
+    work.max_slot_bytes = std::nullopt;
+    check_work(work, here.path(), {2, 7});
+  }
+  SECTION("a closed mesh") {
+    work.mesh = write_mesh(here.path(), random_sphere(3, 80));
+    check_work(work, here.path(), {3, 64});
+  }
+}
+
+TEST_CASE("Parts_AThousand_GiveTheRecordsOfOneProcess") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work;
+  work.mesh = write_mesh(here.path(), random_sheet(9, 900));
+  work.levels = 2;
+  work.normals = false;
+  work.max_slot_bytes = std::nullopt;
+  check_work(work, here.path(), {1000});
+}
+
+TEST_CASE("Parts_Compressed_GiveTheRecordsOfOneProcess") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work;
+  work.mesh = write_mesh(here.path(), random_sheet(5, 60));
+  const std::string expected = make_whole(work, here.path() / "whole.plait");
+  PartsRequest request = request_of(work, here.path() / "plan", 7);
+  request.pipeline_of = [](const AttributeSchema& schema) {
+    return LevelPipelines(preset_pipeline("fast", schema));
+  };
+  plan_parts(request, default_backends());
+  make_all(request.plan, 7);
+  JoinOptions options;
+  options.verify = true;
+  REQUIRE(join(request.plan, here.path() / "s.plait", options).has_store);
+  CHECK(digest(Store::open(here.path() / "s.plait", {}, default_backends())).to_string() ==
+        expected);
+  request.plan = here.path() / "refused";
+  request.pipeline_of = [](const AttributeSchema& schema) {
+    return LevelPipelines(preset_pipeline("small", schema));
+  };
+  CHECK(error_of([&] { plan_parts(request, default_backends()); }).code() ==
+        ErrorCode::kNotSupported);
+  CHECK_FALSE(fs::exists(request.plan));
+}
+
+TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan";
+  plan_parts(request_of(work, plan, 2), default_backends());
+  const PartResult first = make_part(plan, 0, {}, default_backends());
+  CHECK_FALSE(first.was_done);
+  const PartResult second = make_part(plan, 0, {}, default_backends());
+  CHECK(second.was_done);
+  CHECK(second.digest == first.digest);
+  PartOptions again;
+  again.again = true;
+  const PartResult third = make_part(plan, 0, again, default_backends());
+  CHECK_FALSE(third.was_done);
+  CHECK(third.digest == first.digest);
+  {
+    std::vector<std::jthread> racing;
+    for (int i = 0; i < 4; ++i)
+      racing.emplace_back([&] { make_part(plan, 1, {}, default_backends()); });
+  }
+  CHECK(join(plan, here.path() / "s.plait").digest == make_whole(work, here.path() / "w.plait"));
+  std::size_t directories = 0;
+  for (const auto& entry : fs::directory_iterator(plan)) directories += entry.is_directory();
+  CHECK(directories == 2);
+}
+
+TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", other = here.path() / "other";
+  constexpr std::uint32_t kParts = 6;
+  plan_parts(request_of(work, plan, kParts), default_backends());
+  for (const std::uint32_t part : {0u, 2u}) make_part(plan, part, {}, default_backends());
+  const JoinResult missing = join(plan, here.path() / "s.plait");
+  CHECK(missing.missing == std::vector<std::uint32_t>{1, 3, 4, 5});
+  CHECK(missing.again() == "1,3-5");
+  make_all(plan, kParts);
+  using Numbers = std::vector<std::uint32_t>;
+  SECTION("a file of a level is cut") {
+    const fs::path file = directory_of(plan, 3) / "attribute0.level03.1.shard3";
+    fs::resize_file(file, fs::file_size(file) - 1);
+    CHECK(wrong_parts(here.path(), plan) == Numbers{3});
+    CHECK_FALSE(make_part(plan, 3, {}, default_backends()).was_done);
+    CHECK(join(plan, here.path() / "s.plait").has_store);
+  }
+  SECTION("a file of a level, the tables or done.I are missing") {
+    fs::remove(directory_of(plan, 2) / "attribute1.level03.1.shard2");
+    fs::remove(directory_of(plan, 4) / "version.1.shard4");
+    fs::remove(plan / "done.5");
+    CHECK(wrong_parts(here.path(), plan) == Numbers{2, 4});
+    CHECK(join(plan, here.path() / "s.plait").again() == "2,4-5");
+  }
+  SECTION("done.I is cut") {
+    fs::resize_file(plan / "done.1", fs::file_size(plan / "done.1") - 1);
+    CHECK(wrong_parts(here.path(), plan) == Numbers{1});
+  }
+  SECTION("two parts are exchanged") {
+    fs::rename(plan / "done.1", plan / "x");
+    fs::rename(plan / "done.2", plan / "done.1");
+    fs::rename(plan / "x", plan / "done.2");
+    CHECK(wrong_parts(here.path(), plan) == Numbers{1, 2});
+  }
+  SECTION("the directories of two parts are exchanged") {
+    const fs::path a = directory_of(plan, 1), b = directory_of(plan, 2);
+    fs::rename(a, plan / "x");
+    fs::rename(b, a);
+    fs::rename(plan / "x", b);
+    CHECK(wrong_parts(here.path(), plan) == Numbers{1, 2});
+  }
+  SECTION("a part is of another plan") {
+    plan_parts(request_of(work, other, kParts), default_backends());
+    make_part(other, 4, {}, default_backends());
+    fs::copy_file(other / "done.4", plan / "done.4", fs::copy_options::overwrite_existing);
+    fs::copy(directory_of(other, 4), plan / directory_of(other, 4).filename());
+    CHECK(wrong_parts(here.path(), plan) == Numbers{4});
+  }
+  SECTION("a block is damaged, which only --verify reads") {
+    const fs::path file = directory_of(plan, 5) / "attribute0.level02.1.shard5";
+    std::string bytes = bytes_of(file);
+    bytes[40] = static_cast<char>(bytes[40] ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
+    JoinOptions options;
+    options.verify = true;
+    const JoinResult joined = join(plan, here.path() / "s.plait", options);
+    CHECK(joined.bad == Numbers{5});
+    CHECK_FALSE(fs::exists(here.path() / "s.plait"));
+  }
+  SECTION("the base mesh is another one") {
+    std::string bytes = bytes_of(plan / "base.mesh");
+    bytes.back() = static_cast<char>(bytes.back() ^ 1);
+    std::ofstream(plan / "base.mesh", std::ios::binary) << bytes;
+    CHECK(error_of([&] { join(plan, here.path() / "s.plait"); }).code() == ErrorCode::kCorruption);
+    PartOptions again;
+    again.again = true;
+    CHECK(error_of([&] { make_part(plan, 0, again, default_backends()); }).code() ==
+          ErrorCode::kCorruption);
+  }
+}
+
+TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan";
+  plan_parts(request_of(work, plan, 3), default_backends());
+  make_part(plan, 0, {}, default_backends());
+  std::set<fs::path> paths;
+  {
+    ChangedPaths changed;
+    make_part(plan, 1, {}, default_backends());
+    paths = changed.paths;
+  }
+  REQUIRE_FALSE(paths.empty());
+  for (const fs::path& path : paths) {
+    CAPTURE(path);
+    const std::string name = path.lexically_relative(plan).native();
+    CHECK((name.starts_with("part.1-") || name == "done.1" || name == "."));  // it syncs "."
+  }
+}
+
+TEST_CASE("ShardedStore_WithHundredsOfFiles_KeepsFewOpen") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work{write_mesh(here.path(), random_sheet(9, 400))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  work.max_slot_bytes = std::nullopt;
+  constexpr std::uint32_t kParts = 100;
+  plan_parts(request_of(work, plan, kParts), default_backends());
+  make_all(plan, kParts);
+  REQUIRE(join(plan, path).has_store);
+  const auto open_files = [] {
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator());
+  };
+  const auto before = open_files();
+  const Store store = Store::open(path, {}, default_backends());
+  CHECK(open_files() - before < 10);
+  digest(store);
+  CHECK(open_files() - before <= 64 + 10);
+  CHECK(open_files() - before > 32);
+}
+
+TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const Work work{write_mesh(here.path(), random_sheet(5, 60))};
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of(work, plan, 5), default_backends());
+  make_all(plan, 5);
+  REQUIRE(join(plan, path).has_store);
+  fs::remove_all(plan);
+  const auto expected = digest(Store::open(path, {}, default_backends()));
+  // Writers and repair are refused in words.
+  OpenOptions writable;
+  writable.writable = true;
+  CHECK(error_of([&] { Store::open(path, writable, default_backends()); }).code() ==
+        ErrorCode::kNotSupported);
+  CHECK(error_of([&] { repair(path, {}, default_backends()); }).code() == ErrorCode::kNotSupported);
+  CHECK(digest(Store::open(path, {}, default_backends())) == expected);
+
+  std::string bytes = bytes_of(path / "version.1.shard2");
+  bytes[100] = static_cast<char>(bytes[100] ^ 1);
+  std::ofstream(path / "version.1.shard2", std::ios::binary) << bytes;
+  const StoreCheck check = check_store(path, default_backends());
+  REQUIRE(check.damaged.size() == 1);
+  CHECK(check.damaged[0].name == "version.1.shard2");
+}
+
+TEST_CASE("ArrayText_OfNumbers_JoinsNeighbours") {
+  CHECK(array_text({}).empty());
+  CHECK(array_text(std::vector<std::uint32_t>{3, 17, 18, 19}) == "3,17-19");
+  CHECK(array_text(std::vector<std::uint32_t>{0, 1}) == "0-1");
+}
+
+}  // namespace plait::test

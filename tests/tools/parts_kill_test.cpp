@@ -1,0 +1,114 @@
+// Kills `plait part` and `plait join` at random instants. The same command again must end with the
+// store of one undisturbed run, and nothing half-made may have a final name.
+//
+// With PLAIT_LONG=1 in the environment the test kills more than a thousand times.
+#include <signal.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "program.h"
+#include "support/sanitized.h"
+
+namespace plait::test {
+namespace {
+
+using Names = std::vector<std::string>;
+
+int rounds() { return std::getenv("PLAIT_LONG") ? 100 : unless_sanitized(3, 1); }
+
+/// Runs the command and kills it again and again, later each time, until it ends. Returns how often
+/// it was killed.
+int run_until_done(const std::filesystem::path& directory, const Names& arguments,
+                   std::mt19937_64& random, std::uint64_t longest_us) {
+  for (int kills = 0;; ++kills, longest_us += longest_us / 4) {
+    Program program(directory, arguments);
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % longest_us));
+    ::kill(program.process(), SIGKILL);
+    const Outcome outcome = program.wait();
+    if (outcome.status == 1000 + SIGKILL) continue;
+    CAPTURE(arguments, outcome.errors);
+    REQUIRE(outcome.status == 0);
+    return kills;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("PartAndJoin_KilledAgainAndAgain_ArriveAtTheStoreOfOneRun") {
+  std::mt19937_64 random(13);
+  const TemporaryDirectory here(Medium::kMemory);
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  const Outcome whole = run(here.path(), {"subdivide", "m.ply", "whole.plait", "--levels", "4",
+                                          "--normals", "--digest", "--json"});
+  REQUIRE(whole.status == 0);
+  int kills = 0;
+  for (int round = 0; round < rounds(); ++round) {
+    REQUIRE(run(here.path(), {"plan", "m.ply", "p", "--levels", "4", "--normals", "--parts", "3"})
+                .status == 0);
+    for (const char* const part : {"0", "1", "2"})
+      kills += run_until_done(here.path(), {"part", "p", part}, random, 20000);
+    kills += run_until_done(here.path(), {"join", "p", "s.plait"}, random, 10000);
+    const Outcome digest = run(here.path(), {"digest", "s.plait", "--json"});
+    REQUIRE(digest.status == 0);
+    CHECK(digest.json()["digest"] == whole.json()["digest"]);
+    // What was killed left nothing but the plan, and the last join has removed that of earlier
+    // ones.
+    for (const auto& entry : std::filesystem::directory_iterator(here.path())) {
+      CAPTURE(entry.path());
+      CHECK(entry.path().native().find("partial") == std::string::npos);
+    }
+    int directories = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(here.path() / "p"))
+      directories += entry.is_directory() ? 1 : 0;
+    CHECK(directories == 3);
+    std::filesystem::remove_all(here.path() / "p");
+    std::filesystem::remove_all(here.path() / "s.plait");
+  }
+  CHECK(kills > 0);
+}
+
+TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
+  const TemporaryDirectory here(Medium::kMemory);
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  const Outcome planned = run(here.path(), {"plan", "m.ply", "p", "--levels", "3", "--parts", "5",
+                                            "--sbatch", "array.sh", "--array", "2", "--json"});
+  REQUIRE(planned.status == 0);
+  CHECK(planned.json()["parts"].size() == 5);
+  CHECK(content_of(here.path() / "array.sh").find("--array=0-0 array.sh --offset 4") !=
+        std::string::npos);
+  CHECK(run(here.path(), {"plan", "m.ply", "p", "--levels", "3", "--parts", "5"}).status == 2);
+  // Part 3 as the second task of an array with an offset.
+  REQUIRE(run(here.path(), {"part", "p", "1", "--offset", "2"}).status == 0);
+  const Outcome incomplete = run(here.path(), {"join", "p", "s.plait"});
+  CHECK(incomplete.status == 4);
+  CHECK(incomplete.last_line() == "0-2,4");
+  CHECK_FALSE(std::filesystem::exists(here.path() / "s.plait"));
+  CHECK(run(here.path(), {"part", "p", "5"}).status == 2);
+  for (const char* const part : {"0", "1", "2", "4"})
+    REQUIRE(run(here.path(), {"part", "p", part}).status == 0);
+  CHECK(run(here.path(), {"part", "p", "4"}).output.find("done already") != std::string::npos);
+  REQUIRE(run(here.path(), {"join", "p", "s.plait"}).status == 0);
+  CHECK(run(here.path(), {"join", "p", "s.plait"}).status == 2);
+  CHECK(run(here.path(), {"join", "p", "s.plait", "--force", "--concat"}).status == 0);
+  const Names reading[] = {{"verify", "s.plait"},
+                           {"info", "s.plait"},
+                           {"bounds", "s.plait"},
+                           {"export", "s.plait", "s.ply", "--level", "2"},
+                           {"convert", "s.plait", "c.plait", "--compress", "default", "--verify"}};
+  REQUIRE(run(here.path(), {"join", "p", "s.plait", "--force"}).status == 0);
+  for (const Names& arguments : reading) {
+    const Outcome outcome = run(here.path(), arguments);
+    CAPTURE(arguments, outcome.errors);
+    CHECK(outcome.status == 0);
+  }
+  CHECK(run(here.path(), {"repair", "s.plait"}).status == 2);
+}
+
+}  // namespace plait::test

@@ -1,0 +1,104 @@
+// plait join: makes a store of the parts of a plan.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "arguments.h"
+#include "command.h"
+#include "console.h"
+#include "measure.h"
+#include "plait/extend/parts.h"
+#include "progress.h"
+
+namespace plait {
+namespace {
+
+/// Parts are missing or bad.
+constexpr int kExitIncomplete = 4;
+
+struct JoinArguments {
+  std::filesystem::path plan, store;
+  JoinOptions options;
+};
+
+int run_join(const JoinArguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  JoinOptions options = arguments.options;
+  ProgressBar bar("join", ProgressUnit::kNone);
+  options.progress = [&](const Progress& now) {
+    return bar.update(now.done, now.total, now.phase);
+  };
+  options.warn = [&](const std::string& warning) {
+    bar.clear();
+    report_warning(warning);
+  };
+  const JoinResult joined = join_parts(arguments.plan, arguments.store, options, context.backends);
+  bar.clear();
+  if (!joined.has_store) {
+    for (const std::string& reason : joined.reasons) report_warning(reason);
+    if (context.json)
+      print(nlohmann::ordered_json({{"plan", arguments.plan.string()},
+                                    {"missing", joined.missing},
+                                    {"bad", joined.bad},
+                                    {"array", joined.again()}})
+                .dump(2) +
+            "\n");
+    else
+      print(joined.again() + "\n");
+    return kExitIncomplete;
+  }
+  if (!context.json) {
+    print(fmt::format("{}: {:.2f} s\n{}\n", arguments.store.native(), clock.seconds(),
+                      joined.digest));
+    return kExitDone;
+  }
+  const nlohmann::ordered_json report = {{"plan", arguments.plan.string()},
+                                         {"store", arguments.store.string()},
+                                         {"digest", joined.digest},
+                                         {"seconds", clock.seconds()}};
+  print(report.dump(2) + "\n");
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_join_command(CommandLine& program, CommandContext& context) {
+  const auto arguments = std::make_shared<JoinArguments>();
+  CommandLine* command = program.add_subcommand("join", "Make a store of the parts of a plan");
+  command->add_option("PLAN", arguments->plan, "The plan")->required();
+  add_output_option(*command, "STORE", arguments->store, "The store to make, a directory")
+      ->required();
+  command->add_flag("--verify", arguments->options.verify,
+                    "Read every block first and compare the digests");
+  command->add_flag("--concat", arguments->options.concat,
+                    "Copy the parts into levels in one piece, as plait subdivide makes them");
+  command->add_flag("--force", arguments->options.replace,
+                    "Replace STORE if it is a store, when the new store is complete");
+  add_size_option(*command, "--memory", arguments->options.budget_bytes,
+                  "Budget for blocks in memory");
+  add_plugin_option(*command, context);
+  add_json_option(*command, context);
+  command->footer(
+      "The files of the parts get a second name in STORE (hard links), so no byte is copied; "
+      "where\n"
+      "that cannot be, they are copied. Such a store can be read, not changed. PLAN stays, and "
+      "can\n"
+      "be removed afterwards.\n"
+      "\n"
+      "If parts are missing or damaged, the command prints them as a list for an array job, such\n"
+      "as 3,17-19, and its exit status is 4. The last line is otherwise the digest of STORE.\n"
+      "\n"
+      "Examples:\n"
+      "  plait join molecule.plan molecule.plait\n"
+      "  sbatch --array=\"$(plait join statue.plan statue.plait)\" statue.sh    the missing parts\n"
+      "  plait join statue.plan statue.plait --concat --verify");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run_join(*arguments, context); };
+  });
+}
+
+}  // namespace plait

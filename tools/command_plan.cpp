@@ -1,0 +1,175 @@
+// plait plan: cuts a subdivision into parts that many machines can make.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "argument_text.h"
+#include "arguments.h"
+#include "base/byte_text.h"
+#include "command.h"
+#include "compress_arguments.h"
+#include "console.h"
+#include "interrupt.h"
+#include "measure.h"
+#include "parts_script.h"
+#include "plait/error.h"
+#include "plait/extend/edge_index.h"
+#include "plait/extend/parts.h"
+
+namespace plait {
+namespace {
+
+struct PlanArguments {
+  PartsRequest request;
+  std::optional<std::string> scheme, precision, layout;
+  std::vector<std::string> compress;
+  int parts = 1;
+  std::filesystem::path sbatch;
+  int tasks = 1000;
+};
+
+PartsRequest request_of(const PlanArguments& arguments) {
+  PartsRequest request = arguments.request;
+  request.parts = static_cast<std::uint32_t>(arguments.parts);
+  if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
+  if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
+  if (arguments.precision && *arguments.precision == "float64")
+    request.precision = ComponentType::kFloat64;
+  if (!arguments.compress.empty()) request.pipeline_of = pipelines_of(arguments.compress);
+  return request;
+}
+
+double ghost_share(const PlannedPart& part) {
+  return static_cast<double>(part.ghosts) / static_cast<double>(part.faces);
+}
+
+int run_plan(const PlanArguments& arguments, const CommandContext& context) {
+  const Stopwatch clock;
+  if (!arguments.sbatch.empty() && std::filesystem::exists(arguments.sbatch))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("create {}: it exists already", arguments.sbatch.native()));
+  PartsPlan plan;
+  {
+    EndAtOnce nothing_is_made_yet(context.json);
+    PartsRequest request = request_of(arguments);
+    request.before_files = [&] { nothing_is_made_yet.end(); };
+    plan = plan_parts(request, context.backends);
+  }
+  for (const std::string& warning : plan.warnings) report_warning(warning);
+  if (!arguments.sbatch.empty())
+    write_sbatch(arguments.sbatch, arguments.request.plan,
+                 static_cast<std::uint32_t>(plan.parts.size()),
+                 static_cast<std::uint32_t>(arguments.tasks));
+  std::uint64_t bytes = 0, faces = 0, ghosts = 0;
+  double seconds = 0;
+  for (const PlannedPart& part : plan.parts) {
+    bytes += part.bytes;
+    faces += part.faces;
+    ghosts += part.ghosts;
+    seconds += part.seconds;
+  }
+  const auto worst = std::ranges::max_element(plan.parts, {}, &PlannedPart::seconds);
+  const auto number = worst - plan.parts.begin();
+  const double share = static_cast<double>(ghosts) / static_cast<double>(faces);
+  if (!context.json) {
+    const auto line = [](std::size_t part, const PlannedPart& figures) {
+      return fmt::format("part {}: edges {} to {}, {}, {:.1f} % ghosts, about {:.3g} s\n", part,
+                         figures.first_edge, figures.edge_after, format_bytes(figures.bytes),
+                         100 * ghost_share(figures), figures.seconds);
+    };
+    constexpr std::size_t kMostLines = 16;
+    if (plan.parts.size() <= kMostLines)
+      for (std::size_t at = 0; at < plan.parts.size(); ++at) print(line(at, plan.parts[at]));
+    else
+      print("the worst: " + line(static_cast<std::size_t>(number), *worst));
+    print(
+        fmt::format("{}: {} parts, level {}, {} vertices, {} in {} files, {:.1f} % ghosts, about "
+                    "{:.3g} s in all and {:.3g} s for the worst part (estimates for one thread)\n",
+                    arguments.request.plan.native(), plan.parts.size(), plan.levels, plan.vertices,
+                    format_bytes(bytes), plan.files, 100 * share, seconds, worst->seconds));
+    return kExitDone;
+  }
+  nlohmann::ordered_json report = {
+      {"plan", arguments.request.plan.string()},
+      {"levels", plan.levels},
+      {"base_level", plan.base_level},
+      {"vertices", plan.vertices},
+      {"backend", plan.backend},
+      {"files", plan.files},
+      {"bytes", bytes},
+      {"ghost_faces", ghosts},
+      {"seconds_of_parts", seconds},
+      {"worst", {{"part", number}, {"bytes", worst->bytes}, {"seconds", worst->seconds}}},
+      {"seconds", clock.seconds()}};
+  report["parts"] = nlohmann::ordered_json::array();
+  for (const PlannedPart& part : plan.parts)
+    report["parts"].push_back({{"first_edge", part.first_edge},
+                               {"edge_after", part.edge_after},
+                               {"records", part.records},
+                               {"faces", part.faces},
+                               {"ghost_faces", part.ghosts},
+                               {"bytes", part.bytes},
+                               {"seconds", part.seconds}});
+  print(report.dump(2) + "\n");
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_plan_command(CommandLine& program, CommandContext& context) {
+  const auto arguments = std::make_shared<PlanArguments>();
+  CommandLine* command =
+      program.add_subcommand("plan", "Cut a subdivision into parts for many machines");
+  command->add_option("MESH", arguments->request.mesh, "PLY, OBJ or OFF, also .gz and .zst")
+      ->required();
+  add_output_option(*command, "PLAN", arguments->request.plan, "The plan to make, a directory")
+      ->required();
+  add_whole_option(*command, "--levels", arguments->request.levels, 1, kMaxLevel,
+                   fmt::format("The level to reach, 1 to {}", kMaxLevel))
+      ->required();
+  add_whole_option(*command, "--parts", arguments->parts, 1, 1 << 20, "The number of parts")
+      ->required();
+  command->add_option("--scheme", arguments->scheme, "The scheme; default loop");
+  command
+      ->add_option("--precision", arguments->precision,
+                   "Type of the positions: float32 or float64; default float32")
+      ->one_of({"float32", "float64"});
+  command->add_flag("--normals", arguments->request.normals, "Also compute unit normals");
+  command->add_flag("--limit", arguments->request.limit,
+                    "Project positions to the limit surface, if the scheme has one");
+  command->add_option("--layout", arguments->layout,
+                      "Order of edges: given, spatial, hilbert or rcm; default hilbert");
+  add_compress_option(*command, arguments->compress);
+  add_size_option(*command, "--block", arguments->request.block_bytes,
+                  "Unit of I/O, a power of two; default 1MiB");
+  add_size_option(*command, "--max-slot", arguments->request.max_slot_bytes,
+                  "Largest slot of positions: refine the base mesh in memory until all slots fit; "
+                  "default 16KiB");
+  command->add_option("--sbatch", arguments->sbatch,
+                      "Also write a Slurm script that makes all parts in an array job");
+  add_whole_option(*command, "--array", arguments->tasks, 1, 1 << 20,
+                   "The longest array that --sbatch may ask for; default 1000");
+  add_plugin_option(*command, context);
+  add_json_option(*command, context);
+  command->footer(
+      "plait part makes each part, on any machine that sees PLAN, in any order; plait join makes\n"
+      "the store of them. The store's digest is that of plait subdivide with the same options.\n"
+      "Parts have raw blocks, or with --compress blocks of a pipeline without prediction: fast.\n"
+      "\n"
+      "Examples:\n"
+      "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"
+      "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --sbatch statue.sh");
+  command->callback([arguments, &context] {
+    context.run = [arguments, &context] { return run_plan(*arguments, context); };
+  });
+}
+
+}  // namespace plait
