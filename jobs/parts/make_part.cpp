@@ -31,7 +31,9 @@ std::string host_name() {
   return host;
 }
 
-std::string own_prefix(std::uint32_t part) { return fmt::format("part.{}-{}-", part, host_name()); }
+std::string own_prefix(std::uint32_t part) {
+  return fmt::format("{}{}-", part_prefix(part), host_name());
+}
 
 /// The directory of a part that is being made. The destructor removes it unless the part is
 /// complete. A lock (flock) tells other processes of this machine that it is in use.

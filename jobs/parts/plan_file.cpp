@@ -195,6 +195,8 @@ Directory open_plan_directory(const std::filesystem::path& plan) {
 
 std::string done_file_name(std::uint32_t part) { return fmt::format("done.{}", part); }
 
+std::string part_prefix(std::uint32_t part) { return fmt::format("part.{}-", part); }
+
 std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& done) {
   return sealed(kDoneMagic, [&](FieldWriter& fields) {
     put_uuid(fields, plan.plan.uuid);
@@ -230,7 +232,9 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
   if (done.part != part)
     throw damaged(directory, name, fmt::format("expected part {}, found part {}", part, done.part));
   done.directory = fields.take_text(kMostText, "the directory");
-  fields.require(done.directory.find('/') == std::string::npos, "the directory", done.directory);
+  fields.require(done.directory.starts_with(part_prefix(part)) &&
+                     done.directory.find('/') == std::string::npos,
+                 "the directory", done.directory);
   const auto bytes = fields.take<std::uint32_t>("the size of the description");
   fields.require(bytes <= fields.bytes_left(), "the size of the description", bytes);
   for (std::uint32_t at = 0; at < bytes; ++at)

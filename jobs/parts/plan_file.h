@@ -53,6 +53,8 @@ struct DoneFile {
 };
 
 std::string done_file_name(std::uint32_t part);
+/// The names of the directories of this part begin with it.
+std::string part_prefix(std::uint32_t part);
 std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& done);
 
 /// The part if it is complete: done.I is of this plan and of this part, and its files are there
