@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <random>
 #include <system_error>
 #include <thread>
@@ -16,6 +15,7 @@
 #include "store/generation_volume.h"
 #include "store/recovery.h"
 #include "store/shard_volume.h"
+#include "store/store_checks.h"
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -32,12 +32,7 @@ StoreUuid random_uuid() {
 }
 
 void check_options(const StoreOptions& options, const Provenance& provenance) {
-  if (!std::has_single_bit(options.block_bytes) || options.block_bytes < 4096 ||
-      options.block_bytes > (1u << 30))
-    throw Error(
-        ErrorCode::kInvalidArgument,
-        fmt::format("create store: block size {}, expected a power of two from 4096 to 2^30",
-                    options.block_bytes));
+  check_block_bytes(options.block_bytes, "create store");
   if (provenance.base_level < 0 || provenance.base_level > kMaxLevel)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("create store: base level {}, expected 0 to {}", provenance.base_level,

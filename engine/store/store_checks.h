@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -12,6 +13,14 @@
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// Errors: kInvalidArgument for a block size that no store can have.
+inline void check_block_bytes(std::uint64_t block_bytes, std::string_view verb) {
+  if (!std::has_single_bit(block_bytes) || block_bytes < 4096 || block_bytes > (1u << 30))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: block size {}, expected a power of two from 4096 to 2^30", verb,
+                            block_bytes));
+}
 
 /// What a call does to a store.
 enum class Change : std::uint8_t {

@@ -16,6 +16,7 @@
 #include "plait/mesh_io.h"
 #include "schemes/table.h"
 #include "store/left_overs.h"
+#include "store/store_checks.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -61,6 +62,7 @@ void check_request(const PartsRequest& request) {
                 fmt::format("plan parts: scheme {} has no limit positions", scheme.name));
   if (request.parts == 0)
     throw Error(ErrorCode::kInvalidArgument, "plan parts: expected at least 1 part, found 0");
+  check_block_bytes(request.block_bytes, "plan parts");
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "io/file_operations.h"
+#include "parts/plan_file.h"
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
@@ -235,6 +236,19 @@ TEST_CASE("Parts_Compressed_GiveTheRecordsOfOneProcess") {
   CHECK_FALSE(fs::exists(request.plan));
 }
 
+TEST_CASE("Plan_BlockSizeThatNoStoreHas_IsRefusedBeforeAnyPartIsMade") {
+  const TemporaryDirectory here(Medium::kMemory);
+  PartsRequest request =
+      request_of({write_mesh(here.path(), random_sheet(5, 60))}, here.path() / "plan", 2);
+  for (const std::uint64_t bytes : {0u, 2048u, 5000u, 1u << 31}) {
+    request.block_bytes = bytes;
+    CAPTURE(bytes);
+    CHECK(error_of([&] { plan_parts(request, default_backends()); }).code() ==
+          ErrorCode::kInvalidArgument);
+    CHECK_FALSE(fs::exists(request.plan));
+  }
+}
+
 TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce") {
   const TemporaryDirectory here(Medium::kMemory);
   const Work work{write_mesh(here.path(), random_sheet(5, 60))};
@@ -310,6 +324,23 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     fs::copy_file(other / "done.4", plan / "done.4", fs::copy_options::overwrite_existing);
     fs::copy(directory_of(other, 4), plan / directory_of(other, 4).filename());
     CHECK(wrong_parts(here.path(), plan) == Numbers{4});
+  }
+  SECTION("done.I names a directory that is not a part's") {
+    const Directory directory = open_plan_directory(plan);
+    const PlanFile file = read_plan_file(directory);
+    DoneFile done = *read_done_part(directory, file, 1);
+    fs::copy(directory_of(plan, 1), here.path());
+    done.directory = "..";
+    const std::vector<std::byte> bytes = encode_done_file(file, done);
+    std::ofstream(plan / "done.1", std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+    CHECK(wrong_parts(here.path(), plan) == Numbers{1});
+    PartOptions again;
+    again.again = true;
+    make_part(plan, 1, again, default_backends());
+    CHECK(fs::exists(here.path() / "version.1.shard1"));
+    CHECK(join(plan, here.path() / "s.plait").has_store);
   }
   SECTION("a block is damaged, which only --verify reads") {
     const fs::path file = directory_of(plan, 5) / "attribute0.level02.1.shard5";

@@ -70,9 +70,10 @@ struct PartsPlan {
 };
 
 /// Makes the directory `request.plan`. A plan never changes. Errors: kInvalidArgument for more
-/// parts than edges and if the name is taken; kNotSupported for a rule of a program's own, limit
-/// positions of a scheme without them, more than kMostFusedLevels levels over the base mesh, and
-/// pipelines whose blocks need other blocks; those of reading the mesh; kIo, kNoSpace.
+/// parts than edges, a block size that no store can have, and if the name is taken; kNotSupported
+/// for a rule of a program's own, limit positions of a scheme without them, more than
+/// kMostFusedLevels levels over the base mesh, and pipelines whose blocks need other blocks; those
+/// of reading the mesh; kIo, kNoSpace.
 PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends);
 
 /// Errors: kNotFound, kCorruption, kIo.
