@@ -32,8 +32,8 @@ constexpr std::uint64_t kBytesPerScanFace = 200;
 constexpr std::uint64_t kBytesPerSmallFace = 140;
 constexpr std::uint64_t kFacesPerVertex = 2;
 constexpr std::string_view kTurned = "turned", kDistance = "distance";
-/// Vertex numbers have 32 bits.
-constexpr std::uint64_t kMostSmallFaces = std::uint64_t{1} << 32;
+/// relax() numbers the corners of small faces in 32 bits.
+constexpr std::uint64_t kMostSmallFaces = (std::uint64_t{1} << 32) / 3;
 
 /// Parts of the whole work, in thousandths.
 struct WorkPart {
@@ -308,6 +308,10 @@ void ScanRun::measure() {
 RemeshReport remesh(const RemeshRequest& request, const BackendRegistry& backends,
                     const RemeshWatch& watch) {
   return with_memory_errors("remesh " + request.scan.native(), [&] {
+    // TBB takes other numbers for one of its own choice.
+    if (request.threads < 1)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("remesh: threads: expected 1 or more, found {}", request.threads));
     RemeshReport report;
     tbb::task_arena(request.threads).execute([&] {
       report = ScanRun(request, backends, watch).run();
