@@ -43,7 +43,7 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files);
 /// Writes .glb, or .gltf with a .bin beside it.
 GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files);
 
-/// The smaller of the two that a program with numbers of 31 bits can read.
+/// Whether indices below `count` fit in the smaller of the two types that files have for them.
 constexpr bool fits_31_bits(std::uint64_t count) noexcept { return count <= 0x7fffffff; }
 
 /// An attribute of the base faces.

@@ -49,7 +49,7 @@ class PatchSelection {
   std::vector<LevelGeometry> geometry_;  ///< [refinement], records of one byte
 };
 
-/// All faces of a mesh, or the part `part` of `parts` of them: stretches of about equal length.
+/// Part number `part` of `parts`: consecutive faces, about as many in each part.
 std::vector<FaceId> face_stretch(std::span<const FaceId> faces, std::uint64_t part,
                                  std::uint64_t parts);
 std::vector<FaceId> all_faces(const BaseMesh& base);
