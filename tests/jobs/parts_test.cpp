@@ -2,6 +2,7 @@
 // makes; what is missing, damaged or foreign is named by its number.
 #include "plait/extend/parts.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -43,7 +44,7 @@ struct Work {
 
 /// Writes a mesh to a file, because a plan reads one.
 fs::path write_mesh(const fs::path& directory, const IndexedMesh& mesh) {
-  const fs::path path = directory / "mesh.ply";
+  fs::path path = directory / "mesh.ply";
   write_ply(path, mesh);
   return path;
 }
@@ -86,7 +87,7 @@ void make_all(const fs::path& plan, std::uint32_t parts, int threads = 1) {
     make_part(plan, part, options, default_backends());
 }
 
-JoinResult join(const fs::path& plan, const fs::path& store, JoinOptions options = {}) {
+JoinResult join(const fs::path& plan, const fs::path& store, const JoinOptions& options = {}) {
   return join_parts(plan, store, options, default_backends());
 }
 
@@ -265,9 +266,9 @@ TEST_CASE("Part_MadeTwiceOrByTwoAtOnce_IsMadeOnce") {
   CHECK_FALSE(third.was_done);
   CHECK(third.digest == first.digest);
   {
-    std::vector<std::jthread> racing;
-    for (int i = 0; i < 4; ++i)
-      racing.emplace_back([&] { make_part(plan, 1, {}, default_backends()); });
+    std::array<std::jthread, 4> racing;
+    for (std::jthread& one : racing)
+      one = std::jthread([&] { make_part(plan, 1, {}, default_backends()); });
   }
   CHECK(join(plan, here.path() / "s.plait").digest == make_whole(work, here.path() / "w.plait"));
   std::size_t directories = 0;
