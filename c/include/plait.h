@@ -846,6 +846,7 @@ typedef struct plait_import_request {
     sizeof(plait_import_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL, 0, \
         0, 0, 0, 0, 0                                                                            \
   }
+/* Times are in seconds. */
 typedef struct plait_import_result {
   size_t struct_size;
   uint64_t vertices, faces; /* of the file */
@@ -865,11 +866,11 @@ typedef struct plait_import_result {
 PLAIT_API plait_status plait_job_import(const plait_import_request* request,
                                         plait_import_result* result);
 
-/* Options of plait_job_remesh(): those of the command `plait remesh`. Texts may be NULL, and
- * numbers 0, for the defaults. */
+/* Options of plait_job_remesh(): those of the command `plait remesh`, but --distances. Texts may be
+ * NULL, and numbers 0, for the defaults. */
 typedef struct plait_remesh_request {
   size_t struct_size;
-  const char* scan_path;  /* any triangle mesh: PLY, OBJ or OFF, also .gz and .zst */
+  const char* scan_path;  /* any triangle mesh: PLY, OBJ, OFF or STL, also .gz and .zst */
   const char* store_path; /* the store to make */
   const char* backend;    /* "auto" */
   uint64_t faces;         /* of the base mesh, at most; must be given */
@@ -936,6 +937,7 @@ typedef struct plait_surface_distances {
   double percentile_99, percentile_99_9;
   double mean_angle, percentile_99_angle;
 } plait_surface_distances;
+/* Lengths are in the units of the surfaces. */
 typedef struct plait_comparison_result {
   size_t struct_size;
   double diagonal, mean_edge;    /* of the first surface */

@@ -226,8 +226,8 @@ def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refus
     """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does, and returns
     a named tuple Remeshing.
 
-    scan: a file: PLY, OBJ or OFF, also .gz and .zst. faces: of the base mesh, at most. levels: the
-    finest level. min_component: removes components of fewer faces. fill_holes: fills holes of at
+    scan: a file: PLY, OBJ, OFF or STL, also .gz and .zst. faces: of the base mesh, at most.
+    levels: the finest level. min_component: removes components of fewer faces. fill_holes: fills holes of at
     most so many edges. refuse_turned: an error if small faces stay turned over. samples: points of
     the report for each direction; 0 for no distances. The other arguments are those of subdivide().
     """
