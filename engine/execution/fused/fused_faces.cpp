@@ -45,8 +45,7 @@ FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_
       if (other > last)
         ghosts.push_back({first, other});
       else if (other != first)
-        second.push_back(
-            other);  // in the range of faces, perhaps without an edge that is new there
+        second.push_back(other);  // in the range of faces, perhaps without a new edge there
     }
     own.insert(own.end(), second.begin(), second.end());
     std::ranges::sort(own);
@@ -60,7 +59,6 @@ FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_
                  ghosts.end());
     std::ranges::sort(ghosts, std::greater(), &Ghost::needed_by);
   }
-  ghosts_ = ghosts.size();
   runs_.push_back(0);
   const auto end_run = [&] {
     std::sort(faces_.begin() + static_cast<std::ptrdiff_t>(runs_.back()), faces_.end(),

@@ -29,12 +29,10 @@ class FusedFaces {
   }
   /// In the order of the pass.
   std::span<const FaceId> all() const { return faces_; }
-  std::uint64_t ghost_count() const { return ghosts_; }
 
  private:
   std::vector<FaceId> faces_;
   std::vector<std::uint64_t> runs_;  ///< [run] its first position in faces_, and then the end
-  std::uint64_t ghosts_ = 0;
 };
 
 PLAIT_END_NAMESPACE
