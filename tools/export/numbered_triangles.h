@@ -2,6 +2,7 @@
 // patch are in memory.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -9,6 +10,11 @@
 #include "export/patch_selection.h"
 
 namespace plait {
+
+/// Triangles of the longest row of a patch.
+inline std::size_t most_triangles_of_row(const PatchSelection& patches) {
+  return (std::size_t{2} << patches.refinements()) - 1;
+}
 
 /// Calls visit(a, b, c) for every triangle, patch by patch, with the orientation of the base faces.
 /// After each row of a patch it calls proceed(triangles so far).

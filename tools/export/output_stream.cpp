@@ -5,6 +5,7 @@
 #include <boost/iostreams/concepts.hpp>
 #include <boost/iostreams/filter/zlib.hpp>
 #include <boost/iostreams/filter/zstd.hpp>
+#include <utility>
 
 #include "plait/error.h"
 
@@ -12,7 +13,8 @@ namespace plait {
 namespace {
 
 constexpr int kBufferBytes = 256 << 10;
-constexpr int kGzipWindowBits = 15 + 16;  // zlib's largest window, and 16 for a gzip frame
+constexpr std::size_t kGatheredBytes = 32 << 10;  // stays in the cache of a core
+constexpr int kGzipWindowBits = 15 + 16;          // zlib's largest window, and 16 for a gzip frame
 
 }  // namespace
 
@@ -38,7 +40,7 @@ class OutputStream::Sink : public boost::iostreams::sink {
 };
 
 OutputStream::OutputStream(File& file, StreamCompression compression)
-    : target_(std::make_unique<Target>(file)) {
+    : gathered_(kGatheredBytes), target_(std::make_unique<Target>(file)) {
   if (compression == StreamCompression::kGzip) {
     boost::iostreams::zlib_params parameters;
     parameters.window_bits = kGzipWindowBits;
@@ -64,7 +66,12 @@ void OutputStream::rethrow_failure() const {
   if (target_->failure) std::rethrow_exception(target_->failure);
 }
 
-void OutputStream::write(std::span<const std::byte> bytes) {
+void OutputStream::write_through(std::span<const std::byte> bytes) {
+  give(std::span(gathered_).first(std::exchange(gathered_bytes_, 0)));
+  give(bytes);
+}
+
+void OutputStream::give(std::span<const std::byte> bytes) {
   stream_.write(reinterpret_cast<const char*>(bytes.data()),
                 static_cast<std::streamsize>(bytes.size()));
   if (stream_.good()) return;
@@ -74,6 +81,7 @@ void OutputStream::write(std::span<const std::byte> bytes) {
 }
 
 void OutputStream::close() {
+  write_through({});
   try {
     stream_.reset();
   } catch (...) {

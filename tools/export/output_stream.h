@@ -4,10 +4,12 @@
 #include <boost/iostreams/filtering_stream.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "plait/extend/file.h"
 
@@ -25,7 +27,14 @@ class OutputStream {
   OutputStream(const OutputStream&) = delete;
   OutputStream& operator=(const OutputStream&) = delete;
 
-  void write(std::span<const std::byte> bytes);
+  /// Cheap for a few bytes: they are gathered here, because each call of a stream costs more than a
+  /// triangle.
+  void write(std::span<const std::byte> bytes) {
+    if (bytes.size() > gathered_.size() - gathered_bytes_) return write_through(bytes);
+    if (bytes.empty()) return;
+    std::memcpy(gathered_.data() + gathered_bytes_, bytes.data(), bytes.size());
+    gathered_bytes_ += bytes.size();
+  }
   void write(std::string_view text) { write(std::as_bytes(std::span(text))); }
   /// Finishes the compressed stream. The file stays open. Without close() the file is incomplete.
   void close();
@@ -42,7 +51,12 @@ class OutputStream {
   class Sink;
 
   void rethrow_failure() const;
+  /// Gives the stream what is gathered, and then these bytes.
+  void write_through(std::span<const std::byte> bytes);
+  void give(std::span<const std::byte> bytes);
 
+  std::vector<std::byte> gathered_;  ///< [0, gathered_bytes_): the stream does not have it yet
+  std::size_t gathered_bytes_ = 0;
   std::unique_ptr<Target> target_;
   boost::iostreams::filtering_ostream stream_;
 };

@@ -81,6 +81,8 @@ void write_ply_level(const ExportTask& task, OutputStream& output) {
   std::vector<std::byte> rows;
   std::uint64_t done = 0;
   stream_vertices(task.store, attributes, task.patches, [&](auto records, std::size_t count) {
+    task.progress(done += count);
+    if (records.size() == 1) return output.write(records[0]);
     rows.clear();
     for (std::size_t vertex = 0; vertex < count; ++vertex)
       for (const std::span<const std::byte> column : records) {
@@ -89,27 +91,35 @@ void write_ply_level(const ExportTask& task, OutputStream& output) {
         rows.insert(rows.end(), record.begin(), record.end());
       }
     output.write(rows);
-    task.progress(done += count);
   });
 
-  constexpr std::size_t kFaceBytes = 13;
+  std::size_t face_bytes = 13;
+  for (const FaceColumn& column : columns) face_bytes += column.schema.record_bytes();
+  std::vector<std::byte> row(face_bytes * most_triangles_of_row(task.patches));
+  std::byte* next = row.data();
   std::uint64_t triangle = 0;
   for_each_numbered_triangle(
       task.patches,
       [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-        std::array<std::byte, kFaceBytes> face{std::byte{3}};
-        const std::uint32_t corners[] = {static_cast<std::uint32_t>(a),
-                                         static_cast<std::uint32_t>(b),
-                                         static_cast<std::uint32_t>(c)};
-        std::memcpy(face.data() + 1, corners, sizeof(corners));
-        output.write(face);
+        *next++ = std::byte{3};
+        for (const std::uint64_t corner : {a, b, c}) {
+          const auto number = static_cast<std::uint32_t>(corner);
+          std::memcpy(next, &number, sizeof(number));
+          next += sizeof(number);
+        }
+        if (columns.empty()) return;
         const FaceId of_face = task.patches.faces()[triangle++ >> (2 * task.patches.refinements())];
         for (const FaceColumn& column : columns) {
           const std::size_t bytes = column.schema.record_bytes();
-          output.write(column.numbers.subspan(of_face * bytes, bytes));
+          std::memcpy(next, column.numbers.data() + of_face * bytes, bytes);
+          next += bytes;
         }
       },
-      [&](std::uint64_t triangles) { task.progress(done + triangles); });
+      [&](std::uint64_t triangles) {
+        output.write(std::span(row.data(), next));
+        next = row.data();
+        task.progress(done + triangles);
+      });
 }
 
 }  // namespace plait

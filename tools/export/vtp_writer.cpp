@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cctype>
 #include <string>
@@ -139,14 +138,20 @@ class PieceWriter {
   void write_indices() {
     begin_array(3 * task_.triangles() * sizeof(Index));
     const std::uint64_t before = done_;
+    std::vector<Index> row(3 * most_triangles_of_row(task_.patches));
+    Index* next = row.data();
     for_each_numbered_triangle(
         task_.patches,
         [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-          const std::array<Index, 3> corners = {static_cast<Index>(a), static_cast<Index>(b),
-                                                static_cast<Index>(c)};
-          output_.write(std::as_bytes(std::span(corners)));
+          *next++ = static_cast<Index>(a);
+          *next++ = static_cast<Index>(b);
+          *next++ = static_cast<Index>(c);
         },
-        [&](std::uint64_t triangles) { task_.progress(done_ = before + triangles); });
+        [&](std::uint64_t triangles) {
+          output_.write(std::as_bytes(std::span(row.data(), next)));
+          next = row.data();
+          task_.progress(done_ = before + triangles);
+        });
     begin_array(task_.triangles() * sizeof(Index));
     for (std::uint64_t triangle = 1; triangle <= task_.triangles(); ++triangle) {
       const auto after = static_cast<Index>(3 * triangle);
