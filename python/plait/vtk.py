@@ -28,8 +28,10 @@ def polydata(mesh):
     them."""
     points = vtkPoints()
     points.SetData(numpy_to_vtk(mesh.vertices))
-    corners = mesh.triangles.astype(np.int64 if len(mesh.vertices) >= 1 << 31 else np.int32,
-                                    copy=False).ravel()
+    corners = mesh.triangles.ravel()
+    # The same bits as signed numbers if they fit, without a copy.
+    corners = (corners.astype(np.int64) if len(mesh.vertices) >= 1 << 31
+               else corners.view(np.int32))
     after = np.arange(0, corners.size + 1, 3, dtype=corners.dtype)
     cells = vtkCellArray()
     # Copies: VTK takes the memory of these arrays, and does not keep the arrays.
