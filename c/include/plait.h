@@ -846,11 +846,11 @@ typedef struct plait_import_request {
     sizeof(plait_import_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL, 0, \
         0, 0, 0, 0, 0                                                                            \
   }
-/* Times are in seconds. */
+/* What the job found in the file, and what it made. Times are in seconds. */
 typedef struct plait_import_result {
   size_t struct_size;
-  uint64_t vertices, faces; /* of the file */
-  uint64_t base_vertices, base_faces, border_edges;
+  uint64_t vertices, faces;                         /* of the file */
+  uint64_t base_vertices, base_faces, border_edges; /* of the base mesh */
   uint64_t stored_bytes;
   double read_seconds, recover_seconds, write_seconds;
   int32_t levels, base_level;

@@ -44,8 +44,8 @@ class Conversion(NamedTuple):
 
 
 class Import(NamedTuple):
-    """What import_mesh() found and made. Counts without "base" are those of the file; times are in
-    seconds. had_choice: several base meshes are equally deep."""
+    """What import_mesh() found and made. vertices and faces are those of the file, border_edges those
+    of the base mesh; times are in seconds. had_choice: several base meshes are equally deep."""
 
     path: str
     levels: int

@@ -258,6 +258,27 @@ def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
     assert len(indices) == 3 * len(mesh.triangles)
 
 
+def test_gltf_has_float32_of_wide_positions_and_texture_from_the_top(tmp_path):
+    with make(icosahedron(), tmp_path / "w.plait", levels=LEVEL, dtype=np.float64) as store:
+        store.add_attribute("texture", np.float32, 2)
+        store.visit(lambda v: v["position"][:, :2].astype(np.float32), reads=["position"],
+                    writes=["texture"])
+        store.commit()
+        patches = store.patches(range(20)).records.reshape(-1, 3)
+    export(tmp_path / "w.plait", tmp_path / "w.glb", "--attribute", "texture")
+    _, ((attributes, _),) = read_gltf(tmp_path / "w.glb")
+    assert np.array_equal(attributes["POSITION"], patches.astype(np.float32))
+    s, t = patches[:, :2].astype(np.float32).T
+    assert np.array_equal(attributes["TEXCOORD_0"], np.stack([s, np.float32(1) - t], 1))
+    with plait.open(tmp_path / "w.plait", writable=True) as store:
+        store.visit(lambda v: np.where(v["position"] == patches.max(), np.inf, v["position"]),
+                    reads=["position"], writes=["position"])
+        store.commit()
+    for options in ([], ["--quantize"]):
+        assert "finite" in export(tmp_path / "w.plait", tmp_path / "n.glb", *options, refused=True)
+    assert sorted(os.listdir(tmp_path)) == ["w.glb", "w.plait"]
+
+
 def test_box_takes_the_patches_that_meet_it(stores, tmp_path):
     store = stores["ball"]
     export(store, tmp_path / "box.vtp", "--box", "-2,-2,0.6,2,2,2")

@@ -16,7 +16,9 @@ def test_patches_that_are_written_read_back(tmp_path):
         patches = [store.patch(face) for face in faces]
         with store.patch_writer("copy", compare=True) as writer:
             for face in reversed(faces):
-                writer.write_patch("copy", face, 3, patches[face].astype(float))
+                # float64, and not one row after another in memory
+                records = np.asfortranarray(patches[face].astype(float))
+                writer.write_patch("copy", face, 3, records)
         store.commit()
         for level in store.levels:
             assert np.array_equal(store["copy"][level][:], store["position"][level][:])
@@ -48,6 +50,14 @@ def test_writer_fills_one_level_after_another():
                 writer.write_level("level", face, level, np.full(count, level, np.int16))
     for level in store.levels:
         assert (store["level"][level][:] == level).all()
+    store.add_attribute("at_once", np.int16)
+    with store.patch_writer("at_once") as writer:
+        for level in store.levels:
+            for face in range(8):
+                writer.write_level("at_once", face, level,
+                                   np.full(len(store.patch(0, level=level)), level, np.int16))
+    for level in store.levels:
+        assert (store["at_once"][level][:] == level).all()
 
 
 def test_missing_and_wrong_patches_are_refused():
@@ -105,6 +115,67 @@ def test_import_finds_the_levels(tmp_path):
     plait.import_mesh(tmp_path / "fine.ply", tmp_path / "fine.plait", 2, existing="replace")
     assert list(plait.open(tmp_path / "fine.plait").levels) == [0, 1, 2]
     assert sorted(os.listdir(tmp_path)) == ["fine.plait", "fine.ply"]
+
+
+def test_import_takes_the_options_of_the_program(tmp_path):
+    with make(sheet(4), levels=3) as store:
+        mesh = store.mesh()
+    write_ply(tmp_path / "fine.ply", (mesh.vertices, mesh.triangles))
+    done = plait.import_mesh(tmp_path / "fine.ply", tmp_path / "a.plait", 2, compress="small",
+                             layout="given", precision="float64", block="64KiB", memory="8MiB")
+    assert (done.base_level, done.base_faces, done.border_edges) == (0, 128, 32)
+    with plait.open(done.path) as store:
+        assert store.info.backend == "compressed" and store.info.block_bytes == 65536
+        assert store.info.layout == "given" and store["position"].dtype == np.float64
+        assert store.info.stored_bytes == done.stored_bytes
+    done = plait.import_mesh(tmp_path / "fine.ply", tmp_path / "b.plait", backend="mmap",
+                             max_slot=16 * 12)
+    assert done.base_level > 0
+    with plait.open(done.path) as store:
+        assert store.info.backend == "mmap" and store.info.base_level == done.base_level
+
+
+def test_import_says_what_is_odd_in_the_file(tmp_path):
+    # A torus of seven vertices: all have six faces, so any vertex of the file may be a base vertex.
+    seven = np.arange(7)
+    faces = np.concatenate([np.stack([seven, (seven + 1) % 7, (seven + 3) % 7], 1),
+                            np.stack([seven, (seven + 3) % 7, (seven + 2) % 7], 1)])
+    with make((np.random.default_rng(1).random((7, 3)), faces), levels=1) as store:
+        mesh = store.mesh()
+    write_ply(tmp_path / "torus.ply", (mesh.vertices, mesh.triangles))
+    with open(tmp_path / "torus.ply", "a", encoding="ascii") as file:
+        file.write("more")
+    told = []
+    done = plait.import_mesh(tmp_path / "torus.ply", tmp_path / "torus.plait", warn=told.append)
+    assert (done.levels, done.base_faces, done.had_choice) == (1, 14, True)
+    assert len(told) == 1 and "4 bytes after the last element" in told[0]
+
+
+def test_remesh_takes_the_options_of_the_program(tmp_path):
+    with make(icosahedron(), levels=4, scheme="loop") as store:
+        mesh = store.mesh()
+    # A hole of three edges, and a second component of two triangles.
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[:4] * 0.1 + 3])
+    extra = len(mesh.vertices) + np.array([[0, 1, 2], [0, 2, 3]])
+    triangles = np.concatenate([mesh.triangles[1:], extra])
+    write_ply(tmp_path / "scan.ply", (vertices, triangles))
+    done = plait.remesh(tmp_path / "scan.ply", tmp_path / "s.plait", 80, 2, min_component=10,
+                        fill_holes=3, samples=2000, backend="mmap")
+    # The hole becomes three triangles around a new vertex.
+    assert done.scan_faces == 5122 and done.faces == done.base_faces * 16
+    with plait.open(done.path) as store:
+        assert list(store.levels) == [0, 1, 2] and store.info.backend == "mmap"
+        assert store.info.stored_bytes == done.stored_bytes
+    found = plait.compare(tmp_path / "scan.ply", done.path, samples=2000)
+    assert 0 < done.store_to_scan_rms <= done.store_to_scan_max < 2 * found.back.max
+    corners = mesh.vertices[mesh.triangles]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    assert done.mean_edge == pytest.approx(edges.mean(), rel=0.01)
+    with pytest.raises(plait.InvalidArgument):
+        plait.remesh(tmp_path / "scan.ply", done.path, 80)
+    again = plait.remesh(tmp_path / "scan.ply", done.path, 80, 1, min_component=10, fill_holes=3,
+                         samples=0, existing="replace")
+    assert again.faces == again.base_faces * 4
 
 
 def test_remesh_makes_a_store_of_any_mesh(tmp_path):

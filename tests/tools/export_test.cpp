@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <boost/iostreams/copy.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filter/zstd.hpp>
@@ -5,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -180,6 +183,25 @@ TEST_CASE("Export_FaceAttributesAskedFor_AreNumbersOfTheTriangles") {
   }
   std::vector<std::string> warnings;
   check_counts(read_base_mesh(here.directory.path() / "f.ply", &warnings), here.base);
+
+  // Of some patches, one of them named twice. In VTK files, the array follows its length.
+  const std::size_t part[] = {3, 5, 6}, count = std::size(part) << (2 * kLevel);
+  const std::string some = decompressed_content_of(
+      here.write("p.ply", {"--face-attribute", "material", "--faces", "5-6,3,5"}));
+  const std::string vtk = decompressed_content_of(
+      here.write("p.vtp", {"--face-attribute", "material", "--faces", "5-6,3,5"}));
+  const std::size_t appended = vtk.find("\n_") + 2;
+  std::uint64_t bytes = 0;
+  std::memcpy(&bytes, vtk.data() + appended, sizeof(bytes));
+  REQUIRE(bytes == 2 * count);
+  CHECK(some.find(fmt::format("element face {}\n", count)) != std::string::npos);
+  for (std::size_t triangle = 0; triangle < count; ++triangle) {
+    std::uint16_t material = 0;
+    std::memcpy(&material, some.data() + some.size() - 15 * (count - triangle) + 13, 2);
+    REQUIRE(material == 1000 + part[triangle >> (2 * kLevel)]);
+    std::memcpy(&material, vtk.data() + appended + sizeof(bytes) + 2 * triangle, 2);
+    REQUIRE(material == 1000 + part[triangle >> (2 * kLevel)]);
+  }
   for (const char* name : {"f.obj", "f.stl"})
     CHECK(here.plait({"export", "s.plait", name, "--face-attribute", "part"}).status == 2);
   CHECK(here.plait({"export", "s.plait", "f.ply", "--face-attribute", "colour"}).status == 2);
