@@ -108,6 +108,8 @@ TEST_CASE("Decimate_InTiles_KeepsTheTopologyOnAnyNumberOfThreads") {
     CHECK(topology_of(figures_of_faces(all[0].positions, all[0].faces)) ==
           topology_of(figures_of(scan)));
     CHECK(all[0].history.collapse_count() == scan.positions.size() - all[0].positions.size());
+    // The tiles were at work: the whole surface at once has other faces.
+    CHECK(all[0].faces != decimate(scan, {.faces = 100, .tile_faces = 100000}).faces);
     for (const Decimated& other : all) {
       CHECK(other.faces == all[0].faces);
       CHECK(other.positions == all[0].positions);

@@ -46,6 +46,41 @@ TEST_CASE("Distances_TurnedSurface_GiveTheAngle") {
   CHECK(distances(square(1, 0), slope).mean_angle == Approx(45).margin(1e-3));
 }
 
+TEST_CASE("Distances_TrianglesOfUnequalArea_CountByArea") {
+  // A tenth of the area is at height 1.
+  IndexedMesh mesh = square(3, 0);
+  const auto large = static_cast<VertexId>(mesh.positions.size());
+  for (const Point& p : square(1, 1).positions) mesh.positions.push_back(p);
+  for (const auto& [a, b, c] : square(1, 1).faces)
+    mesh.faces.push_back({large + a, large + b, large + c});
+  const Distances found = distances(mesh, square(3, 0));
+  CHECK(found.mean == Approx(0.1).epsilon(1e-3));
+  CHECK(found.rms == Approx(std::sqrt(0.1)).epsilon(1e-3));
+}
+
+TEST_CASE("Distances_Slope_GivesThePercentilesOfItsHeights") {
+  IndexedMesh slope = square(1, 0);
+  for (Point& p : slope.positions) p.z = p.x;
+  const Distances found = distances(slope, square(1, 0));
+  CHECK(found.percentile_99 == Approx(0.99).margin(2e-4));
+  CHECK(found.percentile_99_9 == Approx(0.999).margin(2e-4));
+  CHECK(found.max > 0.9995);
+}
+
+TEST_CASE("Distances_SmallTurnedPart_IsInThePercentileOfAngles") {
+  // A flat square, and beside it a strip of 3 % of the whole area that rises by 45 degrees. Upside
+  // down, the angles are those of the other side.
+  const double width = 0.03 / 0.97, along = width / std::sqrt(2.0);
+  IndexedMesh mesh = square(1, 0);
+  mesh.positions.insert(mesh.positions.end(), {{1 + along, 0, along}, {1 + along, 1, along}});
+  mesh.faces.insert(mesh.faces.end(), {{1, 4, 5}, {1, 5, 2}});
+  const Distances found = distances(mesh, square(2, 0));
+  CHECK(found.mean_angle == Approx(0.03 * 45).epsilon(1e-3));
+  CHECK(found.percentile_99_angle == Approx(45).margin(1e-3));
+  for (auto& face : mesh.faces) std::swap(face[0], face[1]);
+  CHECK(distances(mesh, square(2, 0)).mean_angle == Approx(180 - 0.03 * 45).epsilon(1e-3));
+}
+
 TEST_CASE("Distances_WithoutArea_AreRefused") {
   IndexedMesh flat = square(1, 0);
   for (Point& p : flat.positions) p.y = 0;
