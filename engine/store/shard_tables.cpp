@@ -23,7 +23,6 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr char kShardMagic[] = "plaitshd";
-constexpr std::size_t kHeaderBytes = 32;
 constexpr std::uint32_t kShardFormat = 1;
 
 /// The tables of all levels and shards of an open version.
@@ -108,7 +107,7 @@ class EntriesOfLevel final : public StoredEntries {
 
 std::vector<std::byte> encode_shard_tables(const StoreUuid& store, std::uint32_t shard,
                                            std::span<const BlockTable* const> tables) {
-  std::vector<std::byte> bytes(kHeaderBytes);
+  std::vector<std::byte> bytes(kShardTablesHeaderBytes);
   std::memcpy(bytes.data(), kShardMagic, 8);
   save(std::span(bytes), 8, kShardFormat);
   save(std::span(bytes), 12, shard);
@@ -130,7 +129,7 @@ std::vector<std::vector<BlockEntry>> read_shard_tables(const Directory& store,
     return Error(ErrorCode::kCorruption, fmt::format("open {}: {}", file.path().native(), reason))
         .about(file.path());
   };
-  std::uint64_t expected = kHeaderBytes;
+  std::uint64_t expected = kShardTablesHeaderBytes;
   for (const LevelGeometry& level : levels) expected += level.block_count() * sizeof(BlockEntry);
   if (const std::uint64_t found = file.size(); found != expected)
     throw refuse(fmt::format("{} bytes, expected {}", found, expected));
@@ -142,7 +141,8 @@ std::vector<std::vector<BlockEntry>> read_shard_tables(const Directory& store,
     throw refuse(fmt::format("expected the block tables of shard {} of this store", shard));
   if (const std::uint64_t found = checksum_of(bytes); found != checksum)
     throw refuse(fmt::format("checksum {:016x}, expected {:016x}", found, checksum));
-  BlockTablesReader reader(std::span<const std::byte>(bytes).subspan(kHeaderBytes), file.path());
+  BlockTablesReader reader(std::span<const std::byte>(bytes).subspan(kShardTablesHeaderBytes),
+                           file.path());
   std::vector<std::vector<BlockEntry>> tables;
   for (const LevelGeometry& level : levels) tables.push_back(reader.next_level(level, 1));
   reader.finish();

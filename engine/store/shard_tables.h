@@ -19,6 +19,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct StoredLevel;
 
+inline constexpr std::size_t kShardTablesHeaderBytes = 32;
+
 /// The bytes of the file: the tables of one shard, with attributes in the description's order and
 /// levels ascending.
 std::vector<std::byte> encode_shard_tables(const StoreUuid& store, std::uint32_t shard,

@@ -85,8 +85,36 @@ std::uint64_t block_tables_bytes(const VersionDescription& description,
   return blocks * sizeof(BlockEntry);
 }
 
+namespace {
+
+/// Whoever opens a store has a number in memory for each shard of each level, so the tables of the
+/// shards, which have more bytes, must be on the disk.
+void refuse_shards_without_tables(const Directory& store, const VersionDescription& description,
+                                  std::uint64_t sequence) {
+  std::uint64_t levels = 0;
+  for (const AttributeRecord& attribute : description.attributes) levels += attribute.levels.size();
+  const auto shards = static_cast<std::uint32_t>(description.shards.size());
+  const std::uint64_t bytes = levels * shards * sizeof(std::uint64_t);
+  if (bytes <= kFreelyReadBytes) return;
+  const std::uint64_t needed = bytes / kMostBytesForOneOnDisk;
+  std::uint64_t there = 0;
+  for (std::uint32_t shard = 0; shard < shards; ++shard) {
+    const std::string name = tables_file_name(sequence, shard);
+    if (size_of(store, name).value_or(0) > 0)
+      there += bytes_on_disk(File(store, name, OpenMode::kRead), needed - there);
+    if (there >= needed) return;
+  }
+  throw refusal(store.path_of(version_file_name(sequence)),
+                fmt::format("it has {} levels in {} shards; of their block tables the disk has {}, "
+                            "expected at least {}",
+                            levels, shards, format_bytes(there), format_bytes(needed)));
+}
+
+}  // namespace
+
 void refuse_holes(const Directory& store, const VersionDescription& description,
                   std::uint64_t sequence) {
+  refuse_shards_without_tables(store, description, sequence);
   std::vector<std::string> names = {kBaseMeshName, version_file_name(sequence)};
   for (const AttributeRecord& attribute : description.attributes)
     names.push_back(base_file_name(attribute.number, sequence));

@@ -50,6 +50,7 @@ class Join {
         directory_(open_plan_directory(path)),
         plan_(read_plan_file(directory_)),
         base_(directory_, kBaseMeshName, OpenMode::kRead) {
+    refuse_hole(base_);
     if (base_.size() != plan_.base_mesh.bytes || checksum_of(base_) != plan_.base_mesh.checksum)
       throw Error(ErrorCode::kCorruption, fmt::format("join {}: {} is not that of the plan",
                                                       path.native(), base_.path().native()))
@@ -75,10 +76,11 @@ class Join {
               fmt::format("open {}: another program or other options made it than part {}",
                           directory_.path_of(done_file_name(part)).native(), parts_.front().part));
         sum = sum_of(sum, done->digest);
+        if (!parts_.empty()) done->description = {};  // equal to that of the first
         parts_.push_back(std::move(*done));
       } catch (const Error& error) {
         if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound &&
-            error.code() != ErrorCode::kIo)
+            error.code() != ErrorCode::kNotSupported && error.code() != ErrorCode::kIo)
           throw;
         bad(result, part, error.what());
       }

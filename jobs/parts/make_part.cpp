@@ -27,7 +27,7 @@ std::string host_name() {
   if (::gethostname(name.data(), name.size() - 1) != 0) return "host";
   std::string host(name.data());
   for (char& c : host)
-    if (c == '/' || c == '-') c = '_';
+    if (c == '-' || !is_in_directory_names(c)) c = '_';
   return host;
 }
 
@@ -90,7 +90,9 @@ std::optional<DoneFile> find_done(const Directory& directory, const PlanFile& pl
   try {
     return read_done_part(directory, plan, part);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotSupported &&
+        error.code() != ErrorCode::kNotFound)
+      throw;
     return std::nullopt;
   }
 }
@@ -114,8 +116,9 @@ void remove_left_overs(const Directory& directory, const PlanFile& plan, std::ui
 Store create_store(const Directory& plan_directory, const PlanFile& plan, std::uint32_t part,
                    const Directory& directory, const PartOptions& options,
                    const BackendRegistry& backends) {
-  BaseMesh mesh = read_base_mesh_file(File(plan_directory, kBaseMeshName, OpenMode::kRead),
-                                      plan.base_mesh, plan.vertex_count, plan.face_count);
+  const File base(plan_directory, kBaseMeshName, OpenMode::kRead);
+  refuse_hole(base);
+  BaseMesh mesh = read_base_mesh_file(base, plan.base_mesh, plan.vertex_count, plan.face_count);
   if (mesh.edge_count() != plan.edge_count)
     throw Error(ErrorCode::kCorruption, fmt::format("open {}: expected {} edges, found {}",
                                                     plan_directory.path_of(kBaseMeshName).native(),

@@ -11,6 +11,7 @@
 #include "format/base_mesh_file.h"
 #include "plait/digest.h"
 #include "plait/extend/directory.h"
+#include "plait/extend/file.h"
 #include "plait/extend/parts.h"
 #include "store/part_store.h"
 
@@ -52,14 +53,21 @@ struct DoneFile {
   double seconds = 0;
 };
 
+/// Letters, digits and a few signs. Nothing else is in the name of a part's directory.
+bool is_in_directory_names(char c);
+
+/// Errors: kCorruption for a file of more than 256 MiB of which less than 1/64 is on the disk, as
+/// for a store.
+void refuse_hole(const File& file);
+
 std::string done_file_name(std::uint32_t part);
 /// The names of the directories of this part begin with it.
 std::string part_prefix(std::uint32_t part);
 std::vector<std::byte> encode_done_file(const PlanFile& plan, const DoneFile& done);
 
-/// The part if it is complete: done.I is of this plan and of this part, and its files are there
-/// with their sizes, the tables with their checksum. Nothing if there is no done.I. Errors:
-/// kCorruption, which says what is wrong; kIo.
+/// The part if it is complete: done.I is of this plan and of this part, names the files that such a
+/// part has, and they are there with their sizes, the tables with their checksum. Follows no link.
+/// Nothing if there is no done.I. Errors: kCorruption, which says what is wrong; kIo.
 std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFile& plan,
                                        std::uint32_t part);
 

@@ -256,6 +256,13 @@ void seed_descriptions() {
   seed("version_description", "three_attributes", full);
   seed("version_description", "cut", full.substr(0, full.size() / 2));
   seed("version_description", "more", full + std::string(100, 'x'));
+  version.shards = {{0, 5}, {3, 6}, {7, 0xffff'ffff'ffff'ffff}};
+  const std::string shards = file(version);
+  seed("version_description", "shards", shards);
+  seed("version_description", "shards_cut", shards.substr(0, shards.size() - 5));
+  version.shards = {{0, 5}, {7, 6}, {3, 7}};
+  seed("version_description", "shards_descend", file(version));
+  version.shards.clear();
   version.attributes[0].levels[1].representation = Representation{1};
   seed("version_description", "representation_unknown", file(version));
 }

@@ -21,21 +21,29 @@ namespace {
 constexpr std::size_t kHeaderBytes = 32;
 constexpr std::uint64_t kSequence = 9;
 
-bool check_description(std::span<const std::byte> bytes, std::uint32_t features) {
+bool check_description(std::span<const std::byte> bytes, std::uint32_t features,
+                       std::uint32_t required_features) {
   return accepts({ErrorCode::kCorruption, ErrorCode::kNotSupported}, [&] {
-    const VersionDescription version = decode_description(bytes, kSequence, "version", features);
+    const VersionDescription version =
+        decode_description(bytes, kSequence, "version", features, required_features);
     require(version.attributes.size() <= bytes.size() / 30);
+    require(version.shards.size() <= bytes.size() / 12);
+    require(required_features_of(version) == required_features);
     const std::vector<std::byte> encoded = encode_description(version);
     const VersionDescription again =
-        decode_description(encoded, kSequence, "encoded", optional_features_of(version));
+        decode_description(encoded, kSequence, "encoded", optional_features_of(version),
+                           required_features_of(version));
     require(encode_description(again) == encoded);
     require(again.provenance == version.provenance);
+    require(again.shards == version.shards);
   });
 }
 
 bool check_description(std::span<const std::byte> bytes) {
-  check_description(bytes, kKnownOptionalFeatures);
-  return check_description(bytes, 0);
+  check_description(bytes, kKnownOptionalFeatures, 0);
+  check_description(bytes, kKnownOptionalFeatures, kShards);
+  check_description(bytes, 0, kShards);
+  return check_description(bytes, 0, 0);
 }
 
 void check_file(std::span<const std::byte> file) {

@@ -2,24 +2,38 @@
 // makes; what is missing, damaged or foreign is named by its number.
 #include "plait/extend/parts.h"
 
+#include <sys/stat.h>
+
 #include <array>
 #include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <initializer_list>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <set>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "engine/store/forge.h"
+#include "engine/store/format_reader.h"
+#include "format/checksum.h"
+#include "format/manifest.h"
+#include "format/version_description.h"
+#include "format/version_file.h"
 #include "io/file_operations.h"
 #include "parts/plan_file.h"
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
+#include "plait/extend/store_access.h"
 #include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
@@ -106,6 +120,28 @@ std::map<std::string, std::string> records_of(const fs::path& store) {
   return files;
 }
 
+/// A reader written from docs/format.md finds the same in the shards as in one piece.
+void check_by_format(const fs::path& sharded, const fs::path& whole) {
+  const format::Store shards = format::read_store(sharded), one = format::read_store(whole);
+  REQUIRE(shards.attributes.size() == one.attributes.size());
+  for (std::size_t at = 0; at < one.attributes.size(); ++at) {
+    CHECK(shards.attributes[at].levels == one.attributes[at].levels);
+    CHECK(shards.attributes[at].base == one.attributes[at].base);
+  }
+}
+
+/// One read of all blocks of a level crosses all cuts.
+void check_range_of_blocks(const Store& sharded, const Store& whole) {
+  const AttributeId position = sharded.attribute("position");
+  const auto bytes = [&](const Store& store) {
+    const LevelFile& level = StoreAccess::level_file(store, position, store.finest_level());
+    std::vector<std::byte> all(level.geometry.total_bytes());
+    level.backend->read({0, level.geometry.block_count()}, all);
+    return all;
+  };
+  CHECK(bytes(sharded) == bytes(whole));
+}
+
 void check_parts(const Work& work, const fs::path& directory, std::uint32_t parts,
                  const std::string& expected, const std::map<std::string, std::string>& files) {
   CAPTURE(parts);
@@ -125,6 +161,8 @@ void check_parts(const Work& work, const fs::path& directory, std::uint32_t part
   JoinOptions concat;
   concat.concat = true;
   REQUIRE(join(plan, directory / "one.plait", concat).has_store);
+  check_by_format(store, directory / "one.plait");
+  check_range_of_blocks(opened, Store::open(directory / "one.plait", {}, default_backends()));
   CHECK(records_of(directory / "one.plait") == files);
   for (const char* const made : {"plan", "joined.plait", "one.plait"})
     fs::remove_all(directory / made);
@@ -138,11 +176,16 @@ void check_work(const Work& work, const fs::path& directory,
   fs::remove_all(directory / "whole.plait");
 }
 
-std::vector<std::uint32_t> wrong_parts(const fs::path& directory, const fs::path& plan) {
-  const JoinResult joined = join(plan, directory / "refused.plait");
+JoinResult refused_join(const fs::path& directory, const fs::path& plan) {
+  JoinResult joined = join(plan, directory / "refused.plait");
   CHECK_FALSE(joined.has_store);
   CHECK_FALSE(fs::exists(directory / "refused.plait"));
-  return joined.bad;
+  REQUIRE(joined.reasons.size() == joined.bad.size());
+  return joined;
+}
+
+std::vector<std::uint32_t> wrong_parts(const fs::path& directory, const fs::path& plan) {
+  return refused_join(directory, plan).bad;
 }
 
 fs::path directory_of(const fs::path& plan, std::uint32_t part) {
@@ -151,6 +194,20 @@ fs::path directory_of(const fs::path& plan, std::uint32_t part) {
       return entry.path();
   FAIL("part " << part << " has no directory");
   return {};
+}
+
+/// Replaces bytes of a file of a plan by as many others, and makes its checksum right.
+void forge(const fs::path& path, const std::string& from, const std::string& to) {
+  std::string bytes = bytes_of(path);
+  const std::size_t at = bytes.find(from);
+  REQUIRE(at != std::string::npos);
+  REQUIRE(from.size() == to.size());
+  bytes.replace(at, from.size(), to);
+  std::uint64_t checksum = 0;
+  const std::size_t end = bytes.size() - sizeof checksum;
+  checksum = checksum_of(std::as_bytes(std::span(bytes)).first(end));
+  bytes.replace(end, sizeof checksum, reinterpret_cast<const char*>(&checksum), sizeof checksum);
+  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 /// Collects the paths that file operations change.
@@ -310,7 +367,9 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     fs::rename(plan / "done.1", plan / "x");
     fs::rename(plan / "done.2", plan / "done.1");
     fs::rename(plan / "x", plan / "done.2");
-    CHECK(wrong_parts(here.path(), plan) == Numbers{1, 2});
+    const JoinResult joined = refused_join(here.path(), plan);
+    REQUIRE(joined.bad == Numbers{1, 2});
+    CHECK_THAT(joined.reasons[0], Catch::Contains("expected part 1, found part 2"));
   }
   SECTION("the directories of two parts are exchanged") {
     const fs::path a = directory_of(plan, 1), b = directory_of(plan, 2);
@@ -342,6 +401,64 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     make_part(plan, 1, again, default_backends());
     CHECK(fs::exists(here.path() / "version.1.shard1"));
     CHECK(join(plan, here.path() / "s.plait").has_store);
+  }
+  SECTION("links and FIFOs are no files of a part") {
+    const auto replace_by_link = [&](const fs::path& path) {
+      const fs::path moved = here.path() / ("moved" + path.filename().native());
+      fs::rename(path, moved);
+      fs::create_symlink(moved, path);
+    };
+    replace_by_link(plan / "done.0");
+    replace_by_link(directory_of(plan, 1));
+    replace_by_link(directory_of(plan, 2) / "records");
+    replace_by_link(directory_of(plan, 3) / "attribute0.level02.1.shard3");
+    const fs::path fifo = directory_of(plan, 4) / "version.1.shard4";
+    fs::remove(fifo);
+    REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+    fs::remove(plan / "done.5");
+    REQUIRE(::mkfifo((plan / "done.5").c_str(), 0600) == 0);
+    CHECK(wrong_parts(here.path(), plan) == Numbers{0, 1, 2, 3, 4, 5});
+    make_all(plan, kParts);
+    CHECK(join(plan, here.path() / "s.plait").has_store);
+  }
+  SECTION("a file of zeros takes no time, whatever its size") {
+    fs::resize_file(directory_of(plan, 1) / "records", std::uintmax_t{1} << 42);
+    fs::resize_file(directory_of(plan, 2) / "version.1.shard2", std::uintmax_t{1} << 42);
+    fs::resize_file(plan / "done.3", std::uintmax_t{1} << 42);
+    const JoinResult joined = refused_join(here.path(), plan);
+    REQUIRE(joined.bad == Numbers{1, 2, 3});
+    CHECK_THAT(joined.reasons[0], Catch::Contains("records: expected at most"));
+    CHECK_THAT(joined.reasons[1], Catch::Contains("version.1.shard2: expected at most"));
+    fs::resize_file(plan / "base.mesh", std::uintmax_t{1} << 42);
+    for (const auto& call : std::initializer_list<std::function<void()>>{
+             [&] { join(plan, here.path() / "s.plait"); },
+             [&] { make_part(plan, 1, {}, default_backends()); }}) {
+      const Error error = error_of(call);
+      CHECK(error.code() == ErrorCode::kCorruption);
+      CHECK_THAT(error.what(), Catch::Contains("hole"));
+    }
+  }
+  SECTION("done.I says what no part of the plan has, with the right checksum") {
+    forge(plan / "done.0", "part.0-", "part.1-");  // the directory of another part
+    forge(plan / "done.1", "attribute0.level03.1.shard1", "attribute0.level03.1.shard2");
+    forge(plan / "done.2", "attribute0.level03.1.shard2", "attribute0.level02.1.shard2");  // twice
+    forge(plan / "done.3", "part.3-", "part.3/");
+    forge(plan / "done.4", "normal", "normaL");  // another description than the others have
+    const JoinResult joined = refused_join(here.path(), plan);
+    REQUIRE(joined.bad == Numbers{0, 1, 2, 3, 4});
+    for (const std::size_t part : {0u, 3u})
+      CHECK_THAT(joined.reasons[part], Catch::Contains("the directory is part."));
+    for (const std::size_t part : {1u, 2u})
+      CHECK_THAT(joined.reasons[part], Catch::Contains("a file is attribute0."));
+  }
+  SECTION("the plan is another one with the same UUID") {
+    const std::string bytes = bytes_of(plan / "plan");
+    const std::string seconds =
+        bytes.substr(bytes.size() - 16, 8);  // of the last part, not in done.I
+    forge(plan / "plan", seconds, std::string(8, '\1'));
+    const JoinResult joined = refused_join(here.path(), plan);
+    REQUIRE(joined.bad == Numbers{0, 1, 2, 3, 4, 5});
+    CHECK_THAT(joined.reasons[0], Catch::Contains("of another plan"));
   }
   SECTION("a block is damaged, which only --verify reads") {
     const fs::path file = directory_of(plan, 5) / "attribute0.level02.1.shard5";
@@ -429,6 +546,34 @@ TEST_CASE("ShardedStore_OneDamagedTable_ConcernsOnlyItsShard") {
   const StoreCheck check = check_store(path, default_backends());
   REQUIRE(check.damaged.size() == 1);
   CHECK(check.damaged[0].name == "version.1.shard2");
+}
+
+TEST_CASE("ShardedStore_ManyShardsWithoutTables_IsRefusedBeforeMemoryIsTaken") {
+  const TemporaryDirectory here(Medium::kMemory);
+  Work work{write_mesh(here.path(), random_sheet(9, 400))};
+  work.max_slot_bytes = std::nullopt;
+  work.levels = 1;
+  work.normals = false;
+  const fs::path plan = here.path() / "plan", path = here.path() / "s.plait";
+  plan_parts(request_of(work, plan, 2), default_backends());
+  make_all(plan, 2);
+  REQUIRE(join(plan, path).has_store);
+  const std::vector<std::byte> before = whole_file(version_file(path));
+  VersionDescription version =
+      decode_description(std::span(before).subspan(32), 1, "forged", 0, kShards);
+  // 600 shards of 60,000 levels: 275 MiB of numbers from a description of a few.
+  version.shards.clear();
+  for (EdgeId edge = 0; edge < 600; ++edge) version.shards.push_back({edge, 0});
+  for (std::uint32_t number = 1; number < 60'000; ++number) {
+    version.attributes.push_back(version.attributes.front());
+    version.attributes.back().schema.name = "a" + std::to_string(number);
+    version.attributes.back().number = number;
+  }
+  version.next_attribute_number = 60'000;
+  forge_version_file(path, encode_version_file(encode_description(version), {}));
+  const Error error = error_of([&] { Store::open(path, {}, default_backends()); });
+  CHECK(error.code() == ErrorCode::kCorruption);
+  CHECK_THAT(error.what(), Catch::Contains("60000 levels in 600 shards"));
 }
 
 TEST_CASE("ArrayText_OfNumbers_JoinsNeighbours") {

@@ -107,6 +107,8 @@ Bytes decoded(const std::string& pipeline, const Bytes& stored, std::size_t raw_
   return raw;
 }
 
+constexpr std::uint32_t kInShards = 2;  ///< of the required flags
+
 Bytes read_manifest_slot(const std::filesystem::path& path) {
   const Bytes manifest = read_file(path);
   require(manifest.size() == 8192, "manifest size");
@@ -120,7 +122,9 @@ Bytes read_manifest_slot(const std::filesystem::path& path) {
     if (newest.empty() || u64(slot, 40) > u64(newest, 40)) newest = slot;
   }
   require(!newest.empty(), "no slot");
-  require(u32(newest, 8) == 3 && u32(newest, 12) == 0 && u32(newest, 16) <= 7, "version, flags");
+  require(u32(newest, 8) == 3 && (u32(newest, 12) == 0 || u32(newest, 12) == kInShards) &&
+              u32(newest, 16) <= 7,
+          "version, flags");
   require(u32(newest, 20) == 0, "reserved bytes");
   for (std::size_t i = 64; i < 4088; ++i) require(newest[i] == 0, "reserved bytes");
   return newest;
@@ -206,7 +210,33 @@ void read_optional(Store& store, Fields& fields, std::uint32_t flags) {
     }
 }
 
-BaseFigures read_description(Store& store, Bytes description, std::uint32_t flags) {
+/// Edges whose slots are in files of their own, and where the entries of their blocks are.
+struct Shard {
+  std::size_t first = 0, after = 0;
+  std::string suffix;  ///< of the names of its files
+  Bytes tables;
+  std::size_t entry = 0;  ///< where the next level's entries begin in `tables`
+  std::uint64_t checksum = 0;
+};
+
+std::vector<Shard> read_shards(Fields& fields, std::uint64_t edges) {
+  std::vector<Shard> shards(fields.take_u32());
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    shards[i].first = fields.take_u32();
+    require(i == 0 ? shards[i].first == 0 : shards[i].first > shards[i - 1].first, "first edge");
+    require(shards[i].first < edges, "first edge");
+    if (i > 0) shards[i - 1].after = shards[i].first;
+    shards[i].suffix = fmt::format(".shard{}", i);
+    shards[i].checksum = fields.take(8);
+  }
+  require(!shards.empty(), "number of shards");
+  shards.back().after = edges;
+  return shards;
+}
+
+/// `shards` stays empty if the levels are in one piece.
+BaseFigures read_description(Store& store, Bytes description, std::uint32_t flags, bool in_shards,
+                             std::vector<Shard>& shards) {
   Fields fields(std::move(description));
   BaseFigures base{};
   base.vertices = fields.take(8);
@@ -229,6 +259,7 @@ BaseFigures read_description(Store& store, Bytes description, std::uint32_t flag
   for (std::uint32_t i = 0; i < attributes; ++i)
     store.attributes.push_back(read_attribute(fields, store.base_level));
   read_optional(store, fields, flags);
+  if (in_shards) shards = read_shards(fields, base.edges);
   require(fields.at_end(), "end of the description");
   return base;
 }
@@ -328,10 +359,9 @@ void number_edges(Store& store, const BaseFigures& base) {
   require(store.edges.size() == base.edges && border == base.border_edges, "edges, border");
 }
 
-/// Reads one level, whose entries begin at `entry` of version.S; returns where they end.
-std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
-                       const std::filesystem::path& directory, const Bytes& tables,
-                       std::size_t entry) {
+/// Reads one level; the entries of each shard begin at its `entry`, which moves behind them.
+void read_level(Store& store, Attribute& attribute, std::uint32_t level,
+                const std::filesystem::path& directory, std::vector<Shard>& shards) {
   const std::uint32_t k = level - store.base_level;
   const std::uint64_t n = std::uint64_t{1} << (k - 1), full = n * n * attribute.record_bytes;
   std::vector<std::uint64_t> slot_offsets;  // [edge], and the total at the end
@@ -346,48 +376,55 @@ std::size_t read_level(Store& store, Attribute& attribute, std::uint32_t level,
 
   const Level& described = attribute.described.at(k - 1);
   const bool compressed = store.backend == "compressed";
-  std::vector<Bytes> files;
-  for (const std::uint64_t generation : described.generations) {
-    files.push_back(read_file(
-        directory / fmt::format("attribute{}.level{:02}.{}", attribute.number, level, generation)));
-    if (!compressed)
-      require(files.back().size() == (slot_offsets.back() + 4095) / 4096 * 4096,
-              "size of a level file");
-  }
+  require(shards.size() == 1 || described.generations.size() == 1, "sparse files of shards");
   Bytes& content = attribute.levels[level];
-  std::uint64_t block = 0;
-  for (std::size_t first = 0; first < store.edges.size(); first += slots, ++block, entry += 24) {
-    const std::uint64_t raw_offset = slot_offsets[first];
-    const std::uint64_t raw_bytes =
-        slot_offsets[std::min(first + slots, store.edges.size())] - raw_offset;
-    const std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8);
-    const std::uint32_t encoding = u16(tables, entry + 12), number = u16(tables, entry + 14);
-    require(number < files.size(), "file of a block");
-    const Bytes& file = files[number];
-    require(encoding <= (compressed ? 2 : 1), "encoding");
-    ++store.blocks_of_encoding[encoding];
-    if (encoding == 0) {
-      require(offset == 0 && stored_bytes == 0 && u64(tables, entry + 16) == 0, "never written");
-      content.resize(content.size() + raw_bytes, 0);
-      continue;
+  std::uint64_t block = 0;  // numbered through all shards
+  for (Shard& shard : shards) {
+    const std::uint64_t origin = slot_offsets[shard.first];
+    const Bytes& tables = shard.tables;
+    std::size_t& entry = shard.entry;
+    std::vector<Bytes> files;
+    for (const std::uint64_t generation : described.generations) {
+      files.push_back(
+          read_file(directory / fmt::format("attribute{}.level{:02}.{}{}", attribute.number, level,
+                                            generation, shard.suffix)));
+      if (!compressed)
+        require(files.back().size() == (slot_offsets[shard.after] - origin + 4095) / 4096 * 4096,
+                "size of a level file");
     }
-    require(offset + stored_bytes <= file.size(), "extent");
-    const auto at = file.begin() + static_cast<std::ptrdiff_t>(offset);
-    const Bytes stored(at, at + static_cast<std::ptrdiff_t>(stored_bytes));
-    require(
-        block_checksum(store, attribute.number, level, block, stored) == u64(tables, entry + 16),
-        "checksum of a block");
-    if (compressed)
-      require(offset % 512 == 0, "alignment");
-    else
-      require(offset == raw_offset, "offset");
-    if (encoding == 1) require(stored_bytes == raw_bytes, "raw size");
-    const Bytes raw = encoding == 1 ? stored
-                                    : decoded(described.pipeline, stored, raw_bytes,
-                                              component_bytes(attribute.type));
-    content.insert(content.end(), raw.begin(), raw.end());
+    for (std::size_t first = shard.first; first < shard.after;
+         first += slots, ++block, entry += 24) {
+      const std::uint64_t raw_offset = slot_offsets[first] - origin;
+      const std::uint64_t raw_bytes =
+          slot_offsets[std::min(first + slots, shard.after)] - origin - raw_offset;
+      const std::uint64_t offset = u64(tables, entry), stored_bytes = u32(tables, entry + 8);
+      const std::uint32_t encoding = u16(tables, entry + 12), number = u16(tables, entry + 14);
+      require(number < files.size(), "file of a block");
+      const Bytes& file = files[number];
+      require(encoding <= (compressed ? 2 : 1), "encoding");
+      ++store.blocks_of_encoding[encoding];
+      if (encoding == 0) {
+        require(offset == 0 && stored_bytes == 0 && u64(tables, entry + 16) == 0, "never written");
+        content.resize(content.size() + raw_bytes, 0);
+        continue;
+      }
+      require(offset + stored_bytes <= file.size(), "extent");
+      const auto at = file.begin() + static_cast<std::ptrdiff_t>(offset);
+      const Bytes stored(at, at + static_cast<std::ptrdiff_t>(stored_bytes));
+      require(
+          block_checksum(store, attribute.number, level, block, stored) == u64(tables, entry + 16),
+          "checksum of a block");
+      if (compressed)
+        require(offset % 512 == 0, "alignment");
+      else
+        require(offset == raw_offset, "offset");
+      if (encoding == 1) require(stored_bytes == raw_bytes, "raw size");
+      const Bytes raw = encoding == 1 ? stored
+                                      : decoded(described.pipeline, stored, raw_bytes,
+                                                component_bytes(attribute.type));
+      content.insert(content.end(), raw.begin(), raw.end());
+    }
   }
-  return entry;
 }
 
 }  // namespace
@@ -409,11 +446,25 @@ Store read_store(const std::filesystem::path& directory) {
   const Bytes description(begin, begin + static_cast<std::ptrdiff_t>(described_bytes));
   require(XXH3_64bits(description.data(), description.size()) == u64(version, 24),
           "checksum of the description");
-  const BaseFigures base = read_description(store, description, u32(manifest, 16));
+  const bool in_shards = u32(manifest, 12) == kInShards;
+  std::vector<Shard> shards;
+  const BaseFigures base =
+      read_description(store, description, u32(manifest, 16), in_shards, shards);
   read_base_mesh(store, directory / "base.mesh", base);
   number_edges(store, base);
 
-  std::size_t entry = 32 + description.size();
+  if (!in_shards) shards = {{0, store.edges.size(), "", version, 32 + description.size(), 0}};
+  for (std::size_t i = 0; in_shards && i < shards.size(); ++i) {
+    Shard& shard = shards[i];
+    shard.tables = read_file(directory / fmt::format("version.{}.shard{}", store.sequence, i));
+    require(XXH3_64bits(shard.tables.data(), shard.tables.size()) == shard.checksum,
+            "checksum of the tables of a shard");
+    require(starts_with(shard.tables, "plaitshd") && u32(shard.tables, 8) == 1 &&
+                u32(shard.tables, 12) == i &&
+                std::equal(store.uuid.begin(), store.uuid.end(), shard.tables.begin() + 16),
+            "header of the tables of a shard");
+    shard.entry = 32;
+  }
   for (Attribute& attribute : store.attributes) {
     attribute.base =
         read_file(directory / fmt::format("attribute{}.base.{}", attribute.number, store.sequence));
@@ -422,7 +473,7 @@ Store read_store(const std::filesystem::path& directory) {
     require(XXH3_64bits(attribute.base.data(), attribute.base.size()) == attribute.base_checksum,
             "checksum of the base records");
     for (std::uint32_t level = store.base_level + 1; level <= attribute.finest_level; ++level)
-      entry = read_level(store, attribute, level, directory, version, entry);
+      read_level(store, attribute, level, directory, shards);
   }
   for (FaceAttribute& attribute : store.face_attributes) {
     attribute.numbers = read_file(
@@ -432,7 +483,9 @@ Store read_store(const std::filesystem::path& directory) {
     require(XXH3_64bits(attribute.numbers.data(), attribute.numbers.size()) == attribute.checksum,
             "checksum of a face attribute");
   }
-  require(entry == version.size(), "end of the version");
+  for (const Shard& shard : shards)
+    require(shard.entry == shard.tables.size(), "end of the block tables");
+  if (in_shards) require(version.size() == 32 + description.size(), "end of the version");
   return store;
 }
 
