@@ -28,6 +28,7 @@
 #include "format/version_description.h"
 #include "format/version_file.h"
 #include "io/file_operations.h"
+#include "parts/done_file.h"
 #include "parts/plan_file.h"
 #include "plait/compression.h"
 #include "plait/digest.h"

@@ -174,9 +174,11 @@ class GltfWriter {
       }
       case GltfConversion::kToBytes: {
         const std::array<double, 3> normal = vector_of(record, schema.type);
-        for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double component = std::isnan(normal[axis]) ? 0 : normal[axis];
           number[axis] = static_cast<std::byte>(
-              static_cast<std::int8_t>(std::round(std::clamp(normal[axis], -1.0, 1.0) * 127)));
+              static_cast<std::int8_t>(std::round(std::clamp(component, -1.0, 1.0) * 127)));
+        }
         break;
       }
       case GltfConversion::kTexture: {
