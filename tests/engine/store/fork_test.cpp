@@ -5,10 +5,15 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 
 #include "engine/store/sample_store.h"
@@ -26,11 +31,30 @@ using namespace plait::test;
 
 namespace {
 
+bool other_threads_sleep() {
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (task.path().filename() == std::to_string(::gettid())) continue;
+    std::ifstream file(task.path() / "stat");
+    std::string text;
+    if (!std::getline(file, text)) continue;  // the thread has ended
+    if (text.substr(text.rfind(')') + 1, 2) != " S") return false;
+  }
+  return true;
+}
+
+/// The allocator of the address sanitizer has locks that fork() does not take: what another thread
+/// holds at that instant stays locked in the child for ever. A thread that sleeps holds none.
+void let_other_threads_fall_asleep() {
+  for (int trial = 0; trial < 10000 && !other_threads_sleep(); ++trial)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
 /// Forks now, and lets the child run `body` at run() or at the end.
 class Child {
  public:
   explicit Child(const std::function<bool()>& body) {
     REQUIRE(::pipe2(pipe_, O_CLOEXEC) == 0);
+    let_other_threads_fall_asleep();
     child_ = ::fork();
     REQUIRE(child_ >= 0);
     if (child_ != 0) return;
@@ -39,7 +63,7 @@ class Child {
     try {
       char start = 0;
       static_cast<void>(!::read(pipe_[0], &start, 1));
-      ::alarm(600);  // a call that waits for a thread of the parent would wait for ever
+      ::alarm(120);  // a call that waits for a thread of the parent would wait for ever
       good = body();
     } catch (...) {
     }
