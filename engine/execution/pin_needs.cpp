@@ -33,11 +33,13 @@ class NeededBlocks {
     bytes_ = 0;
   }
   void need(EdgeId edge) {
-    for (Level& level : levels_) {
-      std::uint64_t& needed_by = level.needed_by[level.geometry.block_of(edge)];
-      if (needed_by == stencil_) continue;
+    // A block of a finer level has the edges of a part of one block of each coarser level. So if
+    // the stencil needs that block already, it needs those of the coarser levels too.
+    for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
+      std::uint64_t& needed_by = level->needed_by[level->geometry.block_of(edge)];
+      if (needed_by == stencil_) return;
       needed_by = stencil_;
-      bytes_ += FramePool::frame_bytes(level.geometry.max_block_bytes());
+      bytes_ += FramePool::frame_bytes(level->geometry.max_block_bytes());
     }
   }
   std::uint64_t bytes() const { return bytes_; }

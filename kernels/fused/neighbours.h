@@ -13,8 +13,8 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The pairs of opposite neighbours, in the order of the frame of `side`.
 template <class Real>
-Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice, std::int64_t i,
-                            std::int64_t j, int side) {
+inline Neighbours<Real> neighbours(const Real* numbers, const PatchLattice& lattice, std::int64_t i,
+                                   std::int64_t j, int side) {
   const int start = (side + 1) % 3, end = (side + 2) % 3;
   const auto pair = [&](LatticeStep s, std::size_t which, Neighbours<Real>& to) {
     to.pairs[which][0] = lattice_points::at(numbers, lattice, i + s.i, j + s.j);
