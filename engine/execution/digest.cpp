@@ -84,8 +84,10 @@ Digest digest_of_base(const Store& store) {
     const AttributeSchema& schema = store.attributes()[id].schema;
     const std::size_t record_bytes = schema.record_bytes();
     const std::span<const std::byte> records = store.base_bytes(id);
-    for (VertexId vertex = 0; vertex < store.base().vertex_count(); ++vertex)
-      hasher.add(vertex, vertex, store.base_level(), schema.name,
+    const std::size_t vertex_count = store.base().vertex_count();
+    const int base_level = store.base_level();
+    for (VertexId vertex = 0; vertex < vertex_count; ++vertex)
+      hasher.add(vertex, vertex, base_level, schema.name,
                  records.subspan(vertex * record_bytes, record_bytes));
   }
   return hasher.sum();
@@ -96,17 +98,18 @@ Digest digest_of_levels(const Store& store, const Passes& passes, const DigestOp
                         int threads) {
   std::vector<SlotHasher> hashers(static_cast<std::size_t>(threads));
   const std::span<const Edge> edges = store.base().edges();
+  const std::span<const AttributeInfo> attributes = store.attributes();
   for (std::size_t i = 0; i < passes.size(); ++i) {
     SweepPass pass{"digest", passes[i], {}};
     if (const LevelAccess& only = pass.accesses.front(); pass.accesses.size() == 1)
-      pass.name = fmt::format("digest of '{}', level {}",
-                              store.attributes()[only.attribute].schema.name, only.first_level);
+      pass.name = fmt::format("digest of '{}', level {}", attributes[only.attribute].schema.name,
+                              only.first_level);
     pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
       for (std::size_t at = 0; at < pass.accesses.size(); ++at) {
         const LevelAccess& access = pass.accesses[at];
         hashers[static_cast<std::size_t>(worker)].add(
             edges[edge].start, edges[edge].end, access.first_level,
-            store.attributes()[access.attribute].schema.name,
+            attributes[access.attribute].schema.name,
             view.slot(at, access.first_level, edge).bytes);
       }
     };
