@@ -72,7 +72,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 status=0
 # Status 124: the time was up, and what there is counts.
-"$here/bench/instrument/disktypes.sh" run --kinds "$kinds" --size 3G -- \
+"$here/bench/instrument/disktypes.sh" run --kinds "$kinds" --size 4G -- \
   timeout --signal=INT --kill-after=120 "${minutes}m" \
   "${measure[@]}" --dir='{kind}={}' --out "$work/runs.jsonl" >"$work/said" || status=$?
 [ -s "$work/runs.jsonl" ] || { echo "bench/backends/all_disks.sh: nothing was measured" >&2; exit 1; }
