@@ -15,10 +15,10 @@
 PLAIT_BEGIN_NAMESPACE
 
 /// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
-/// Once dirty pages fill about a tenth of the memory, Linux slows writers down to the speed of the
-/// disk (vm.dirty_ratio, vm.dirty_background_ratio). Also, adding new pages to the page cache takes
-/// more time than writing without the page cache. docs/backends.md has the measurement.
-inline constexpr std::uint64_t kLargeStoreDivisor = 16;
+/// The page cache keeps a smaller one for its next reader, and random patches come out of it in
+/// half the time or less; a larger one is read and written faster past the page cache.
+/// docs/backends.md has the measurement.
+inline constexpr std::uint64_t kLargeStoreDivisor = 2;
 
 /// What a file system keeps its files on. A disk that rotates has no name here: virtual disks say
 /// that they rotate, and no measurement shows another choice for one that does.

@@ -176,11 +176,14 @@ class Runner {
     } catch (const Error& error) {
       record["outcome"] = "failed";
       record["failure"] = error.what();
-      // It may have ended in the middle of a change.
-      prepared_.erase(run.store);
-      bounded_.erase(run.store);
-      std::error_code ignored;
-      fs::remove_all(run.store, ignored);
+      // It may have ended in the middle of a change; what only reads has spoilt nothing.
+      if (const Workload& workload = workload_from_name(cell.workload);
+          workload.changes_store || workload.makes_store) {
+        prepared_.erase(run.store);
+        bounded_.erase(run.store);
+        std::error_code ignored;
+        fs::remove_all(run.store, ignored);
+      }
     }
   }
 

@@ -84,7 +84,7 @@ TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
       registry_with_uring(true),
       {.path = here.path() / "s.plait", .level_bytes = kLarge - 1, .available_bytes = kAvailable});
   CHECK(choice.name == "pread");
-  CHECK_THAT(choice.reason, Catch::Contains("small") && Catch::Contains("512 MiB of levels") &&
+  CHECK_THAT(choice.reason, Catch::Contains("small") && Catch::Contains("4096 MiB of levels") &&
                                 Catch::Contains("8192 MiB of memory"));
 }
 

@@ -125,12 +125,12 @@ TEST_CASE("Backend_NotGiven_IsChosenByTheSizeBesideTheMemory") {
         std::string::npos);
   CHECK(here.plait({"info", "small.plait"}).output.find("auto       would choose pread") !=
         std::string::npos);
-  const Names large{"subdivide", "m.ply", "large.plait", "--levels", "6",       "--json",
+  const Names large{"subdivide", "m.ply", "large.plait", "--levels", "7",       "--json",
                     "--memory",  "16M",   "--threads",   "1",        "--digest"};
   Names overruled = large;
   overruled[2] = "overruled.plait";
   overruled.insert(overruled.end(), {"--backend", "pread"});
-  // A sixteenth of the rest is less than the 94 MiB of the levels.
+  // Half of the rest is less than the 376 MiB of the levels.
   const auto with_limit = [&](const Names& arguments) {
     const Outcome outcome = Program(here.directory.path(), arguments, {}, 600 * kMebibyte).wait();
     CAPTURE(arguments, outcome.errors);

@@ -23,6 +23,11 @@ namespace {
 /// As many patches are read ahead at most.
 constexpr std::size_t kMostAhead = 64;
 
+/// As many blocks of a range of vertices are read ahead: io_uring exported from a disk of 1 GB/s in
+/// 0.45 s without, 0.33 s with one, 0.26 to 0.28 s with two or three, and 0.31 to 0.37 s with
+/// eight.
+constexpr std::uint64_t kBlocksAhead = 3;
+
 }  // namespace
 
 Reader::State::State(const Store& of, const ReaderOptions& options)
@@ -349,11 +354,12 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
   const LevelGeometry& geometry = file.geometry;
   const std::uint64_t offset = first * record_bytes;
   const std::uint64_t block = geometry.block_at(offset);
-  pinned = state_->session.pin(file, block);
-  // Without this, a backend that reads past the page cache waits for each block on its own.
+  // A backend that reads past the page cache would wait for each block on its own otherwise. The
+  // first pin waits while the next blocks are read, so they begin before it.
   const std::uint64_t last = geometry.block_at(offset + count * record_bytes - 1);
-  for (std::uint64_t next = block + 1; next <= std::min(last, block + Pager::kInFlight); ++next)
+  for (std::uint64_t next = block + 1; next <= std::min(last, block + kBlocksAhead); ++next)
     if (!state_->session.prefetch(file, next)) break;
+  pinned = state_->session.pin(file, block);
   const std::uint64_t begin = offset - geometry.block_offset(block);
   return std::span<const std::byte>(pinned.bytes())
       .subspan(begin, std::min(geometry.block_bytes(block) - begin, count * record_bytes));
