@@ -84,8 +84,8 @@ std::filesystem::path directory_of(const TuneArguments& arguments) {
   return parent.empty() ? "." : parent;
 }
 
-tune::Findings measure(const TuneArguments& arguments, const CommandContext& context,
-                       Store& store) {
+tune::TuneFindings measure(const TuneArguments& arguments, const CommandContext& context,
+                           Store& store) {
   tune::TuneOptions options;
   options.directory = directory_of(arguments);
   options.seconds = arguments.seconds;
@@ -159,7 +159,7 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   else
     refined = refine(arguments, context);
   Store& store = is_store ? *opened : refined->store;
-  tune::Findings findings = measure(arguments, context, store);
+  tune::TuneFindings findings = measure(arguments, context, store);
   findings.input = arguments.input.string();
   if (is_store) {
     findings.command_start = fmt::format("plait convert {} OUT", shell_word(findings.input));

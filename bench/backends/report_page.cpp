@@ -13,21 +13,23 @@
 namespace plait::bench {
 namespace {
 
-using instrument::Cell;
 using instrument::IntervalPlot;
 using instrument::kMissing;
 using instrument::Page;
 using instrument::seconds_text;
 using instrument::Table;
 using instrument::table_with;
+using instrument::TableCell;
 using instrument::Tone;
 
 /// A figure that is missing is a dash.
 template <class Text>
-Cell figure_cell(const std::optional<double>& value, Text text) {
-  return value ? Cell(text(*value), *value) : Cell("–", kMissing);
+TableCell figure_cell(const std::optional<double>& value, Text text) {
+  return value ? TableCell(text(*value), *value) : TableCell("–", kMissing);
 }
-Cell seconds_cell(const std::optional<double>& value) { return figure_cell(value, seconds_text); }
+TableCell seconds_cell(const std::optional<double>& value) {
+  return figure_cell(value, seconds_text);
+}
 
 /// The disk, and the size if there is one.
 std::string place_of(const MeasuredCell& cell) {

@@ -53,10 +53,11 @@ struct Caption {
 };
 
 /// A cell of a table: what is shown, and the number that it sorts by.
-struct Cell {
-  Cell(std::string shown) : text(std::move(shown)) {}  // NOLINT: cells are written as their text
-  Cell(const char* shown) : text(shown) {}             // NOLINT
-  Cell(std::string shown, double number) : text(std::move(shown)), value(number) {}
+struct TableCell {
+  TableCell(std::string shown)
+      : text(std::move(shown)) {}                // NOLINT: cells are written as their text
+  TableCell(const char* shown) : text(shown) {}  // NOLINT
+  TableCell(std::string shown, double number) : text(std::move(shown)), value(number) {}
 
   std::string text;
   std::optional<double> value = {};
@@ -68,7 +69,7 @@ struct Table {
     bool number = true;  ///< right-aligned
   };
   struct Row {
-    std::vector<Cell> cells;
+    std::vector<TableCell> cells;
     Tone tone = Tone::kPlain;
   };
   Caption caption = {};

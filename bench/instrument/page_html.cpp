@@ -29,9 +29,9 @@ std::string_view class_of(Tone tone) {
 }
 
 /// A cell of the tables under the plots, with the exact number.
-Cell number_cell(double value) {
-  if (!std::isfinite(value)) return Cell("–", kMissing);
-  return Cell(fmt::format("{:.6g}", value), value);
+TableCell number_cell(double value) {
+  if (!std::isfinite(value)) return TableCell("–", kMissing);
+  return TableCell(fmt::format("{:.6g}", value), value);
 }
 
 /// With replacements for some characters.
@@ -154,7 +154,7 @@ class HtmlWriter {
       body +=
           row.tone == Tone::kPlain ? "<tr>" : fmt::format("<tr class=\"{}\">", class_of(row.tone));
       for (std::size_t at = 0; at < row.cells.size() && at < table.columns.size(); ++at) {
-        const Cell& cell = row.cells[at];
+        const TableCell& cell = row.cells[at];
         body += table.columns[at].number ? "<td class=\"number\"" : "<td";
         // The shortest text that reads back as the same number.
         if (cell.value && std::isfinite(*cell.value))

@@ -23,7 +23,7 @@ std::vector<std::vector<std::string>> texts_of(const Table& table) {
   std::vector<std::vector<std::string>> rows(1);
   for (const Table::Column& column : table.columns) rows[0].push_back(column.name);
   for (const Table::Row& row : table.rows)
-    for (rows.emplace_back(); const Cell& cell : row.cells) rows.back().push_back(cell.text);
+    for (rows.emplace_back(); const TableCell& cell : row.cells) rows.back().push_back(cell.text);
   return rows;
 }
 
@@ -100,7 +100,7 @@ nlohmann::ordered_json to_json(const Table& table) {
   for (const Table::Row& row : table.rows) {
     nlohmann::ordered_json& object = rows.emplace_back(nlohmann::ordered_json::object());
     for (std::size_t at = 0; at < row.cells.size(); ++at)
-      if (const Cell& cell = row.cells[at]; cell.value)
+      if (const TableCell& cell = row.cells[at]; cell.value)
         object[key_of(table.columns[at].name)] = *cell.value;
       else
         object[key_of(table.columns[at].name)] = cell.text;

@@ -12,16 +12,18 @@
 
 namespace plait::bench {
 
-using instrument::Cell;
+using instrument::TableCell;
 
-Cell number(double value, int digits) { return {fmt::format("{:.{}f}", value, digits), value}; }
+TableCell number(double value, int digits) {
+  return {fmt::format("{:.{}f}", value, digits), value};
+}
 
-Cell middle(std::span<const double> values, double scale, int digits) {
+TableCell middle(std::span<const double> values, double scale, int digits) {
   return number(instrument::median(values) * scale, digits);
 }
 
-Cell spread(std::span<const double> values, double scale, int digits) {
-  Cell cell = middle(values, scale, digits);
+TableCell spread(std::span<const double> values, double scale, int digits) {
+  TableCell cell = middle(values, scale, digits);
   const auto [least, most] = std::ranges::minmax(values);
   cell.text += fmt::format(" ({:.{}f} to {:.{}f})", least * scale, digits, most * scale, digits);
   return cell;

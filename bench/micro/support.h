@@ -34,11 +34,11 @@ double thread_seconds(Work work) {
 }
 
 /// "1.23".
-instrument::Cell number(double value, int digits = 2);
+instrument::TableCell number(double value, int digits = 2);
 /// "1.23", the median of `values` times `scale`. REQUIRES: there is a value; also for spread().
-instrument::Cell middle(std::span<const double> values, double scale = 1, int digits = 2);
+instrument::TableCell middle(std::span<const double> values, double scale = 1, int digits = 2);
 /// "1.23 (1.20 to 1.31)": with the smallest and the largest.
-instrument::Cell spread(std::span<const double> values, double scale = 1, int digits = 2);
+instrument::TableCell spread(std::span<const double> values, double scale = 1, int digits = 2);
 
 /// Prints a line and the table as Markdown, and writes both as JSON to the file `json`, unless that
 /// is empty. Errors: kIo.

@@ -17,13 +17,13 @@ constexpr const char* kEdgeNames[] = {"bc", "ca", "ab"};
 // Colours that also people tell apart who do not see red and green.
 constexpr const char* kColours[] = {"#d55e00", "#009e73", "#0072b2"};
 
-struct Place {
+struct DrawnPoint {
   double x, y;
 };
 
 double height() { return kSide * std::sqrt(3.0) / 2; }
 
-Place place_of(const FaceIndex& point) {
+DrawnPoint place_of(const FaceIndex& point) {
   const double size = std::exp2(point.level);
   const double i = static_cast<double>(point.i) / size, j = static_cast<double>(point.j) / size;
   return {kMargin + kSide * (i + j / 2), kMargin + height() * (1 - j)};
@@ -39,8 +39,8 @@ void for_each_vertex(int level, Visit visit) {
 }
 
 void draw_line(std::string& svg, const SideIndex& child) {
-  const Place from = place_of(from_side(0, child));
-  const Place to =
+  const DrawnPoint from = place_of(from_side(0, child));
+  const DrawnPoint to =
       place_of(from_side(0, {child.side, child.level - 1, child.row / 2, child.column / 2}));
   fmt::format_to(std::back_inserter(svg),
                  "<path class=\"{}\" d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\"/>\n",
@@ -48,7 +48,7 @@ void draw_line(std::string& svg, const SideIndex& child) {
 }
 
 void draw_corner(std::string& svg, int corner, const char* name, double dx, double dy) {
-  const Place at = place_of(corner_point(0, 0, corner));
+  const DrawnPoint at = place_of(corner_point(0, 0, corner));
   fmt::format_to(std::back_inserter(svg),
                  "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" fill=\"#222\"/>\n"
                  "<text x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
@@ -71,8 +71,8 @@ std::string patch_diagram(int level) {
     fmt::format_to(std::back_inserter(svg),
                    "circle.{0} {{ fill: {1} }} path.{0} {{ stroke: {1} }}\n", kEdgeNames[side],
                    kColours[side]);
-  const Place a = place_of(corner_point(0, 0, 0)), b = place_of(corner_point(0, 0, 1)),
-              c = place_of(corner_point(0, 0, 2));
+  const DrawnPoint a = place_of(corner_point(0, 0, 0)), b = place_of(corner_point(0, 0, 1)),
+                   c = place_of(corner_point(0, 0, 2));
   fmt::format_to(std::back_inserter(svg),
                  "</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
                  "<polygon points=\"{:.1f},{:.1f} {:.1f},{:.1f} {:.1f},{:.1f}\" fill=\"none\" "
@@ -82,7 +82,7 @@ std::string patch_diagram(int level) {
     if (at.level > 1) draw_line(svg, at);
   });
   for_each_vertex(level, [&](const SideIndex& at) {
-    const Place place = place_of(from_side(0, at));
+    const DrawnPoint place = place_of(from_side(0, at));
     fmt::format_to(std::back_inserter(svg),
                    "<circle class=\"{}\" cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\"/>\n",
                    kEdgeNames[at.side], place.x, place.y, 10 * std::pow(0.72, at.level - 1));

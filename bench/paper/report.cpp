@@ -59,8 +59,8 @@ std::vector<std::string> backends_of(const ReportRequest& request,
   return registry.names();
 }
 
-std::vector<Cell> cells_of(const ReportRequest& request, const Model& model,
-                           std::uint64_t loop_span, const BackendRegistry& registry) {
+std::vector<PlannedRun> runs_of(const ReportRequest& request, const Model& model,
+                                std::uint64_t loop_span, const BackendRegistry& registry) {
   if (!request.runs) return {};
   const std::uint64_t buffers = circular_buffer_bytes(loop_span, levels_of(request, model));
   std::vector<std::uint64_t> budgets = request.budgets;
@@ -69,7 +69,7 @@ std::vector<Cell> cells_of(const ReportRequest& request, const Model& model,
     budgets = {std::max(kFewestBudgetBytes, (buffers + kMebibyte - 1) / kMebibyte * kMebibyte)};
     if (model.elapsed.size() == 2) budgets.push_back(4 * budgets[0]);
   }
-  return plan_cells(request.executors, backends_of(request, registry), budgets, buffers, registry);
+  return plan_runs(request.executors, backends_of(request, registry), budgets, buffers, registry);
 }
 
 Json paper_figures(const Model& model) {
@@ -144,8 +144,8 @@ class ModelReport {
     std::uint64_t span = 0;
     for (const Json& row : json["tables"]["spans"])
       if (row["layout"] == "spatial") span = row["loop"];
-    const std::vector<Cell> cells = cells_of(request_, model_, span, registry_);
-    if (cells.empty()) return;
+    const std::vector<PlannedRun> runs = runs_of(request_, model_, span, registry_);
+    if (runs.empty()) return;
     require_disk_space(request_.directory,
                        store_bytes(json["tables"]["counts"].back().get<std::uint64_t>()));
     const RunSettings settings{.mesh = mesh,
@@ -153,10 +153,10 @@ class ModelReport {
                                .levels = levels_,
                                .threads = request_.threads,
                                .limit_bytes = request_.limit_bytes};
-    for (std::size_t at = 0; at < cells.size(); ++at) {
-      progress_(at, cells.size(),
-                fmt::format("{}: {} on {}", model_.name, cells[at].executor, cells[at].backend));
-      const Json row = Json(run_cell(settings, cells[at], registry_));
+    for (std::size_t at = 0; at < runs.size(); ++at) {
+      progress_(at, runs.size(),
+                fmt::format("{}: {} on {}", model_.name, runs[at].executor, runs[at].backend));
+      const Json row = Json(carry_out(settings, runs[at], registry_));
       json["runs"].push_back(row);
       if (!row.contains("digest")) continue;
       if (json["digest"].is_null()) {

@@ -27,17 +27,17 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kVertexBytes = 24;  // position and normal, float32
 
-LayoutKind layout_of(const Cell& cell) {
-  if (cell.executor == kPaperWay) return LayoutKind::kSpatial;
-  return executor_from_name(cell.executor) == ExecutorKind::kFused ? LayoutKind::kHilbert
-                                                                   : LayoutKind::kAutomatic;
+LayoutKind layout_of(const PlannedRun& run) {
+  if (run.executor == kPaperWay) return LayoutKind::kSpatial;
+  return executor_from_name(run.executor) == ExecutorKind::kFused ? LayoutKind::kHilbert
+                                                                  : LayoutKind::kAutomatic;
 }
 
-StoreOptions options_of(const Cell& cell, const LaidOutMesh& base, int levels) {
+StoreOptions options_of(const PlannedRun& run, const LaidOutMesh& base, int levels) {
   StoreOptions options;
-  options.backend = cell.backend;
-  options.budget_bytes = cell.budget_bytes;
-  if (cell.executor != kPaperWay) return options;
+  options.backend = run.backend;
+  options.budget_bytes = run.budget_bytes;
+  if (run.executor != kPaperWay) return options;
   // The paper reads and writes when a buffer moves on, in the thread that computes.
   options.io_threads = 0;
   Store scratch = Store::create({}, base.mesh, {.backend = "memory"}, default_backends());
@@ -46,11 +46,11 @@ StoreOptions options_of(const Cell& cell, const LaidOutMesh& base, int levels) {
   return options;
 }
 
-void make_levels(Store& store, const RunSettings& settings, const Cell& cell) {
+void make_levels(Store& store, const RunSettings& settings, const PlannedRun& run) {
   add_base_positions(store);
-  if (cell.executor == kPaperWay) return make_in_paper_way(store, settings.levels);
+  if (run.executor == kPaperWay) return make_in_paper_way(store, settings.levels);
   SubdivideOptions how;
-  how.executor = executor_from_name(cell.executor);
+  how.executor = executor_from_name(run.executor);
   how.levels = settings.levels;
   how.normals = true;
   how.threads = how.executor == ExecutorKind::kTransparent ? 1 : settings.threads;
@@ -68,15 +68,15 @@ std::string without_scratch(std::string message, const fs::path& scratch) {
 }
 
 /// In the process of the run.
-json measure(const RunSettings& settings, const Cell& cell, const BackendRegistry& registry) {
-  const bool durable = registry.find(cell.backend).traits.durable;
+json measure(const RunSettings& settings, const PlannedRun& run, const BackendRegistry& registry) {
+  const bool durable = registry.find(run.backend).traits.durable;
   const Stopwatch clock;
-  LaidOutMesh base = lay_out(read_base_mesh(settings.mesh), layout_of(cell));
-  const StoreOptions options = options_of(cell, base, settings.levels);
+  LaidOutMesh base = lay_out(read_base_mesh(settings.mesh), layout_of(run));
+  const StoreOptions options = options_of(run, base, settings.levels);
   const std::uint64_t vertices = counts_at_level(base.mesh, settings.levels).vertices;
   Store store = Store::create(durable ? store_path(settings) : fs::path(), std::move(base), options,
                               registry);
-  make_levels(store, settings, cell);
+  make_levels(store, settings, run);
   store.commit();
   const double seconds = clock.seconds(), processor = cpu_seconds();
   const std::uint64_t peak = instrument::memory_status("VmHWM");
@@ -103,14 +103,14 @@ bool is_row(ErrorCode code) {
 
 }  // namespace
 
-std::vector<Cell> plan_cells(const std::vector<std::string>& executors,
-                             const std::vector<std::string>& backends,
-                             const std::vector<std::uint64_t>& budgets,
-                             std::uint64_t circular_buffers, const BackendRegistry& registry) {
-  std::vector<Cell> cells;
+std::vector<PlannedRun> plan_runs(const std::vector<std::string>& executors,
+                                  const std::vector<std::string>& backends,
+                                  const std::vector<std::uint64_t>& budgets,
+                                  std::uint64_t circular_buffers, const BackendRegistry& registry) {
+  std::vector<PlannedRun> runs;
   for (const std::string& executor : executors) {
     if (executor == kPaperWay) {
-      cells.push_back({executor, "pread", circular_buffers});
+      runs.push_back({executor, "pread", circular_buffers});
       continue;
     }
     (void)executor_from_name(executor);
@@ -118,10 +118,10 @@ std::vector<Cell> plan_cells(const std::vector<std::string>& executors,
       for (const std::uint64_t budget : budgets) {
         const RegisteredBackend& entry = registry.find(backend);
         if (!entry.traits.in_memory || budget == budgets.front())
-          cells.push_back({executor, backend, budget});
+          runs.push_back({executor, backend, budget});
       }
   }
-  return cells;
+  return runs;
 }
 
 std::uint64_t store_bytes(std::uint64_t vertices) {
@@ -136,16 +136,17 @@ void require_disk_space(const fs::path& directory, std::uint64_t bytes) {
                           directory.native(), format_bytes(bytes), format_bytes(space.available)));
 }
 
-json run_cell(const RunSettings& settings, const Cell& cell, const BackendRegistry& registry) {
+json carry_out(const RunSettings& settings, const PlannedRun& run,
+               const BackendRegistry& registry) {
   throw_if_interrupted();
   json row = {
-      {"executor", cell.executor}, {"backend", cell.backend}, {"budget_bytes", cell.budget_bytes}};
+      {"executor", run.executor}, {"backend", run.backend}, {"budget_bytes", run.budget_bytes}};
   try {
     std::optional<instrument::MemoryLimit> limit;
     if (settings.limit_bytes != 0) limit.emplace(settings.limit_bytes);
     if (limit && !limit->limited())
       throw Error(ErrorCode::kNotSupported, "limit memory: " + limit->why_not());
-    row.update(instrument::run_in_own_process([&] { return measure(settings, cell, registry); },
+    row.update(instrument::run_in_own_process([&] { return measure(settings, run, registry); },
                                               limit ? &*limit : nullptr)
                    .result);
   } catch (const Error& error) {

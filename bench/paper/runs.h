@@ -24,32 +24,32 @@ struct RunSettings {
   std::uint64_t limit_bytes = 0;  ///< a memory limit around each run; 0: none
 };
 
-/// One row of the table.
-struct Cell {
+/// What one row of the table measures.
+struct PlannedRun {
   std::string executor, backend;
   std::uint64_t budget_bytes = 0;
 };
 
 /// Every executor with every backend and budget, except that the paper's own way has one row, on
 /// pread and with `circular_buffers` as its budget, and that a backend in memory has one budget.
-std::vector<Cell> plan_cells(const std::vector<std::string>& executors,
-                             const std::vector<std::string>& backends,
-                             const std::vector<std::uint64_t>& budgets,
-                             std::uint64_t circular_buffers, const BackendRegistry& registry);
+std::vector<PlannedRun> plan_runs(const std::vector<std::string>& executors,
+                                  const std::vector<std::string>& backends,
+                                  const std::vector<std::uint64_t>& budgets,
+                                  std::uint64_t circular_buffers, const BackendRegistry& registry);
 
 /// Bytes of positions and normals of so many vertices, and of the store's other files.
 std::uint64_t store_bytes(std::uint64_t vertices);
 /// Throws kNoSpace unless a tenth of the disk stays free with a store of `bytes`.
 void require_disk_space(const std::filesystem::path& directory, std::uint64_t bytes);
 
-/// Runs one cell in a child process: reads the mesh, lays it out, makes positions and normals,
-/// commits, and then, outside the measured time, computes the digest. The result has `executor`,
-/// `backend`, `budget_bytes`, `layout`, `vertices`, `seconds`, `cpu_seconds`, `peak_rss_bytes`,
-/// `stored_bytes`, `bytes_read`, `bytes_written` and `digest`; or `not_run`, the reason, for a
-/// backend that cannot be used or a budget that is too small. The paper's own way gets a larger
-/// budget than the cell's if the pager needs it. Errors: kCancelled after a signal, kNoSpace and
-/// kIo. REQUIRES: as instrument::run_in_own_process().
-nlohmann::json run_cell(const RunSettings& settings, const Cell& cell,
-                        const BackendRegistry& registry);
+/// Carries out one run in a child process: reads the mesh, lays it out, makes positions and
+/// normals, commits, and then, outside the measured time, computes the digest. The result has
+/// `executor`, `backend`, `budget_bytes`, `layout`, `vertices`, `seconds`, `cpu_seconds`,
+/// `peak_rss_bytes`, `stored_bytes`, `bytes_read`, `bytes_written` and `digest`; or `not_run`, the
+/// reason, for a backend that cannot be used or a budget that is too small. The paper's own way
+/// gets a larger budget than the run's if the pager needs it. Errors: kCancelled after a signal,
+/// kNoSpace and kIo. REQUIRES: as instrument::run_in_own_process().
+nlohmann::json carry_out(const RunSettings& settings, const PlannedRun& run,
+                         const BackendRegistry& registry);
 
 }  // namespace plait::paper

@@ -88,10 +88,11 @@ void measure(const Settings& settings, const std::string& surface, const std::st
     encode.push_back(all.raw / times.encode / 1e9);
     decode.push_back(all.raw / times.decode / 1e9);
   }
-  table.rows.push_back({{surface, name, number(all.raw / all.stored), number(bytes_a_vertex[0]),
-                         number(bytes_a_vertex[1]),
-                         all.entropy > 0 ? number(all.stored / all.entropy) : instrument::Cell("-"),
-                         middle(encode), middle(decode)}});
+  table.rows.push_back(
+      {{surface, name, number(all.raw / all.stored), number(bytes_a_vertex[0]),
+        number(bytes_a_vertex[1]),
+        all.entropy > 0 ? number(all.stored / all.entropy) : instrument::TableCell("-"),
+        middle(encode), middle(decode)}});
 }
 
 int run(const Settings& settings) {

@@ -53,7 +53,7 @@ int run(const Arguments& arguments) {
   options.directory = arguments.directory;
   options.seconds = arguments.seconds;
   options.proceed = [](std::string_view, double) { return true; };
-  const Findings findings = measure_store(store, default_pipelines(), options);
+  const TuneFindings findings = measure_store(store, default_pipelines(), options);
   const Choice pick = findings.choices[decide(findings.choices, Goal::kRead).pick].choice;
 
   const instrument::ScratchDirectory scratch(arguments.directory);

@@ -36,12 +36,12 @@ std::string words_for(Goal goal) {
   return "For reading, writing and size together";
 }
 
-double ratio_of(const Findings& findings, const Measured& one) {
+double ratio_of(const TuneFindings& findings, const Measured& one) {
   return static_cast<double>(findings.raw_bytes) / one.stored_bytes();
 }
 
 /// "the pick", "equal within 3 %", "1.2 to 1.4 times the cost", or why there is no figure.
-std::string remark_on(const Findings& findings, const Decision& decision, std::size_t at) {
+std::string remark_on(const TuneFindings& findings, const Decision& decision, std::size_t at) {
   const Measured& one = findings.choices[at];
   if (!one.refused.empty()) return "refused: " + one.refused;
   if (at == decision.pick) return "the pick";
@@ -75,7 +75,7 @@ struct DiskClass {
 constexpr std::array<DiskClass, 3> kDisks = {
     {{"100 MB/s (hard disk)", 1e8}, {"500 MB/s (SATA)", 5e8}, {"3 GB/s (NVMe)", 3e9}}};
 
-std::size_t best_at(const Findings& findings, double speed) {
+std::size_t best_at(const TuneFindings& findings, double speed) {
   std::size_t best = findings.choices.size();
   for (std::size_t at = 0; at < findings.choices.size(); ++at)
     if (!findings.choices[at].runs.empty() &&
@@ -85,7 +85,7 @@ std::size_t best_at(const Findings& findings, double speed) {
   return best;
 }
 
-instrument::Table table_of(const Findings& findings, const Decision& decision) {
+instrument::Table table_of(const TuneFindings& findings, const Decision& decision) {
   instrument::Table table =
       instrument::table_with("#stored|#ratio|#read|#write|beside the pick|choice",
                              {"Stored in full, read and written", "The pick is green."});
@@ -111,7 +111,7 @@ instrument::Table table_of(const Findings& findings, const Decision& decision) {
 }
 
 /// What a reader must know before believing the figures.
-std::vector<std::string> doubts_of(const Findings& findings) {
+std::vector<std::string> doubts_of(const TuneFindings& findings) {
   std::vector<std::string> lines;
   if (findings.is_interrupted)
     lines.push_back("interrupted: the figures are of what there was by then");
@@ -139,7 +139,7 @@ std::vector<std::string> doubts_of(const Findings& findings) {
   return lines;
 }
 
-std::string method_text(const Findings& findings) {
+std::string method_text(const TuneFindings& findings) {
   std::size_t tried = 0, kept = 0;
   for (const auto& pipelines : findings.sample.pipelines) {
     tried += pipelines.size();
@@ -163,7 +163,7 @@ double read_seconds_at(const Measured& measured, double bytes_per_second) {
                   estimate(measured, &CopyRun::warm_seconds).value);
 }
 
-std::string advice_text(const Findings& findings, const Decision& decision) {
+std::string advice_text(const TuneFindings& findings, const Decision& decision) {
   const Measured& pick = findings.choices[decision.pick];
   std::vector<std::string> equal;
   for (std::size_t at = 0; at < decision.beside.size(); ++at)
@@ -177,12 +177,12 @@ std::string advice_text(const Findings& findings, const Decision& decision) {
       equal.empty() ? "" : fmt::format(" Not shown to differ: {}.", fmt::join(equal, "; ")));
 }
 
-std::string advised_command(const Findings& findings, const Decision& decision) {
+std::string advised_command(const TuneFindings& findings, const Decision& decision) {
   return fmt::format("{} {}", findings.command_start,
                      findings.choices[decision.pick].choice.options());
 }
 
-std::string to_text(const Findings& findings, const Decision& decision) {
+std::string to_text(const TuneFindings& findings, const Decision& decision) {
   constexpr std::size_t kWidth = 118;
   std::string text = instrument::wrapped(method_text(findings), kWidth);
   if (!findings.note.empty()) text += instrument::wrapped(findings.note, kWidth);
@@ -201,7 +201,7 @@ std::string to_text(const Findings& findings, const Decision& decision) {
          advised_command(findings, decision) + "\n";
 }
 
-Json to_json(const Findings& findings, const Decision& decision) {
+Json to_json(const TuneFindings& findings, const Decision& decision) {
   Json choices = Json::array(), sampled = Json::array(), disks = Json::array();
   for (std::size_t at = 0; at < findings.choices.size(); ++at) {
     const Measured& one = findings.choices[at];
@@ -255,7 +255,7 @@ Json to_json(const Findings& findings, const Decision& decision) {
           {"command", advised_command(findings, decision)}};
 }
 
-std::string to_html(const Findings& findings, const Decision& decision, const Json& report) {
+std::string to_html(const TuneFindings& findings, const Decision& decision, const Json& report) {
   using instrument::Tone;
   instrument::Page page(fmt::format("plait tune {}", findings.input), method_text(findings));
   page.verdict(advice_text(findings, decision), Tone::kGood);

@@ -10,18 +10,18 @@
 namespace plait::tune {
 
 /// The advice in a sentence, and the command that follows it.
-std::string advice_text(const Findings& findings, const Decision& decision);
-std::string advised_command(const Findings& findings, const Decision& decision);
+std::string advice_text(const TuneFindings& findings, const Decision& decision);
+std::string advised_command(const TuneFindings& findings, const Decision& decision);
 
 /// Seconds of a full read on another disk, by one formula: the larger of the stored bytes over the
 /// disk's speed, and of what reading took from the page cache here.
 double read_seconds_at(const Measured& measured, double bytes_per_second);
 
-std::string to_text(const Findings& findings, const Decision& decision);
-nlohmann::ordered_json to_json(const Findings& findings, const Decision& decision);
+std::string to_text(const TuneFindings& findings, const Decision& decision);
+nlohmann::ordered_json to_json(const TuneFindings& findings, const Decision& decision);
 /// One plot, one table and one command, in a page that refers to nothing outside of itself. It
 /// contains `report`.
-std::string to_html(const Findings& findings, const Decision& decision,
+std::string to_html(const TuneFindings& findings, const Decision& decision,
                     const nlohmann::ordered_json& report);
 
 }  // namespace plait::tune

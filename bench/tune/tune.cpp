@@ -61,13 +61,14 @@ std::vector<Choice> made_again(const std::vector<MeasuredOnce>& measured,
 
 }  // namespace
 
-Findings measure_store(Store& store, const PipelineRegistry& registry, const TuneOptions& options) {
+TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
+                           const TuneOptions& options) {
   if (store.finest_level() == store.base_level())
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("tune {}: expected a store with at least one level, found none",
                             store.path().native()));
   const Stopwatch clock;
-  Findings findings;
+  TuneFindings findings;
   findings.directory = options.directory;
   findings.goal = options.goal;
   findings.finest_level = store.finest_level();

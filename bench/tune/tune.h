@@ -25,7 +25,7 @@ struct TuneOptions {
 };
 
 /// All that was measured.
-struct Findings {
+struct TuneFindings {
   std::string input;               ///< the store or the mesh, as given
   std::string note = {};           ///< what else a reader must know, one line; may be empty
   std::string command_start = {};  ///< "plait convert surface.plait OUT"
@@ -51,6 +51,7 @@ inline constexpr std::size_t kMostChoices = 6;
 /// room for a round: then they are all that there is. The store is only read.
 /// Errors: kInvalidArgument for a store without levels; kNoSpace if the disk has no room for a
 /// copy; kCancelled if `proceed` returned false before a choice was measured; those of reading.
-Findings measure_store(Store& store, const PipelineRegistry& registry, const TuneOptions& options);
+TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
+                           const TuneOptions& options);
 
 }  // namespace plait::tune

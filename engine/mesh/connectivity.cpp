@@ -139,11 +139,11 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
 
   MatchedSides result;
   result.twins.resize(faces.size());
-  struct Part {
+  struct SideCounts {
     std::uint64_t border_count = 0;
     bool oriented = true;
   };
-  std::vector<Part> parts(part_count(vertex_count));
+  std::vector<SideCounts> parts(part_count(vertex_count));
   for_parts(vertex_count, [&](std::size_t first_low, std::size_t last_low, std::size_t part) {
     for (std::size_t low = first_low; low < last_low; ++low) {
       // Filling the buckets has moved bucket[low] from the beginning of the bucket to its end.
@@ -161,7 +161,7 @@ MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vert
       }
     }
   });
-  for (const Part& part : parts) {
+  for (const SideCounts& part : parts) {
     result.border_count += part.border_count;
     result.oriented = result.oriented && part.oriented;
   }

@@ -30,11 +30,11 @@ class VertexNumbers {
   }
 
  private:
-  struct Entry {
+  struct NumberedVertex {
     VertexId vertex = kNoId;
     std::uint32_t number = kNoId;
   };
-  std::vector<Entry> entries_;
+  std::vector<NumberedVertex> entries_;
   int shift_ = 0;
 };
 

@@ -106,13 +106,13 @@ class SourceSlots {
   }
 
  private:
-  struct Part {
+  struct ChosenBlock {
     EdgeId first = 0, end = 0;
     const std::byte* bytes = nullptr;
     std::uint64_t offset = 0;
   };
   const SourceBlocks& blocks_;
-  std::array<Part, kMostSourceBlocks> parts_ = {};
+  std::array<ChosenBlock, kMostSourceBlocks> parts_ = {};
   std::array<std::size_t, kMaxLevel + 1> begin_ = {};         ///< [level] the end of its parts
   mutable std::array<std::size_t, kMaxLevel + 1> last_ = {};  ///< [level] the part of the last slot
 };

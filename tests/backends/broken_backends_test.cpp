@@ -167,17 +167,17 @@ TEST_CASE("Conformance_BackendThatThrowsAnything_IsAFinding") {
   CHECK(broken_promises(entry).size() > 15);
 }
 
-TEST_CASE("Findings_ManyOfThem_AreCountedAndTheFirstAreKept") {
-  conformance::Findings findings;
+TEST_CASE("CheckLog_ManyOfThem_AreCountedAndTheFirstAreKept") {
+  conformance::CheckLog log;
   for (int count = 0; count < 1000; ++count) {
-    findings.at("number " + std::to_string(count / 4));
-    findings.expect(count % 2 == 0, "it is even");
+    log.at("number " + std::to_string(count / 4));
+    log.expect(count % 2 == 0, "it is even");
   }
-  CHECK_FALSE(findings.held());
-  CHECK(findings.broken_count() == 500);
-  REQUIRE(findings.broken().size() == 10);
-  CHECK(findings.broken()[0] == "it is even (number 0)");
-  CHECK(findings.broken()[1] == "it is even (number 1)");
+  CHECK_FALSE(log.held());
+  CHECK(log.broken_count() == 500);
+  REQUIRE(log.broken().size() == 10);
+  CHECK(log.broken()[0] == "it is even (number 0)");
+  CHECK(log.broken()[1] == "it is even (number 1)");
 }
 
 }  // namespace plait::test

@@ -69,7 +69,7 @@ class BrokenCodec final : public Codec {
   int decoded_ = 0;
 };
 
-conformance::Findings checked(const CodecMistake& mistake, std::string_view name) {
+conformance::CheckLog checked(const CodecMistake& mistake, std::string_view name) {
   conformance::Subject subject;
   subject.label = "broken";
   subject.entry = default_backends().find("compressed");
@@ -81,9 +81,9 @@ conformance::Findings checked(const CodecMistake& mistake, std::string_view name
 }
 
 bool broken(const CodecMistake& mistake, std::string_view name) {
-  const conformance::Findings findings = checked(mistake, name);
-  for (const std::string& each : findings.broken()) UNSCOPED_INFO(each);
-  return !findings.held();
+  const conformance::CheckLog log = checked(mistake, name);
+  for (const std::string& each : log.broken()) UNSCOPED_INFO(each);
+  return !log.held();
 }
 
 }  // namespace

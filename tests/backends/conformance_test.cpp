@@ -50,11 +50,11 @@ TEST_CASE("Backend_EachOfItsPromises_IsKept") {
     for (const conformance::Subject& subject : subjects) {
       if (!promise.concerns(subject.entry.traits)) continue;
       const NoWaiting no_waiting;
-      const conformance::Findings findings = conformance::check(promise, subject);
+      const conformance::CheckLog log = conformance::check(promise, subject);
       INFO(subject.label << ", " << promise.name);
-      for (const std::string& broken : findings.broken()) FAIL_CHECK(broken);
-      CHECK(findings.held());
-      CHECK(findings.left_out().empty());
+      for (const std::string& broken : log.broken()) FAIL_CHECK(broken);
+      CHECK(log.held());
+      CHECK(log.left_out().empty());
     }
 }
 

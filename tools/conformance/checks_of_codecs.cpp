@@ -126,16 +126,16 @@ std::string way_out(int status) {
   return "it ended the process";
 }
 
-bool leave_out(const Subject& subject, Findings& findings) {
+bool leave_out(const Subject& subject, CheckLog& log) {
   if (subject.make_codec) return false;
-  findings.leave_out("the pipeline has no codec of a registry");
+  log.leave_out("the pipeline has no codec of a registry");
   return true;
 }
 
 }  // namespace
 
-void check_codec_gives_back(const Subject& subject, Findings& findings) {
-  if (leave_out(subject, findings)) return;
+void check_codec_gives_back(const Subject& subject, CheckLog& log) {
+  if (leave_out(subject, log)) return;
   const std::unique_ptr<Codec> codec = subject.make_codec(), other = subject.make_codec();
   std::mt19937 random(3);
   int coded = 0;
@@ -144,24 +144,24 @@ void check_codec_gives_back(const Subject& subject, Findings& findings) {
     const std::optional<Bytes> stored = encoded(*codec, raw, trial % 2 == 0);
     if (!stored) continue;
     ++coded;
-    findings.at("block " + std::to_string(trial) + ", " + std::to_string(raw.size()) + " bytes");
+    log.at("block " + std::to_string(trial) + ", " + std::to_string(raw.size()) + " bytes");
     Bytes back(raw.size());
     try {
       (trial % 3 == 0 ? *other : *codec).decompress(*stored, back);
     } catch (const std::exception& error) {
-      findings.expect(false, std::string("a block that was encoded is decoded: ") + error.what());
+      log.expect(false, std::string("a block that was encoded is decoded: ") + error.what());
       continue;
     }
-    findings.expect(back == raw, "a block that was encoded has every bit again");
+    log.expect(back == raw, "a block that was encoded has every bit again");
   }
-  findings.at("");
-  findings.note(std::to_string(coded) + " of " + std::to_string(subject.codec_blocks) +
-                " blocks were encoded");
-  findings.expect(coded > 0, "some blocks are encoded");
+  log.at("");
+  log.note(std::to_string(coded) + " of " + std::to_string(subject.codec_blocks) +
+           " blocks were encoded");
+  log.expect(coded > 0, "some blocks are encoded");
 }
 
-void check_codec_is_repeatable(const Subject& subject, Findings& findings) {
-  if (leave_out(subject, findings)) return;
+void check_codec_is_repeatable(const Subject& subject, CheckLog& log) {
+  if (leave_out(subject, log)) return;
   const std::unique_ptr<Codec> used = subject.make_codec();
   std::mt19937 random(4);
   int compared = 0;
@@ -169,23 +169,22 @@ void check_codec_is_repeatable(const Subject& subject, Findings& findings) {
     const Bytes raw = content_of(trial, random);
     const std::optional<Bytes> first = encoded(*used, raw, true), again = encoded(*used, raw, true),
                                fresh = encoded(*subject.make_codec(), raw, true);
-    findings.at("block " + std::to_string(trial));
-    findings.expect(
-        first.has_value() == again.has_value() && first.has_value() == fresh.has_value(),
-        "equal blocks are all encoded, or none of them");
+    log.at("block " + std::to_string(trial));
+    log.expect(first.has_value() == again.has_value() && first.has_value() == fresh.has_value(),
+               "equal blocks are all encoded, or none of them");
     if (!first || !again || !fresh) continue;
     ++compared;
-    findings.expect(*first == *again && *first == *fresh,
-                    "equal blocks are encoded to equal bytes, so that copies of a store are equal");
+    log.expect(*first == *again && *first == *fresh,
+               "equal blocks are encoded to equal bytes, so that copies of a store are equal");
   }
-  findings.note(std::to_string(compared) + " blocks were encoded three times");
+  log.note(std::to_string(compared) + " blocks were encoded three times");
 }
 
-void check_codec_stays_inside(const Subject& subject, Findings& findings) {
-  if (leave_out(subject, findings)) return;
+void check_codec_stays_inside(const Subject& subject, CheckLog& log) {
+  if (leave_out(subject, log)) return;
   void* const shared =
       ::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  findings.require(shared != MAP_FAILED, "the machine gives a page of memory");
+  log.require(shared != MAP_FAILED, "the machine gives a page of memory");
   auto& progress = *new (shared) Progress;
   const std::unique_ptr<Codec> codec = subject.make_codec();
   const ::pid_t child = ::fork();
@@ -199,17 +198,17 @@ void check_codec_stays_inside(const Subject& subject, Findings& findings) {
     }
     ::_exit(0);
   }
-  findings.require(child > 0, "the machine starts a process");
+  log.require(child > 0, "the machine starts a process");
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  findings.at("damaged block " + std::to_string(progress.trial) + ": " + way_out(status));
-  findings.expect(WIFEXITED(status) && WEXITSTATUS(status) == 0,
-                  "decompress() accesses no byte outside its spans, whatever is stored");
-  findings.at("");
-  findings.expect(progress.wrong_errors == 0,
-                  "decompress() refuses wrong bytes with kCorruption, and with no other error");
-  findings.note(std::to_string(progress.trial) + " damaged blocks were decoded");
+  log.at("damaged block " + std::to_string(progress.trial) + ": " + way_out(status));
+  log.expect(WIFEXITED(status) && WEXITSTATUS(status) == 0,
+             "decompress() accesses no byte outside its spans, whatever is stored");
+  log.at("");
+  log.expect(progress.wrong_errors == 0,
+             "decompress() refuses wrong bytes with kCorruption, and with no other error");
+  log.note(std::to_string(progress.trial) + " damaged blocks were decoded");
   ::munmap(shared, sizeof(Progress));
 }
 

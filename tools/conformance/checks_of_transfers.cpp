@@ -51,8 +51,8 @@ class AllBlocks final : public TransferListener {
     return ended_[block];
   }
   /// Nothing for a transfer that succeeded.
-  std::optional<ErrorCode> error(std::uint64_t block, Findings& findings) {
-    return error_of(findings, [&] {
+  std::optional<ErrorCode> error(std::uint64_t block, CheckLog& log) {
+    return error_of(log, [&] {
       if (errors_[block]) std::rethrow_exception(errors_[block]);
     });
   }
@@ -86,59 +86,59 @@ class AllBlocks final : public TransferListener {
 
 /// Runs the transfers. If some do not end, the backend still has their memory, so it is never
 /// freed.
-void run(std::unique_ptr<AllBlocks>& blocks, Findings& findings, Transfer::Direction direction,
+void run(std::unique_ptr<AllBlocks>& blocks, CheckLog& log, Transfer::Direction direction,
          bool then_read = false) {
   const bool ended = blocks->run(direction, then_read);
   if (!ended) static_cast<void>(blocks.release());
-  findings.require(ended, "each transfer ends: its listener is called within a minute");
+  log.require(ended, "each transfer ends: its listener is called within a minute");
 }
 
 }  // namespace
 
-void check_transfers(const Subject& subject, Findings& findings) {
+void check_transfers(const Subject& subject, CheckLog& log) {
   LevelUnderTest level(subject);
   auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry());
   for (const bool then_read : {false, true}) {
-    findings.at(then_read ? "each block is read from the listener of its write" : "");
+    log.at(then_read ? "each block is read from the listener of its write" : "");
     std::vector<Bytes> contents;
     for (std::uint32_t block = 0; block < level.geometry().block_count(); ++block) {
       contents.push_back(make_content(level.geometry().block_bytes(block), Content::kSmooth,
                                       block + (then_read ? 100 : 1)));
       blocks->memory(block) = contents.back();
     }
-    run(blocks, findings, Transfer::Direction::kWrite, then_read);
+    run(blocks, log, Transfer::Direction::kWrite, then_read);
     if (!then_read) {
       for (std::uint64_t block = 0; block < contents.size(); ++block)
-        findings.expect(blocks->memory(block) == contents[block],
-                        "a write does not change the memory that it writes from");
-      run(blocks, findings, Transfer::Direction::kRead);
+        log.expect(blocks->memory(block) == contents[block],
+                   "a write does not change the memory that it writes from");
+      run(blocks, log, Transfer::Direction::kRead);
     }
     for (std::uint64_t block = 0; block < contents.size(); ++block) {
-      findings.expect(blocks->ended(block) == (then_read ? 2 : 1), "each transfer ends once");
-      findings.expect(!blocks->error(block, findings), "no transfer fails");
-      findings.expect(blocks->memory(block) == contents[block], "a block reads as it was written");
+      log.expect(blocks->ended(block) == (then_read ? 2 : 1), "each transfer ends once");
+      log.expect(!blocks->error(block, log), "no transfer fails");
+      log.expect(blocks->memory(block) == contents[block], "a block reads as it was written");
     }
   }
 }
 
-void check_damaged_transfer(const Subject& subject, Findings& findings) {
+void check_damaged_transfer(const Subject& subject, CheckLog& log) {
   LevelUnderTest level(subject);
   auto blocks = std::make_unique<AllBlocks>(level.open(), level.geometry());
-  run(blocks, findings, Transfer::Direction::kWrite);
+  run(blocks, log, Transfer::Direction::kWrite);
   level.table().entries()[2].checksum ^= 1;
-  run(blocks, findings, Transfer::Direction::kRead);
+  run(blocks, log, Transfer::Direction::kRead);
   for (std::uint64_t block = 0; block < level.geometry().block_count(); ++block) {
-    findings.expect(blocks->ended(block) == 1, "each transfer ends once");
-    const std::optional<ErrorCode> error = blocks->error(block, findings);
+    log.expect(blocks->ended(block) == 1, "each transfer ends once");
+    const std::optional<ErrorCode> error = blocks->error(block, log);
     if (block == 2)
-      findings.expect(error == ErrorCode::kCorruption,
-                      "read() compares the checksum in the table (kCorruption)");
+      log.expect(error == ErrorCode::kCorruption,
+                 "read() compares the checksum in the table (kCorruption)");
     else
-      findings.expect(!error, "a damaged block lets no other block fail");
+      log.expect(!error, "a damaged block lets no other block fail");
   }
   level.table().entries()[2].checksum ^= 1;
-  run(blocks, findings, Transfer::Direction::kRead);
-  findings.expect(!blocks->error(2, findings), "a block whose checksum agrees again can be read");
+  run(blocks, log, Transfer::Direction::kRead);
+  log.expect(!blocks->error(2, log), "a block whose checksum agrees again can be read");
 }
 
 }  // namespace plait::conformance

@@ -64,27 +64,26 @@ Subject subject_of(const Arguments& arguments, const Plugins& plugins) {
   return subject;
 }
 
-Json report_of(const Promise& promise, const Findings& findings) {
-  Json report = {{"name", promise.name}, {"promise", promise.text}, {"held", findings.held()}};
-  if (!findings.left_out().empty()) report["left_out"] = findings.left_out();
-  if (!findings.note().empty()) report["note"] = findings.note();
-  if (!findings.held()) {
-    report["expected"] = findings.broken();
-    report["broken_expectations"] = findings.broken_count();
+Json report_of(const Promise& promise, const CheckLog& log) {
+  Json report = {{"name", promise.name}, {"promise", promise.text}, {"held", log.held()}};
+  if (!log.left_out().empty()) report["left_out"] = log.left_out();
+  if (!log.note().empty()) report["note"] = log.note();
+  if (!log.held()) {
+    report["expected"] = log.broken();
+    report["broken_expectations"] = log.broken_count();
   }
   return report;
 }
 
 /// The rest of the line that begins with the name of the promise, and the reasons below it.
-std::string text_of(const Promise& promise, const Findings& findings) {
-  if (!findings.left_out().empty()) return fmt::format("left out: {}\n", findings.left_out());
-  if (findings.held())
-    return findings.note().empty() ? "kept\n" : fmt::format("kept; {}\n", findings.note());
+std::string text_of(const Promise& promise, const CheckLog& log) {
+  if (!log.left_out().empty()) return fmt::format("left out: {}\n", log.left_out());
+  if (log.held()) return log.note().empty() ? "kept\n" : fmt::format("kept; {}\n", log.note());
   std::string text = fmt::format("BROKEN: {}\n", promise.text);
-  for (const std::string& expected : findings.broken())
+  for (const std::string& expected : log.broken())
     text += fmt::format("    expected that {}\n", expected);
-  if (findings.broken_count() > findings.broken().size())
-    text += fmt::format("    {} expectations in all\n", findings.broken_count());
+  if (log.broken_count() > log.broken().size())
+    text += fmt::format("    {} expectations in all\n", log.broken_count());
   return text;
 }
 
@@ -105,12 +104,12 @@ int run_suite(const Arguments& arguments, const Plugins& plugins) {
       print(fmt::format("{:<26} ", promise.name));
       flush_output();  // so that a backend which crashes leaves the name of the promise
     }
-    const Findings findings = check(promise, subject);
-    ++(!findings.held() ? broken : findings.left_out().empty() ? held : left_out);
+    const CheckLog log = check(promise, subject);
+    ++(!log.held() ? broken : log.left_out().empty() ? held : left_out);
     if (arguments.json)
-      reports.push_back(report_of(promise, findings));
+      reports.push_back(report_of(promise, log));
     else
-      print(text_of(promise, findings));
+      print(text_of(promise, log));
   }
   if (arguments.json)
     print(Json{{"backend", subject.label},

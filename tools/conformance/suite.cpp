@@ -71,17 +71,17 @@ constexpr Promise kPromises[] = {
 
 std::span<const Promise> promises() { return kPromises; }
 
-Findings check(const Promise& promise, const Subject& subject) {
-  Findings findings;
+CheckLog check(const Promise& promise, const Subject& subject) {
+  CheckLog log;
   try {
-    promise.check(subject, findings);
-  } catch (const CheckEnded&) {  // the reason is among the findings
+    promise.check(subject, log);
+  } catch (const CheckEnded&) {  // the log has the reason
   } catch (const std::exception& error) {
-    findings.expect(false, std::string("no exception leaves the check: ") + error.what());
+    log.expect(false, std::string("no exception leaves the check: ") + error.what());
   } catch (...) {
-    findings.expect(false, "no exception leaves the check: found one of an unknown type");
+    log.expect(false, "no exception leaves the check: found one of an unknown type");
   }
-  return findings;
+  return log;
 }
 
 }  // namespace plait::conformance

@@ -32,12 +32,12 @@ class Reducer {
   }
 
  private:
-  struct Entry {
+  struct QueuedSide {
     float key;
     Side side;
     /// The heap's top is its largest entry, so a short edge is the largest. The side makes the
     /// order total.
-    bool operator<(const Entry& other) const {
+    bool operator<(const QueuedSide& other) const {
       return key > other.key || (key == other.key && side > other.side);
     }
   };
@@ -73,7 +73,7 @@ class Reducer {
     std::make_heap(queue_.begin(), queue_.end());
     while (!done() && !queue_.empty()) {
       std::pop_heap(queue_.begin(), queue_.end());
-      const Entry entry = queue_.back();
+      const QueuedSide entry = queue_.back();
       queue_.pop_back();
       // If the edge has changed since, the queue has a newer entry for it.
       if (!surface_.is_live(entry.side) || key_of(entry.side) != entry.key) continue;
@@ -143,7 +143,7 @@ class Reducer {
   Progress progress_;
   std::uint64_t initial_count_;
   std::uint64_t collapse_count_ = 0;
-  std::vector<Entry> queue_;
+  std::vector<QueuedSide> queue_;
 };
 
 }  // namespace

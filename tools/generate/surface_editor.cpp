@@ -9,7 +9,7 @@ namespace {
 /// [side] the other side of the same edge, found among the sides that share their lower vertex.
 std::vector<SurfaceEditor::Side> match_sides(const std::vector<std::array<VertexId, 3>>& faces,
                                              std::size_t vertex_count) {
-  struct Entry {
+  struct SideFromLower {
     VertexId higher;
     SurfaceEditor::Side side;
   };
@@ -22,7 +22,7 @@ std::vector<SurfaceEditor::Side> match_sides(const std::vector<std::array<Vertex
   for (std::size_t vertex = 0; vertex < vertex_count; ++vertex)
     bucket_end[vertex + 1] += bucket_end[vertex];
 
-  std::vector<Entry> entries(3 * faces.size());
+  std::vector<SideFromLower> entries(3 * faces.size());
   std::vector<SurfaceEditor::Side> beyond(3 * faces.size(), kNoId);
   std::vector<std::uint32_t> filled(bucket_end.begin(), bucket_end.end() - 1);
   for (std::size_t side = 0; side < 3 * faces.size(); ++side) {

@@ -38,19 +38,20 @@ Spirals make_spirals() {
 }
 
 /// The nearest sample of a pixel. If all samples are empty, the result is an empty one.
-const Sample& nearest_sample(const SampleBuffer& samples, int column, int row) {
-  const Sample* nearest = &samples.at(column * kSamplesPerSide, row * kSamplesPerSide);
+const PixelSample& nearest_sample(const SampleBuffer& samples, int column, int row) {
+  const PixelSample* nearest = &samples.at(column * kSamplesPerSide, row * kSamplesPerSide);
   for (int y = 0; y < kSamplesPerSide; ++y)
     for (int x = 0; x < kSamplesPerSide; ++x) {
-      const Sample& sample = samples.at(column * kSamplesPerSide + x, row * kSamplesPerSide + y);
+      const PixelSample& sample =
+          samples.at(column * kSamplesPerSide + x, row * kSamplesPerSide + y);
       if (sample.nearness > nearest->nearness) nearest = &sample;
     }
   return *nearest;
 }
 
 float hidden_share(const SampleBuffer& samples, const Camera& camera,
-                   const std::array<Tap, kTaps>& spiral, const Sample& sample, float x, float y,
-                   float radius) {
+                   const std::array<Tap, kTaps>& spiral, const PixelSample& sample, float x,
+                   float y, float radius) {
   const Vector3<float> normal = sample.normal();
   const Vector3<float> centre = camera.unproject(x, y, sample.nearness);
   const float screen_radius = radius * sample.nearness;
@@ -59,7 +60,7 @@ float hidden_share(const SampleBuffer& samples, const Camera& camera,
     const int column = static_cast<int>(x + screen_radius * tap.x);
     const int row = static_cast<int>(y + screen_radius * tap.y);
     if (column < 0 || row < 0 || column >= samples.width() || row >= samples.height()) continue;
-    const Sample& other = samples.at(column, row);
+    const PixelSample& other = samples.at(column, row);
     if (other.empty()) continue;
     const Vector3<float> there = camera.unproject(static_cast<float>(column) + 0.5f,
                                                   static_cast<float>(row) + 0.5f, other.nearness);
@@ -81,7 +82,7 @@ SkyMap::SkyMap(const SampleBuffer& samples, const Camera& camera, int threads)
   share_ = rough;
   parallel_rows(height_, threads, [&](int row) {
     for (int column = 0; column < width_; ++column) {
-      const Sample& sample = nearest_sample(samples, column, row);
+      const PixelSample& sample = nearest_sample(samples, column, row);
       if (sample.empty()) continue;
       // Each row of the tile uses every fourth of the sixteen turns, so that neighbouring pixels
       // differ much.

@@ -30,7 +30,7 @@ std::int64_t twice_area(const RasterVertex& a, const RasterVertex& b, std::int64
   return (std::int64_t{b.x} - a.x) * (y - a.y) - (std::int64_t{b.y} - a.y) * (x - a.x);
 }
 
-Sample encode(float nearness, Vector3<float> normal, bool back) {
+PixelSample encode(float nearness, Vector3<float> normal, bool back) {
   if (back) normal = -1.f * normal;
   // At the outline, an interpolated normal may point slightly away from the camera.
   normal.z = std::max(normal.z, 0.f);
@@ -47,7 +47,7 @@ std::uint16_t encode_share(float share) {
 
 }  // namespace
 
-Vector3<float> Sample::normal() const {
+Vector3<float> PixelSample::normal() const {
   const float x = static_cast<float>(normal_x) / kNormalScale;
   const float y = static_cast<float>(normal_y & ~1) / kNormalScale;
   return {x, y, std::sqrt(std::max(0.f, 1 - x * x - y * y))};
@@ -88,7 +88,7 @@ void SampleBuffer::draw(const RasterVertex& a, const RasterVertex& b, const Rast
 
   for (std::int32_t y = y_first; y <= y_last; ++y) {
     const std::int64_t centre_y = std::int64_t{y} * kSubSamples + kSubSamples / 2;
-    Sample* row = &samples_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)];
+    PixelSample* row = &samples_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_)];
     for (std::int32_t x = x_first; x <= x_last; ++x) {
       const std::int64_t centre_x = std::int64_t{x} * kSubSamples + kSubSamples / 2;
       const std::int64_t weight_a = twice_area(second, third, centre_x, centre_y);

@@ -10,7 +10,7 @@
 
 namespace plait {
 
-struct Sample {
+struct PixelSample {
   float nearness = 0;  ///< 0: no surface at this sample
   /// The normal, towards the camera, in units of 1/32767. Its length is one, which gives z. The
   /// lowest bit of y is set if the camera sees the back of the surface.
@@ -20,7 +20,7 @@ struct Sample {
   bool is_back() const { return (normal_y & 1) != 0; }
   Vector3<float> normal() const;
 };
-static_assert(sizeof(Sample) == 8);
+static_assert(sizeof(PixelSample) == 8);
 
 /// A projected vertex: position in 1/256 of a sample, so that coverage is exact and two triangles
 /// leave no gap between them.
@@ -40,7 +40,7 @@ class SampleBuffer {
 
   int width() const { return width_; }
   int height() const { return height_; }
-  const Sample& at(int x, int y) const {
+  const PixelSample& at(int x, int y) const {
     return samples_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
                     static_cast<std::size_t>(x)];
   }
@@ -54,7 +54,7 @@ class SampleBuffer {
 
  private:
   int width_, height_;
-  std::vector<Sample> samples_;
+  std::vector<PixelSample> samples_;
   std::vector<std::uint16_t> shares_;
 };
 

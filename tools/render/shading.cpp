@@ -41,7 +41,7 @@ Colour sky_light(float sky, const Colour& albedo) {
   return sky * Colour{1, 1, 1} + ((1 - sky) * kInterreflection) * albedo;
 }
 
-Colour shade_sample(const Sample& sample, float sky, const Colour& albedo) {
+Colour shade_sample(const PixelSample& sample, float sky, const Colour& albedo) {
   const Vector3<float> normal = sample.normal();
   const float up = 0.5f + 0.5f * normal.y;
   const Colour ambient = sky_light(sky, albedo) * ((1 - up) * kGround + up * kSky);
@@ -90,7 +90,7 @@ Image shade(const SampleBuffer& samples, const Camera& camera, int threads) {
       Colour sum{};
       for (int y = row * kSamplesPerSide; y < (row + 1) * kSamplesPerSide; ++y)
         for (int x = column * kSamplesPerSide; x < (column + 1) * kSamplesPerSide; ++x) {
-          const Sample& sample = samples.at(x, y);
+          const PixelSample& sample = samples.at(x, y);
           sum = sum + (sample.empty()
                            ? behind
                            : shade_sample(sample, sky.at(column, row), albedo_of(samples, x, y)));

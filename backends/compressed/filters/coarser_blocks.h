@@ -93,14 +93,14 @@ class CoarserSlots {
 
  private:
   /// A chosen block: its edges, its bytes, and its place in its level.
-  struct Part {
+  struct ChosenBlock {
     EdgeId first = 0, end = 0;
     const std::byte* bytes = nullptr;
     std::uint64_t offset = 0;
   };
 
   const CoarserBlocks& blocks_;
-  std::array<Part, kMostCoarserBlocks> parts_ = {};
+  std::array<ChosenBlock, kMostCoarserBlocks> parts_ = {};
   std::array<std::size_t, kMostCoarserBlocks + 1> begin_ =
       {};  ///< [refinement] the end of its parts
 };

@@ -117,7 +117,7 @@ TEST_CASE("a mark is where the ticks beside it say that its value is") {
 
 TEST_CASE("tables are text, Markdown and JSON as well") {
   const Table table{
-      {}, {{"", false}, {"ns a vertex"}}, {{{"a|b\x1b", Cell("1.5", 1.53)}}, {{"c", "-"}}}};
+      {}, {{"", false}, {"ns a vertex"}}, {{{"a|b\x1b", TableCell("1.5", 1.53)}}, {{"c", "-"}}}};
   CHECK(to_text(table) == "      ns a vertex\na|b?          1.5\nc               -\n");
   CHECK(to_markdown(table).starts_with("|  | ns a vertex |\n|---|---:|\n| a\\|b"));
   CHECK(to_json(table)[0]["ns_a_vertex"] == 1.53);
@@ -132,7 +132,7 @@ TEST_CASE("tables are text, Markdown and JSON as well") {
 
 TEST_CASE("cells carry the exact number beside its text") {
   Page page("t", "");
-  page.table({{}, {{"n"}}, {{{Cell("0.33", 1.0 / 3)}}, {{Cell("–", kMissing)}}}});
+  page.table({{}, {{"n"}}, {{{TableCell("0.33", 1.0 / 3)}}, {{TableCell("–", kMissing)}}}});
   const std::string text = page.html();
   CHECK(count_of(text, "data-value=\"0.3333333333333333\">0.33</td>") == 1);
   CHECK(count_of(text, "<td class=\"number\">–</td>") == 1);

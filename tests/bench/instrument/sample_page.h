@@ -52,8 +52,8 @@ inline instrument::Page sample_page() {
   table.columns = {{"backend", false}, {"ratio"}, {"seconds"}, {"state", false}};
   for (int at = 0; at < 5; ++at)
     table.rows.push_back(
-        {{backends[at], Cell("1." + std::to_string(31 * at % 97), 1 + 31 * at % 97 / 100.0),
-          at == 2 ? Cell("–") : Cell(std::to_string(at) + ".5 s", at + 0.5),
+        {{backends[at], TableCell("1." + std::to_string(31 * at % 97), 1 + 31 * at % 97 / 100.0),
+          at == 2 ? TableCell("–") : TableCell(std::to_string(at) + ".5 s", at + 0.5),
           at == 3 ? "warm" : "cold"},
          at == 3 ? Tone::kDoubt : Tone::kPlain});
   page.table(table);

@@ -163,7 +163,7 @@ TEST_CASE("Rounds_EndBeforeTheTimeIsOver_ButOneIsMeasured") {
 
 TEST_CASE("Report_OfTooFewRounds_SaysHowLongEnoughWouldTake") {
   MadeUpDisk disk(kScan, 1e9, 0.03, 1);
-  Findings findings;
+  TuneFindings findings;
   findings.choices = choices_of(kScan);
   measure(findings.choices, disk, Goal::kRead, 1);
   findings.seconds_for_enough = 19.2;
@@ -179,7 +179,7 @@ TEST_CASE("Choice_ThatIsRefused_SaysSo") {
   REQUIRE(measure(choices, disk));
   CHECK(choices[1].refused == "no such records");
   CHECK(choices[1].runs.empty());
-  Findings findings;
+  TuneFindings findings;
   findings.choices = choices;
   CHECK(to_text(findings, decide(choices, Goal::kRead)).find("refused: no such records") !=
         std::string::npos);
@@ -214,7 +214,7 @@ TEST_CASE("Goals_DecideByWhatTheyName") {
 
 TEST_CASE("Report_SentenceTableAndCommand_AreOfOneChoice") {
   MadeUpDisk disk(kScan, 3e8, 0.03, 1);
-  Findings findings;
+  TuneFindings findings;
   findings.input = "s.plait";
   findings.command_start = "plait convert s.plait OUT";
   findings.raw_bytes = 100'000'000;

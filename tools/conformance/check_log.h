@@ -1,4 +1,4 @@
-// tools/conformance/findings.h: what a check of the conformance suite has found.
+// tools/conformance/check_log.h: what a check of the conformance suite has found.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace plait::conformance {
 
-/// Ends a check. The findings have the reason.
+/// Ends a check. The log has the reason.
 struct CheckEnded {};
 
 /// One thread at a time.
-class Findings {
+class CheckLog {
  public:
   /// Records that `promise`, a sentence about the backend, was not true.
   void expect(bool held, std::string_view promise) {
