@@ -7,7 +7,7 @@
 #
 #   --kinds LIST     default: ext4@200,xfs@200,btrfs@200,ext4,tmpfs
 #   --rounds N       default: auto: four, and then more of what is not decided until the time is up
-#   --memory SIZE    limit of each measured process; the stores have 0.5, 2 and 4 times as much; default 64MiB
+#   --memory SIZE    limit of each measured process; the stores have 0.5, 2 and 4 times as much; default 96MiB
 #   --minutes N      ends the measurement as Ctrl-C does: what there is becomes the report; default 43
 #   --program FILE   default: build/release/tools/plait
 #   --dry-run        says what would be measured in the working directory, beside how many minutes
@@ -16,7 +16,7 @@
 # DIRECTORY gets report.html, report.txt and runs.jsonl.zst (zstd -d gives the records, of which
 # plait bench report makes the other two again).
 #
-# The sizes are small because the memory limit is: a page cache of 64 MiB serves no more of 256 MiB than one
+# The sizes are small because the memory limit is: a page cache of 96 MiB serves no more of 384 MiB than one
 # of 16 GiB of 64 GiB. Without root there is no limit and only tmpfs, and the report says so.
 #
 # Exit status: 1 if a run failed or backends gave different data, 2 for bad usage. The report is there in
@@ -24,7 +24,7 @@
 set -euo pipefail
 
 kinds=ext4@200,xfs@200,btrfs@200,ext4,tmpfs
-rounds=auto memory=64MiB minutes=43 dry_run=false force=false target=report
+rounds=auto memory=96MiB minutes=43 dry_run=false force=false target=report
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 program=$here/build/release/tools/plait
 
@@ -72,7 +72,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 status=0
 # Status 124: the time was up, and what there is counts.
-"$here/bench/instrument/disktypes.sh" run --kinds "$kinds" --size 4G -- \
+"$here/bench/instrument/disktypes.sh" run --kinds "$kinds" --size 6G -- \
   timeout --signal=INT --kill-after=120 "${minutes}m" \
   "${measure[@]}" --dir='{kind}={}' --out "$work/runs.jsonl" >"$work/said" || status=$?
 [ -s "$work/runs.jsonl" ] || { echo "bench/backends/all_disks.sh: nothing was measured" >&2; exit 1; }
