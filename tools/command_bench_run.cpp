@@ -187,7 +187,7 @@ void add_bench_run_command(CommandLine& bench, CommandContext& context) {
   Option* const mesh =
       command->add_option("--mesh", arguments->mesh, "A base mesh (PLY, OBJ, OFF) to refine");
   add_whole_option(*command, "--vertices", arguments->request.vertices, 64, 100'000'000,
-                   "Vertices of a torus as base mesh; default: levels of 0.5, 2 and 4 times the\n"
+                   "Vertices of a torus as base mesh; default: levels of half and three times the\n"
                    "memory")
       ->excludes(mesh);
   add_whole_option(*command, "--levels", arguments->request.levels, 1, 8,

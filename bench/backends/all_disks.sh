@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# One full report: all backends and `auto` on five kinds of disk, at three sizes beside the memory, with the
+# One full report: all backends and `auto` on five kinds of disk, at two sizes beside the memory, with the
 # default options: blocks of 1 MiB, the presets fast and default, as many threads as processors. Makes the disks
 # (bench/instrument/disktypes.sh), measures (plait bench run) and writes the report (plait bench report).
 #
@@ -7,7 +7,7 @@
 #
 #   --kinds LIST     default: ext4@200,xfs@200,btrfs@200,ext4,tmpfs
 #   --rounds N       default: auto: four, and then more of what is not decided until the time is up
-#   --memory SIZE    limit of each measured process; the stores have 0.5, 2 and 4 times as much; default 96MiB
+#   --memory SIZE    limit of each measured process; the stores have half and three times as much; default 96MiB
 #   --minutes N      ends the measurement as Ctrl-C does: what there is becomes the report; default 43
 #   --program FILE   default: build/release/tools/plait
 #   --dry-run        says what would be measured in the working directory, beside how many minutes
@@ -16,7 +16,7 @@
 # DIRECTORY gets report.html, report.txt and runs.jsonl.zst (zstd -d gives the records, of which
 # plait bench report makes the other two again).
 #
-# The sizes are small because the memory limit is: a page cache of 96 MiB serves no more of 384 MiB than one
+# The sizes are small because the memory limit is: a page cache of 96 MiB serves no more of 288 MiB than one
 # of 16 GiB of 64 GiB. Without root there is no limit and only tmpfs, and the report says so.
 #
 # Exit status: 1 if a run failed or backends gave different data, 2 for bad usage. The report is there in

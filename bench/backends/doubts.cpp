@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
+#include <string>
 #include <utility>
 
 #include "instrument/surroundings.h"
@@ -24,19 +26,39 @@ constexpr double kFasterSecondCold = 1.25;
 constexpr double kOtherPrograms = 0.05, kOtherBytes = 16 << 20;
 constexpr double kNarrow = 0.05;
 
+/// The message without paths and numbers: failures that differ in nothing else are of one kind.
+std::string kind_of(const std::string& message) {
+  std::string kind;
+  std::istringstream words(message);
+  for (std::string word; words >> word;) {
+    if (word.find('/') != std::string::npos) continue;
+    std::erase_if(word, [](unsigned char letter) { return letter >= '0' && letter <= '9'; });
+    kind += word + ' ';
+  }
+  return kind;
+}
+
 /// Collects doubts of runs: one line for each kind, with how many runs have it.
 class Doubts {
  public:
-  void add(const std::string& what) {
-    if (counts_.size() < 100 || counts_.count(what) > 0) ++counts_[what];
+  void add(const std::string& what) { add(what, what); }
+  /// The line says `what` was the first of its kind.
+  void add(const std::string& kind, const std::string& what) {
+    if (kinds_.size() < 100 || kinds_.contains(kind))
+      ++kinds_.try_emplace(kind, what).first->second.count;
   }
   void append_to(std::vector<std::string>& lines, std::size_t runs) const {
-    for (const auto& [what, count] : counts_)
-      lines.push_back(fmt::format("{} ({} of {} runs)", what, count, runs));
+    for (const auto& [kind, of] : kinds_)
+      lines.push_back(fmt::format("{} ({} of {} runs)", of.what, of.count, runs));
   }
 
  private:
-  std::map<std::string, std::uint64_t> counts_;
+  struct Kind {
+    explicit Kind(std::string first) : what(std::move(first)) {}
+    std::string what;
+    std::uint64_t count = 0;
+  };
+  std::map<std::string, Kind> kinds_;
 };
 
 /// Why the page cache may have served a run that was not to be served by it; empty: it did not.
@@ -71,10 +93,11 @@ bool others_used_device(const MeasuredRun& run) {
 }
 
 void add_doubts_of_run(const MeasuredRun& run, Doubts& spoiling, Doubts& doubts) {
-  if (!run.ok)
-    return doubts.add(fmt::format("failed: {}", run.failure.empty()
-                                                    ? "for a reason that the record does not say"
-                                                    : run.failure));
+  if (!run.ok) {
+    const std::string why =
+        run.failure.empty() ? "for a reason that the record does not say" : run.failure;
+    return doubts.add("failed: " + kind_of(why), "failed: " + why);
+  }
   if (const std::string limit = limit_doubt(run); !limit.empty()) spoiling.add(limit);
   if (run.label == "warm")
     doubts.add(fmt::format("warm: {}, so this is no figure of a disk",

@@ -31,7 +31,7 @@ struct PlanRequest {
   std::vector<std::uint64_t> memory = {256u << 20};
   /// Empty: for each memory 1 MiB, or less if the budget has no room for 16 such blocks.
   std::vector<std::uint64_t> blocks;
-  std::vector<double> sizes = {0.5, 2, 4};  ///< bytes of the levels over memory
+  std::vector<double> sizes = {0.5, 3};  ///< bytes of the levels over memory
   std::vector<int> threads = {1};
   double rate = 0;
   int rounds = 5;                 ///< for the estimate of minutes

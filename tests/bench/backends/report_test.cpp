@@ -1,4 +1,5 @@
 // What `plait bench report` and `compare` say of runs whose truth is known.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <regex>
@@ -177,7 +178,7 @@ TEST_CASE("what auto would choose is held against the fastest") {
   CHECK_THAT(behind.verdict, Catch::Contains("in 0 of 1; the farthest is") &&
                                  Catch::Contains("for sweep-read on ext4 on vda (uring)"));
   for (json& record : records) record["auto"] = record["cell"]["backend"] == "pread";
-  CHECK_THAT(find(set_of(records)).verdict, Catch::Contains("fastest in 1 of 1."));
+  CHECK_THAT(find(set_of(records)).verdict, Catch::Contains("does not compress in 1 of 1."));
 }
 
 TEST_CASE("a backend that dies is an outcome, and never the fastest") {
@@ -197,6 +198,23 @@ TEST_CASE("a backend that dies is an outcome, and never the fastest") {
   const std::string text = to_text(set, findings);
   CHECK_THAT(text, Catch::Contains("never pread (2 of 5 survived)"));
   CHECK_THAT(to_page(set, findings, "c"), Catch::Contains("2 of 5 survived"));
+}
+
+TEST_CASE("auto is held against the fastest that does not compress") {
+  std::vector<json> records =
+      SimulatedRuns(4).runs({{"pread", "sweep-read", "ext4 on vda", 1},
+                             {"uring", "sweep-read", "ext4 on vda", 1.5},
+                             {"compressed", "sweep-read", "ext4 on vda", 0.5}},
+                            8);
+  for (json& record : records) {
+    if (record["cell"]["backend"] == "compressed") record["cell"]["pipeline"] = "fast";
+    record["auto"] = record["cell"]["backend"] == "uring";
+  }
+  std::smatch farthest;
+  const std::string verdict = find(set_of(records)).verdict;
+  CAPTURE(verdict);
+  REQUIRE(std::regex_search(verdict, farthest, std::regex("the farthest is ([0-9.]+) times")));
+  CHECK(std::stod(farthest[1]) == Approx(1.5).epsilon(0.05));
 }
 
 TEST_CASE("what is a fifth slower leaves after four rounds, and what is open stays") {
@@ -256,6 +274,23 @@ TEST_CASE("a wrong digest fails the set and turns the page red") {
   // So does a digest that differs between the two sides of a comparison.
   const RunSet right = set_of(SimulatedRuns(1).runs(kSame, 5));
   CHECK_FALSE(compare(right, set, 10).passes());
+}
+
+TEST_CASE("failures that differ in numbers and paths only are one doubt") {
+  std::vector<json> records = SimulatedRuns(1).runs(kSame, 6);
+  for (std::size_t at = 0; at < 5; ++at) {
+    records[at]["outcome"] = "failed";
+    records[at]["failure"] = at == 4 ? "signal 9 ended it"
+                                     : "page in /mnt/" + std::to_string(at) + ".plait: at least " +
+                                           std::to_string(at) + " bytes are needed";
+  }
+  const std::vector<std::string> doubts = find(set_of(records)).doubts;
+  const auto failures = std::ranges::count_if(
+      doubts, [](const std::string& doubt) { return doubt.starts_with("failed: "); });
+  CHECK(failures == 2);
+  CHECK(std::ranges::count(
+            doubts, "failed: page in /mnt/0.plait: at least 0 bytes are needed (4 of 24 runs)") ==
+        1);
 }
 
 TEST_CASE("what limits the trust in a run is a doubt") {
