@@ -129,8 +129,9 @@ std::uint64_t LevelGeometry::uneven_block_of(EdgeId edge) const {
   }
   const std::uint64_t block =
       first_block + ((present_before(edge) - present_before(first)) >> shift_);
-  // An absent slot after the last one belongs to the last block.
-  return std::min(block, std::max(end, first_block + 1) - 1);
+  // An absent slot after the last one belongs to the last block. A shard whose slots are all absent
+  // has no block: its edges belong to the first block after it, or to the last one of the level.
+  return std::min({block, std::max(end, first_block + 1) - 1, block_count_ - 1});
 }
 
 EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
@@ -141,6 +142,10 @@ EdgeId LevelGeometry::first_edge(std::uint64_t block) const {
     const std::uint32_t shard = shard_of_block(block);
     first = shards_.first_edge(shard);
     first_block = this->first_block(shard);
+    // Shards without a block, whose edges uneven_block_of() gives to this one, begin there too.
+    if (block == first_block)
+      return shards_.first_edge(static_cast<std::uint32_t>(
+          std::ranges::lower_bound(*first_blocks_, block) - first_blocks_->begin()));
   }
   const std::uint64_t slots_before = present_before(first) + ((block - first_block) << shift_);
   if (shapes_.absent().empty()) return static_cast<EdgeId>(slots_before);

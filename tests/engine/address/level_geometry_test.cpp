@@ -1,5 +1,6 @@
 #include "plait/extend/level_geometry.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 #include <vector>
@@ -229,6 +230,38 @@ TEST_CASE("LevelGeometry_InShards_BeginsABlockAtEachOfThem") {
         REQUIRE(cut.first_block(shards.size()) == block);
         REQUIRE(cut.total_bytes() == whole.total_bytes());
       }
+  }
+}
+
+TEST_CASE("LevelGeometry_InShardsWithAbsentSlots_GivesEachEdgeABlockThatHasIt") {
+  std::mt19937 random(7);
+  const EdgeShards shards({0, 1, 2, 64, 65, 200, 299}, 300);
+  for (unsigned round = 0; round < 200; ++round) {
+    std::vector<SlotShape> shapes = random_shapes(300, 20, 10 * (round % 10), random);
+    for (std::uint32_t shard = 0; shard < shards.size(); ++shard)
+      if (random() % 2 == 0)
+        std::fill(shapes.begin() + shards.first_edge(shard),
+                  shapes.begin() + shards.edge_after(shard), SlotShape::kAbsent);
+    const LevelGeometry whole(shapes_of(shapes), BaseRelativeLevel(3), 12, 4096);
+    const LevelGeometry cut = whole.in_shards(shards);
+    if (cut.block_count() == 0) continue;
+    CAPTURE(round);
+    for (EdgeId edge = 0; edge < shapes.size(); ++edge) {
+      const std::uint64_t block = cut.block_of(edge);
+      REQUIRE(block < cut.block_count());
+      REQUIRE(cut.first_edge(block) <= edge);
+      REQUIRE(edge < cut.edge_after(block));
+      if (shapes[edge] != SlotShape::kAbsent)
+        REQUIRE(cut.shard_of_block(block) == shards.shard_of(edge));
+    }
+    REQUIRE(cut.first_edge(0) == 0);
+    std::uint64_t offset = 0;
+    for (std::uint64_t block = 0; block < cut.block_count(); ++block) {
+      REQUIRE(cut.block_offset(block) == offset);
+      REQUIRE(cut.block_bytes(block) > 0);
+      offset += cut.block_bytes(block);
+    }
+    REQUIRE(offset == whole.total_bytes());
   }
 }
 
