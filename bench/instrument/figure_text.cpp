@@ -47,6 +47,15 @@ std::string printable(std::string text) {
   return text;
 }
 
+std::string shortened(const std::string& text, std::size_t most) {
+  std::size_t characters = 0, cut = 0;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const bool continues = (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80;
+    if (!continues && ++characters == most) cut = at;
+  }
+  return characters > most ? text.substr(0, cut) + "…" : text;
+}
+
 std::string wrapped(const std::string& text, std::size_t width, const std::string& indent) {
   std::istringstream words(text);
   std::string lines, line;

@@ -110,9 +110,8 @@ class Drawing {
   void label(const char* of, double x, double y, const std::string& text,
              const char* anchor = "start", double room = kWidth) {
     const auto most = static_cast<std::size_t>(std::max(3.0, room / kLetter));
-    const std::string shown = text.size() > most ? text.substr(0, most - 1) + "…" : text;
     add("<text class=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>\n", of, x, y,
-        anchor, escape_html(shown));
+        anchor, escape_html(shortened(text, most)));
   }
   std::string colour_of(const std::string& name) {
     return fmt::format("var(--s{})", place_of(name) % 8);

@@ -60,6 +60,28 @@ TEST_CASE("hostile text stays text in every place of a page") {
   CHECK(data_of(text, "report") == nlohmann::json{{hostile, hostile}});
 }
 
+TEST_CASE("a long name is cut between characters, not inside of one") {
+  const auto name_in_plot = [](const std::string& name) {
+    Page page("t", "");
+    page.plot(
+        IntervalPlot{{}, {}, 1, std::vector<IntervalPlot::Point>(kLeastPoints, {"", name, 1})});
+    const std::regex label("<text class=\"name\"[^>]*>([^<]*)</text>");
+    const std::string text = page.html();
+    std::smatch found;
+    REQUIRE(std::regex_search(text, found, label));
+    return found.str(1);
+  };
+  CHECK(name_in_plot("größer") == "größer");
+  std::string many;
+  for (int at = 0; at < 200; ++at) many += "ß";
+  for (const std::string& name : {many, "a" + many, "ab" + many}) {
+    const std::string shown = name_in_plot(name);
+    CHECK(count_of(shown, "\xef\xbf\xbd") == 0);  // what stands for bytes that are no text
+    CHECK(shown.ends_with("ß…"));
+    CHECK(shown.size() < name.size());
+  }
+}
+
 TEST_CASE("a page refers to nothing outside") {
   const std::string text = test::sample_page().html();
   CHECK(count_of(text, "://") == 0);
