@@ -196,6 +196,22 @@ def test_pieces_of_pvtp_together_are_the_surface(stores, tmp_path):
     assert sorted(os.listdir(tmp_path)) == sorted(names + [out.name])
 
 
+def test_pvtp_with_fewer_pieces_leaves_none_of_the_older_ones(stores, tmp_path):
+    out = tmp_path / "a.pvtp"
+    export(stores["ball"], out, "--pieces", "6")
+    export(stores["ball"], tmp_path / "a_4.vtp")  # no piece: the user exported it
+    (tmp_path / "a_5.vtp").rename(tmp_path / "a_7.vtp")  # no name of this piece
+    (tmp_path / "a_5.vtp").symlink_to(tmp_path / "a_3.vtp")
+    export(stores["ball"], tmp_path / "b.pvtp", "--pieces", "4")
+    assert export(stores["ball"], out, "--pieces", "2", "--attribute", "nothing", refused=True)
+    assert (tmp_path / "a_3.vtp").exists()
+    export(stores["ball"], out, "--pieces", "2")
+    root = xml.etree.ElementTree.parse(out).getroot()
+    assert [each.get("Source") for each in root.iter("Piece")] == ["a_0.vtp", "a_1.vtp"]
+    left = ["a.pvtp", "a_0.vtp", "a_1.vtp", "a_4.vtp", "a_5.vtp", "a_7.vtp"]
+    assert sorted(os.listdir(tmp_path)) == left + ["b.pvtp"] + [f"b_{k}.vtp" for k in range(4)]
+
+
 @pytest.mark.parametrize("name", ["ball", "sheet"])
 @pytest.mark.parametrize("ending,part", [(".glb", []), (".glb", PART), (".gltf", PART)])
 def test_gltf_has_the_patches_of_the_store(stores, tmp_path, name, ending, part):

@@ -1,9 +1,26 @@
 #include "export/output_files.h"
 
+#include <fmt/format.h>
+
+#include <fstream>
+#include <system_error>
+
 #include "console.h"
 #include "store/left_overs.h"
 
 namespace plait {
+namespace {
+
+bool begins_with(const std::filesystem::path& path, const std::string& mark) {
+  std::error_code error;
+  if (!is_regular_file(symlink_status(path, error))) return false;
+  std::string found(mark.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(found.data(), static_cast<std::streamsize>(found.size()));
+  return file && found == mark;
+}
+
+}  // namespace
 
 OutputFiles::OutputFiles(const std::filesystem::path& path) {
   begin(path);
@@ -24,6 +41,10 @@ File& OutputFiles::add(const std::string& ending) {
   return begin(path_.parent_path() / name_of(ending));
 }
 
+void OutputFiles::remove_older(const std::string& ending, const std::string& mark) {
+  older_.push_back({path_.parent_path() / name_of(ending), mark});
+}
+
 Error OutputFiles::named(Error error) const {
   for (const PartialFile& file : files_)
     error = with_final_name(error, file.path(), file.final_path());
@@ -34,6 +55,12 @@ void OutputFiles::publish() {
   while (!files_.empty()) {
     files_.back().publish();
     files_.pop_back();
+  }
+  for (const Older& each : older_) {
+    std::error_code error;
+    if (begins_with(each.path, each.mark) && !std::filesystem::remove(each.path, error))
+      report_warning(fmt::format("remove {}, which an earlier export made: {}", each.path.native(),
+                                 error.message()));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "io/partial_output.h"
 #include "plait/error.h"
@@ -27,17 +28,26 @@ class OutputFiles {
   /// The name of this file, without a directory.
   std::string name_of(const std::string& ending) const;
 
+  /// When the files have their names, the file that add(`ending`) would replace is removed if it
+  /// begins with `mark`, which only this program writes: it belongs to an earlier export.
+  void remove_older(const std::string& ending, const std::string& mark);
+
   /// `error` with the final names of the files.
   Error named(Error error) const;
-  /// Errors: those of PartialFile::publish.
+  /// Errors: those of PartialFile::publish. Only warns if an older file cannot be removed.
   void publish();
 
  private:
   /// Removes what killed exports have left of this file, and begins it.
   File& begin(const std::filesystem::path& path);
 
+  struct Older {
+    std::filesystem::path path;
+    std::string mark;
+  };
   std::deque<PartialFile> files_;
   std::filesystem::path path_;
+  std::vector<Older> older_;
 };
 
 }  // namespace plait

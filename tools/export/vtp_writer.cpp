@@ -30,9 +30,17 @@ std::string vtk_type(ComponentType type) {
   return name;
 }
 
-std::string begin_file(std::string_view kind) {
+constexpr std::string_view kBeginning = "<?xml version=\"1.0\"?>\n";
+
+/// How a piece begins. A later export with fewer pieces knows by it which files it may remove.
+std::string begin_piece(std::uint64_t piece) {
+  return fmt::format("{}<!-- piece {} of plait export -->\n", kBeginning, piece);
+}
+
+/// What follows the beginning of a file.
+std::string begin_data(std::string_view kind) {
   return fmt::format(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "<VTKFile type=\"{0}\" version=\"1.0\" byte_order=\"LittleEndian\" "
       "header_type=\"UInt64\">\n<{0}",
       kind);
 }
@@ -79,11 +87,12 @@ std::size_t index_bytes(const ExportTask& task) {
   return fits_31_bits(3 * task.triangles()) && fits_31_bits(task.vertices()) ? 4 : 8;
 }
 
-std::string header(const ExportTask& task) {
+std::string header(const ExportTask& task, std::string_view beginning) {
   const std::size_t bytes = index_bytes(task);
   const ComponentType type = bytes == 4 ? ComponentType::kInt32 : ComponentType::kInt64;
   ArrayList arrays("DataArray");
-  std::string text = begin_file("PolyData");
+  std::string text(beginning);
+  text += begin_data("PolyData");
   text += fmt::format(
       ">\n<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
       "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
@@ -100,8 +109,9 @@ class PieceWriter {
   PieceWriter(const ExportTask& task, OutputStream& output, std::uint64_t done)
       : task_(task), output_(output), done_(done) {}
 
-  void write() {
-    output_.write(header(task_));
+  /// `beginning` is kBeginning or begin_piece().
+  void write(std::string_view beginning) {
+    output_.write(header(task_, beginning));
     for (const AttributeId id : task_.extras) write_attribute(id, false);
     for (const FaceColumn& column : face_columns(task_)) write_column(column);
     write_attribute(task_.position, true);
@@ -175,7 +185,7 @@ std::string xml_text(std::string_view name) {
 }  // namespace
 
 void write_vtp_level(const ExportTask& task, OutputStream& output) {
-  PieceWriter(task, output, 0).write();
+  PieceWriter(task, output, 0).write(kBeginning);
 }
 
 std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
@@ -185,22 +195,26 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
   const std::uint64_t pieces =
       std::min<std::uint64_t>({wanted, kMostPieces, task.patches.faces().size()});
   ArrayList arrays("PDataArray");
-  std::string text = begin_file("PPolyData") + " GhostLevel=\"0\">\n";
+  std::string text(kBeginning);
+  text += begin_data("PPolyData") + " GhostLevel=\"0\">\n";
   text += arrays_of(task, "P", arrays);
   std::uint64_t bytes = 0, done = 0;
+  const auto ending_of = [](std::uint64_t piece) { return fmt::format("_{}.vtp", piece); };
   for (std::uint64_t piece = 0; piece < pieces; ++piece) {
-    const std::string ending = fmt::format("_{}.vtp", piece);
+    const std::string ending = ending_of(piece);
     const PatchSelection part(task.store.base(), task.patches.refinements(),
                               face_stretch(task.patches.faces(), piece, pieces));
     const ExportTask of_piece{task.store,  task.options, task.position,
                               task.extras, part,         task.progress};
     OutputStream output(files.add(ending), StreamCompression::kNone);
-    PieceWriter(of_piece, output, done).write();
+    PieceWriter(of_piece, output, done).write(begin_piece(piece));
     output.close();
     bytes += output.file_bytes();
     done += part.vertex_count() + part.triangle_count();
     text += fmt::format("<Piece Source=\"{}\"/>\n", xml_text(files.name_of(ending)));
   }
+  for (std::uint64_t piece = pieces; piece < kMostPieces; ++piece)
+    files.remove_older(ending_of(piece), begin_piece(piece));
   OutputStream output(files.main(), StreamCompression::kNone);
   output.write(text + "</PPolyData>\n</VTKFile>\n");
   output.close();
