@@ -24,6 +24,10 @@ License: Apache-2.0
 Requires-Python: >=3.9
 Requires-Dist: numpy
 """
+# The same as in pyproject.toml, which Python reads from 3.11 on.
+ENTRY_POINTS = """[pyvista.readers]
+.plait = plait.vtk:read_for_pyvista
+"""
 
 
 def _library():
@@ -55,6 +59,7 @@ def _write_wheel(file, contents):
     info = _info_directory()
     contents = dict(contents)
     contents[f"{info}/METADATA"] = METADATA.encode()
+    contents[f"{info}/entry_points.txt"] = ENTRY_POINTS.encode()
     contents[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: {NAME}\nRoot-Is-Purelib: false\n"
                                  f"Tag: {_tag()}\n").encode()
     record = []

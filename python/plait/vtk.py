@@ -157,3 +157,10 @@ def read(file, **options):
     """The vtkPolyData of a store: the arguments of Reader. Errors are those of plait."""
     reader = Reader(file, **options)
     return polydata(reader._mesh(0, 1))
+
+
+def read_for_pyvista(file, **options):
+    """What pyvista.read() calls for a directory that ends in .plait: the arguments of Reader. Returns
+    a mesh of PyVista."""
+    import pyvista
+    return pyvista.wrap(read(file, **options))

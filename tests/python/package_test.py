@@ -1,9 +1,11 @@
 """The wheel: built without a network, with the library inside, and used where nothing else is."""
 
 import hashlib
+import importlib.metadata
 import importlib.util
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -52,6 +54,41 @@ def test_wheel_works_where_nothing_else_is(builder, tmp_path):
     shown = subprocess.run([sys.executable, "-c", code], env=clean_environment(tmp_path / "installed"),
                            cwd=tmp_path, check=True, capture_output=True, text=True).stdout
     assert shown.split() == [str(tmp_path / "installed" / "plait" / "__init__.py"), "34"]
+
+
+def test_wheel_names_the_reader_to_pyvista(builder, tmp_path):
+    with zipfile.ZipFile(tmp_path / builder.build_wheel(tmp_path)) as wheel:
+        wheel.extractall(tmp_path / "installed")
+    package, = importlib.metadata.distributions(name="plait", path=[str(tmp_path / "installed")])
+    assert package.version == plait.__version__
+    found, = package.entry_points
+    assert (found.group, found.name) == ("pyvista.readers", ".plait")
+    pytest.importorskip("vtkmodules.vtkCommonExecutionModel")
+    assert callable(found.load())
+    tomllib = pytest.importorskip("tomllib")
+    project = tomllib.loads((SOURCE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["entry-points"] == {found.group: {found.name: found.value}}
+
+
+@pytest.mark.parametrize("how", ["pip", "build"])
+def test_the_usual_programs_make_the_package_without_a_network(how, tmp_path):
+    if subprocess.run([sys.executable, "-m", how, "--version"], capture_output=True,
+                      check=False).returncode:
+        pytest.skip(f"{how} is not installed")
+    shutil.copytree(SOURCE, tmp_path / "python", ignore=shutil.ignore_patterns("__pycache__"))
+    environment = {**os.environ, "PIP_NO_INDEX": "1", "HOME": str(tmp_path)}
+    out = tmp_path / "out"
+    if how == "pip":  # numpy is there already
+        command = ["pip", "install", "--no-deps", "--target", out, tmp_path / "python"]
+    else:
+        command = ["build", "--no-isolation", "--outdir", out, tmp_path / "python"]
+    done = subprocess.run([sys.executable, "-m", *command], env=environment, cwd=tmp_path,
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    if how == "pip":
+        assert (out / "plait" / "libplait.so.0").exists() and (out / "plait" / "py.typed").exists()
+    else:
+        assert sorted(each.suffix for each in out.iterdir()) == [".gz", ".whl"]
 
 
 def test_source_archive_makes_the_same_wheel(builder, tmp_path):

@@ -4,6 +4,8 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
+import types
 
 import numpy as np
 import plait
@@ -95,6 +97,16 @@ def test_what_cannot_be_read_is_refused_in_words(ball, tmp_path, capfd):
     reader.Update()
     assert reader.GetOutput().GetNumberOfPolys() == 0
     assert "limit is 100 KiB" in capfd.readouterr().err
+
+
+def test_pyvista_reads_a_store(ball, monkeypatch):
+    """PyVista calls what its entry point names, and gives on what the function returns."""
+    stand_in = types.ModuleType("pyvista")
+    stand_in.wrap = lambda data: ("wrapped", data)
+    monkeypatch.setitem(sys.modules, "pyvista", stand_in)
+    kind, data = vtk.read_for_pyvista(str(ball), level=2, attributes=["normal"])
+    assert kind == "wrapped" and data.GetNumberOfPolys() == 20 * 16
+    assert data.GetPointData().GetNormals().GetName() == "normal"
 
 
 # Debian 12 has ParaView 5.11.0 and Python 3.11, which lacks a function that ParaView's own module for
