@@ -30,6 +30,7 @@ RemeshRequest remesh_request_of(const plait_remesh_request& wanted) {
   if (wanted.budget_bytes != 0) request.options.budget_bytes = wanted.budget_bytes;
   if (wanted.threads != 0) request.threads = wanted.threads;
   request.digest = wanted.digest != 0;
+  request.distances = wanted.distances != 0;
   request.ignore_size = wanted.ignore_size != 0;
   request.replace = wanted.existing == PLAIT_EXISTING_REPLACE;
   return request;

@@ -866,8 +866,8 @@ typedef struct plait_import_result {
 PLAIT_API plait_status plait_job_import(const plait_import_request* request,
                                         plait_import_result* result);
 
-/* Options of plait_job_remesh(): those of the command `plait remesh`, but --distances. Texts may be
- * NULL, and numbers 0, for the defaults. */
+/* Options of plait_job_remesh(): those of the command `plait remesh`. Texts may be NULL, and
+ * numbers 0, for the defaults. */
 typedef struct plait_remesh_request {
   size_t struct_size;
   const char* scan_path;  /* any triangle mesh: PLY, OBJ, OFF or STL, also .gz and .zst */
@@ -887,11 +887,13 @@ typedef struct plait_remesh_request {
   int32_t refuse_turned; /* 1: an error if small faces stay turned over */
   int32_t digest;        /* 1: computes the digest of the store */
   int32_t ignore_size;   /* 1: start even if the memory of the machine is too small */
+  int32_t distances;     /* 1: adds attribute "distance", how far the scan is from the store */
+  int32_t reserved;      /* 0 */
 } plait_remesh_request;
 #define PLAIT_REMESH_REQUEST_INIT                                                                \
   {                                                                                              \
     sizeof(plait_remesh_request), NULL, NULL, NULL, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0, 0, 0, 0, \
-        0, 0                                                                                     \
+        0, 0, 0, 0                                                                               \
   }
 /* Distances are those of points spread over one surface to the closest points of the other. */
 typedef struct plait_remesh_result {

@@ -188,7 +188,8 @@ class plait_remesh_request(Sized):
         ("min_component", c_uint64), ("fill_holes", c_uint64), ("budget_bytes", c_uint64),
         ("progress", plait_progress), ("warn", plait_warning), ("user", c_void_p),
         ("levels", c_int32), ("threads", c_int32), ("existing", c_int32),
-        ("refuse_turned", c_int32), ("digest", c_int32), ("ignore_size", c_int32)]
+        ("refuse_turned", c_int32), ("digest", c_int32), ("ignore_size", c_int32),
+        ("distances", c_int32), ("reserved", c_int32)]
 
 
 class plait_remesh_result(Sized):

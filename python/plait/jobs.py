@@ -221,15 +221,17 @@ def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=N
 
 
 def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refuse_turned=False,
-           samples=1_000_000, backend=None, memory=None, threads=1, existing="refuse",
-           digest=False, ignore_size=False, progress=None, warn=None):
+           distances=False, samples=1_000_000, backend=None, memory=None, threads=1,
+           existing="refuse", digest=False, ignore_size=False, progress=None, warn=None):
     """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does, and returns
     a named tuple Remeshing.
 
     scan: a file: PLY, OBJ, OFF or STL, also .gz and .zst. faces: of the base mesh, at most.
-    levels: the finest level. min_component: removes components of fewer faces. fill_holes: fills holes of at
-    most so many edges. refuse_turned: an error if small faces stay turned over. samples: points of
-    the report for each direction; 0 for no distances. The other arguments are those of subdivide().
+    levels: the finest level. min_component: removes components of fewer faces. fill_holes: fills
+    holes of at most so many edges. refuse_turned: an error if small faces stay turned over.
+    distances: adds attribute "distance", how far the scan is from the store at each vertex, in the
+    units of the scan. samples: points of the report for each direction; 0 for no distances. The
+    other arguments are those of subdivide().
     """
     result = types.plait_remesh_result()
     with Watch("remesh", progress) as watch:
@@ -239,7 +241,8 @@ def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refus
             fill_holes=fill_holes, budget_bytes=_memory.bytes_of(memory or 0),
             progress=watch.callback, warn=warnings_to(warn), levels=levels, threads=threads,
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
-            refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size))
+            refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size),
+            distances=int(distances))
         LIBRARY.plait_job_remesh(byref(request), byref(result))
     return Remeshing(str(store), *(
         result.digest.decode() if name == "digest" else getattr(result, name)

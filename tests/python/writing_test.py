@@ -174,8 +174,11 @@ def test_remesh_takes_the_options_of_the_program(tmp_path):
     with pytest.raises(plait.InvalidArgument):
         plait.remesh(tmp_path / "scan.ply", done.path, 80)
     again = plait.remesh(tmp_path / "scan.ply", done.path, 80, 1, min_component=10, fill_holes=3,
-                         samples=0, existing="replace")
-    assert again.faces == again.base_faces * 4
+                         samples=0, existing="replace", distances=True)
+    assert again.faces == again.base_faces * 4 and again.scan_to_store_max == 0
+    with plait.open(done.path) as store:
+        distance = np.concatenate([level[:] for level in store["distance"]])
+    assert distance.dtype == np.float32 and 0 < distance.max() < 0.5 and (distance >= 0).all()
 
 
 def test_remesh_makes_a_store_of_any_mesh(tmp_path):
