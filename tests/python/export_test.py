@@ -328,6 +328,20 @@ def test_too_large_for_gltf_is_refused_before_the_work(tmp_path):
     assert os.listdir(tmp_path) == ["large.plait"]
 
 
+def test_counts_beyond_32_bits_are_refused_before_the_work(tmp_path):
+    """4.3 thousand million vertices that nobody has written, so that they take no space."""
+    with plait.create(*sheet(64), tmp_path / "large.plait", backend="compressed") as store:
+        store.add_attribute("points", np.float32, 3, level=10)
+        store.replace_attribute("position", "points")
+        store.commit()
+        assert store.counts(10).vertices == 65537 ** 2
+    for ending, things in ((".ply", "4295098369 vertices"), (".stl", "8589934592 triangles")):
+        message = export(tmp_path / "large.plait", tmp_path / ("large" + ending), refused=True)
+        for words in (things, "at most 4294967295", "--level", "--box"):
+            assert words in message
+    assert os.listdir(tmp_path) == ["large.plait"]
+
+
 def test_vtk_reads_the_same(stores, tmp_path):
     vtk = pytest.importorskip("vtkmodules.vtkIOXML")
     numpy_support = pytest.importorskip("vtkmodules.util.numpy_support")
@@ -360,3 +374,103 @@ def test_assimp_reads_the_same_counts(stores, tmp_path, options):
     for word, expected in (("Minimum", vertices.min(0)), ("Maximum", vertices.max(0))):
         point = re.search(word + r" point\s+\((\S+) (\S+) (\S+)\)", said).groups()
         assert np.allclose([float(each) for each in point], expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("ending", [".ply", ".obj", ".off", ".stl"])
+@pytest.mark.parametrize("part", [[], PART])
+def test_meshio_reads_the_same(stores, tmp_path, ending, part):
+    meshio = pytest.importorskip("meshio")
+    attributes = ["--attribute", "height,wide"] if ending == ".ply" else []
+    export(stores["sheet"], tmp_path / ("m" + ending), *part, *attributes)
+    read = meshio.read(tmp_path / ("m" + ending))
+    with plait.open(stores["sheet"]) as store:
+        mesh = store.mesh(faces=PART_FACES if part else None)
+    (kind, triangles), = read.cells_dict.items()
+    assert kind == "triangle"
+    same_surface(read.points.astype(np.float32), triangles, mesh)
+    if attributes:
+        assert np.array_equal(read.point_data["height"], read.points[:, 2])
+
+
+VALIDATE = """
+const validator = require("gltf-validator"), fs = require("fs"), path = require("path");
+const read = (name) => new Uint8Array(fs.readFileSync(name));
+const file = process.argv[1];
+const beside = (uri) => Promise.resolve(read(path.join(path.dirname(file), decodeURIComponent(uri))));
+validator.validateBytes(read(file), {externalResourceFunction: beside})
+  .then((report) => console.log(JSON.stringify(report)));
+"""
+
+
+@pytest.mark.parametrize("ending", [".glb", ".gltf"])
+@pytest.mark.parametrize("options", [[], ["--quantize"], PART])
+def test_validator_of_khronos_finds_no_error(stores, tmp_path, ending, options):
+    """NODE_PATH names the directory where npm has put gltf-validator."""
+    node = shutil.which("node")
+    if node is None or subprocess.run([node, "-e", 'require("gltf-validator")'], check=False,
+                                      capture_output=True).returncode:
+        pytest.skip("gltf-validator is not installed")
+    file = tmp_path / ("v é" + ending)
+    said = export(stores["ball"], file, "--attribute", "normal,color,height", *options)
+    report = json.loads(subprocess.run([node, "-e", VALIDATE, file], capture_output=True, text=True,
+                                       check=True).stdout)
+    assert report["issues"]["numErrors"] == report["issues"]["numWarnings"] == 0, report["issues"]
+    assert report["info"]["totalVertexCount"] == said["vertices"]
+    assert report["info"]["totalTriangleCount"] == said["faces"]
+
+
+# Of each file: the coordinates of all vertices in the world, and the triangles.
+IN_BLENDER = """
+import sys
+
+import bpy
+import numpy as np
+
+np.bool = bool  # Debian 12's importer of glTF takes this name, which its numpy no longer has
+importers = {".glb": bpy.ops.import_scene.gltf, ".ply": bpy.ops.import_mesh.ply,
+             ".stl": bpy.ops.import_mesh.stl, ".obj": bpy.ops.wm.obj_import}
+for file in sys.argv[sys.argv.index("--") + 1:]:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    more = {"forward_axis": "Y", "up_axis": "Z"} if file.endswith(".obj") else {}
+    importers[file[-4:]](filepath=file, **more)
+    points, triangles, first = [], [], 0
+    for shape in bpy.data.objects:
+        if shape.type != "MESH":
+            continue
+        of_shape = np.empty(3 * len(shape.data.vertices), np.float32)
+        shape.data.vertices.foreach_get("co", of_shape)
+        matrix = np.array(shape.matrix_world)
+        points.append(of_shape.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3])
+        corners = np.empty(len(shape.data.loops), np.int32)
+        shape.data.loops.foreach_get("vertex_index", corners)
+        assert all(polygon.loop_total == 3 for polygon in shape.data.polygons)
+        triangles.append(corners.reshape(-1, 3) + first)
+        first += len(points[-1])
+    np.savez(file + ".npz", points=np.concatenate(points), triangles=np.concatenate(triangles))
+"""
+
+
+@pytest.mark.skipif(not shutil.which("blender"), reason="Blender is not installed")
+def test_blender_reads_the_same(stores, tmp_path):
+    files = [tmp_path / name for name in ("b.ply", "b.obj", "b.stl", "b.glb", "q.glb")]
+    for file in files:
+        export(stores["ball"], file, *(["--quantize"] if file.name == "q.glb" else []))
+    (tmp_path / "script.py").write_text(IN_BLENDER, encoding="utf-8")
+    done = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "3",
+                           "--python", tmp_path / "script.py", "--", *files], text=True, timeout=300,
+                          capture_output=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    with plait.open(stores["ball"]) as store:
+        mesh = store.mesh()
+    for file in files:
+        with np.load(f"{file}.npz") as found:
+            points, triangles = found["points"], found["triangles"]
+        if file.suffix == ".glb":  # whose y is Blender's z
+            points = points[:, [0, 2, 1]] * [1, 1, -1]
+        if file.name == "q.glb":
+            assert len(triangles) == len(mesh.triangles)
+            assert len(np.unique(points, axis=0)) == len(mesh.vertices)
+            assert np.abs(points.min(0) - mesh.vertices.min(0)).max() < 1e-4
+            assert np.abs(points.max(0) - mesh.vertices.max(0)).max() < 1e-4
+        else:
+            same_surface(points.astype(np.float32), triangles, mesh)

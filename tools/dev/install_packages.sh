@@ -21,7 +21,7 @@ library_packages=(
 build_packages=(
   "${library_packages[@]}" ninja-build ccache zlib1g-dev libpng-dev libcli11-dev nlohmann-json3-dev
 )
-tests_packages=(catch2 python3-numpy python3-pytest python3-dask python3-matplotlib assimp-utils)
+tests_packages=(catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils)
 # The versions are fixed, because another clang-format formats the same code differently.
 checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
