@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Computes the mean curvature at every vertex of a store, and keeps it as an attribute.
 
-    curvature.py STORE [MEMORY]
+    curvature.py STORE [MEMORY [MOST]]
 
 The store may be much larger than MEMORY (default 64MiB): the visit has a window of blocks and one
-batch of vertices in memory. The curvature normal is the cotangent Laplacian over twice the area around
+batch of vertices in memory. Larger curvatures than MOST become MOST: a few vertices at thin triangles
+would have most of the colours of a picture. The curvature normal is the cotangent Laplacian over twice the area around
 the vertex (M. Meyer, M. Desbrun, P. Schroeder, A. Barr, "Discrete differential-geometry operators for
 triangulated 2-manifolds", 2003). On a sphere of radius r the mean curvature is 1/r everywhere.
 """
@@ -33,13 +34,14 @@ def mean_curvature(vertices):
     return np.linalg.norm(normal, axis=1)
 
 
-def main(path, memory="64MiB"):
+def main(path, memory="64MiB", most=np.inf):
+    most = float(most)
     with plait.open(path, writable=True, memory=memory) as store:
         if "curvature" in store:
             store.remove_attribute("curvature")
         store.add_attribute("curvature", np.float32)
-        store.visit(mean_curvature, reads=["position"], writes=["curvature"], rings=True,
-                    progress=True)
+        store.visit(lambda vertices: np.minimum(mean_curvature(vertices), most), reads=["position"],
+                    writes=["curvature"], rings=True, progress=True)
         store.commit()
         values = np.asarray(store["curvature"][store.levels[-1]])
         print(f"mean curvature of the finest level: {values.min():.4f} to {values.max():.4f}, "

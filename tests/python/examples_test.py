@@ -42,7 +42,8 @@ def test_curvature_of_a_sphere_is_one_over_its_radius(sphere, monkeypatch, capsy
         assert store["curvature"].dtype == np.float32
         for level in store["curvature"]:
             np.testing.assert_allclose(level, 0.5, rtol=0.02)
-    run(monkeypatch, capsys, "curvature.py", sphere)  # again, over the old attribute
+    # Again, over the old attribute.
+    assert "to 0.4900," in run(monkeypatch, capsys, "curvature.py", sphere, "64MiB", 0.49)
 
 
 def test_smooth_brings_noise_down_and_keeps_the_size(sphere, monkeypatch, capsys):
