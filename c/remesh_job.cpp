@@ -1,5 +1,6 @@
 // The job that makes a store of a scan.
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 
 #include "guard.h"
@@ -25,6 +26,7 @@ RemeshRequest remesh_request_of(const plait_remesh_request& wanted) {
   request.repair.min_component = wanted.min_component;
   request.repair.fill_holes = wanted.fill_holes;
   request.refuse_turned = wanted.refuse_turned != 0;
+  request.distances = wanted.distances != 0;
   request.report_samples = wanted.samples;
   request.options.backend = text_or(wanted.backend, request.options.backend);
   if (wanted.budget_bytes != 0) request.options.budget_bytes = wanted.budget_bytes;
@@ -51,6 +53,9 @@ plait_remesh_result remesh_result_of(const RemeshReport& done) {
   result.scan_to_store_max = done.to_store.max;
   result.store_to_scan_rms = done.to_scan.rms;
   result.store_to_scan_max = done.to_scan.max;
+  result.area_spread_percentile_90 = done.area_spread.percentile_90;
+  result.area_spread_share_within_4 = done.area_spread.share_within_4;
+  result.base_meshes = static_cast<std::int32_t>(done.base_meshes);
   std::memcpy(result.digest, done.digest.c_str(),
               std::min(done.digest.size() + 1, sizeof(result.digest)));
   return result;

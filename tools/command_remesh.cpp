@@ -35,6 +35,9 @@ void print_report(const RemeshRequest& request, const RemeshReport& report) {
   std::string text = fmt::format("{}: {}\n", request.scan.native(), figures_text(report.scan));
   if (!report.repairs.is_clean()) text += "repaired:\n" + repair_text(report.repairs);
   text += fmt::format("base mesh: {}\n", figures_text(report.base));
+  if (report.base_meshes > 1)
+    text += fmt::format("  made {} times, until no small face was turned over\n",
+                        format_count(report.base_meshes));
   text += limits_text(request, report);
   text += fmt::format(
       "  quality of faces: worst {:.2f}, 1 % below {:.2f}, median {:.2f}; largest valence {}\n",
@@ -45,6 +48,11 @@ void print_report(const RemeshRequest& request, const RemeshReport& report) {
       request.levels, format_count(report.vertices), format_count(report.small_faces),
       format_count(report.turned), format_count(report.turned_before),
       format_count(report.moved_samples));
+  text += fmt::format(
+      "  areas of small faces within a base face, 99th percentile to 1st: at most {:.1f} in 90 % "
+      "of "
+      "the base faces, at most 4 in {:.1f} %\n",
+      report.area_spread.percentile_90, 100 * report.area_spread.share_within_4);
   if (!report.attributes.empty()) {
     std::vector<std::string> names;
     for (const AttributeSchema& schema : report.attributes) names.push_back(schema.name);
@@ -74,6 +82,7 @@ nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshRep
                                    {"percentile_1", report.shape.percentile_1_quality},
                                    {"median", report.shape.median_quality}}},
                                  {"largest_valence", report.shape.largest_valence},
+                                 {"base_meshes", report.base_meshes},
                                  {"levels", request.levels},
                                  {"vertices", report.vertices},
                                  {"faces", report.small_faces},
@@ -81,6 +90,9 @@ nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshRep
                                  {"turned_faces_before", report.turned_before},
                                  {"turned_faces", report.turned},
                                  {"moved_vertices", report.moved_samples},
+                                 {"area_spread",
+                                  {{"percentile_90", report.area_spread.percentile_90},
+                                   {"share_within_4", report.area_spread.share_within_4}}},
                                  {"diagonal", report.diagonal},
                                  {"mean_edge", report.mean_edge}};
   if (request.report_samples > 0) {
@@ -152,7 +164,8 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
                    "Fill holes of at most so many edges")
       ->default_str("0");
   command->add_flag("--no-foldover", request->refuse_turned,
-                    "Refuse a result with small faces that are turned over");
+                    "Make the base mesh anew, at most 8 times, while small faces are turned over; "
+                    "refuse what is left");
   command->add_flag("--distances", request->distances,
                     "Add attribute distance: how far the scan is from the store");
   add_whole_option(*command, "--samples", request->report_samples, 0, 1000000000,
@@ -177,16 +190,19 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
       "borders stay. One percent of the scan's faces and three levels give about two thirds of "
       "its\n"
       "vertices. The scan has to fit in memory, at about 200 bytes a face. Small faces that stay\n"
-      "turned over are counted; attribute \"turned\" marks their corners. Vertex attributes of a "
-      "PLY\n"
-      "file come along: numbers with fractions and colours are interpolated, other integers are "
-      "those\n"
-      "of the nearest vertex. plait convert compresses the store.\n"
+      "turned over are counted; attribute \"turned\" marks their corners. With --no-foldover, that "
+      "part\n"
+      "of the scan gets more of the base faces until none is turned. Vertex attributes of a PLY "
+      "file\n"
+      "come along: numbers with fractions and colours are interpolated, other integers are those "
+      "of\n"
+      "the nearest vertex. plait convert compresses the store.\n"
       "\n"
       "Examples:\n"
       "  plait remesh scan.ply scan.plait --faces 10000\n"
       "  plait remesh scan.ply scan.plait --faces 5000 --levels 4 --min-component 100 --fill-holes "
       "50\n"
+      "  plait remesh scan.ply scan.plait --faces 10000 --no-foldover --json\n"
       "  plait compare scan.ply scan.plait\n"
       "  plait remesh scan.ply scan.plait --faces 10000 --distances --force\n"
       "  plait render scan.plait distance.png --color-by distance");

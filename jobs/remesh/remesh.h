@@ -14,6 +14,7 @@
 #include "plait/extend/backend_registry.h"
 #include "plait/options.h"
 #include "plait/progress.h"
+#include "sample/area_spread.h"
 #include "surface/repair.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -24,7 +25,9 @@ struct RemeshRequest {
   std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
   int levels = 3;               ///< 1 or more
   SurfaceRepairOptions repair = {};
-  bool refuse_turned = false;  ///< an error if small triangles stay turned over
+  /// Where small triangles stay turned over, the base mesh is made anew, with more of its faces
+  /// there, up to seven times. An error if some are left.
+  bool refuse_turned = false;
   /// Adds attribute "distance" (float32): at each vertex, how far the vertices of the scan near it
   /// are from the store, in units of the scan.
   bool distances = false;
@@ -53,7 +56,9 @@ struct RemeshReport {
   std::uint64_t kept_by_topology = 0, kept_by_shape = 0;
   std::uint64_t relaxed_samples = 0;                               ///< moved by relax()
   std::uint64_t turned_before = 0, turned = 0, moved_samples = 0;  ///< by untangle()
+  std::uint64_t base_meshes = 0;  ///< that were tried; more than one only with refuse_turned
   BaseShape shape;
+  AreaSpread area_spread;
   double diagonal = 0, mean_edge = 0;       ///< of the scan
   std::vector<AttributeSchema> attributes;  ///< of the scan, that came along
   Distances to_store, to_scan;              ///< without samples if the request asks for none

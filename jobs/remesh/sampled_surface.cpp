@@ -33,6 +33,15 @@ void write_attribute(Store& store, const std::string& name, int levels, int thre
       });
 }
 
+/// The progress of one of `count` works of the same size.
+ProgressCallback nth_of(const ProgressCallback& progress, std::uint64_t number,
+                        std::uint64_t count) {
+  if (!progress) return {};
+  return [&progress, number, count](const Progress& now) {
+    return progress({now.phase, number * now.total + now.done, count * now.total});
+  };
+}
+
 /// So many faces are written between two calls of the progress callback.
 constexpr std::size_t kFacesAtOnce = 1 << 12;
 
@@ -40,11 +49,17 @@ constexpr std::size_t kFacesAtOnce = 1 << 12;
 
 void write_levels(const SampledSurface& surface, Store& store, int threads,
                   const ProgressCallback& progress) {
-  write_attribute(store, "position", surface.levels, threads, surface.positions, progress);
-  if (!surface.turned.empty())
-    write_attribute(store, "turned", surface.levels, threads, surface.turned, progress);
-  if (!surface.distances.empty())
-    write_attribute(store, "distance", surface.levels, threads, surface.distances, progress);
+  const std::uint64_t count =
+      1 + (surface.turned.empty() ? 0u : 1u) + (surface.distances.empty() ? 0u : 1u);
+  std::uint64_t written = 0;
+  const auto write = [&](const char* name, const auto& records) {
+    write_attribute(store, name, surface.levels, threads, records,
+                    nth_of(progress, written, count));
+    ++written;
+  };
+  write("position", surface.positions);
+  if (!surface.turned.empty()) write("turned", surface.turned);
+  if (!surface.distances.empty()) write("distance", surface.distances);
 }
 
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
@@ -66,7 +81,8 @@ void write_attributes(const ScanAttributes& attributes, const Surface& scan,
       writer.write_patch_of_bytes(schema.name, face, surface.levels, records);
     };
     for (std::size_t first = 0; first < faces; first += kFacesAtOnce) {
-      if (progress && !progress({"attributes", first, faces}))
+      if (progress &&
+          !progress({"attributes", attribute * faces + first, attributes.count() * faces}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, attributes");
       tbb::parallel_for(first, std::min(first + kFacesAtOnce, faces),
                         [&](std::size_t face) { write_face(static_cast<FaceId>(face)); });

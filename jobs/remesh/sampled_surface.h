@@ -24,13 +24,13 @@ struct SampledSurface {
 };
 
 /// Adds the attributes "position" and, unless they are empty, "turned" and "distance", and writes
-/// all their levels. `progress` counts the vertices of one attribute.
+/// all their levels. `progress` counts the vertices of all of them.
 void write_levels(const SampledSurface& surface, Store& store, int threads,
                   const ProgressCallback& progress);
 
 /// Adds the attributes of the scan, and writes all their levels: the records at `samples`, which
 /// are in the order of SampleNumbers. All threads of the present arena. `progress` counts faces of
-/// the base mesh, for each attribute anew. Errors: kCancelled; those of PatchWriter.
+/// the base mesh, those of all attributes. Errors: kCancelled; those of PatchWriter.
 void write_attributes(const ScanAttributes& attributes, const Surface& scan,
                       std::span<const SurfacePoint> samples, const SampledSurface& surface,
                       Store& store, const ProgressCallback& progress);

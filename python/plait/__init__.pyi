@@ -218,6 +218,9 @@ class Remeshing(NamedTuple):
     scan_to_store_max: float
     store_to_scan_rms: float
     store_to_scan_max: float
+    area_spread_percentile_90: float
+    area_spread_share_within_4: float
+    base_meshes: int
     digest: str
 
 class Store:

@@ -198,8 +198,9 @@ class plait_remesh_result(Sized):
         ("base_faces", c_uint64), ("vertices", c_uint64), ("faces", c_uint64),
         ("turned_faces", c_uint64), ("stored_bytes", c_uint64), ("diagonal", c_double),
         ("mean_edge", c_double), ("scan_to_store_rms", c_double), ("scan_to_store_max", c_double),
-        ("store_to_scan_rms", c_double), ("store_to_scan_max", c_double), ("digest", c_char * 36),
-        ("reserved", c_int32)]
+        ("store_to_scan_rms", c_double), ("store_to_scan_max", c_double),
+        ("area_spread_percentile_90", c_double), ("area_spread_share_within_4", c_double),
+        ("digest", c_char * 36), ("base_meshes", c_int32)]
 
 
 class plait_comparison_request(Sized):

@@ -110,6 +110,8 @@ void Decimator::add_quadrics() {
       quadrics[end] = quadrics[end] + wall;
     }
   }
+  for (std::size_t vertex = 0; vertex < options_.weights.size(); ++vertex)
+    quadrics[vertex].scale(double{options_.weights[vertex]});
 }
 
 void Decimator::collapse_in_tiles() {

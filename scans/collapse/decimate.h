@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "collapse/collapse_history.h"
@@ -17,6 +18,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 struct DecimateOptions {
   std::uint64_t faces = 0;  ///< stop at so many faces, or one more
   std::size_t tile_faces = kTileFaces;
+  /// [vertex of the scan] its quadric counts so many times, so that larger numbers leave more faces
+  /// there. Empty: all count once.
+  std::span<const float> weights = {};
   ProgressCallback progress = {};  ///< counts faces that are gone, of those that shall go
 };
 

@@ -35,6 +35,12 @@ struct Quadric {
     c += weight * dot(point, point);
   }
 
+  /// Counts everything so far `weight` times.
+  void scale(double weight) {
+    for (double* const part : {&xx, &xy, &xz, &yy, &yz, &zz, &c}) *part *= weight;
+    b = weight * b;
+  }
+
   friend Quadric operator+(const Quadric& p, const Quadric& q) {
     return {p.xx + q.xx, p.xy + q.xy, p.xz + q.xz, p.yy + q.yy,
             p.yz + q.yz, p.zz + q.zz, p.b + q.b,   p.c + q.c};

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "sample/turned.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
@@ -13,10 +15,6 @@ constexpr double kWellTurned = 0.3;
 constexpr std::array<double, 4> kParts = {1.0, 0.5, 0.25, 0.1};
 /// Rings around a turned triangle whose samples may move.
 constexpr int kRings = 2;
-
-Point unit_normal(const Surface& scan, FaceId face) {
-  return normalized(area_vector(scan.corner(face, 0), scan.corner(face, 1), scan.corner(face, 2)));
-}
 
 using SampleTriangle = std::array<std::uint32_t, 3>;
 
@@ -100,13 +98,13 @@ class Untangler {
   }
 
   double penalty(std::size_t place, const SurfacePoint& at) const {
-    const Point p = position_of(scan_, at), own = unit_normal(scan_, at.face);
+    const Point p = position_of(scan_, at), own = face_normal(scan_, at.face);
     double sum = 0;
     for (const SampleTriangle& t : around_[place]) {
       const Point q = position_of(scan_, samples_[t[1]]), r = position_of(scan_, samples_[t[2]]);
       const Point normal = area_vector(p, q, r);
       const Point expected =
-          own + unit_normal(scan_, samples_[t[1]].face) + unit_normal(scan_, samples_[t[2]].face);
+          own + face_normal(scan_, samples_[t[1]].face) + face_normal(scan_, samples_[t[2]].face);
       const double lengths = length(normal) * length(expected);
       const double cosine = lengths > 0 ? dot(normal, expected) / lengths : 0;
       if (cosine < kWellTurned) sum += 1 + kWellTurned - cosine;
@@ -174,26 +172,6 @@ class Untangler {
 };
 
 }  // namespace
-
-bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b,
-               const SurfacePoint& c) {
-  const Point normal =
-      area_vector(position_of(scan, a), position_of(scan, b), position_of(scan, c));
-  const Point expected =
-      unit_normal(scan, a.face) + unit_normal(scan, b.face) + unit_normal(scan, c.face);
-  return dot(normal, expected) < 0;
-}
-
-std::uint64_t count_turned(const Surface& scan, const BaseMesh& base, int level,
-                           std::span<const SurfacePoint> samples) {
-  const SampleNumbers numbers(base, level);
-  std::uint64_t count = 0;
-  for (FaceId face = 0; face < base.face_count(); ++face)
-    numbers.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
-      count += is_turned(scan, samples[a], samples[b], samples[c]) ? 1u : 0u;
-    });
-  return count;
-}
 
 Untangled untangle(const Surface& scan, const BaseMesh& base, int level,
                    const UntangleOptions& options, std::vector<SurfacePoint>& samples) {

@@ -13,11 +13,6 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Whether the small triangle of three points of the scan is turned over: its normal points away
-/// from the sum of the normals of the scan's faces at its corners.
-bool is_turned(const Surface& scan, const SurfacePoint& a, const SurfacePoint& b,
-               const SurfacePoint& c);
-
 struct UntangleOptions {
   int rounds = 30;
   /// A sample wanders at most so far, in mean edges of its small triangles.
@@ -35,11 +30,6 @@ struct Untangled {
 /// sample_scan(). One thread. Errors: kOutOfMemory. Pinned by tests/scans/untangle_test.cpp.
 Untangled untangle(const Surface& scan, const BaseMesh& base, int level,
                    const UntangleOptions& options, std::vector<SurfacePoint>& samples);
-
-/// The small triangles that are turned over, as face numbers: face f of the base mesh has those
-/// from f 4^level on, in the order of SampleNumbers::for_each_triangle.
-std::uint64_t count_turned(const Surface& scan, const BaseMesh& base, int level,
-                           std::span<const SurfacePoint> samples);
 
 /// The point that is reached from `start` by going straight along the scan by the vector `way`:
 /// from face to face, the rest of the way turned into the next face's plane. It ends at a border.

@@ -20,10 +20,6 @@ std::array<double, 3> weights_along(const Surface& scan, FaceId face, Point way)
   return {-db - dc, db, dc};
 }
 
-Point face_normal(const Surface& scan, FaceId face) {
-  return normalized(area_vector(scan.corner(face, 0), scan.corner(face, 1), scan.corner(face, 2)));
-}
-
 /// Turns `way` around the edge between two faces, as the first face turns into the second.
 Point turned(Point way, Point along, Point from, Point to) {
   const Point axis = normalized(along);

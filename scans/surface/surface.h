@@ -45,6 +45,11 @@ inline double length(Point a) { return std::sqrt(dot(a, a)); }
 /// Twice the area of the triangle, as a vector along its normal.
 inline Point area_vector(Point a, Point b, Point c) { return cross(b - a, c - a); }
 
+inline Point face_normal(const Surface& surface, FaceId face) {
+  return normalized(
+      area_vector(surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2)));
+}
+
 /// 1 for an equilateral triangle, 0 for one without area: area over the sum of the squared sides,
 /// scaled (R. Bank and R. Smith, "Mesh smoothing using a posteriori error estimates", 1997).
 /// `twice_area` has the sign of the result.

@@ -174,11 +174,19 @@ def test_remesh_takes_the_options_of_the_program(tmp_path):
     with pytest.raises(plait.InvalidArgument):
         plait.remesh(tmp_path / "scan.ply", done.path, 80)
     again = plait.remesh(tmp_path / "scan.ply", done.path, 80, 1, min_component=10, fill_holes=3,
-                         samples=0, existing="replace", distances=True)
-    assert again.faces == again.base_faces * 4 and again.scan_to_store_max == 0
+                         samples=0, existing="replace", refuse_turned=True, distances=True)
+    assert again.faces == again.base_faces * 4 and again.base_meshes == 1
+    assert 1 <= again.area_spread_percentile_90 < 4 and again.area_spread_share_within_4 > 0.9
+    found = plait.compare(tmp_path / "scan.ply", done.path, samples=20000)
     with plait.open(done.path) as store:
-        distance = np.concatenate([level[:] for level in store["distance"]])
-    assert distance.dtype == np.float32 and 0 < distance.max() < 0.5 and (distance >= 0).all()
+        distance = store.mesh(attributes=["distance"]).attributes["distance"]
+    assert distance.dtype == np.float32 and 0 < distance.max() <= 1.001 * found.there.max
+    vertices, triangles = sheet(40)
+    vertices[:, 2] = 6 * np.random.default_rng(1).random(len(vertices))
+    write_ply(tmp_path / "crumpled.ply", (vertices, triangles))
+    with pytest.raises(plait.InvalidArgument, match="8 base meshes, at "):
+        plait.remesh(tmp_path / "crumpled.ply", tmp_path / "no.plait", 60, samples=0,
+                     refuse_turned=True)
 
 
 def test_remesh_makes_a_store_of_any_mesh(tmp_path):

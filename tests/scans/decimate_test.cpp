@@ -96,6 +96,34 @@ TEST_CASE("Decimate_SameScan_GivesSameBits") {
   CHECK(first.positions == second.positions);
 }
 
+TEST_CASE("Decimate_WeightsOfPartOfTheScan_LeaveMoreFacesThere") {
+  const Surface scan = surface_of(torus_grid(60, 40));
+  const auto right = [&](const std::vector<float>& weights) {
+    const Decimated result = decimate(scan, {.faces = 200, .weights = weights});
+    CHECK(result.faces.size() <= 200);
+    return std::ranges::count_if(result.faces, [&](const auto& face) {
+      return result.positions[face[0]].x + result.positions[face[1]].x +
+                 result.positions[face[2]].x >
+             0;
+    });
+  };
+  const auto before = right({});
+  std::vector<float> weights(scan.positions.size(), 1);
+  CHECK(right(weights) == before);
+  for (std::size_t vertex = 0; vertex < weights.size(); ++vertex)
+    if (scan.positions[vertex].x > 0) weights[vertex] = 64;
+  CHECK(right(weights) > before + 30);
+}
+
+TEST_CASE("Decimate_EqualWeights_ChangeNoBit") {
+  const Surface scan = surface_of(random_sphere(7, 800));
+  const std::vector<float> weights(scan.positions.size(), 8);
+  const Decimated plain = decimate(scan, {.faces = 60}),
+                  weighted = decimate(scan, {.faces = 60, .weights = weights});
+  CHECK(weighted.faces == plain.faces);
+  CHECK(weighted.positions == plain.positions);
+}
+
 TEST_CASE("Decimate_InTiles_KeepsTheTopologyOnAnyNumberOfThreads") {
   for (const IndexedMesh& mesh :
        {torus_grid(80, 60), side_by_side({sheet(40, 40), torus_grid(30, 30), sheet(9, 9)})}) {
@@ -148,6 +176,15 @@ TEST_CASE("FaceTiles_EveryMesh_HaveEachFaceOnceAndVerticesInside") {
     CHECK(outside == 0);
     CHECK(std::count(of_face.begin(), of_face.end(), kNoId) == 0);
   }
+}
+
+TEST_CASE("FaceTiles_SizeOfTheirOwn_FitsIntoTheCaches") {
+  const IndexedMesh mesh = sheet(200, 164);  // 65,600 faces
+  const auto tiles = face_tiles(mesh.positions, mesh.faces);
+  REQUIRE(tiles.size() == 2);
+  CHECK(tiles[0].size() == 32800);
+  const IndexedMesh smaller = sheet(200, 163);
+  CHECK(face_tiles(smaller.positions, smaller.faces).size() == 1);
 }
 
 TEST_CASE("Decimate_CancelledByItsCaller_IsAnError") {

@@ -4,11 +4,14 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
 
 #include "collapse/decimate.h"
 #include "distance/distances.h"
-#include "sample/untangle.h"
+#include "sample/turned.h"
 #include "support/error_of.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
@@ -28,9 +31,49 @@ struct RelaxCase {
     base = BaseMesh::build({decimated.positions, decimated.faces});
     samples = sample_scan(decimated.history, base, decimated.scan_faces, level);
   }
+  /// `mesh` is over a square of the plane with the given side. The base mesh has four cells, and
+  /// the samples are even in the plane.
+  RelaxCase(const IndexedMesh& mesh, double side)
+      : scan(repair(mesh, {}, "mesh").surface), level(3) {
+    IndexedMesh coarse = sheet(2, 2);
+    for (Point& p : coarse.positions) p = {side / 2 * p.x, side / 2 * p.y, 0};
+    base = BaseMesh::build(coarse);
+    const SampleNumbers numbers(base, level);
+    samples.resize(numbers.count());
+    const auto size = static_cast<double>(numbers.size());
+    for (FaceId face = 0; face < base.face_count(); ++face) {
+      const auto& [a, b, c] = base.faces()[face];
+      for (std::int64_t j = 0; j <= numbers.size(); ++j)
+        for (std::int64_t i = 0; i + j <= numbers.size(); ++i) {
+          const double u = static_cast<double>(i) / size, v = static_cast<double>(j) / size;
+          samples[numbers.of(face, i, j)] =
+              above((1 - u - v) * base.positions()[a] + u * base.positions()[b] +
+                    v * base.positions()[c]);
+        }
+    }
+  }
+  /// The point of the scan that is above a point of the plane.
+  SurfacePoint above(Point at) const {
+    SurfacePoint best;
+    double least = -1;
+    for (FaceId face = 0; face < scan.faces.size(); ++face) {
+      std::array<Point, 3> corners = {scan.corner(face, 0), scan.corner(face, 1),
+                                      scan.corner(face, 2)};
+      for (Point& p : corners) p.z = 0;
+      const double whole = area_vector(corners[0], corners[1], corners[2]).z;
+      const double u = area_vector(corners[0], at, corners[2]).z / whole,
+                   v = area_vector(corners[0], corners[1], at).z / whole;
+      const double smallest = std::min({1 - u - v, u, v});
+      if (best.face != kNoId && smallest <= least) continue;
+      least = smallest;
+      best = {face, {1 - u - v, u, v}};
+    }
+    for (double& weight : best.weights) weight = std::max(weight, 0.0);
+    return best;
+  }
 
-  std::uint64_t relax(int rounds = 3) {
-    return plait::relax(scan, base, level, {.rounds = rounds}, samples);
+  std::uint64_t relax(const RelaxOptions& options = {}) {
+    return plait::relax(scan, base, level, options, samples);
   }
   IndexedMesh small_triangles() const {
     IndexedMesh mesh;
@@ -55,6 +98,74 @@ struct RelaxCase {
 IndexedMesh waves() {
   IndexedMesh mesh = sheet(60, 60);
   for (Point& p : mesh.positions) p.z = 4 * std::sin(0.3 * p.x + 0.11 * p.y);
+  return mesh;
+}
+
+/// Over all small triangles, with the normals and mean areas that relax() promises to look at.
+struct Limits {
+  double most_ratio = 1;    ///< of an area and the mean one of its base face before
+  double least_cosine = 1;  ///< between a normal and the scan's
+};
+
+std::vector<Point> normals_of(const Surface& scan) {
+  std::vector<Point> normals(scan.positions.size());
+  for (FaceId face = 0; face < scan.faces.size(); ++face)
+    for (const VertexId vertex : scan.faces[face])
+      normals[vertex] = normals[vertex] + area_vector(scan.corner(face, 0), scan.corner(face, 1),
+                                                      scan.corner(face, 2));
+  for (Point& normal : normals) normal = normalized(normal);
+  return normals;
+}
+
+Limits limits_of(const RelaxCase& now, const RelaxCase& before) {
+  const std::vector<Point> normals = normals_of(now.scan);
+  const auto normal_at = [&](const SurfacePoint& at) {
+    const auto& [a, b, c] = now.scan.faces[at.face];
+    return normalized(at.weights[0] * normals[a] + at.weights[1] * normals[b] +
+                      at.weights[2] * normals[c]);
+  };
+  const auto normal_of = [](const IndexedMesh& mesh, std::size_t face) {
+    const auto& [a, b, c] = mesh.faces[face];
+    return area_vector(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+  };
+  const IndexedMesh old = before.small_triangles(), small = now.small_triangles();
+  const std::size_t count = std::size_t{1} << (2 * now.level);
+  Limits limits;
+  for (std::size_t first = 0; first < small.faces.size(); first += count) {
+    double mean = 0;
+    for (std::size_t i = first; i < first + count; ++i)
+      mean += length(normal_of(old, i)) / static_cast<double>(count);
+    for (std::size_t i = first; i < first + count; ++i) {
+      const Point normal = normal_of(small, i);
+      const double ratio = length(normal) / mean;
+      limits.most_ratio = std::max({limits.most_ratio, ratio, 1 / ratio});
+      Point expected{0, 0, 0};
+      for (const VertexId sample : small.faces[i])
+        expected = expected + normal_at(now.samples[sample]);
+      limits.least_cosine = std::min(limits.least_cosine,
+                                     dot(normal, expected) / (length(normal) * length(expected)));
+    }
+  }
+  return limits;
+}
+
+/// A sheet with a ridge of a given height and width.
+IndexedMesh ridge(double height, double width) {
+  IndexedMesh mesh = sheet(40, 40);
+  for (Point& p : mesh.positions) {
+    const double across = (p.x - 17.3) / width;
+    p.z = height * std::exp(-across * across);
+  }
+  return mesh;
+}
+
+/// A sheet with one ridge beside the other.
+IndexedMesh ridges(double height, double width) {
+  IndexedMesh mesh = sheet(40, 40);
+  for (Point& p : mesh.positions) {
+    const double across = std::remainder(p.x - 17.3 + 0.3 * (p.y - 22.1), 11.0) / width;
+    p.z = height * std::exp(-across * across);
+  }
   return mesh;
 }
 
@@ -127,6 +238,28 @@ TEST_CASE("Relax_SmallTrianglesOfAFace_StayWithinTwiceTheirMeanArea") {
   const std::size_t before = beyond();
   sampled.relax();
   CHECK(beyond() <= before + 10);
+}
+
+TEST_CASE("Relax_AreasWithinTheLimit_StayWithinIt") {
+  for (const double height : {2.0, 4.0, 8.0}) {
+    const RelaxCase first(ridges(height, 3), 40);
+    REQUIRE(limits_of(first, first).most_ratio < 1.9);
+    RelaxCase limited = first, other = first;
+    limited.relax();
+    CHECK(limits_of(limited, first).most_ratio < 2 + 1e-9);
+    other.relax({.most_ratio = 1e9});  // the limit was at work
+    CHECK(limits_of(other, first).most_ratio > 3);
+  }
+}
+
+TEST_CASE("Relax_NormalsNearTheScans_StayNear") {
+  for (const double width : {1.5, 3.0}) {
+    const RelaxCase first(ridge(16, width), 40);
+    REQUIRE(limits_of(first, first).least_cosine > 0.4);
+    RelaxCase relaxed = first;
+    CHECK(relaxed.relax() > 0);
+    CHECK(limits_of(relaxed, first).least_cosine > 0.3 - 1e-9);
+  }
 }
 
 TEST_CASE("Relax_AnyNumberOfThreads_GivesTheSameBits") {

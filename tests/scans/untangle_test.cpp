@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "collapse/decimate.h"
+#include "sample/turned.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
 

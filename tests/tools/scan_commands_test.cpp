@@ -76,6 +76,26 @@ TEST_CASE("Check_MoebiusStrip_IsRefusedWithItsPlace") {
   CHECK_THAT(outcome.errors, Catch::Matchers::Contains("strip.ply: the edge of the vertices"));
 }
 
+TEST_CASE("Remesh_Report_SaysHowManyBaseMeshesAndHowEvenTheSmallFacesAre") {
+  const ScanWorkplace here;
+  here.write("scan.ply", torus_grid(30, 20));
+  const std::vector<std::string> arguments = {"remesh",  "scan.ply", "s.plait",
+                                              "--faces", "40",       "--samples",
+                                              "2000",    "--force",  "--no-foldover"};
+  const Outcome text = here.plait(arguments);
+  REQUIRE(text.status == 0);
+  CHECK_THAT(text.output, Catch::Matchers::Contains("small faces within a base face") &&
+                              Catch::Matchers::Contains(", 0 of them turned over"));
+  CHECK_THAT(text.output, !Catch::Matchers::Contains("times, until"));
+  std::vector<std::string> with_json = arguments;
+  with_json.push_back("--json");
+  const nlohmann::json report = here.plait(with_json).json();
+  CHECK(report["base_meshes"] == 1);
+  CHECK(report["turned_faces"] == 0);
+  CHECK(report["area_spread"]["percentile_90"].get<double>() > 1);
+  CHECK(report["area_spread"]["share_within_4"].get<double>() <= 1);
+}
+
 TEST_CASE("Compare_ParallelSheets_GivesTheirGapBothWays") {
   const ScanWorkplace here;
   here.write("low.ply", flat_sheet());

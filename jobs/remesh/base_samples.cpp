@@ -1,0 +1,206 @@
+#include "remesh/base_samples.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "collapse/decimate.h"
+#include "plait/error.h"
+#include "plait/layout.h"
+#include "sample/area_spread.h"
+#include "sample/relax.h"
+#include "sample/turned.h"
+#include "sample/untangle.h"
+#include "surface/repair.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Parts of the work on one base mesh, in thousandths.
+constexpr WorkPart kDecimateStep = {0, 790}, kSampleStep = {790, 860}, kRelaxStep = {860, 1000};
+
+/// With refuse_turned, at most so many base meshes are made.
+constexpr std::uint64_t kMostBaseMeshes = 8;
+/// The part of a scan where small triangles are turned over counts so many times in the next base
+/// mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
+constexpr float kWeightOfTurned = 8;
+/// An error names so many places.
+constexpr std::size_t kMostPlaces = 3;
+
+BaseShape shape_of(const BaseMesh& base) {
+  std::vector<double> qualities;
+  std::vector<std::uint64_t> valences(base.vertex_count(), 0);
+  for (const auto& [a, b, c] : base.faces()) {
+    const Point p = base.positions()[a], q = base.positions()[b], r = base.positions()[c];
+    qualities.push_back(
+        triangle_quality(length(area_vector(p, q, r)),
+                         squared_length(q - p) + squared_length(r - q) + squared_length(p - r)));
+  }
+  for (const Edge& edge : base.edges()) {
+    ++valences[edge.start];
+    ++valences[edge.end];
+  }
+  std::sort(qualities.begin(), qualities.end());
+  return {qualities.front(), qualities[qualities.size() / 100], qualities[qualities.size() / 2],
+          *std::max_element(valences.begin(), valences.end())};
+}
+
+class BaseSampler {
+ public:
+  BaseSampler(const RemeshRequest& request, const Surface& scan, WorkPart part,
+              const ScanProgress& progress, RemeshReport& report)
+      : request_(request), scan_(scan), part_(part), progress_(progress), report_(report) {}
+
+  BaseSamples run() {
+    for (;;) {
+      begin_base_mesh();
+      make_base();
+      make_samples();
+      if (report_.turned == 0 || !request_.refuse_turned) break;
+      if (report_.base_meshes == kMostBaseMeshes) refuse_turned();
+      weigh_turned_faces(scan_, result_.surface.base, request_.levels, result_.samples,
+                         kWeightOfTurned, weights_);
+    }
+    if (report_.turned > 0) mark_turned();
+    set_positions();
+    report_.area_spread =
+        area_spread(result_.surface.base, request_.levels, result_.surface.positions);
+    return std::move(result_);
+  }
+
+ private:
+  void begin_base_mesh();
+  void make_base();
+  void make_samples();
+  [[noreturn]] void refuse_turned() const;
+  void mark_turned();
+  void set_positions();
+  ProgressCallback during(WorkPart step) const { return progress_.during(now_.of(step)); }
+
+  const RemeshRequest& request_;
+  const Surface& scan_;
+  WorkPart part_;
+  WorkPart now_{};  ///< of the present base mesh
+  const ScanProgress& progress_;
+  RemeshReport& report_;
+  std::vector<float> weights_;         ///< [vertex of the scan] for decimate(), with refuse_turned
+  std::vector<FaceId> history_faces_;  ///< [face of the base mesh] its number in the history
+  CollapseHistory history_{0};
+  BaseSamples result_;
+};
+
+void BaseSampler::begin_base_mesh() {
+  ++report_.base_meshes;
+  now_ = part_;
+  if (!request_.refuse_turned) return;
+  if (report_.base_meshes == 1) weights_.assign(scan_.positions.size(), 1);
+  // How many base meshes it will be is not known. Each takes half of the work that is left.
+  for (std::uint64_t before = 1; before < report_.base_meshes; ++before) now_ = now_.nth(1, 2);
+  now_ = now_.nth(0, 2);
+}
+
+void BaseSampler::make_base() {
+  const Stopwatch clock;
+  Decimated decimated = decimate(
+      scan_, {.faces = request_.faces, .weights = weights_, .progress = during(kDecimateStep)});
+  report_.kept_by_topology = decimated.limits.by_topology;
+  report_.kept_by_shape = decimated.limits.by_shape;
+  history_ = std::move(decimated.history);
+
+  // The base vertices are points of the scan, too. Faces keep their corners, so a corner is
+  // followed back from any face that has it.
+  for (FaceId face = 0; face < decimated.faces.size(); ++face)
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      SurfacePoint point{decimated.scan_faces[face], {}};
+      point.weights[corner] = 1;
+      decimated.positions[decimated.faces[face][corner]] =
+          position_of(scan_, history_.follow_back(point));
+    }
+  const BaseMesh base = BaseMesh::build({decimated.positions, decimated.faces}, "base mesh");
+  const std::vector<FaceId> order = face_order(base, LayoutKind::kHilbert);
+  result_.surface.base = base.with_face_order(order);
+  result_.surface.levels = request_.levels;
+  history_faces_.clear();
+  for (const FaceId face : order) history_faces_.push_back(decimated.scan_faces[face]);
+  report_.base = figures_of(
+      repair({std::move(decimated.positions), std::move(decimated.faces)}, {}, "base mesh")
+          .surface);
+  report_.shape = shape_of(result_.surface.base);
+  report_.decimate_seconds += clock.seconds();
+}
+
+void BaseSampler::make_samples() {
+  Stopwatch clock;
+  const BaseMesh& base = result_.surface.base;
+  result_.samples =
+      sample_scan(history_, base, history_faces_, request_.levels, during(kSampleStep));
+  history_ = CollapseHistory(0);
+  report_.vertices = result_.samples.size();
+  report_.small_faces = base.face_count() << (2 * request_.levels);
+  report_.sample_seconds += clock.lap();
+  report_.relaxed_samples =
+      relax(scan_, base, request_.levels, {.progress = during(kRelaxStep)}, result_.samples);
+  report_.relax_seconds += clock.lap();
+  progress_.begin("untangle", now_.last);
+  const Untangled untangled = untangle(scan_, base, request_.levels, {}, result_.samples);
+  report_.turned_before = untangled.before;
+  report_.turned = untangled.after;
+  report_.moved_samples = untangled.moved;
+  report_.untangle_seconds += clock.lap();
+}
+
+void BaseSampler::refuse_turned() const {
+  std::string places;
+  std::size_t count = 0;
+  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
+                  [&](FaceId, std::uint64_t a, std::uint64_t, std::uint64_t) {
+                    if (++count > kMostPlaces) return;
+                    const Point p = position_of(scan_, result_.samples[a]);
+                    places += fmt::format("{}({:.6g}, {:.6g}, {:.6g})", count > 1 ? ", " : "", p.x,
+                                          p.y, p.z);
+                  });
+  if (count > kMostPlaces) places += ", ...";
+  throw Error(ErrorCode::kInvalidArgument,
+              fmt::format("remesh {}: expected no small triangle that is turned over, found {} of "
+                          "{} with the last of {} base meshes, at {}: take more faces",
+                          request_.scan.native(), report_.turned, report_.small_faces,
+                          report_.base_meshes, places));
+}
+
+void BaseSampler::mark_turned() {
+  std::vector<std::uint8_t>& turned = result_.surface.turned;
+  turned.assign(result_.samples.size(), 0);
+  for_each_turned(scan_, result_.surface.base, request_.levels, result_.samples,
+                  [&](FaceId, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+                    turned[a] = turned[b] = turned[c] = 1;
+                  });
+}
+
+void BaseSampler::set_positions() {
+  result_.surface.positions.reserve(result_.samples.size());
+  for (const SurfacePoint& sample : result_.samples) {
+    const Point p = position_of(scan_, sample);
+    const Vector3<float> narrow = {static_cast<float>(p.x), static_cast<float>(p.y),
+                                   static_cast<float>(p.z)};
+    if (!std::isfinite(narrow.x) || !std::isfinite(narrow.y) || !std::isfinite(narrow.z))
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("remesh {}: expected positions within float32, found ({}, {}, {})",
+                              request_.scan.native(), p.x, p.y, p.z));
+    result_.surface.positions.push_back(narrow);
+  }
+}
+
+}  // namespace
+
+BaseSamples make_base_samples(const RemeshRequest& request, const Surface& scan, WorkPart part,
+                              const ScanProgress& progress, RemeshReport& report) {
+  return BaseSampler(request, scan, part, progress, report).run();
+}
+
+PLAIT_END_NAMESPACE
