@@ -26,7 +26,6 @@ RemeshRequest remesh_request_of(const plait_remesh_request& wanted) {
   request.repair.min_component = wanted.min_component;
   request.repair.fill_holes = wanted.fill_holes;
   request.refuse_turned = wanted.refuse_turned != 0;
-  request.distances = wanted.distances != 0;
   request.report_samples = wanted.samples;
   request.options.backend = text_or(wanted.backend, request.options.backend);
   if (wanted.budget_bytes != 0) request.options.budget_bytes = wanted.budget_bytes;
