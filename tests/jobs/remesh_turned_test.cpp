@@ -176,7 +176,7 @@ TEST_CASE("Remesh_FacesThatStayTurned_AreRefusedWithAttemptsAndPlaces") {
   // The places are points of the scan.
   const TriangleTree tree(scan.positions, scan.faces);
   std::size_t places = 0;
-  for (std::size_t at = text.find(" at (") + 3; at < text.size() && text[at] == '(';) {
+  for (std::size_t at = text.find(" at (") + 4; at < text.size() && text[at] == '(';) {
     char* end = nullptr;
     Vector3<double> place;
     place.x = std::strtod(text.c_str() + at + 1, &end);

@@ -180,7 +180,9 @@ def test_remesh_takes_the_options_of_the_program(tmp_path):
     found = plait.compare(tmp_path / "scan.ply", done.path, samples=20000)
     with plait.open(done.path) as store:
         distance = store.mesh(attributes=["distance"]).attributes["distance"]
-    assert distance.dtype == np.float32 and 0 < distance.max() <= 1.001 * found.there.max
+    # Those of the scan's vertices, and not of points between them.
+    assert distance.dtype == np.float32
+    assert 0.5 * found.there.max < distance.max() < 1.5 * found.there.max
     vertices, triangles = sheet(40)
     vertices[:, 2] = 6 * np.random.default_rng(1).random(len(vertices))
     write_ply(tmp_path / "crumpled.ply", (vertices, triangles))
