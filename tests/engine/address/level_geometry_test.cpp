@@ -88,7 +88,8 @@ void check_against_walk(const LevelGeometry& geometry, const std::vector<SlotSha
 
 bool refused(const SlotShapes& shapes, int level, std::size_t record_bytes) {
   try {
-    LevelGeometry(shapes, BaseRelativeLevel(level), record_bytes, 1 << 20);
+    [[maybe_unused]] const LevelGeometry geometry(shapes, BaseRelativeLevel(level), record_bytes,
+                                                  1 << 20);
     return false;
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kInvalidArgument);
@@ -99,7 +100,7 @@ bool refused(const SlotShapes& shapes, int level, std::size_t record_bytes) {
 bool refused(std::uint64_t edge_count, const std::vector<EdgeId>& half,
              const std::vector<EdgeId>& absent) {
   try {
-    SlotShapes(edge_count, EdgeSet(half), EdgeSet(absent));
+    [[maybe_unused]] const SlotShapes shapes(edge_count, EdgeSet(half), EdgeSet(absent));
     return false;
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::kInvalidArgument);
