@@ -186,9 +186,9 @@ static void test_conversion(const char* path, const char* digest) {
   request.backend = "pread";
   request.verify = 1;
   request.progress = cancel_work;
+  request.existing = PLAIT_EXISTING_REPLACE; /* the test may have run before */
   CHECK_ERROR(plait_job_convert(&request, NULL), PLAIT_ERROR_CANCELLED, "");
   request.progress = NULL;
-  request.existing = PLAIT_EXISTING_REPLACE; /* the test may have run before */
   plait_conversion_result result = PLAIT_CONVERSION_RESULT_INIT;
   CHECK_OK(plait_job_convert(&request, &result));
   CHECK(strcmp(result.digest, digest) == 0 && result.stored_bytes > 0);
