@@ -75,6 +75,7 @@ class Program {
       arguments.insert(arguments.begin(), {"sh", "-c", limited});
     }
     std::vector<char*> pointers;
+    pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     pointers.push_back(nullptr);
     const int error =

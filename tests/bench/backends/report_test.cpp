@@ -404,6 +404,7 @@ TEST_CASE("values of every wrong type are refused, never believed") {
 
 TEST_CASE("digests, ratios and intervals of the report are those of the records") {
   std::vector<json> records;
+  records.reserve(6);
   for (int round = 0; round < 6; ++round)
     records.push_back(SimulatedRuns::record({}, round, 3.0 + round, 2.0));
   const RunSet set = set_of(records);
