@@ -233,6 +233,7 @@ TEST_CASE("Remesh_Distances_AreThoseOfTheClosestTrianglesThatBruteForceFinds") {
   double largest = 0;
   for (const Vector3<double>& p : mesh.positions) {
     std::vector<double> all;
+    all.reserve(triangles.size());
     for (const auto& [a, b, c] : triangles)
       all.push_back(std::sqrt(squared_length(closest_of_triangle(p, a, b, c) - p)));
     const double least = *std::ranges::min_element(all);
