@@ -42,7 +42,7 @@ std::string kind_of(const std::string& message) {
 class Doubts {
  public:
   void add(const std::string& what) { add(what, what); }
-  /// The line says `what` was the first of its kind.
+  /// The line of a kind shows `what` of the first run that has it.
   void add(const std::string& kind, const std::string& what) {
     if (kinds_.size() < 100 || kinds_.contains(kind))
       ++kinds_.try_emplace(kind, what).first->second.count;

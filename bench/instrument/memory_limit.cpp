@@ -85,16 +85,24 @@ std::vector<fs::path> MemoryLimit::dead_groups(bool remove, const Places& places
 MemoryLimit::MemoryLimit(std::uint64_t bytes, const Places& places) : bytes_(bytes) {
   dead_groups(true, places);
   std::error_code failed;
+  // A process that looks for dead groups may take this one between its making and its lock.
   const auto try_group = [&](const fs::path& parent, const char* file, int version) {
-    const fs::path group = parent / new_name();
-    if (!fs::create_directory(group, failed)) return false;
-    lock_ = Directory(group);
-    if (lock_.lock(true) && put(group / file, std::to_string(bytes))) {
-      group_ = group;
-      version_ = version;
-      return true;
+    for (int attempt = 0; attempt < 100; ++attempt) {
+      const fs::path group = parent / new_name();
+      if (!fs::create_directory(group, failed)) return false;
+      try {
+        lock_ = Directory(group);
+        if (!lock_.lock(true)) continue;
+        if (put(group / file, std::to_string(bytes))) {
+          group_ = group;
+          version_ = version;
+          return true;
+        }
+        if (::rmdir(group.c_str()) == 0) return false;  // the kernel refused the limit
+      } catch (const Error&) {                          // it is gone
+        continue;
+      }
     }
-    ::rmdir(group.c_str());
     return false;
   };
   if (fs::exists(places.v1 / "memory.limit_in_bytes", failed) &&

@@ -52,11 +52,11 @@ struct Caption {
   std::string command = {};      ///< reproduces the numbers; empty: none is shown
 };
 
-/// A cell of a table: what is shown, and the number that it sorts by.
+/// A cell of a table: what is shown, and the number that it sorts by. Cells are written as their
+/// text, so the first two constructors are implicit.
 struct TableCell {
-  TableCell(std::string shown)
-      : text(std::move(shown)) {}                // NOLINT: cells are written as their text
-  TableCell(const char* shown) : text(shown) {}  // NOLINT
+  TableCell(std::string shown) : text(std::move(shown)) {}  // NOLINT
+  TableCell(const char* shown) : text(shown) {}             // NOLINT
   TableCell(std::string shown, double number) : text(std::move(shown)), value(number) {}
 
   std::string text;

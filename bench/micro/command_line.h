@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "command_line/command_line.h"
 #include "micro/work_directory.h"
@@ -27,6 +28,14 @@ inline void add_surface_options(CommandLine& app, int& refinements, int& level) 
   add_number_option(app, "--refinements", refinements, 0, 9,
                     "How often an octahedron is refined to be the base mesh");
   add_number_option(app, "--level", level, 1, 10, "The finest level");
+}
+inline void add_backends_option(CommandLine& app, std::vector<std::string>& backends) {
+  app.add_option("--backend", backends, "Backends, several with commas")->delimiter(',');
+}
+inline void add_threads_option(CommandLine& app, std::vector<int>& threads) {
+  app.add_option("--threads", threads, "Numbers of threads, several with commas")
+      ->delimiter(',')
+      ->range(1, 64);
 }
 inline void add_runs_option(CommandLine& app, int& runs) {
   add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");

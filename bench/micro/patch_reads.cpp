@@ -164,11 +164,8 @@ int main(int count, char** words) {
             ->range(4, 1 << 20)
             ->capture_default_str();
         add_surface_options(app, settings.refinements, settings.level);
-        app.add_option("--backend", settings.backends, "Backends, several with commas")
-            ->delimiter(',');
-        app.add_option("--threads", settings.threads, "Numbers of threads, several with commas")
-            ->delimiter(',')
-            ->range(1, 64);
+        add_backends_option(app, settings.backends);
+        add_threads_option(app, settings.threads);
         app.add_option("--budget", settings.budget_mebibytes,
                        "Budget for blocks in memory, MiB; 0: enough for the whole store")
             ->range(0, 1 << 20);

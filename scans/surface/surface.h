@@ -45,6 +45,7 @@ inline double length(Point a) { return std::sqrt(dot(a, a)); }
 /// Twice the area of the triangle, as a vector along its normal.
 inline Point area_vector(Point a, Point b, Point c) { return cross(b - a, c - a); }
 
+/// Of length 1.
 inline Point face_normal(const Surface& surface, FaceId face) {
   return normalized(
       area_vector(surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2)));

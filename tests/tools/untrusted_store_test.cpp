@@ -210,8 +210,14 @@ TEST_CASE("LeftOvers_OfKilledRuns_AreRemovedByTheNextRunOfThatNameAndNoOther") {
   const std::vector<std::string> before = names_in(here.here.path());
   const Outcome listed = run(here.here.path(), {"clean", ".", "--dry-run", "--json"});
   CHECK(listed.status == 0);
-  CHECK(listed.json()["count"] == 1);
-  CHECK(listed.json()["left_over"].size() == 3);
+  // Control groups of the machine have paths. Tests that measure beside this one may leave some.
+  std::vector<std::string> removable, held_names;
+  const auto report = listed.json();
+  for (const auto& left_over : report["left_over"])
+    if (const std::string name = left_over["name"]; !name.starts_with("/"))
+      (left_over["in_use"] ? held_names : removable).push_back(name);
+  CHECK(removable == std::vector<std::string>{"t.plait.partial-13"});
+  CHECK(held_names == std::vector<std::string>{"out.ply.partial-17", "s.plait.partial-18"});
   CHECK(names_in(here.here.path()) == before);
   CHECK(run(here.here.path(), {"clean", "."}).status == 0);
   CHECK_FALSE(there("t.plait.partial-13"));

@@ -23,9 +23,7 @@ namespace {
 /// As many patches are read ahead at most.
 constexpr std::size_t kMostAhead = 64;
 
-/// As many blocks of a range of vertices are read ahead: io_uring exported from a disk of 1 GB/s in
-/// 0.45 s without, 0.33 s with one, 0.26 to 0.28 s with two or three, and 0.31 to 0.37 s with
-/// eight.
+/// As many blocks of a range of vertices are read ahead. docs/backends.md has the measurement.
 constexpr std::uint64_t kBlocksAhead = 3;
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <optional>
+#include <stop_token>
+#include <thread>
 
 #include "instrument/memory_limit.h"
 #include "io/made_mark.h"
@@ -80,6 +82,23 @@ TEST_CASE("control groups of dead runs are removed, and not those in use") {
   CHECK(MemoryLimit::dead_groups(true, places).size() == 1);
   CHECK_FALSE(fs::exists(groups.path() / "plait-bench-1-1"));
   CHECK(fs::exists(used));
+}
+
+TEST_CASE("a group is made although others look for dead groups all the time") {
+  const test::TemporaryDirectory groups;
+  const MemoryLimit::Places places{.v1 = groups.path(), .v2 = {}};
+  std::ofstream(groups.path() / "memory.limit_in_bytes") << "0";
+  const std::jthread others([&](const std::stop_token& ended) {
+    while (!ended.stop_requested()) MemoryLimit::dead_groups(true, places);
+  });
+  int limited = 0;
+  for (int made = 0; made < 300; ++made) {
+    limited += MemoryLimit(1 << 20, places).limited();
+    std::error_code gone;
+    for (const fs::directory_entry& entry : fs::directory_iterator(groups.path()))
+      if (entry.is_directory(gone)) fs::remove_all(entry.path(), gone);
+  }
+  CHECK(limited == 300);
 }
 
 }  // namespace
