@@ -4,10 +4,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <string_view>
 #include <system_error>
+#include <thread>
 
 #include "instrument/process.h"
 #include "plait/error.h"
@@ -43,6 +45,24 @@ fs::path new_name() {
   return fmt::format("{}{}-{}", kGroupPrefix, ::getpid(), ++made);
 }
 
+/// Locks the directory, so that no other process takes a group between its making and its lock.
+/// Does without after a second, because other programs may lock it too. Errors: kIo.
+Directory hold(const fs::path& parent) {
+  Directory held(parent);
+  for (int waited = 0; waited < 1000 && !held.lock(true); ++waited)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  return held;
+}
+
+/// The kernel removes no group with a process in it, so a group without a lock is dead.
+bool is_dead(const Directory& parent, const std::string& name) {
+  try {
+    return Directory(parent, name).lock(true);
+  } catch (const Error&) {  // it is gone
+    return false;
+  }
+}
+
 }  // namespace
 
 MemoryLimit::Places MemoryLimit::Places::of_this_machine() {
@@ -67,16 +87,14 @@ std::vector<fs::path> MemoryLimit::dead_groups(bool remove, const Places& places
   parents.push_back(places.v1);
   std::vector<fs::path> dead;
   for (const fs::path& parent : parents) {
-    std::error_code failed;
-    for (const fs::directory_entry& entry : fs::directory_iterator(parent, failed)) {
-      if (!entry.path().filename().native().starts_with(kGroupPrefix)) continue;
-      try {
-        // The kernel removes no group with a process in it.
-        if (const Directory group(entry.path()); !group.lock(true)) continue;
-        if (!remove || ::rmdir(entry.path().c_str()) == 0) dead.push_back(entry.path());
-      } catch (const Error&) {  // it is gone
-        continue;
-      }
+    try {
+      const Directory held = hold(parent);
+      for (const std::string& name : held.names())
+        if (name.starts_with(kGroupPrefix) && is_dead(held, name) &&
+            (!remove || ::rmdir(held.path_of(name).c_str()) == 0))
+          dead.push_back(held.path_of(name));
+    } catch (const Error&) {  // it is not ours to open
+      continue;
     }
   }
   return dead;
@@ -85,24 +103,20 @@ std::vector<fs::path> MemoryLimit::dead_groups(bool remove, const Places& places
 MemoryLimit::MemoryLimit(std::uint64_t bytes, const Places& places) : bytes_(bytes) {
   dead_groups(true, places);
   std::error_code failed;
-  // A process that looks for dead groups may take this one between its making and its lock.
   const auto try_group = [&](const fs::path& parent, const char* file, int version) {
-    for (int attempt = 0; attempt < 100; ++attempt) {
-      const fs::path group = parent / new_name();
+    const fs::path group = parent / new_name();
+    try {
+      const Directory held = hold(parent);
       if (!fs::create_directory(group, failed)) return false;
-      try {
-        lock_ = Directory(group);
-        if (!lock_.lock(true)) continue;
-        if (put(group / file, std::to_string(bytes))) {
-          group_ = group;
-          version_ = version;
-          return true;
-        }
-        if (::rmdir(group.c_str()) == 0) return false;  // the kernel refused the limit
-      } catch (const Error&) {                          // it is gone
-        continue;
+      lock_ = Directory(group);
+      if (lock_.lock(true) && put(group / file, std::to_string(bytes))) {
+        group_ = group;
+        version_ = version;
+        return true;
       }
+    } catch (const Error&) {  // the next place is tried
     }
+    ::rmdir(group.c_str());
     return false;
   };
   if (fs::exists(places.v1 / "memory.limit_in_bytes", failed) &&
