@@ -16,7 +16,7 @@ PLAIT_BEGIN_NAMESPACE
 
 /// A store is large if its raw bytes are more than 1/kLargeStoreDivisor of the available memory.
 /// The page cache keeps a smaller one for its next reader, and random patches come out of it in
-/// half the time or less; a larger one is read and written faster past the page cache.
+/// seven tenths of the time; a larger one is read and written faster past the page cache.
 /// docs/backends.md has the measurement.
 inline constexpr std::uint64_t kLargeStoreDivisor = 2;
 
