@@ -14,7 +14,9 @@ class Eviction {
   /// Adds a frame that has no pin any more. Its place is `content.order`, and
   /// `content.kept_edges` behind that.
   virtual void insert(Frame& frame) noexcept = 0;
-  /// The frame to evict next, or nullptr. The frame stays in the policy until it is unlinked.
+  /// The frame to evict next, or nullptr. It has no pins and is closed, so it stays without pins
+  /// while the pager's lock is held. It stays in the policy until it is unlinked. Frames that were
+  /// pinned without the lock leave the policy; they come back when their last pin ends.
   virtual Frame* victim() noexcept = 0;
 };
 
@@ -27,7 +29,14 @@ class Eviction {
 class WindowEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override { frames_.insert(frame); }
-  Frame* victim() noexcept override { return frames_.empty() ? nullptr : &*frames_.begin(); }
+  Frame* victim() noexcept override {
+    while (!frames_.empty()) {
+      Frame& first = *frames_.begin();
+      if (first.pins.claim()) return &first;
+      first.in_order.unlink();
+    }
+    return nullptr;
+  }
 
  private:
   FrameWindow frames_;
@@ -35,20 +44,29 @@ class WindowEviction final : public Eviction {
 
 /// EvictionPolicy::kClock (second chance): a frame that was pinned again since the hand last passed
 /// it is not evicted at the next pass. The first frame of the list is the next one that the hand
-/// passes. A frame that the hand passes moves to the end.
+/// passes. A frame that the hand passes moves to the end. The hand goes round once at most, because
+/// other threads may pin frames as fast as it passes them.
 class ClockEviction final : public Eviction {
  public:
   void insert(Frame& frame) noexcept override {
-    frame.content.referenced = true;
+    frame.pins.set_used();
     frames_.push_back(frame);
   }
   Frame* victim() noexcept override {
-    if (frames_.empty()) return nullptr;
-    while (frames_.front().content.referenced) {
-      frames_.front().content.referenced = false;
-      frames_.splice(frames_.end(), frames_, frames_.begin());
+    const Frame* first_passed = nullptr;
+    while (!frames_.empty()) {
+      Frame& next = frames_.front();
+      const bool was_passed = &next == first_passed;
+      if (!was_passed && next.pins.take_used()) {
+        if (!first_passed) first_passed = &next;
+        frames_.splice(frames_.end(), frames_, frames_.begin());
+        continue;
+      }
+      if (next.pins.claim()) return &next;
+      if (was_passed) first_passed = nullptr;
+      next.in_list.unlink();
     }
-    return &frames_.front();
+    return nullptr;
   }
 
  private:

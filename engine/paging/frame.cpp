@@ -48,6 +48,7 @@ void keep_as_context(Frame& frame) noexcept {
 
 void become(Frame& frame, Frame::State state) noexcept {
   assert(may_become(frame.content.state, state));
+  if (state != Frame::State::kClean && state != Frame::State::kDirty) frame.pins.close();
   frame.content.state = state;
 }
 

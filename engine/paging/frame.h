@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <boost/intrusive/list.hpp>
 #include <boost/intrusive/set.hpp>
 #include <chrono>
@@ -13,6 +14,7 @@
 #include <span>
 
 #include "paging/io_queue.h"
+#include "paging/pin_count.h"
 #include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -45,9 +47,7 @@ struct Frame {
     State state = State::kVacant;
     bool addressed = false;     ///< its memory belongs to the backend
     bool announced = false;     ///< prefetched by its session, and not pinned since
-    bool referenced = false;    ///< for ClockEviction
-    std::uint32_t pins = 0;     ///< including those of frames that have it as context
-    std::uint32_t writers = 0;  ///< pins for writing, among these
+    std::uint32_t writers = 0;  ///< pins for writing
     /// The block ends before this edge; or, if it was last used as context, the block that needed
     /// it does.
     EdgeId order = 0;
@@ -60,7 +60,11 @@ struct Frame {
     std::chrono::steady_clock::time_point read_began;
   };
 
-  Content content;
+  // What a pin without the lock reads, in a cache line that nothing else changes.
+  alignas(64) PinCount pins;                     ///< with those of frames that have it as context
+  std::atomic<SessionState*> open_to = nullptr;  ///< whose threads may pin it while it is open
+
+  alignas(64) Content content;
   std::uint32_t index = 0;
   QueuedTransfer transfer;
   std::array<std::span<const std::byte>, kMostContextBlocks>
@@ -82,7 +86,9 @@ constexpr bool is_on_its_way(Frame::State state) {
   return state == Frame::State::kReading || is_being_written(state);
 }
 
-/// Changes a frame's state. No other code does. REQUIRES: may_become(frame.content.state, state).
+/// Changes a frame's state. No other code does. Closes the frame, unless a block in that state may
+/// be pinned for reading and nothing is to be done when its pin ends but to place it. REQUIRES:
+/// may_become(frame.content.state, state).
 void become(Frame& frame, Frame::State state) noexcept;
 /// Whether the diagram has this arrow.
 bool may_become(Frame::State from, Frame::State to) noexcept;

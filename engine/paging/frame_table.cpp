@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <span>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -32,16 +33,19 @@ void FrameTable::attach(LevelFile& level) {
     slots_.emplace_back();
     slot = slots_.end() - 1;
   }
-  slot->frames.assign(level.geometry.block_count(), kNoId);
+  slot->frames = std::make_unique<std::atomic<Frame*>[]>(level.geometry.block_count());
   slot->level = &level;
+  level.frames = slot->frames.get();
   level.pager_slot = static_cast<std::uint32_t>(slot - slots_.begin());
 }
 
 void FrameTable::detach(LevelFile& level) noexcept {
   LevelFrames& slot = slots_[level.pager_slot];
-  assert(std::ranges::all_of(slot.frames, [](std::uint32_t index) { return index == kNoId; }));
+  assert(std::ranges::none_of(std::span(slot.frames.get(), level.geometry.block_count()),
+                              [](const std::atomic<Frame*>& frame) { return frame.load(); }));
   slot.level = nullptr;
-  slot.frames = {};
+  slot.frames.reset();
+  level.frames = nullptr;
   level.pager_slot = kNoId;
 }
 
@@ -54,8 +58,12 @@ const LevelFile* FrameTable::level(std::uint32_t attribute, int number) const no
 }
 
 Frame* FrameTable::find(const LevelFile& level, std::uint64_t block) noexcept {
-  const std::uint32_t index = slots_[level.pager_slot].frames[block];
-  return index == kNoId ? nullptr : &frames_[index];
+  return slots_[level.pager_slot].frames[block].load(std::memory_order_relaxed);
+}
+
+void FrameTable::forget_block(const Frame& frame) noexcept {
+  const Frame::Content& content = frame.content;
+  slots_[content.level->pager_slot].frames[content.block].store(nullptr, std::memory_order_release);
 }
 
 Frame* FrameTable::claim(const LevelFile& level, std::uint64_t block, std::byte* address) {
@@ -86,26 +94,27 @@ Frame* FrameTable::claim(const LevelFile& level, std::uint64_t block, std::byte*
   frame.transfer.block = block;
   frame.transfer.memory = {memory, content.block_bytes};
   frame.transfer.tag = frame.index;
-  slots_[level.pager_slot].frames[block] = frame.index;
+  slots_[level.pager_slot].frames[block].store(&frame, std::memory_order_release);
   return &frame;
 }
 
 void FrameTable::detach_block(Frame& frame) noexcept {
   become(frame, Frame::State::kDetached);
-  slots_[frame.content.level->pager_slot].frames[frame.content.block] = kNoId;
+  forget_block(frame);
 }
 
 void FrameTable::vacate(Frame& frame) noexcept {
   const Frame::Content& content = frame.content;
-  assert(content.pins == 0 && content.context_count == 0);
+  [[maybe_unused]] const bool has_no_pins = frame.pins.close();
+  assert(has_no_pins && content.context_count == 0);
   assert(!content.session && !frame.in_order.is_linked() && !frame.in_list.is_linked());
-  if (content.state != Frame::State::kDetached)
-    slots_[content.level->pager_slot].frames[content.block] = kNoId;
+  if (content.state != Frame::State::kDetached) forget_block(frame);
   if (content.addressed)
     pool_.unreserve(content.frame_bytes);
   else
     pool_.give_back(content.memory, content.frame_bytes);
   become(frame, Frame::State::kVacant);
+  frame.pins.end_block();
   frame.content = {};
   vacant_.push_back(frame);
 }

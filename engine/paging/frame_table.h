@@ -2,9 +2,11 @@
 // class does not use sessions, backends or transfers.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "paging/frame.h"
@@ -13,8 +15,8 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The pager's lock protects it. Only attach() allocates memory other than that of frames, so the
-/// noexcept functions never fail.
+/// The pager's lock protects everything except look_up(). Only attach() allocates memory other than
+/// that of frames, so the noexcept functions never fail.
 class FrameTable {
  public:
   explicit FrameTable(std::uint64_t budget_bytes, Budget* shared = nullptr)
@@ -35,6 +37,10 @@ class FrameTable {
 
   static std::uint64_t frame_bytes(const LevelFile& level) {
     return FramePool::frame_bytes(level.geometry.max_block_bytes());
+  }
+  /// The same as find(), without the lock: the frame may get another block at any time.
+  static Frame* look_up(const LevelFile& level, std::uint64_t block) noexcept {
+    return level.frames[block].load(std::memory_order_acquire);
   }
   /// The frame of the block, in any state, or nullptr.
   Frame* find(const LevelFile& level, std::uint64_t block) noexcept;
@@ -57,9 +63,10 @@ class FrameTable {
  private:
   struct LevelFrames {
     const LevelFile* level = nullptr;
-    std::vector<std::uint32_t> frames;  ///< [block] index or kNoId
+    std::unique_ptr<std::atomic<Frame*>[]> frames;  ///< [block] or nullptr
   };
   std::uint64_t most_frames(const LevelFile& added) const noexcept;
+  void forget_block(const Frame& frame) noexcept;
 
   FramePool pool_;
   std::deque<Frame> frames_;

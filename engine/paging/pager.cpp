@@ -67,9 +67,9 @@ void Pager::Implementation::discard() noexcept {
   Lock lock(mutex_);
   stop_transfers(lock, nullptr);
   for (Frame& frame : table_.frames())
-    if (frame.content.pins == 0) drop_context(frame);
+    if (frame.pins.close()) drop_context(frame);
   for (Frame& frame : table_.frames())
-    if (frame.content.level && frame.content.pins == 0) drop(frame);
+    if (frame.content.level && frame.pins.close()) drop(frame);
 }
 
 void Pager::Implementation::refuse_writes() noexcept {
@@ -107,7 +107,7 @@ void Pager::Implementation::end_session(SessionState& session) noexcept {
   if (!is_usable()) return;
   const Lock lock(mutex_);
   sessions_.end(session);
-  if (session.pins() == 0) delete &session;
+  if (session.callers.end_session()) delete &session;
   wake_all();
 }
 
@@ -125,10 +125,40 @@ Pager::Implementation::Lock Pager::Implementation::lock() noexcept {
   return lock;
 }
 
-std::uint32_t Pager::Implementation::pin(SessionState& session,
-                                         std::span<const BlockRequest> requests,
-                                         std::span<Frame*> frames) try {
+SessionCaller* Pager::Implementation::pin_open(SessionState& session,
+                                               std::span<const BlockRequest> requests,
+                                               std::span<Frame*> frames) noexcept {
+  for (std::size_t at = 0; at < requests.size(); ++at) {
+    const BlockRequest& request = requests[at];
+    Frame* const frame = FrameTable::look_up(request.level(), request.block());
+    if (request.written() || !frame || !frame->pins.is_open() ||
+        frame->open_to.load(std::memory_order_relaxed) != &session)
+      return nullptr;
+    frames[at] = frame;
+  }
+  const auto count = static_cast<std::uint32_t>(requests.size());
+  // Counted before the pins, so that nobody who waits for a frame misses them.
+  SessionCaller* const caller = session.callers.try_add(count);
+  if (!caller) return nullptr;
+  std::size_t pinned = 0;
+  while (pinned < requests.size() && frames[pinned]->pins.try_add([&] {
+    const BlockRequest& request = requests[pinned];
+    return FrameTable::look_up(request.level(), request.block()) == frames[pinned];
+  }))
+    ++pinned;
+  if (pinned == requests.size()) return caller;
+  Lock lock;
+  for (Frame* const frame : frames.first(pinned)) unpin(lock, *frame, nullptr, false);
+  unpinned(lock);
+  end_pins(session, *caller, count);
+  return nullptr;
+}
+
+SessionCaller& Pager::Implementation::pin(SessionState& session,
+                                          std::span<const BlockRequest> requests,
+                                          std::span<Frame*> frames) try {
   check_usable();
+  if (SessionCaller* const caller = pin_open(session, requests, frames)) return *caller;
   for (const BlockRequest& request : requests) {
     if (!request.written()) continue;
     if (!request.level().writable)
@@ -138,15 +168,21 @@ std::uint32_t Pager::Implementation::pin(SessionState& session,
       request.level().committed->keep(*request.written(), request.block());
   }
   Lock lock = this->lock();
-  const std::uint32_t caller = session.caller();
+  const auto count = static_cast<std::uint32_t>(requests.size());
+  SessionCaller& caller = session.callers.add(count);
   if (find_ready(requests, frames)) {
     for (std::size_t i = 0; i < requests.size(); ++i)
       add_pin(session, *frames[i], requests[i].level().geometry.edge_after(requests[i].block()));
     if (requests[0].written()) add_writer(*frames[0]);
   } else {
-    PinCall(*this, lock, session, requests).run(frames);
+    try {
+      PinCall(*this, lock, session, requests).run(frames);
+    } catch (...) {
+      lock.unlock();
+      end_pins(session, caller, count);
+      throw;
+    }
   }
-  for (std::size_t i = 0; i < requests.size(); ++i) session.add_pin(caller);
   return caller;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("page in " + requests[0].level().path.native());
@@ -175,18 +211,31 @@ Frame* Pager::Implementation::find_ready(const BlockRequest& request) noexcept {
   return context_is_ready ? frame : nullptr;
 }
 
-void Pager::Implementation::unpin(Lock& lock, SessionState& session, std::uint32_t caller,
-                                  Frame& frame, LevelFile* written, bool abandoned) noexcept {
+void Pager::Implementation::unpin(Lock& lock, Frame& frame, LevelFile* written,
+                                  bool abandoned) noexcept {
+  if (!written && frame.pins.try_end()) return;
+  if (!lock) lock = this->lock();
   if (written) --frame.content.writers;
   if (written && abandoned) abandon(lock, frame, *written);
-  session.end_pin(caller);
   remove_pin(frame);
-  if (session.ended && session.pins() == 0) delete &session;
 }
 
-void Pager::Implementation::unpinned() noexcept {
+void Pager::Implementation::unpinned(Lock& lock) noexcept {
+  if (!lock) return;
   transfers_.write_behind();
   if (sessions_.anybody_waits()) wake_all();
+  lock.unlock();
+}
+
+void Pager::Implementation::end_pins(SessionState& session, SessionCaller& caller,
+                                     std::uint32_t pins) noexcept {
+  if (caller.end(pins)) {
+    const Lock held = lock();
+    if (session.callers.end_one()) delete &session;
+  }
+  if (!sessions_.anybody_waits()) return;
+  const Lock held = lock();
+  wake_all();
 }
 
 PagingStatistics Pager::Implementation::statistics(const SessionState& session) const {

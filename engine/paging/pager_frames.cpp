@@ -1,5 +1,6 @@
 // The part of the pager that takes, pins and frees frames.
 #include <array>
+#include <atomic>
 
 #include "paging/pager_implementation.h"
 
@@ -60,16 +61,31 @@ void Pager::Implementation::shrink() noexcept {
   for (std::uint32_t index = 0; index < table_.frames().size() && !table_.pool().return_surplus();
        ++index) {
     Frame& frame = table_[index];
-    if (frame.content.state == State::kClean && Sessions::is_placed(frame)) evict(lock, frame);
+    if (frame.content.state == State::kClean && Sessions::is_placed(frame) && frame.pins.close())
+      evict(lock, frame);
   }
   table_.pool().return_surplus();
+}
+
+bool Pager::Implementation::may_open(const Frame& frame) noexcept {
+  const Frame::Content& content = frame.content;
+  return (content.state == State::kClean || content.state == State::kDirty) && content.session &&
+         !content.announced && !frame.to_write.is_linked() &&
+         content.order == content.level->geometry.edge_after(content.block);
+}
+
+void Pager::Implementation::open(Frame& frame) noexcept {
+  if (!may_open(frame)) return;
+  frame.open_to.store(frame.content.session, std::memory_order_relaxed);
+  frame.pins.open();
 }
 
 void Pager::Implementation::add_pin(SessionState& session, Frame& frame, EdgeId order) noexcept {
   sessions_.give(frame, &session);
   frame.content.order = order;
   frame.to_write.unlink();
-  ++frame.content.pins;
+  frame.open_to.store(&session, std::memory_order_relaxed);
+  frame.pins.add(may_open(frame));
 }
 
 void Pager::Implementation::add_writer(Frame& frame) noexcept {
@@ -82,7 +98,7 @@ void Pager::Implementation::add_writer(Frame& frame) noexcept {
 }
 
 void Pager::Implementation::remove_pin(Frame& frame) noexcept {
-  if (--frame.content.pins == 0) place_unpinned(frame);
+  if (frame.pins.end()) place_unpinned(frame);
 }
 
 void Pager::Implementation::place_unpinned(Frame& frame) noexcept {
@@ -94,6 +110,7 @@ void Pager::Implementation::place_unpinned(Frame& frame) noexcept {
     transfers_.queue_write(frame);
   else if (content.state == State::kClean || content.state == State::kDirty)
     sessions_.place(frame);
+  if (Sessions::is_placed(frame)) open(frame);
 }
 
 void Pager::Implementation::drop(Frame& frame) noexcept {

@@ -1,6 +1,7 @@
 // The implementation of the pager. It has three parts: FrameTable knows the blocks and their
 // memory, Sessions decides which frame is evicted next, and Transfers starts reads and writes. One
-// lock protects all of them; the pager releases it while a backend moves bytes.
+// lock protects all of them; the pager releases it while a backend moves bytes. A pin of a block
+// that is in memory takes no lock, nor does its end (paging/pin_count.h).
 // Sources: pager.cpp (levels, sessions, pins), pager_frames.cpp (taking and freeing frames),
 // pager_transfers.cpp (ends of transfers, prefetch, flush). A pin that may have to wait is a
 // PinCall.
@@ -45,18 +46,20 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   // Called by sessions.
   SessionState& open_session(const SessionOptions& options);
   void end_session(SessionState& session) noexcept;
-  /// Pins requests[i] in frames[i]. Returns the number of the calling thread in the session.
+  /// Pins requests[i] in frames[i]. Returns where the pins of the calling thread are counted.
   /// Errors: those of Session::pin_many.
-  std::uint32_t pin(SessionState& session, std::span<const BlockRequest> requests,
-                    std::span<Frame*> frames);
+  SessionCaller& pin(SessionState& session, std::span<const BlockRequest> requests,
+                     std::span<Frame*> frames);
   using Lock = std::unique_lock<std::mutex>;
-  /// The lock, for a thread that pins or unpins. To end pins: take the lock, call unpin() for each
-  /// of them, then unpinned().
+  /// The lock, for a thread that pins or unpins.
   Lock lock() noexcept;
+  /// To end pins: unpin() for each of them, with one `lock` for all; it is taken when it is needed.
+  /// Then unpinned(). Then end_pins(), with the number of pins that `caller` had among them.
   /// `written` is the level if the pin was for writing, otherwise nullptr.
-  void unpin(Lock& lock, SessionState& session, std::uint32_t caller, Frame& frame,
-             LevelFile* written, bool abandon) noexcept;
-  void unpinned() noexcept;
+  void unpin(Lock& lock, Frame& frame, LevelFile* written, bool abandon) noexcept;
+  void unpinned(Lock& lock) noexcept;
+  /// REQUIRES: the calling thread does not have the lock.
+  void end_pins(SessionState& session, SessionCaller& caller, std::uint32_t pins) noexcept;
   bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
   void end_prefetch(SessionState& session) noexcept;
   PagingStatistics statistics(const SessionState& session) const;
@@ -73,6 +76,10 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   class Wait;
 
   class PinCall;
+  /// Pins the blocks without the lock, if all are in frames that are open. Otherwise it pins none
+  /// and returns nullptr.
+  SessionCaller* pin_open(SessionState& session, std::span<const BlockRequest> requests,
+                          std::span<Frame*> frames) noexcept;
   /// The frame of the block if it can be pinned without waiting and without other blocks, otherwise
   /// nullptr.
   Frame* find_ready(const BlockRequest& request) noexcept;
@@ -86,11 +93,16 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   /// The frame that would be evicted next, if it is clean; otherwise nullptr.
   Frame* clean_victim(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
   void evict(Lock& lock, Frame& frame) noexcept;
+  /// Whether threads of the frame's session may pin it without the lock: nothing of what add_pin()
+  /// does would change the frame.
+  static bool may_open(const Frame& frame) noexcept;
+  /// Opens the frame, if it may be open. REQUIRES: it is placed, or it has a pin.
+  static void open(Frame& frame) noexcept;
   /// Adds a pin to the frame, gives the frame to this session, and sets its place in layout order.
   void add_pin(SessionState& session, Frame& frame, EdgeId order) noexcept;
   /// Counts a pin for writing, and makes the frame dirty.
   void add_writer(Frame& frame) noexcept;
-  /// Removes a pin from the frame.
+  /// Removes a pin from the frame. REQUIRES: the caller has the lock.
   void remove_pin(Frame& frame) noexcept;
   /// Called when a frame has no pin any more: frees it, queues its write, or makes it a candidate
   /// for eviction.

@@ -25,7 +25,10 @@ void Pager::Implementation::finished(Transfer& transfer, std::exception_ptr erro
     fail(error);
   }
   if (was_read || frame.content.state == State::kClean) drop_context(frame);
-  if (frame.content.pins == 0) place_unpinned(frame);
+  if (!frame.pins.any())
+    place_unpinned(frame);
+  else
+    open(frame);
   transfers_.write_behind();
   wake_waiters_of(frame);
   if (!was_read || error || !events_.call) return;
@@ -94,8 +97,7 @@ void Pager::Implementation::end_prefetch(SessionState& session) noexcept {
     Frame& frame = *next++;
     if (!frame.content.announced) continue;
     sessions_.withdraw(frame);
-    if (frame.content.state == State::kReading && frame.content.pins == 0 &&
-        transfers_.withdraw(frame))
+    if (frame.content.state == State::kReading && !frame.pins.any() && transfers_.withdraw(frame))
       drop(frame);
   }
   wake_all();
@@ -106,7 +108,8 @@ bool Pager::Implementation::begin_prefetch(Lock& lock, SessionState& session,
                                            EdgeId order) {
   if (Frame* const frame = table_.find(level, block)) {
     const Frame::Content& content = frame->content;
-    if (content.pins > 0 || content.announced || content.state == State::kStuck) return true;
+    if (content.announced || content.state == State::kStuck) return true;
+    if (frame->pins.any() || !frame->pins.close()) return true;
     const bool placed = Sessions::is_placed(*frame);
     sessions_.give(*frame, &session);
     frame->content.order = order;
@@ -199,11 +202,13 @@ void Pager::Implementation::abandon(Lock& lock, Frame& frame, LevelFile& level) 
 
 void Pager::Implementation::fail(std::exception_ptr error) noexcept {
   transfers_.fail(std::move(error));
-  for (Frame& frame : table_.frames())
-    if (frame.content.state == State::kDirty && frame.content.pins == 0) {
-      Sessions::unplace(frame);
-      become(frame, State::kStuck);
-    }
+  for (Frame& frame : table_.frames()) {
+    if (frame.content.state != State::kDirty) continue;
+    // A frame that is pinned becomes stuck when its last pin ends.
+    const bool has_no_pins = frame.pins.claim();
+    Sessions::unplace(frame);
+    if (has_no_pins) become(frame, State::kStuck);
+  }
 }
 
 void Pager::Implementation::flush() {
@@ -246,7 +251,7 @@ void Pager::Implementation::stop_transfers(Lock& lock, const LevelFile* level) n
   };
   for (Frame& frame : table_.frames()) {
     if (!level || frame.content.level == level) frame.to_write.unlink();
-    const bool wanted = frame.content.state == State::kReading && frame.content.pins > 0;
+    const bool wanted = frame.content.state == State::kReading && frame.pins.any();
     if (concerned(frame) && !wanted && transfers_.withdraw(frame) &&
         frame.content.state == State::kClaimed)
       drop(frame);

@@ -97,7 +97,7 @@ bool Pager::Implementation::PinCall::take_frames() {
         pager_.add_pin(session_, *frame, batch_[at].order);
         batch_[at].frame = frame;
       } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
-        ++taken->content.pins;
+        taken->pins.add(false);
         taken->content.order = batch_[at].order;
         batch_[at].frame = taken;
         batch_[at].brings_in = true;
@@ -159,6 +159,7 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
   // frees its frames first.
   const std::uint64_t needed_bytes = batch_.frame_bytes();
   free_frames();
+  const Sessions::Waiter waiter(pager_.sessions_, session_);
   const bool fits = needed_bytes <= pager_.table_.pool().budget_bytes();
   if (!fits || (pager_.transfers_.reads() == 0 && pager_.calls_under_way_ == 1 &&
                 !pager_.sessions_.may_come_free(session_))) {
@@ -166,7 +167,6 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
       pager_.transfers_.refuse(fmt::format("page in {}", batch_[0].level->path.native()));
     refuse_room(needed_bytes);
   }
-  const Sessions::Waiter waiter(pager_.sessions_, session_);
   --pager_.calls_under_way_;
   pager_.wait_for_any(lock_, &session_, Direction::kRead);
   ++pager_.calls_under_way_;
@@ -176,7 +176,7 @@ bool Pager::Implementation::PinCall::make_room(const LevelFile& wanted_by) {
 void Pager::Implementation::PinCall::refuse_room(std::uint64_t needed_bytes) {
   std::uint64_t pinned_bytes = 0;
   for (const Frame& frame : pager_.table_.frames())
-    if (frame.content.pins > 0 || frame.content.state == State::kStuck)
+    if (frame.pins.any() || frame.content.state == State::kStuck)
       pinned_bytes += frame.content.frame_bytes;
   const std::uint64_t budget = pager_.table_.pool().budget_bytes();
   throw Error(
@@ -205,7 +205,7 @@ void Pager::Implementation::PinCall::add_writer(std::size_t at) noexcept {
   if (content.context_count > 0) return;
   for (std::size_t i = 0; i < entry.context_count; ++i) {
     content.context[i] = batch_[entry.context + i].frame;
-    ++content.context[i]->content.pins;
+    content.context[i]->pins.add(false);
   }
   content.context_count = entry.context_count;
 }
@@ -215,7 +215,7 @@ void Pager::Implementation::PinCall::free_frames() noexcept {
     Frame* const frame = std::exchange(entry.frame, nullptr);
     if (!frame) continue;
     // Calls that wait for the block then find it absent, and read it themselves.
-    if (entry.brings_in && frame->content.state == State::kClaimed && frame->content.pins > 1)
+    if (entry.brings_in && frame->content.state == State::kClaimed && frame->pins.count() > 1)
       pager_.table_.detach_block(*frame);
     entry.brings_in = false;
     pager_.remove_pin(*frame);

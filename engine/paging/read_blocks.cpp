@@ -156,7 +156,7 @@ void Pager::Implementation::PinCall::begin_read_with_context(
   Frame::Content& content = entry.frame->content;
   for (std::size_t i = 0; i < entry.context_count; ++i) {
     content.context[i] = batch_[entry.context + i].frame;
-    ++content.context[i]->content.pins;
+    content.context[i]->pins.add(false);
   }
   content.context_count = entry.context_count;
   pager_.transfers_.begin_read(*entry.frame);

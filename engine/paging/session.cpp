@@ -2,35 +2,37 @@
 
 #include <boost/container/small_vector.hpp>
 #include <cassert>
+#include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "paging/pager_implementation.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-PinnedBlock::PinnedBlock(SessionState& session, std::uint32_t caller, Frame& frame,
+PinnedBlock::PinnedBlock(SessionState& session, SessionCaller& caller, Frame& frame,
                          LevelFile* written) noexcept
     : session_(&session),
+      caller_(&caller),
       frame_(&frame),
       written_(written),
-      bytes_(frame.transfer.memory),
-      caller_(caller) {}
+      bytes_(frame.transfer.memory) {}
 
 PinnedBlock::PinnedBlock(PinnedBlock&& other) noexcept
     : session_(std::exchange(other.session_, nullptr)),
+      caller_(other.caller_),
       frame_(other.frame_),
       written_(other.written_),
-      bytes_(other.bytes_),
-      caller_(other.caller_) {}
+      bytes_(other.bytes_) {}
 
 PinnedBlock& PinnedBlock::operator=(PinnedBlock&& other) noexcept {
   if (this != &other) {
     release();
     session_ = std::exchange(other.session_, nullptr);
+    caller_ = other.caller_;
     frame_ = other.frame_;
     written_ = other.written_;
     bytes_ = other.bytes_;
-    caller_ = other.caller_;
   }
   return *this;
 }
@@ -40,24 +42,30 @@ void PinnedBlock::end(bool abandoned) noexcept {
   if (!session) return;
   Pager::Implementation& pager = *session->pager;
   if (!pager.is_usable()) return;
-  auto lock = pager.lock();
-  pager.unpin(lock, *session, caller_, *frame_, written_, abandoned);
-  pager.unpinned();
+  Pager::Implementation::Lock lock;
+  pager.unpin(lock, *frame_, written_, abandoned);
+  pager.unpinned(lock);
+  pager.end_pins(*session, *caller_, 1);
 }
 
 void PinnedBlock::release_all(std::span<PinnedBlock> pinned) noexcept {
-  Pager::Implementation* pager = nullptr;
-  std::unique_lock<std::mutex> lock;
-  for (PinnedBlock& pin : pinned) {
-    SessionState* const session = std::exchange(pin.session_, nullptr);
+  Pager::Implementation::Lock lock;
+  for (std::size_t first = 0; first < pinned.size();) {
+    // A run of pins that one thread made in one session.
+    SessionState* const session = pinned[first].session_;
+    SessionCaller* const caller = pinned[first].caller_;
+    std::size_t after = first;
+    while (after < pinned.size() && pinned[after].session_ == session &&
+           pinned[after].caller_ == caller)
+      pinned[after++].session_ = nullptr;
+    const std::span<PinnedBlock> run = pinned.subspan(first, after - first);
+    first = after;
     if (!session || !session->pager->is_usable()) continue;
-    if (!pager) {
-      pager = session->pager;
-      lock = pager->lock();
-    }
-    pager->unpin(lock, *session, pin.caller_, *pin.frame_, pin.written_, false);
+    Pager::Implementation& pager = *session->pager;
+    for (const PinnedBlock& pin : run) pager.unpin(lock, *pin.frame_, pin.written_, false);
+    pager.unpinned(lock);
+    pager.end_pins(*session, *caller, static_cast<std::uint32_t>(run.size()));
   }
-  if (pager) pager->unpinned();
 }
 
 Session::Session(Session&& other) noexcept : state_(std::exchange(other.state_, nullptr)) {}
@@ -77,7 +85,7 @@ void Session::end() noexcept {
 
 PinnedBlock Session::pin_one(const BlockRequest& request) {
   Frame* frame = nullptr;
-  const std::uint32_t caller = state_->pager->pin(*state_, {&request, 1}, {&frame, 1});
+  SessionCaller& caller = state_->pager->pin(*state_, {&request, 1}, {&frame, 1});
   return PinnedBlock(*state_, caller, *frame, request.written());
 }
 
@@ -94,8 +102,7 @@ void Session::pin_many(std::span<const BlockRequest> requests, std::span<PinnedB
   PinnedBlock::release_all(pinned);
   if (requests.empty()) return;
   boost::container::small_vector<Frame*, 16> frames(requests.size());
-  const std::uint32_t caller =
-      state_->pager->pin(*state_, requests, {frames.data(), frames.size()});
+  SessionCaller& caller = state_->pager->pin(*state_, requests, {frames.data(), frames.size()});
   for (std::size_t i = 0; i < requests.size(); ++i)
     pinned[i] = PinnedBlock(*state_, caller, *frames[i], requests[i].written());
 }

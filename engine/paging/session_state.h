@@ -4,24 +4,16 @@
 
 #include <boost/intrusive/list.hpp>
 #include <cstdint>
-#include <thread>
-#include <vector>
 
 #include "paging/eviction.h"
+#include "paging/session_callers.h"
 #include "plait/extend/pager.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The pager's lock protects it.
+/// The pager's lock protects everything except `callers`.
 class SessionState {
  public:
-  /// A thread, and the number of pins that it made and that have not ended. Another thread may end
-  /// them.
-  struct Caller {
-    std::thread::id thread;
-    std::uint32_t pins = 0;
-  };
-
   SessionState(Pager::Implementation* its_pager, const SessionOptions& its_options)
       : pager(its_pager), options(its_options) {}
   SessionState(const SessionState&) = delete;
@@ -31,21 +23,9 @@ class SessionState {
     return options.policy == EvictionPolicy::kClock ? static_cast<Eviction&>(clock_) : window_;
   }
 
-  /// The calling thread's number among the callers. Errors: std::bad_alloc.
-  std::uint32_t caller();
-  void add_pin(std::uint32_t caller) noexcept {
-    ++pins_;
-    ++callers_[caller].pins;
-  }
-  void end_pin(std::uint32_t caller) noexcept {
-    --pins_;
-    --callers_[caller].pins;
-  }
-  std::uint32_t pins() const { return pins_; }
-  const std::vector<Caller>& callers() const { return callers_; }
-
   Pager::Implementation* const pager;
   const SessionOptions options;
+  SessionCallers callers;
   PagingStatistics statistics;
   std::uint64_t frame_bytes = 0;              ///< of its frames
   std::uint64_t announced_bytes = 0;          ///< of its prefetched frames that are not pinned yet
@@ -58,8 +38,6 @@ class SessionState {
  private:
   WindowEviction window_;
   ClockEviction clock_;
-  std::uint32_t pins_ = 0;
-  std::vector<Caller> callers_;
 };
 
 PLAIT_END_NAMESPACE

@@ -9,9 +9,11 @@ Sessions::Waiter::Waiter(Sessions& sessions, SessionState& session) noexcept
     : sessions_(sessions), session_(session) {
   ++session_.waiting;
   sessions_.waiters_.push_back(*this);
+  ++sessions_.waiter_count_;
 }
 
 Sessions::Waiter::~Waiter() {
+  --sessions_.waiter_count_;
   sessions_.waiters_.erase(sessions_.waiters_.iterator_to(*this));
   --session_.waiting;
 }
@@ -25,8 +27,10 @@ void Sessions::end(SessionState& session) noexcept {
   while (!session.frames.empty()) {
     Frame& frame = session.frames.front();
     const bool placed = is_placed(frame);
+    frame.pins.close();
     give(frame, nullptr);
-    if (placed) place(frame);
+    // The thread that ends the last pin of a frame places it.
+    if (placed && !frame.pins.any()) place(frame);
   }
   open_.erase(open_.iterator_to(session));
 }
@@ -64,6 +68,8 @@ void Sessions::withdraw(Frame& frame) noexcept {
 }
 
 void Sessions::unplace(Frame& frame) noexcept {
+  if (!is_placed(frame)) return;
+  frame.pins.set_unplaced();
   frame.in_list.unlink();
   frame.in_order.unlink();
 }
@@ -76,6 +82,7 @@ void Sessions::place(Frame& frame) noexcept {
     session->ahead.insert(frame);
   else
     session->eviction().insert(frame);
+  frame.pins.set_placed();
 }
 
 std::uint64_t Sessions::share_bytes(const SessionState& session) const noexcept {
@@ -119,18 +126,16 @@ Frame* Sessions::last_announced(const SessionState& asking, std::uint64_t wanted
   return session ? &*session->ahead.rbegin() : nullptr;
 }
 
-bool Sessions::waits(std::thread::id thread) const noexcept {
-  return thread == std::this_thread::get_id() ||
-         std::ranges::any_of(waiters_,
-                             [&](const Waiter& waiter) { return waiter.thread_ == thread; });
+bool Sessions::waits(std::uint32_t thread) const noexcept {
+  return thread == this_thread_number() || std::ranges::any_of(waiters_, [&](const Waiter& waiter) {
+           return waiter.thread_ == thread;
+         });
 }
 
 bool Sessions::may_come_free(const SessionState& asking) const noexcept {
   return std::ranges::any_of(open_, [&](const SessionState& other) {
     return &other != &asking && other.waiting == 0 &&
-           std::ranges::any_of(other.callers(), [&](const SessionState::Caller& caller) {
-             return caller.pins > 0 && !waits(caller.thread);
-           });
+           other.callers.any_of([&](std::uint32_t thread) { return !waits(thread); });
   });
 }
 

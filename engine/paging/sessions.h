@@ -2,17 +2,18 @@
 // plait/extend/session.h. This class does not use transfers or memory.
 #pragma once
 
+#include <atomic>
 #include <boost/intrusive/list.hpp>
 #include <cstdint>
-#include <thread>
 
+#include "base/thread_number.h"
 #include "paging/frame_pool.h"
 #include "paging/session_state.h"
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The open sessions. The pager's lock protects it.
+/// The open sessions. The pager's lock protects everything except anybody_waits().
 class Sessions {
  public:
   /// Marks the calling thread as waiting for a frame, from construction to destruction.
@@ -27,7 +28,7 @@ class Sessions {
     friend class Sessions;
     Sessions& sessions_;
     SessionState& session_;
-    std::thread::id thread_ = std::this_thread::get_id();
+    std::uint32_t thread_ = this_thread_number();
   };
 
   explicit Sessions(const FramePool& pool) : pool_(pool) {}
@@ -50,7 +51,8 @@ class Sessions {
   static bool is_placed(const Frame& frame) noexcept {
     return frame.in_list.is_linked() || frame.in_order.is_linked();
   }
-  /// The frame can be evicted after this call. REQUIRES: it is not placed.
+  /// The frame can be evicted after this call. REQUIRES: it is not placed, it is closed and has no
+  /// pins.
   void place(Frame& frame) noexcept;
 
   /// The frame to evict next if the session `asking` wants a frame of `wanted_bytes`, or nullptr.
@@ -60,15 +62,18 @@ class Sessions {
   Frame* last_announced(const SessionState& asking, std::uint64_t wanted_bytes) noexcept;
 
   std::uint64_t share_bytes(const SessionState& session) const noexcept;
-  /// Whether a pin of another session may end while the calling thread waits.
+  /// Whether a pin of another session may end while the calling thread waits. A thread that will
+  /// wait becomes a Waiter first: then either this function sees that a pin has ended, or the
+  /// thread that ends it sees the waiter.
   bool may_come_free(const SessionState& asking) const noexcept;
-  bool anybody_waits() const noexcept { return !waiters_.empty(); }
+  /// Safe without the lock, after the end of a pin.
+  bool anybody_waits() const noexcept { return waiter_count_ > 0; }
 
  private:
   template <class Has>
   SessionState* furthest_over(const SessionState& asking, std::uint64_t wanted_bytes,
                               Has has) noexcept;
-  bool waits(std::thread::id thread) const noexcept;
+  bool waits(std::uint32_t thread) const noexcept;
 
   using SessionList = boost::intrusive::list<
       SessionState, boost::intrusive::member_hook<
@@ -78,6 +83,7 @@ class Sessions {
   SessionList open_;
   FrameList left_;  ///< frames of ended sessions, oldest first
   boost::intrusive::list<Waiter> waiters_;
+  std::atomic<std::uint32_t> waiter_count_ = 0;
 };
 
 PLAIT_END_NAMESPACE

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -32,6 +33,7 @@ class FakeBackend final : public Backend {
                      from);
   }
   std::byte* address(std::uint64_t block) override {
+    if (before_address) before_address();
     if (fail_addresses) throw Error(ErrorCode::kCorruption, "fake: cut short");
     return address_of(block);
   }
@@ -44,6 +46,7 @@ class FakeBackend final : public Backend {
   }
   std::atomic<int> reads = 0, writes = 0;
   std::atomic<bool> fail_writes = false, fail_addresses = false;
+  std::function<void()> before_address;  ///< called with the pager's lock
 
  private:
   LevelSpec spec_;

@@ -150,8 +150,7 @@ TEST_CASE("SessionsMayComeFree_PinsOfOthers_UnlessTheirThreadsWait") {
   SessionState& asking = f.open();
   SessionState& holding = f.open();
   CHECK_FALSE(f.may_come_free_elsewhere(asking));
-  const std::uint32_t here = holding.caller();
-  holding.add_pin(here);
+  SessionCaller& here = holding.callers.add(1);
   CHECK(f.may_come_free_elsewhere(asking));
   CHECK_FALSE(f.sessions.may_come_free(asking));  // this thread holds it itself
   CHECK_FALSE(f.may_come_free_elsewhere(holding));
@@ -165,6 +164,6 @@ TEST_CASE("SessionsMayComeFree_PinsOfOthers_UnlessTheirThreadsWait") {
     CHECK_FALSE(f.may_come_free_elsewhere(asking));
   }).join();
   CHECK(f.may_come_free_elsewhere(asking));
-  holding.end_pin(here);
+  here.end(1);
   CHECK_FALSE(f.may_come_free_elsewhere(asking));
 }

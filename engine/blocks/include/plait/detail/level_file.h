@@ -16,6 +16,7 @@
 PLAIT_BEGIN_NAMESPACE
 
 class KeptBlocks;
+struct Frame;
 
 /// How the owner of a pin uses the block, or how a pass uses a level.
 enum class Access : std::uint8_t {
@@ -40,7 +41,9 @@ struct LevelFile {
   mutable std::atomic<bool> is_fixed = false;
   /// What the last commit has of a level in memory. Not set for other levels, and for new ones.
   std::shared_ptr<KeptBlocks> committed;
-  std::uint32_t pager_slot = kNoId;  ///< for use by the pager only
+  // For use by the pager only:
+  std::uint32_t pager_slot = kNoId;
+  const std::atomic<Frame*>* frames = nullptr;  ///< [block] its frame or nullptr
 
   /// Whether all passes that wrote to the level have finished. A level that is not finished must
   /// not be read or committed (StoreAccess::check_readable).

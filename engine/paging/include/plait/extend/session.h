@@ -65,6 +65,7 @@ struct PagingStatistics {
 };
 
 class SessionState;
+class SessionCaller;
 struct Frame;
 
 /// A pin: it keeps a block in its frame. Move-only. The destructor ends the pin. A pin may outlive
@@ -90,15 +91,15 @@ class PinnedBlock {
 
  private:
   friend class Session;
-  PinnedBlock(SessionState& session, std::uint32_t caller, Frame& frame,
+  PinnedBlock(SessionState& session, SessionCaller& caller, Frame& frame,
               LevelFile* written) noexcept;
   void end(bool abandoned) noexcept;
 
   SessionState* session_ = nullptr;
+  SessionCaller* caller_ = nullptr;
   Frame* frame_ = nullptr;
   LevelFile* written_ = nullptr;  ///< nullptr if pinned for reading
   std::span<std::byte> bytes_;
-  std::uint32_t caller_ = 0;
 };
 
 /// A block to pin, and how the caller will use it.

@@ -1,0 +1,42 @@
+// base/thread_number.h: small numbers of threads, and a counter that has a part for each thread.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "plait/detail/namespace.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// A number of the calling thread. No two threads have the same (until 2^32 have been started).
+std::uint32_t this_thread_number() noexcept;
+
+/// Threads that share something of which there are so many choose one by their number.
+inline constexpr std::size_t kThreadParts = 16;
+inline std::size_t this_thread_part() noexcept { return this_thread_number() % kThreadParts; }
+
+/// A counter that many threads change and few read. Each thread changes a part in a cache line of
+/// its own. Threads: shared; the value is exact when no other thread changes it.
+class SplitCounter {
+ public:
+  void operator++() noexcept { ++of_this_thread(); }
+  void operator--() noexcept { --of_this_thread(); }
+  /// Another thread may have counted down what one has counted up, so only the sum has a meaning.
+  operator std::uint64_t() const noexcept {
+    std::uint64_t sum = 0;
+    for (const Part& part : parts_) sum += part.count;
+    return sum;
+  }
+
+ private:
+  struct alignas(64) Part {
+    std::atomic<std::uint64_t> count = 0;
+  };
+  std::atomic<std::uint64_t>& of_this_thread() noexcept { return parts_[this_thread_part()].count; }
+
+  std::array<Part, kThreadParts> parts_;
+};
+
+PLAIT_END_NAMESPACE
