@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "base/thread_number.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
 #include "io/process.h"
@@ -122,7 +123,8 @@ struct Store::Implementation {
   std::shared_ptr<MemorySnapshot> snapshot;
   const OwnProcess process;
   /// Readers and PatchViews that have not ended.
-  mutable std::atomic<std::uint64_t> reader_count = 0, view_count = 0;
+  mutable std::atomic<std::uint64_t> reader_count = 0;
+  mutable SplitCounter view_count;
   /// Counted by StorePass, for each kind.
   mutable std::array<std::atomic<std::uint32_t>, 3> pass_counts{};
   std::unique_ptr<Pager> pager;  ///< last, because it refers to the level files

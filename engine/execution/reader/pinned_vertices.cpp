@@ -43,7 +43,7 @@ PinnedVertices Reader::pin_vertices(std::string_view attribute, int level, std::
                                         "found " +
                                             state_->store->options.backend));
   PinnedVertices vertices;
-  vertices.content_ = std::make_unique<PinnedVertices::Content>(state_->shared_from_this());
+  vertices.content_ = std::make_unique<PinnedVertices::Content>(state_->share());
   while (count > 0) {
     PinnedBlock pinned;
     const std::span<const std::byte> bytes = read_vertices(number, level, first, count, pinned);

@@ -177,8 +177,7 @@ void check_count(FaceId face, std::int64_t size, std::size_t count) {
 
 Reader::Reader(const Store& store, const ReaderOptions& options) {
   with_memory_errors("open a reader", [&] {
-    const auto counted =
-        std::make_shared<const Counted>(std::make_shared<const State>(store, options));
+    const auto counted = std::make_shared<const Counted>(std::make_shared<State>(store, options));
     state_ = {counted, counted->state.get()};
   });
 }
@@ -198,7 +197,7 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
       state_->check_finished(attribute, needed);
   }
   PatchView view;
-  view.content_ = std::make_unique<PatchView::Content>(state_->shared_from_this(), face, level);
+  view.content_ = std::make_unique<PatchView::Content>(state_->share(), face, level);
   PatchView::Content& content = *view.content_;
   const auto levels = static_cast<std::size_t>(content.refinements());
   const std::array<EdgeId, 3>& edges = state_->mesh.face_edges[face];

@@ -1,6 +1,7 @@
 // The state of a Reader. All source files of Reader share it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/thread_number.h"
 #include "execution/reader/bounds_tree.h"
 #include "execution/reader/face_bounds.h"
 #include "plait/reader.h"
@@ -17,7 +19,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-struct Reader::State : std::enable_shared_from_this<Reader::State> {
+struct Reader::State {
   struct Attribute {
     AttributeId id;
     AttributeSchema schema;
@@ -32,6 +34,8 @@ struct Reader::State : std::enable_shared_from_this<Reader::State> {
   void check_usable() const { store->process.check("a reader"); }
   const Attribute* find(std::string_view name) const;
   void check_level(const Attribute& attribute, int level) const;
+  /// This state, for a view, which keeps it. REQUIRES: a reader has the state.
+  std::shared_ptr<const State> share() const noexcept { return handles[this_thread_part()].lock(); }
   /// Throws kBadState for a level that is unfinished.
   void check_finished(const Attribute& attribute, int level) const;
   std::size_t number_of(std::string_view name) const;
@@ -50,6 +54,9 @@ struct Reader::State : std::enable_shared_from_this<Reader::State> {
   int base_level = 0;
   std::vector<Attribute> attributes;
 
+  /// Copies for threads of different numbers are counted apart, because views are made often.
+  std::array<std::weak_ptr<const State>, kThreadParts> handles;
+
   mutable std::mutex trees_mutex;  ///< for `trees`; held while a tree is made
   mutable std::vector<std::shared_ptr<const BoundsTree>> trees;  ///< [attribute of the reader]
 };
@@ -57,14 +64,26 @@ struct Reader::State : std::enable_shared_from_this<Reader::State> {
 /// The state as a Reader owns it: counts a reader of the store. Views have the state alone, which
 /// they keep after their reader has ended.
 struct Reader::Counted {
-  explicit Counted(std::shared_ptr<const State> of) : state(std::move(of)) {
+  explicit Counted(std::shared_ptr<State> of) : state(of) {
+    for (std::size_t part = 0; part < kThreadParts; ++part) {
+      const auto kept = std::make_shared<const Kept>(of);
+      handles[part] = std::shared_ptr<const State>(kept, of.get());
+      of->handles[part] = handles[part];
+    }
     ++state->store->reader_count;
   }
   ~Counted() { --state->store->reader_count; }
   Counted(const Counted&) = delete;
   Counted& operator=(const Counted&) = delete;
 
+  /// In a cache line that no other handle is counted in.
+  struct alignas(64) Kept {
+    explicit Kept(std::shared_ptr<const State> of) : state(std::move(of)) {}
+    const std::shared_ptr<const State> state;
+  };
+
   const std::shared_ptr<const State> state;
+  std::array<std::shared_ptr<const State>, kThreadParts> handles;
 };
 
 PLAIT_END_NAMESPACE
