@@ -32,21 +32,21 @@ class FusedRun {
         delivery_(store, pass),
         faces_(store.base().topology(), StoreAccess::edges(store),
                FusedSchedule::run_faces(fused_levels(store, pass))),
-        schedule_(faces_, FusedSchedule::runs_ahead(threads)) {}
+        schedule_(faces_, threads) {}
 
   std::uint64_t face_count() const { return faces_.all().size(); }
 
   FusedSchedule& schedule() { return schedule_; }
 
-  /// Refines runs of faces until none is left. After the first error of any thread, all threads
-  /// stop.
+  /// Refines runs of faces until none is left, as the thread with this number. After the first
+  /// error of any thread, all threads stop.
   template <class AfterRun>
-  void work(AfterRun after_run) noexcept {
+  void work(int thread, AfterRun after_run) noexcept {
     try {
       const DefaultArithmetic arithmetic;
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
       SlotDelivery::Scratch scratch(delivery_);
-      while (const std::optional<std::uint64_t> run = schedule_.next()) {
+      while (const std::optional<std::uint64_t> run = schedule_.next(thread)) {
         const std::span<const FaceId> faces = faces_.run(*run);
         refiner->begin(faces);
         for (std::size_t first = 0; first < faces.size(); first += kPatchLanes) {
@@ -54,7 +54,7 @@ class FusedRun {
           refiner->refine(first, count);
           delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
         }
-        schedule_.done(*run);
+        schedule_.done(thread);
         after_run();
       }
     } catch (...) {
@@ -140,14 +140,14 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
   {
     std::vector<std::jthread> helpers;
     try {
-      for (int i = 1; i < threads; ++i) helpers.emplace_back([&run] { run.work([] {}); });
+      for (int i = 1; i < threads; ++i) helpers.emplace_back([&run, i] { run.work(i, [] {}); });
     } catch (const std::system_error& failure) {
       run.schedule().stop();
       throw Error(ErrorCode::kOutOfMemory,
                   fmt::format("fused '{}': start thread {} of {}: {}", pass.name,
                               helpers.size() + 2, threads, failure.code().message()));
     }
-    run.work([&] {
+    run.work(0, [&] {
       if (options.progress && !options.progress({pass.name, run.schedule().faces_done(), faces}))
         throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
     });

@@ -25,21 +25,29 @@ std::uint64_t HalfPool::bytes(std::size_t half_bytes, std::uint64_t halves) {
 
 void HalfPool::Unmap::operator()(std::byte* memory) const { ::munmap(memory, bytes); }
 
-std::byte* HalfPool::take() {
-  if (vacant_.empty()) {
-    const std::size_t bytes = slab_bytes(half_bytes_);
-    void* const memory =
-        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (memory == MAP_FAILED)
-      throw system_error("map", "memory for waiting halves of slots", errno);
-    slabs_.emplace_back(static_cast<std::byte*>(memory), Unmap{bytes});
-    ::madvise(memory, bytes, MADV_HUGEPAGE);
-    for (std::size_t at = bytes / half_bytes_; at-- > 0;)
-      vacant_.push_back(slabs_.back().get() + at * half_bytes_);
+void HalfPool::add_slab() {
+  const std::size_t bytes = slab_bytes(half_bytes_);
+  void* const memory =
+      ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw system_error("map", "memory for waiting halves of slots", errno);
+  slabs_.emplace_back(static_cast<std::byte*>(memory), Unmap{bytes});
+  ::madvise(memory, bytes, MADV_HUGEPAGE);
+  for (std::size_t at = bytes / half_bytes_; at-- > 0;)
+    vacant_.push_back(slabs_.back().get() + at * half_bytes_);
+}
+
+void HalfPool::take(std::span<std::byte*> halves) {
+  const std::scoped_lock lock(mutex_);
+  for (std::byte*& half : halves) {
+    if (vacant_.empty()) add_slab();
+    half = vacant_.back();
+    vacant_.pop_back();
   }
-  std::byte* const half = vacant_.back();
-  vacant_.pop_back();
-  return half;
+}
+
+void HalfPool::give_back(std::span<std::byte* const> halves) {
+  const std::scoped_lock lock(mutex_);
+  vacant_.insert(vacant_.end(), halves.begin(), halves.end());
 }
 
 PLAIT_END_NAMESPACE

@@ -15,7 +15,7 @@ SlotDelivery::SlotDelivery(Store& store, const FusedPass& pass)
       pool_(layout_.bytes()),
       blocks_(store, pass.outputs, fused_levels(store, pass)),
       streaming_(blocks_.stays_in_memory()),
-      waiting_(edges_.after - edges_.first, nullptr) {}
+      waiting_(edges_.after - edges_.first) {}
 
 SlotDelivery::Scratch::Scratch(const SlotDelivery& delivery) {
   // One extra cache line, because otherwise all pieces would begin in the same sets of the cache.
@@ -37,7 +37,6 @@ void SlotDelivery::deliver(const PatchRefiner& refiner, std::span<const FaceId> 
   const Completes late = publish(sides, faces.size());
   fill_late(late.all(), scratch);
   if (streaming_) finish_streaming();
-  const std::scoped_lock lock(mutex_);
   close(at_hand.all());
   close(late.all());
 }
@@ -88,7 +87,8 @@ auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch
     complete.add(side.own ? Complete{side.edge, side.buffer, mate}
                           : Complete{side.edge, mate, side.buffer});
   };
-  const std::scoped_lock lock(mutex_);
+  std::array<Side*, 3 * kPatchLanes> first;  // of their edges' two sides
+  std::size_t first_count = 0;
   for (std::size_t number = 0; number < 3; ++number)
     for (std::size_t lane = 0; lane < count; ++lane) {
       Side& side = sides[number][lane];
@@ -96,12 +96,16 @@ auto SlotDelivery::assign_buffers(Sides& sides, std::size_t count, const Scratch
       side.buffer = {scratch.pieces_[number][lane], HalfBuffer::kPiece};
       if (side.mate) {
         if (side.mate->buffer.memory) complete_with(side, side.mate->buffer);
-      } else if (std::byte* const waiting = std::exchange(waiting_at(side.edge), nullptr)) {
+      } else if (std::byte* const waiting = take_waiting(side.edge)) {
         complete_with(side, {waiting, HalfBuffer::kWhole});
       } else {
-        side.buffer = {pool_.take(), HalfBuffer::kWhole};
+        first[first_count++] = &side;
       }
     }
+  HalvesOfGroup halves;
+  const std::span<std::byte*> taken = std::span(halves).first(first_count);
+  pool_.take(taken);
+  for (std::size_t i = 0; i < first_count; ++i) first[i]->buffer = {taken[i], HalfBuffer::kWhole};
   open(complete.all());
   return complete;
 }
@@ -171,16 +175,14 @@ auto SlotDelivery::find_slots(std::size_t output, std::span<const Complete> edge
 /// published in the meantime.
 auto SlotDelivery::publish(const Sides& sides, std::size_t count) -> Completes {
   Completes complete;
-  const std::scoped_lock lock(mutex_);
   for (const auto& lanes : sides)
     for (const Side& side : std::span(lanes).first(count)) {
       if (!side.is_here || !side.buffer.whole()) continue;
-      std::byte*& waiting = waiting_at(side.edge);
-      if (!waiting && !side.border) {
-        waiting = side.buffer.memory;
+      std::byte* nothing = nullptr;
+      if (!side.border &&
+          waiting_at(side.edge).compare_exchange_strong(nothing, side.buffer.memory))
         continue;
-      }
-      const HalfBuffer mate{std::exchange(waiting, nullptr), HalfBuffer::kWhole};
+      const HalfBuffer mate{take_waiting(side.edge), HalfBuffer::kWhole};
       complete.add(side.own ? Complete{side.edge, side.buffer, mate}
                             : Complete{side.edge, mate, side.buffer});
     }
@@ -206,23 +208,40 @@ void SlotDelivery::fill_late(std::span<const Complete> edges, Scratch& scratch) 
   }
 }
 
+std::byte* SlotDelivery::take_waiting(EdgeId edge) {
+  std::atomic<std::byte*>& waiting = waiting_at(edge);
+  std::byte* const half = waiting.load(std::memory_order_acquire);
+  // An edge has two faces. So nobody else looks for the half, or leaves another one.
+  if (half) waiting.store(nullptr, std::memory_order_relaxed);
+  return half;
+}
+
 void SlotDelivery::close(std::span<const Complete> edges) {
+  if (edges.empty()) return;
   EdgesOfGroup ids;
   blocks_.close(edges_of(edges, ids));
+  std::array<std::byte*, 6 * kPatchLanes> halves;  // two of each edge
+  std::size_t count = 0;
   for (const auto& [edge, own, other] : edges)
     for (const HalfBuffer& buffer : {own, other})
-      if (buffer.whole() && buffer.memory) pool_.give_back(buffer.memory);
+      if (buffer.whole() && buffer.memory) halves[count++] = buffer.memory;
+  if (count > 0) pool_.give_back(std::span(halves).first(count));
 }
 
 void SlotDelivery::open(std::span<const Complete> edges) {
-  if (failure_) std::rethrow_exception(failure_);
+  if (failed_) {
+    const std::scoped_lock lock(mutex_);
+    std::rethrow_exception(failure_);
+  }
   EdgesOfGroup ids;
   try {
     blocks_.open(edges_of(edges, ids));
   } catch (...) {
     // Later pins would only report that a write has failed, so this error is stored for them.
-    failure_ = std::current_exception();
-    throw;
+    const std::scoped_lock lock(mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    failed_ = true;
+    std::rethrow_exception(failure_);
   }
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <exception>
 #include <mutex>
@@ -22,8 +23,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Safe from several threads, if each has its own Scratch. One lock protects everything except the
-/// contents of slots and halves. A thread takes the lock three times for each group.
+/// Safe from several threads, if each has its own Scratch. The two faces of an edge meet in one
+/// atomic word (waiting_): the first one leaves its half there, the second one takes it and fills
+/// the slot. No lock is held while blocks are pinned.
 class SlotDelivery {
  public:
   SlotDelivery(Store& store, const FusedPass& pass);
@@ -81,6 +83,7 @@ class SlotDelivery {
   };
 
   using EdgesOfGroup = std::array<EdgeId, 3 * kPatchLanes>;
+  using HalvesOfGroup = std::array<std::byte*, 3 * kPatchLanes>;
 
   void find_sides(std::span<const FaceId> faces, Sides& sides) const;
   Completes assign_buffers(Sides& sides, std::size_t count, const Scratch& scratch);
@@ -89,11 +92,13 @@ class SlotDelivery {
   void find_lanes(const Sides& sides, std::size_t count, Scratch& scratch) const;
   void scatter(std::size_t output, const HalfPiece& piece, const void* points,
                const Scratch& scratch) const;
+  /// The half that waits at this edge, which then waits no more, or nullptr.
+  std::byte* take_waiting(EdgeId edge);
   Completes publish(const Sides& sides, std::size_t count);
   void fill_late(std::span<const Complete> edges, Scratch& scratch) const;
   std::span<const EdgeHalves> find_slots(std::size_t output, std::span<const Complete> edges,
                                          Scratch& scratch) const;
-  /// From open() to close(), the blocks of an edge's slots are pinned. REQUIRES for both: the lock.
+  /// From open() to close(), the blocks of an edge's slots are pinned.
   void open(std::span<const Complete> edges);
   void close(std::span<const Complete> edges);
   static std::span<const EdgeId> edges_of(std::span<const Complete> edges, EdgesOfGroup& ids);
@@ -102,14 +107,15 @@ class SlotDelivery {
   const Topology mesh_;
   const EdgeRange edges_;  ///< that the store has the slots of
   const HalfLayout layout_;
-  std::mutex mutex_;
   HalfPool pool_;
   OpenBlocks blocks_;
   const bool streaming_;
-  std::byte*& waiting_at(EdgeId edge) { return waiting_[edge - edges_.first]; }
+  std::atomic<std::byte*>& waiting_at(EdgeId edge) { return waiting_[edge - edges_.first]; }
 
-  std::vector<std::byte*>
-      waiting_;  ///< [edge of edges_] the half that waits for the other half, or nullptr
+  /// [edge of edges_] the half that waits for the other half, or nullptr
+  std::vector<std::atomic<std::byte*>> waiting_;
+  std::atomic<bool> failed_ = false;
+  std::mutex mutex_;  ///< for the following
   std::exception_ptr failure_;
 };
 

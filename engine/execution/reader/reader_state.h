@@ -64,7 +64,7 @@ struct Reader::State {
 /// The state as a Reader owns it: counts a reader of the store. Views have the state alone, which
 /// they keep after their reader has ended.
 struct Reader::Counted {
-  explicit Counted(std::shared_ptr<State> of) : state(of) {
+  explicit Counted(const std::shared_ptr<State>& of) : state(of) {
     for (std::size_t part = 0; part < kThreadParts; ++part) {
       const auto kept = std::make_shared<const Kept>(of);
       handles[part] = std::shared_ptr<const State>(kept, of.get());

@@ -175,6 +175,7 @@ TEST_CASE("SessionCallers_ManyThreads_EachCountsItsPins") {
   constexpr int kThreads = 20;
   std::latch counted(kThreads), seen(1);
   std::vector<std::thread> threads;
+  threads.reserve(kThreads);
   std::atomic<int> missed = 0;
   for (int i = 0; i < kThreads; ++i)
     threads.emplace_back([&] {

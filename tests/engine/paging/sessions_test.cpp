@@ -41,7 +41,7 @@ struct Fixture {
   }
   Frame* victim(const SessionState& asking) { return sessions.victim(asking, kFrameBytes); }
   void evict(Frame& frame) { sessions.give(frame, nullptr); }
-  bool may_come_free_elsewhere(const SessionState& asking) {
+  bool may_come_free_elsewhere(const SessionState& asking) const {
     bool result = false;
     std::thread([&] { result = sessions.may_come_free(asking); }).join();
     return result;
