@@ -1,18 +1,90 @@
 #include "paging/frame_pool.h"
 
+#include <sys/mman.h>
+
 #include <algorithm>
+#include <cstdint>
 #include <new>
 #include <utility>
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::size_t kHugePage = std::size_t{2} << 20, kMostSlabBytes = std::size_t{8} << 20;
+constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
+constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the capacity must have room
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kHasSlabs = false;  // the sanitizer would not see accesses beyond a frame
+#else
+constexpr bool kHasSlabs = true;
+#endif
+
+/// How many frames a slab has: as many as leave the least beyond the last huge page.
+std::size_t frames_of_slab(std::size_t frame_bytes) {
+  std::size_t best = 1;
+  const auto rest = [&](std::size_t frames) { return frames * frame_bytes % kHugePage; };
+  for (std::size_t frames = 1; frames * frame_bytes <= kMostSlabBytes; ++frames)
+    if (rest(frames) * best <= rest(best) * frames) best = frames;
+  return best;
+}
+
+}  // namespace
 
 FramePool::~FramePool() { release(); }
 
 void FramePool::release() noexcept {
-  for (auto& [bytes, list] : idle_)
-    while (list) ::operator delete(pop(list), std::align_val_t(kAlignment));
+  for (auto& [bytes, size] : sizes_) {
+    while (size.idle)
+      if (std::byte* const memory = pop(size.idle); !is_in_slab(memory))
+        ::operator delete(memory, std::align_val_t(kAlignment));
+    size.fresh.clear();
+    size.bare.clear();
+    size.in_slabs = 0;
+  }
+  for (const Slab& slab : slabs_) ::munmap(slab.memory, slab.bytes);
+  slabs_.clear();
   idle_bytes_ = 0;
   if (shared_) shared_->give_back(std::exchange(lent_bytes_, 0));
+}
+
+std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
+  if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
+  const std::size_t frames = frames_of_slab(bytes), slab_bytes = frames * bytes;
+  if (slab_bytes < kHugePage || slab_bytes * kLeastSlabs > capacity_bytes() ||
+      used_bytes_ + slab_bytes > capacity_bytes())
+    return nullptr;
+  size.fresh.reserve(frames);
+  size.bare.reserve(size.in_slabs + frames);
+  slabs_.reserve(slabs_.size() + 1);
+  const std::size_t mapped_bytes = slab_bytes + kHugePage;
+  void* const mapped =
+      ::mmap(nullptr, mapped_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) return nullptr;
+  const std::size_t ahead = -reinterpret_cast<std::uintptr_t>(mapped) % kHugePage;
+  std::byte* const memory = static_cast<std::byte*>(mapped) + ahead;
+  ::madvise(memory, slab_bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
+  const Slab slab{static_cast<std::byte*>(mapped), mapped_bytes};
+  slabs_.insert(std::ranges::upper_bound(slabs_, slab.memory, {}, &Slab::memory), slab);
+  make_room(slab_bytes);
+  size.in_slabs += frames;
+  for (std::size_t frame = frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
+  idle_bytes_ += slab_bytes - bytes;
+  return memory;
+}
+
+bool FramePool::is_in_slab(const std::byte* memory) const noexcept {
+  const auto after = std::ranges::upper_bound(slabs_, memory, {}, &Slab::memory);
+  return after != slabs_.begin() && memory < after[-1].memory + after[-1].bytes;
+}
+
+void FramePool::free_idle(Size& size, std::byte* memory, std::uint64_t bytes) noexcept {
+  idle_bytes_ -= bytes;
+  if (!is_in_slab(memory)) return ::operator delete(memory, std::align_val_t(kAlignment));
+  // Without the second advice, the system could make the pages of a neighbour huge, over this
+  // frame.
+  ::madvise(memory, bytes, MADV_DONTNEED);
+  ::madvise(memory, bytes, MADV_NOHUGEPAGE);
+  size.bare.push_back(memory);
 }
 
 std::byte* FramePool::pop(Idle*& list) noexcept {
@@ -42,21 +114,37 @@ bool FramePool::return_surplus() noexcept {
 }
 
 void FramePool::make_room(std::uint64_t bytes) noexcept {
-  for (auto largest = idle_.rbegin(); largest != idle_.rend(); ++largest)
-    while (largest->second && used_bytes_ + idle_bytes_ + bytes > capacity_bytes()) {
-      ::operator delete(pop(largest->second), std::align_val_t(kAlignment));
-      idle_bytes_ -= largest->first;
+  for (auto largest = sizes_.rbegin(); largest != sizes_.rend(); ++largest) {
+    auto& [frame_bytes, size] = *largest;
+    while (used_bytes_ + idle_bytes_ + bytes > capacity_bytes()) {
+      if (!size.fresh.empty()) {
+        free_idle(size, size.fresh.back(), frame_bytes);
+        size.fresh.pop_back();
+      } else if (size.idle) {
+        free_idle(size, pop(size.idle), frame_bytes);
+      } else {
+        break;
+      }
     }
+  }
 }
 
 std::byte* FramePool::take(std::uint64_t bytes) {
-  Idle*& list = idle_.find(bytes)->second;
+  Size& size = sizes_.find(bytes)->second;
   if (!may_use(bytes)) return nullptr;
   std::byte* memory = nullptr;
-  if (list) {
-    memory = pop(list);
+  if (size.idle) {
+    memory = pop(size.idle);
     idle_bytes_ -= bytes;
-  } else {
+  } else if (!size.fresh.empty()) {
+    memory = size.fresh.back();
+    size.fresh.pop_back();
+    idle_bytes_ -= bytes;
+  } else if (!size.bare.empty()) {
+    make_room(bytes);
+    memory = size.bare.back();
+    size.bare.pop_back();
+  } else if (memory = take_slab(size, bytes); !memory) {
     make_room(bytes);
     memory = static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kAlignment)));
   }
@@ -68,7 +156,7 @@ std::byte* FramePool::take(std::uint64_t bytes) {
 void FramePool::give_back(std::byte* memory, std::uint64_t bytes) noexcept {
   used_bytes_ -= bytes;
   idle_bytes_ += bytes;
-  Idle*& list = idle_.find(bytes)->second;
+  Idle*& list = sizes_.find(bytes)->second.idle;
   list = new (memory) Idle{list};
 }
 

@@ -2,12 +2,17 @@
 // system only if another size needs it. On virtual machines, a new page costs more time than the
 // disk transfer into it. So the pool keeps the pages of a frame, and the first thread that fills a
 // frame touches its pages, without the pager's lock.
+//
+// Large frames come from slabs of huge pages, where the budget has room for many slabs: copies from
+// pages of 4 KiB take up to twice the time, because a processor knows the addresses of few of them.
+// A slab stays mapped until release(), but frames of a slab that are idle give their pages back.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <vector>
 
 #include "plait/detail/namespace.h"
 #include "plait/extend/budget.h"
@@ -30,7 +35,7 @@ class FramePool {
 
   /// Must be called before the first take() of this size. `bytes` is a value of frame_bytes().
   /// Errors: std::bad_alloc.
-  void prepare(std::uint64_t bytes) { idle_.try_emplace(bytes, nullptr); }
+  void prepare(std::uint64_t bytes) { sizes_.try_emplace(bytes); }
   /// Memory for a frame, or nullptr if the budget has no room. Errors: std::bad_alloc.
   std::byte* take(std::uint64_t bytes);
   void give_back(std::byte* memory, std::uint64_t bytes) noexcept;
@@ -68,18 +73,37 @@ class FramePool {
   struct Idle {
     Idle* next;
   };
+  /// The frames of one size that nobody uses.
+  struct Size {
+    Idle* idle = nullptr;
+    std::vector<std::byte*> fresh;  ///< of slabs, never used: idle, but not to be written to
+    std::vector<std::byte*> bare;   ///< of slabs, without pages: not idle
+    std::size_t in_slabs = 0;       ///< frames of this size that the slabs have
+  };
+  struct Slab {
+    std::byte* memory;
+    std::size_t bytes;
+  };
+
   std::uint64_t capacity_bytes() const { return budget_bytes() + lent_bytes_; }
   /// Whether frames may take so much more. Borrows for it.
   bool may_use(std::uint64_t bytes) noexcept;
   /// Returns idle memory to the system until `bytes` fit into the capacity.
   void make_room(std::uint64_t bytes) noexcept;
   static std::byte* pop(Idle*& list) noexcept;
+  /// Maps a slab and returns its first frame, or nullptr if frames of this size are better taken
+  /// one by one.
+  std::byte* take_slab(Size& size, std::uint64_t bytes);
+  bool is_in_slab(const std::byte* memory) const noexcept;
+  /// Gives the pages of an idle frame back to the system.
+  void free_idle(Size& size, std::byte* memory, std::uint64_t bytes) noexcept;
 
   std::uint64_t budget_bytes_, aside_bytes_ = 0;
   Budget* shared_;
   std::uint64_t lent_bytes_ = 0;  ///< borrowed from `shared_`
   std::uint64_t used_bytes_ = 0, idle_bytes_ = 0, peak_bytes_ = 0;
-  std::map<std::uint64_t, Idle*> idle_;  ///< for each size that was prepared
+  std::map<std::uint64_t, Size> sizes_;  ///< those that were prepared
+  std::vector<Slab> slabs_;              ///< by address
 };
 
 PLAIT_END_NAMESPACE

@@ -99,6 +99,8 @@ class LevelArray:
         return self.shape[0]
 
     def __getitem__(self, key):
+        if isinstance(key, slice):  # the usual case first: the others take a microsecond to tell
+            return self._rows(key)
         if key is Ellipsis:
             key = slice(None)
         key, rest = (key[0], key[1:]) if isinstance(key, tuple) and key else (key, ())
@@ -116,12 +118,14 @@ class LevelArray:
             return self._reader.vertices(self.level, int(key) % len(self), 1)[0]
         if isinstance(key, slice):
             first, after, step = key.indices(len(self))
+            if step == 1:
+                return self._reader.vertices(self.level, first, max(after - first, 0))
             picked = range(first, after, step)
             if not picked:
                 return self._reader.vertices(self.level, 0, 0)
             low, high = min(picked[0], picked[-1]), max(picked[0], picked[-1])
             records = self._reader.vertices(self.level, low, high - low + 1)
-            return records if step == 1 else records[::step] if step > 0 else records[::-1][::-step]
+            return records[::step] if step > 0 else records[::-1][::-step]
         return self._picked(np.asarray(key))
 
     def _picked(self, wanted):

@@ -88,6 +88,17 @@ def test_slices_of_mapped_and_memory_stores_are_no_copies(tmp_path):
         np.testing.assert_array_equal(store["position"][3][10:20], memory["position"][3][10:20])
 
 
+def test_large_slices_have_the_places_in_a_page_that_blocks_have(tmp_path):
+    make(icosahedron(), tmp_path / "large.plait", levels=8, backend="pread").close()
+    level = plait.open(tmp_path / "large.plait")["position"][8]
+    whole = np.concatenate([block.records for block in level.blocks()])
+    for first, in_block in ((0, 0), (level.chunks[0][0] + 1000, 1000)):
+        part = level[first:]
+        assert part.nbytes >= 4 << 20 and part.flags.c_contiguous and not part.flags.writeable
+        np.testing.assert_array_equal(part, whole[first:])
+        assert part.__array_interface__["data"][0] % 4096 == in_block * 12 % 4096
+
+
 def test_a_slice_without_copy_stands_in_the_way_of_changes():
     store = make(icosahedron(), levels=2)
     kept = store["position"][2][:5]

@@ -1,8 +1,11 @@
 // What frames and shared budgets count: never more memory than there may be, and all that is free
 // again.
 #include <malloc.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cstring>
+#include <fstream>
 #include <vector>
 
 #include "paging/frame_pool.h"
@@ -23,6 +26,12 @@ std::int64_t held_bytes() {
   if (!kMemoryIsCounted) return 0;
   const struct mallinfo2 info = ::mallinfo2();
   return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
+}
+
+std::int64_t resident_bytes() {
+  std::int64_t total = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> total >> resident;
+  return resident * ::sysconf(_SC_PAGESIZE);
 }
 
 class NobodyBorrows final : public Budget::Borrower {
@@ -53,6 +62,40 @@ TEST_CASE("FramePool_IdleFramesOfOneSize_MakeRoomForThoseOfAnother") {
   }
   CHECK(pool.used_bytes() == 0);
   CHECK(pool.peak_bytes() == kBudget);
+}
+
+TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
+  constexpr std::uint64_t kBudget = 160 << 20, kOne = 768 << 10, kOther = (300 << 10) & ~4095u;
+  FramePool pool(kBudget);
+  pool.prepare(kOne);
+  pool.prepare(kOther);
+  const std::int64_t before = resident_bytes(), held_before = held_bytes();
+  const auto fill = [&](std::uint64_t bytes) {
+    std::vector<std::byte*> frames;
+    while (std::byte* const frame = pool.take(bytes)) {
+      std::memset(frame, static_cast<int>(frames.size() % 251), bytes);
+      frames.push_back(frame);
+    }
+    CHECK(frames.size() == kBudget / bytes);
+    for (std::size_t at = 0; at < frames.size(); ++at)
+      for (const std::uint64_t offset : {std::uint64_t{0}, bytes / 2, bytes - 1})
+        REQUIRE(frames[at][offset] == static_cast<std::byte>(at % 251));
+    if (kMemoryIsCounted) {
+      CHECK(resident_bytes() - before <= static_cast<std::int64_t>(kBudget) + (4 << 20));
+      // Most frames are of slabs, which the allocator does not count.
+      CHECK(held_bytes() - held_before < static_cast<std::int64_t>(kBudget) / 4);
+    }
+    for (std::byte* const frame : frames) pool.give_back(frame, bytes);
+  };
+  for (int round = 0; round < 2; ++round) {
+    fill(kOne);
+    fill(kOther);
+  }
+  CHECK(pool.used_bytes() == 0);
+  CHECK(pool.peak_bytes() <= kBudget);
+  pool.release();
+  if (kMemoryIsCounted) CHECK(resident_bytes() - before <= 4 << 20);
+  CHECK(pool.take(kOne) != nullptr);
 }
 
 TEST_CASE("Budget_Portions_AreEqualPartsOfTheRestWhoeverComesAndGoes") {
