@@ -47,6 +47,7 @@ struct Frame {
     State state = State::kVacant;
     bool addressed = false;     ///< its memory belongs to the backend
     bool announced = false;     ///< prefetched by its session, and not pinned since
+    bool overwritten = false;   ///< the call that took the frame will fill it without a read
     std::uint32_t writers = 0;  ///< pins for writing
     /// The block ends before this edge; or, if it was last used as context, the block that needed
     /// it does.

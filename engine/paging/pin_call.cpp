@@ -32,13 +32,10 @@ void Pager::Implementation::PinCall::run(std::span<Frame*> frames) {
   const UnderWay under_way(pager_);
   check_may_write();
   try {
-    while (!take_frames() || !read_blocks()) {
+    while (!take_frames() || !read_blocks() || !fix_context()) {
       free_frames();
       check_may_write();
     }
-    check_may_write();
-    for (std::size_t at = 0; at < requests_.size(); ++at)
-      if (requests_[at].written()) fix_context(at);
   } catch (...) {
     free_frames();
     throw;
@@ -63,7 +60,16 @@ void Pager::Implementation::PinCall::check_may_write() {
   }
 }
 
-void Pager::Implementation::PinCall::fix_context(std::size_t at) {
+bool Pager::Implementation::PinCall::fix_context() {
+  check_may_write();
+  for (std::size_t at = 0; at < requests_.size(); ++at)
+    if (requests_[at].written()) fix_context_of(at);
+  return !batch_.first([](const PinBatch::WantedBlock& entry) {
+    return entry.frame->content.state == State::kDetached;
+  });
+}
+
+void Pager::Implementation::PinCall::fix_context_of(std::size_t at) {
   const PinBatch::WantedBlock& entry = batch_[at];
   for (std::size_t i = 0; i < entry.context_count; ++i) {
     Frame& context = *batch_[entry.context + i].frame;
@@ -99,6 +105,7 @@ bool Pager::Implementation::PinCall::take_frames() {
       } else if (Frame* const taken = pager_.take_frame(session_, level, block)) {
         taken->pins.add(false);
         taken->content.order = batch_[at].order;
+        taken->content.overwritten = batch_[at].access == Access::kOverwrite;
         batch_[at].frame = taken;
         batch_[at].brings_in = true;
       } else if (!make_room(level)) {

@@ -3,7 +3,8 @@
 // A call also waits for reads of other calls: at its end, when all its own reads have begun, and
 // before it begins the read of a block that has context. Context blocks come earlier in the order
 // of (attribute, level). A call that reads an earlier block waits only for blocks that come earlier
-// still. So these waits end as well.
+// still. So these waits end as well. Two calls that overwrite the same blocks may each have taken
+// some of them; a call that overwrites a block does not wait for another one that does the same.
 #pragma once
 
 #include <cstddef>
@@ -43,10 +44,12 @@ class Pager::Implementation::PinCall {
   [[noreturn]] void refuse_room(std::uint64_t needed_bytes);
   /// Errors: kBadState for levels that are fixed, and after a failed write.
   void check_may_write();
-  /// Writes the context blocks of a block that is about to be written, and fixes their levels.
-  /// Releases the lock while it waits. Errors: kBadState if a context block is being changed; those
-  /// of its write.
-  void fix_context(std::size_t at);
+  /// Writes the context blocks of all blocks that are about to be written, and fixes their levels.
+  /// Releases the lock while it waits. Returns false if another call has meanwhile given up a frame
+  /// that both have; then the call must start again. Errors: those of check_may_write(); kBadState
+  /// if a context block is being changed; those of its write.
+  bool fix_context();
+  void fix_context_of(std::size_t at);
   void add_writer(std::size_t at) noexcept;
   /// Frees the frames that the batch has taken.
   void free_frames() noexcept;

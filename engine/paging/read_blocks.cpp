@@ -24,7 +24,9 @@ bool is_missing(const PinBatch::WantedBlock& entry) {
 
 bool is_ready(const PinBatch& batch, const PinBatch::WantedBlock& entry) {
   const Frame::State state = entry.frame->content.state;
-  if (is_not_filled(state)) return batch.overwrites(*entry.frame);
+  if (is_not_filled(state))
+    return batch.overwrites(*entry.frame) ||
+           (entry.access == Access::kOverwrite && entry.frame->content.overwritten);
   return entry.access == Access::kRead || !is_being_written(state);
 }
 

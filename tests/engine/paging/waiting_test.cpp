@@ -3,9 +3,13 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstring>
+#include <functional>
 #include <future>
 #include <optional>
+#include <span>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "engine/paging/held_level.h"
 #include "support/error_of.h"
@@ -21,6 +25,35 @@ constexpr int kRounds = 20;
 bool holds_own_value(const PinnedBlock& pinned, std::uint64_t block) {
   return pinned.bytes()[9] == HeldLevel::value(block);
 }
+
+/// While a call of pin_many looks for room for its second block, `beside` runs in another thread.
+struct CallBesideAnother {
+  /// Overwrites blocks 0, 1, ... in a pager with two frames. One of them has a clean block, whose
+  /// eviction begins `beside`.
+  void overwrite(std::uint64_t count, std::span<PinnedBlock> pinned) {
+    level.pin(7, Access::kRead);
+    std::vector<BlockRequest> requests;
+    for (std::uint64_t block = 0; block < count; ++block)
+      requests.emplace_back(level.file, block, Access::kOverwrite);
+    at_eviction = [this] { std::async(std::launch::async, beside).get(); };
+    level.session.pin_many(requests, pinned);
+  }
+  void fill_and_flush(std::span<PinnedBlock> pinned, int byte) {
+    for (const PinnedBlock& each : pinned)
+      std::memset(each.bytes().data(), byte, each.bytes().size());
+    PinnedBlock::release_all(pinned);
+    pager.flush();
+  }
+  bool holds(std::uint64_t block, int byte) {
+    return level.pin(block, Access::kRead).bytes()[9] == static_cast<std::byte>(byte);
+  }
+
+  std::function<void()> beside, at_eviction;
+  Pager pager{2 * kBlockBytes, 0, nullptr, {.call = [this](const StoreEvent&) {
+                if (at_eviction) std::exchange(at_eviction, nullptr)();
+              }}};
+  HeldLevel level{pager, 8};
+};
 
 }  // namespace
 
@@ -61,6 +94,38 @@ TEST_CASE("PagerPin_FrameThatACallOfTheSameSessionKeeps_IsRefusedAsTheCallEnds")
     refused.set_value();
     first.get();
   }
+}
+
+TEST_CASE("PinMany_TwoCallsThatOverwriteTheSameBlocks_DoNotWaitForEachOther") {
+  CallBesideAnother calls;
+  std::array<PinnedBlock, 2> first, second;
+  calls.beside = [&] {
+    const std::array requests{BlockRequest(calls.level.file, 1, Access::kOverwrite),
+                              BlockRequest(calls.level.file, 0, Access::kOverwrite)};
+    calls.level.session.pin_many(requests, second);
+  };
+  calls.overwrite(2, first);
+  CHECK(first[0].bytes().data() == second[1].bytes().data());
+  CHECK(first[1].bytes().data() == second[0].bytes().data());
+  PinnedBlock::release_all(second);
+  calls.fill_and_flush(first, 77);
+  CHECK(calls.holds(0, 77));
+  CHECK(calls.holds(1, 77));
+}
+
+TEST_CASE("PinMany_CallThatGivesUpABlockThatAnotherOneOverwrites_LeavesItToTheOther") {
+  CallBesideAnother calls;
+  std::array<PinnedBlock, 3> first;
+  std::array<PinnedBlock, 2> second;
+  calls.beside = [&] {
+    const std::array requests{BlockRequest(calls.level.file, 1, Access::kOverwrite),
+                              BlockRequest(calls.level.file, 0, Access::kOverwrite)};
+    calls.level.session.pin_many(requests, second);
+  };
+  CHECK(code_of([&] { calls.overwrite(3, first); }) == ErrorCode::kBudget);
+  calls.fill_and_flush(second, 77);
+  CHECK(calls.holds(0, 77));
+  CHECK(calls.holds(1, 77));
 }
 
 TEST_CASE("SessionEnd_WhileAnotherWaitsForItsPin_RefusesTheOther") {
