@@ -13,8 +13,13 @@ namespace {
 constexpr std::size_t kHugePage = std::size_t{2} << 20, kMostSlabBytes = std::size_t{8} << 20;
 constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the capacity must have room
+/// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
+constexpr std::size_t kMostSlabs = 1024;
+// The address sanitizer would not see accesses beyond a frame.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kHasSlabs = false;  // the sanitizer would not see accesses beyond a frame
+constexpr bool kHasSlabs = false;
+#elif defined(__has_feature)
+constexpr bool kHasSlabs = !__has_feature(address_sanitizer);
 #else
 constexpr bool kHasSlabs = true;
 #endif
@@ -35,7 +40,7 @@ FramePool::~FramePool() { release(); }
 void FramePool::release() noexcept {
   for (auto& [bytes, size] : sizes_) {
     while (size.idle)
-      if (std::byte* const memory = pop(size.idle); !is_in_slab(memory))
+      if (std::byte* const memory = pop(size.idle); slab_of(memory) == slabs_.end())
         ::operator delete(memory, std::align_val_t(kAlignment));
     size.fresh.clear();
     size.bare.clear();
@@ -51,40 +56,60 @@ std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
   if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
   const std::size_t frames = frames_of_slab(bytes), slab_bytes = frames * bytes;
   if (slab_bytes < kHugePage || slab_bytes * kLeastSlabs > capacity_bytes() ||
-      used_bytes_ + slab_bytes > capacity_bytes())
+      used_bytes_ + slab_bytes > capacity_bytes() || slabs_.size() == kMostSlabs)
     return nullptr;
   size.fresh.reserve(frames);
   size.bare.reserve(size.in_slabs + frames);
   slabs_.reserve(slabs_.size() + 1);
-  const std::size_t mapped_bytes = slab_bytes + kHugePage;
-  void* const mapped =
-      ::mmap(nullptr, mapped_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  make_room(slab_bytes);
+  void* const mapped = ::mmap(nullptr, slab_bytes + kHugePage, PROT_READ | PROT_WRITE,
+                              MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (mapped == MAP_FAILED) return nullptr;
+  // What is beside the slab must go: the system could make it part of a huge page.
   const std::size_t ahead = -reinterpret_cast<std::uintptr_t>(mapped) % kHugePage;
   std::byte* const memory = static_cast<std::byte*>(mapped) + ahead;
+  if (ahead > 0) ::munmap(mapped, ahead);
+  ::munmap(memory + slab_bytes, kHugePage - ahead);
   ::madvise(memory, slab_bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
-  const Slab slab{static_cast<std::byte*>(mapped), mapped_bytes};
-  slabs_.insert(std::ranges::upper_bound(slabs_, slab.memory, {}, &Slab::memory), slab);
-  make_room(slab_bytes);
+  slabs_.insert(std::ranges::upper_bound(slabs_, memory, {}, &Slab::memory),
+                Slab{memory, slab_bytes, frames, 0});
   size.in_slabs += frames;
   for (std::size_t frame = frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
   idle_bytes_ += slab_bytes - bytes;
   return memory;
 }
 
-bool FramePool::is_in_slab(const std::byte* memory) const noexcept {
+std::vector<FramePool::Slab>::iterator FramePool::slab_of(const std::byte* memory) noexcept {
   const auto after = std::ranges::upper_bound(slabs_, memory, {}, &Slab::memory);
-  return after != slabs_.begin() && memory < after[-1].memory + after[-1].bytes;
+  return after != slabs_.begin() && memory < after[-1].memory + after[-1].bytes ? after - 1
+                                                                                : slabs_.end();
 }
 
 void FramePool::free_idle(Size& size, std::byte* memory, std::uint64_t bytes) noexcept {
   idle_bytes_ -= bytes;
-  if (!is_in_slab(memory)) return ::operator delete(memory, std::align_val_t(kAlignment));
+  const auto slab = slab_of(memory);
+  if (slab == slabs_.end()) return ::operator delete(memory, std::align_val_t(kAlignment));
+  size.bare.push_back(memory);
+  if (++slab->bare_frames == slab->frames) {
+    std::erase_if(size.bare, [&](const std::byte* frame) {
+      return frame >= slab->memory && frame < slab->memory + slab->bytes;
+    });
+    size.in_slabs -= slab->frames;
+    ::munmap(slab->memory, slab->bytes);
+    slabs_.erase(slab);
+    return;
+  }
   // Without the second advice, the system could make the pages of a neighbour huge, over this
   // frame.
   ::madvise(memory, bytes, MADV_DONTNEED);
   ::madvise(memory, bytes, MADV_NOHUGEPAGE);
-  size.bare.push_back(memory);
+}
+
+std::byte* FramePool::take_bare(Size& size) noexcept {
+  std::byte* const memory = size.bare.back();
+  size.bare.pop_back();
+  --slab_of(memory)->bare_frames;
+  return memory;
 }
 
 std::byte* FramePool::pop(Idle*& list) noexcept {
@@ -142,8 +167,7 @@ std::byte* FramePool::take(std::uint64_t bytes) {
     idle_bytes_ -= bytes;
   } else if (!size.bare.empty()) {
     make_room(bytes);
-    memory = size.bare.back();
-    size.bare.pop_back();
+    memory = take_bare(size);
   } else if (memory = take_slab(size, bytes); !memory) {
     make_room(bytes);
     memory = static_cast<std::byte*>(::operator new(bytes, std::align_val_t(kAlignment)));

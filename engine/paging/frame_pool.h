@@ -5,7 +5,9 @@
 //
 // Large frames come from slabs of huge pages, where the budget has room for many slabs: copies from
 // pages of 4 KiB take up to twice the time, because a processor knows the addresses of few of them.
-// A slab stays mapped until release(), but frames of a slab that are idle give their pages back.
+// An idle frame of a slab gives its pages back where another size needs the memory. It is then
+// bare. A slab whose frames are all bare is unmapped. (Of a huge page that other frames still use,
+// Linux takes back a part not at once, but before it runs out of memory.)
 #pragma once
 
 #include <algorithm>
@@ -82,7 +84,7 @@ class FramePool {
   };
   struct Slab {
     std::byte* memory;
-    std::size_t bytes;
+    std::size_t bytes, frames, bare_frames;
   };
 
   std::uint64_t capacity_bytes() const { return budget_bytes() + lent_bytes_; }
@@ -94,9 +96,11 @@ class FramePool {
   /// Maps a slab and returns its first frame, or nullptr if frames of this size are better taken
   /// one by one.
   std::byte* take_slab(Size& size, std::uint64_t bytes);
-  bool is_in_slab(const std::byte* memory) const noexcept;
+  /// The slab that has this frame, or slabs_.end().
+  std::vector<Slab>::iterator slab_of(const std::byte* memory) noexcept;
   /// Gives the pages of an idle frame back to the system.
   void free_idle(Size& size, std::byte* memory, std::uint64_t bytes) noexcept;
+  std::byte* take_bare(Size& size) noexcept;
 
   std::uint64_t budget_bytes_, aside_bytes_ = 0;
   Budget* shared_;

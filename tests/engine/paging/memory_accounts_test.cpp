@@ -6,6 +6,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <map>
+#include <random>
 #include <vector>
 
 #include "paging/frame_pool.h"
@@ -28,10 +31,21 @@ std::int64_t held_bytes() {
   return static_cast<std::int64_t>(info.uordblks + info.hblkhd);
 }
 
+struct ProcessBytes {
+  std::int64_t mapped = 0, resident = 0;
+};
+
+ProcessBytes process_bytes() {
+  ProcessBytes pages;
+  std::ifstream("/proc/self/statm") >> pages.mapped >> pages.resident;
+  const std::int64_t page = ::sysconf(_SC_PAGESIZE);
+  return {pages.mapped * page, pages.resident * page};
+}
+
+/// Without free memory that the allocator keeps.
 std::int64_t resident_bytes() {
-  std::int64_t total = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> total >> resident;
-  return resident * ::sysconf(_SC_PAGESIZE);
+  ::malloc_trim(0);
+  return process_bytes().resident;
 }
 
 class NobodyBorrows final : public Budget::Borrower {
@@ -69,7 +83,8 @@ TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
   FramePool pool(kBudget);
   pool.prepare(kOne);
   pool.prepare(kOther);
-  const std::int64_t before = resident_bytes(), held_before = held_bytes();
+  const ProcessBytes before = process_bytes();
+  const std::int64_t held_before = held_bytes(), most = std::int64_t{kBudget} + (4 << 20);
   const auto fill = [&](std::uint64_t bytes) {
     std::vector<std::byte*> frames;
     while (std::byte* const frame = pool.take(bytes)) {
@@ -81,7 +96,9 @@ TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
       for (const std::uint64_t offset : {std::uint64_t{0}, bytes / 2, bytes - 1})
         REQUIRE(frames[at][offset] == static_cast<std::byte>(at % 251));
     if (kMemoryIsCounted) {
-      CHECK(resident_bytes() - before <= static_cast<std::int64_t>(kBudget) + (4 << 20));
+      CHECK(resident_bytes() - before.resident <= most);
+      // Slabs of the other size are gone, and nothing is mapped beside a slab.
+      CHECK(process_bytes().mapped - before.mapped <= most + (8 << 20));
       // Most frames are of slabs, which the allocator does not count.
       CHECK(held_bytes() - held_before < static_cast<std::int64_t>(kBudget) / 4);
     }
@@ -94,8 +111,62 @@ TEST_CASE("FramePool_FramesOfSlabs_AreApartAndMakeRoomForThoseOfAnotherSize") {
   CHECK(pool.used_bytes() == 0);
   CHECK(pool.peak_bytes() <= kBudget);
   pool.release();
-  if (kMemoryIsCounted) CHECK(resident_bytes() - before <= 4 << 20);
+  if (kMemoryIsCounted) CHECK(resident_bytes() - before.resident <= 4 << 20);
   CHECK(pool.take(kOne) != nullptr);
+}
+
+TEST_CASE("FramePool_FramesInAnyOrder_KeepTheirBytesWithinTheBudget") {
+  constexpr std::uint64_t kBudget = 160 << 20;
+  constexpr std::uint64_t kSizes[] = {64 << 10, 300 << 10, 512 << 10, 5 << 20};
+  FramePool pool(kBudget);
+  for (const std::uint64_t bytes : kSizes) pool.prepare(bytes);
+  std::mt19937 random(28);
+  struct Taken {
+    std::uint64_t bytes;
+    std::byte content;
+  };
+  std::map<std::byte*, Taken> taken;
+  std::uint64_t used = 0, taken_ever = 0;
+  const std::int64_t before = resident_bytes();
+  const auto check = [&](const std::byte* frame, const Taken& of) {
+    for (std::uint64_t at = 0; at < of.bytes; at += 4096) REQUIRE(frame[at] == of.content);
+    REQUIRE(frame[of.bytes - 1] == of.content);
+  };
+  const auto give_back = [&](std::map<std::byte*, Taken>::iterator which) {
+    check(which->first, which->second);
+    pool.give_back(which->first, which->second.bytes);
+    used -= which->second.bytes;
+    taken.erase(which);
+  };
+  for (int phase = 0; phase < 16; ++phase) {
+    // Mostly one size, so that the others make room for it.
+    const std::uint64_t usual = kSizes[random() % std::size(kSizes)];
+    for (int step = 0; step < 300; ++step) {
+      const std::uint64_t bytes = random() % 8 == 0 ? kSizes[random() % std::size(kSizes)] : usual;
+      std::byte* const frame = pool.take(bytes);
+      REQUIRE((frame != nullptr) == (used + bytes <= kBudget));
+      if (!frame) break;
+      const Taken now{bytes, static_cast<std::byte>(++taken_ever)};
+      std::memset(frame, static_cast<int>(now.content), bytes);
+      const auto [place, is_new] = taken.emplace(frame, now);
+      REQUIRE(is_new);
+      used += bytes;
+      if (place != taken.begin())
+        REQUIRE(std::prev(place)->first + std::prev(place)->second.bytes <= frame);
+      if (std::next(place) != taken.end()) REQUIRE(frame + bytes <= std::next(place)->first);
+      REQUIRE(pool.used_bytes() == used);
+    }
+    if (kMemoryIsCounted)
+      CHECK(resident_bytes() - before <= static_cast<std::int64_t>(kBudget) + (8 << 20));
+    const std::uint64_t kept = random() % 4 == 0 ? 0 : random() % (kBudget / 2);
+    while (used > kept) {
+      const auto at = static_cast<std::ptrdiff_t>(random() % taken.size());
+      give_back(std::next(taken.begin(), at));
+    }
+  }
+  while (!taken.empty()) give_back(taken.begin());
+  pool.release();
+  if (kMemoryIsCounted) CHECK(resident_bytes() - before <= 8 << 20);
 }
 
 TEST_CASE("Budget_Portions_AreEqualPartsOfTheRestWhoeverComesAndGoes") {
