@@ -61,6 +61,7 @@ class Pager::Implementation final : public TransferListener, public Budget::Borr
   /// REQUIRES: the calling thread does not have the lock.
   void end_pins(SessionState& session, SessionCaller& caller, std::uint32_t pins) noexcept;
   bool prefetch(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
+  bool read_ahead(SessionState& session, const LevelFile& level, std::uint64_t block) noexcept;
   void end_prefetch(SessionState& session) noexcept;
   PagingStatistics statistics(const SessionState& session) const;
 

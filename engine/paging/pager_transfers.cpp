@@ -90,6 +90,18 @@ bool Pager::Implementation::prefetch(SessionState& session, const LevelFile& lev
   }
 }
 
+bool Pager::Implementation::read_ahead(SessionState& session, const LevelFile& level,
+                                       std::uint64_t block) noexcept {
+  if (!is_usable()) return false;
+  if (Frame* const frame = FrameTable::look_up(level, block);
+      frame && frame->pins.is_open() &&
+      frame->open_to.load(std::memory_order_relaxed) == &session) {
+    frame->pins.keep_used();
+    return true;
+  }
+  return prefetch(session, level, block);
+}
+
 void Pager::Implementation::end_prefetch(SessionState& session) noexcept {
   if (!is_usable()) return;
   const Lock lock(mutex_);

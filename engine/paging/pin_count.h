@@ -5,7 +5,7 @@
 // do what:
 //
 //  - Any thread, without the lock: adds a pin while the frame is open (try_add), and ends one
-//    unless that leaves a frame without pins that is not placed (try_end).
+//    unless that leaves a frame without pins that is not placed (try_end); sets kUsed.
 //  - Whoever has the lock: everything else. Nobody else sets or clears kOpen and kPlaced.
 //
 // A thread that adds a pin reads the word, then asks the table of frames whether the frame has the
@@ -17,7 +17,8 @@
 //   kPlaced  The frame is in the list of an eviction policy. So its last pin may end without the
 //            lock. The last pin of another frame must end with the lock, because the thread that
 //            ends it frees the frame, writes its block or places it.
-//   kUsed    A thread has pinned the frame without the lock since the policy last asked.
+//   kUsed    A thread has pinned the frame without the lock, or is about to, since the policy last
+//            asked.
 //
 // What the lock's holder may rely on:
 //  (a) A closed frame gets no pin. So if it has none, it keeps none until the lock is released.
@@ -62,6 +63,10 @@ class PinCount {
     while (pins(word) > 1 || (word & kPlaced) != 0)
       if (word_.compare_exchange_weak(word, word - 1)) return true;
     return false;
+  }
+  /// Says that the block is in use, if that is not known. The frame may have got another block.
+  void keep_used() noexcept {
+    if ((word_.load(std::memory_order_relaxed) & kUsed) == 0) word_.fetch_or(kUsed);
   }
   bool is_open() const noexcept { return (word_.load(std::memory_order_acquire) & kOpen) != 0; }
 

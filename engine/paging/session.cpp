@@ -111,6 +111,10 @@ bool Session::prefetch(const LevelFile& level, std::uint64_t block) noexcept {
   return state_->pager->prefetch(*state_, level, block);
 }
 
+bool Session::read_ahead(const LevelFile& level, std::uint64_t block) noexcept {
+  return state_->pager->read_ahead(*state_, level, block);
+}
+
 void Session::end_prefetch() noexcept { state_->pager->end_prefetch(*state_); }
 
 PagingStatistics Session::statistics() const { return state_->pager->statistics(*state_); }

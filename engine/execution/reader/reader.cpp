@@ -26,6 +26,27 @@ constexpr std::size_t kMostAhead = 64;
 /// As many blocks of a range of vertices are read ahead. docs/backends.md has the measurement.
 constexpr std::uint64_t kBlocksAhead = 3;
 
+/// Asks for the blocks of these patches, kMostAhead at most, until `ask` refuses one. Returns how
+/// many patches have got all of their blocks.
+template <class State, class Ask>
+std::size_t ask_for_blocks(const State& state, std::span<const FaceId> faces, int level,
+                           Ask ask) noexcept {
+  const int refinements = level - state.base_level;
+  if (!state.store->process.is_current() || refinements < 0) return 0;
+  const std::size_t most = std::min(faces.size(), kMostAhead);
+  for (std::size_t at = 0; at < most; ++at) {
+    if (faces[at] >= state.mesh.faces.size()) return at;
+    for (const auto& attribute : state.attributes) {
+      if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
+      for (const LevelFile* const file :
+           std::span(attribute.levels).first(static_cast<std::size_t>(refinements)))
+        for (const EdgeId edge : state.mesh.face_edges[faces[at]])
+          if (!ask(*file, file->geometry.block_of(edge))) return at;
+    }
+  }
+  return most;
+}
+
 }  // namespace
 
 Reader::State::State(const Store& of, const ReaderOptions& options)
@@ -258,20 +279,15 @@ PatchView Reader::read_patch(FaceId face, int level) const try {
 }
 
 std::size_t Reader::prefetch(std::span<const FaceId> faces, int level) const noexcept {
-  const int refinements = level - state_->base_level;
-  if (!state_->store->process.is_current() || refinements < 0) return 0;
-  const std::size_t most = std::min(faces.size(), kMostAhead);
-  for (std::size_t at = 0; at < most; ++at) {
-    if (faces[at] >= state_->mesh.faces.size()) return at;
-    for (const State::Attribute& attribute : state_->attributes) {
-      if (attribute.levels.size() < static_cast<std::size_t>(refinements)) return at;
-      for (const LevelFile* const file :
-           std::span(attribute.levels).first(static_cast<std::size_t>(refinements)))
-        for (const EdgeId edge : state_->mesh.face_edges[faces[at]])
-          if (!state_->session.prefetch(*file, file->geometry.block_of(edge))) return at;
-    }
-  }
-  return most;
+  return ask_for_blocks(*state_, faces, level, [&](const LevelFile& file, std::uint64_t block) {
+    return state_->session.prefetch(file, block);
+  });
+}
+
+std::size_t Reader::read_ahead(std::span<const FaceId> faces, int level) const noexcept {
+  return ask_for_blocks(*state_, faces, level, [&](const LevelFile& file, std::uint64_t block) {
+    return state_->session.read_ahead(file, block);
+  });
 }
 
 void Reader::end_prefetch() const noexcept { state_->session.end_prefetch(); }
@@ -355,7 +371,7 @@ std::span<const std::byte> Reader::read_vertices(std::size_t number, int level, 
   // first pin waits while the next blocks are read, so they begin before it.
   const std::uint64_t last = geometry.block_at(offset + count * record_bytes - 1);
   for (std::uint64_t next = block + 1; next <= std::min(last, block + kBlocksAhead); ++next)
-    if (!state_->session.prefetch(file, next)) break;
+    if (!state_->session.read_ahead(file, next)) break;
   pinned = state_->session.pin(file, block);
   const std::uint64_t begin = offset - geometry.block_offset(block);
   return std::span<const std::byte>(pinned.bytes())

@@ -83,6 +83,7 @@ class Crowd {
     for (int step = 0; step < steps; ++step) {
       const std::array<std::uint64_t, 3> blocks{random() % 3, random() % 6, random() % blocks_};
       if (step % 16 == 0) session.prefetch(level_, random() % blocks_);
+      if (step % 16 == 8) session.read_ahead(level_, random() % blocks_);
       std::array<PinnedBlock, 3> pinned;
       if (step % 4 == 0) {
         pinned[0] = session.pin(level_, blocks[0]);
@@ -239,10 +240,27 @@ TEST_CASE("OpenPins_WhileAnotherThreadHasThePagersLock_BeginAndEnd") {
     CHECK(shows_its_number(pinned[0], 0));
     CHECK(shows_its_number(pinned[1], 2));
     PinnedBlock::release_all(pinned);
+    CHECK(session.read_ahead(warm.read_only(), 1));
+    CHECK(shows_its_number(session.pin(warm.read_only(), 1), 1));
   }
   may_go_on.count_down();
   other.join();
   mapped.backend->before_address = {};
+}
+
+TEST_CASE("OpenPins_BlockThatWillBeRead_IsNotTheNextVictim") {
+  Pager pager(3 * kBlockBytes, 0);
+  NumberedLevel level(pager, 8);
+  Session session = pager.open_session({.policy = EvictionPolicy::kClock});
+  // The hand has passed 1 and 2, and evicted 0.
+  for (std::uint64_t block = 0; block < 4; ++block) session.pin(level.read_only(), block);
+  CHECK(session.read_ahead(level.read_only(), 1));
+  session.pin(level.read_only(), 4);
+  const int reads = level.backend->reads;
+  session.pin(level.read_only(), 1);
+  CHECK(level.backend->reads == reads);
+  session.pin(level.read_only(), 2);
+  CHECK(level.backend->reads == reads + 1);
 }
 
 TEST_CASE("OpenPins_OfTheNextVictim_KeepItInMemory") {

@@ -394,6 +394,21 @@ TEST_CASE("PagerPrefetch_NoThreads_ReadsNothing") {
   CHECK(pager.statistics().blocks_prefetched == 0);
 }
 
+TEST_CASE("PagerReadAhead_WithAThread_ReadsAbsentBlocksOnly") {
+  Pager pager(2 * kBlockBytes, 1);
+  Session session = pager.open_session();
+  TestLevel level(pager, 1, 4 * 4096);
+  fill(session.pin(level.file, 0, Access::kOverwrite), 1);
+  pager.flush();
+  CHECK(session.read_ahead(level.file, 0));
+  CHECK(pager.statistics().blocks_prefetched == 0);
+  pager.discard();
+  CHECK(session.read_ahead(level.file, 0));
+  CHECK(pager.statistics().blocks_prefetched == 1);
+  CHECK(holds(session.pin(level.file, 0, Access::kRead), 1));
+  CHECK(level.backend->reads == 1);
+}
+
 TEST_CASE("PagerPrefetch_WithAThread_ReadsTheBlock") {
   Pager pager(2 * kBlockBytes, 1);
   Session session = pager.open_session();

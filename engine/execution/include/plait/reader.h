@@ -214,9 +214,12 @@ class Reader {
   /// while `visit` works. Errors: as read_patch(), and those of `visit`.
   template <class Visit>
   void for_each_patch(std::span<const FaceId> faces, int level, Visit visit) const {
+    std::size_t ahead = 0;  // the faces before are in memory or on their way
     for (std::size_t at = 0; at < faces.size(); ++at) {
       const PatchView patch = read_patch(faces[at], level);
-      prefetch(faces.subspan(at + 1).first(std::min(faces.size() - at - 1, kReadAhead)), level);
+      ahead = std::max(ahead, at + 1);
+      const std::size_t after = std::min(faces.size(), at + 1 + kReadAhead);
+      ahead += read_ahead(faces.subspan(ahead, after - ahead), level);
       visit(patch);
     }
   }
@@ -327,6 +330,8 @@ class Reader {
       count -= records;
     }
   }
+  /// As prefetch(), but by Session::read_ahead.
+  std::size_t read_ahead(std::span<const FaceId> faces, int level) const noexcept;
   std::size_t number_of(std::string_view attribute) const;
   std::size_t number_of(std::string_view attribute, ComponentType type,
                         std::uint32_t components) const;

@@ -155,6 +155,10 @@ class Session {
   /// after the next pin. Without I/O threads, prefetch() reads nothing.
   bool prefetch(const LevelFile& level, std::uint64_t block) noexcept;
 
+  /// The same for a block that is absent. A block in memory is only said to be in use, so it may be
+  /// evicted before it is pinned, and threads that ask for the same blocks mostly take no lock.
+  bool read_ahead(const LevelFile& level, std::uint64_t block) noexcept;
+
   /// Blocks that were prefetched and not pinned since can be evicted as others, and reads that wait
   /// for an I/O thread are not begun.
   void end_prefetch() noexcept;
