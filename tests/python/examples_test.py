@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import plait
 import pytest
-from conftest import icosahedron, make
+from conftest import icosahedron, make, sheet
 
 EXAMPLES = pathlib.Path(os.environ["PLAIT_SOURCE"]) / "examples" / "python"
 
@@ -44,6 +44,31 @@ def test_curvature_of_a_sphere_is_one_over_its_radius(sphere, monkeypatch, capsy
             np.testing.assert_allclose(level, 0.5, rtol=0.02)
     # Again, over the old attribute.
     assert "to 0.4900," in run(monkeypatch, capsys, "curvature.py", sphere, "64MiB", 0.49)
+
+
+def test_curvature_of_a_flat_surface_is_zero_also_at_its_border(tmp_path, monkeypatch, capsys):
+    make(sheet(2), tmp_path / "flat.plait", levels=2).close()
+    shown = run(monkeypatch, capsys, "curvature.py", tmp_path / "flat.plait")
+    assert "0.0000 to 0.0000, median 0.0000" in shown
+    with plait.open(tmp_path / "flat.plait") as store:
+        for level in store["curvature"]:
+            np.testing.assert_allclose(level, 0, atol=1e-5)
+
+
+def test_curvature_of_a_bent_sheet_is_told_of_its_finest_level(tmp_path, monkeypatch, capsys):
+    def bend(vertices):
+        x, y, _ = vertices["position"].T
+        return np.stack([x, y, x * x / 4], 1)
+
+    with make(sheet(2), tmp_path / "bent.plait", levels=3) as store:
+        store.visit(bend, reads="position", writes="position")
+        store.commit()
+    shown = run(monkeypatch, capsys, "curvature.py", tmp_path / "bent.plait")
+    with plait.open(tmp_path / "bent.plait") as store:
+        finest = store["curvature"][3][:]
+        assert finest.max() != store["curvature"][2][:].max()
+    assert abs(finest.max() - 0.25) < 0.01  # half of the curvature of the parabola at its apex
+    assert f" 0.0000 to {finest.max():.4f}, median {np.median(finest):.4f}" in shown
 
 
 def test_smooth_brings_noise_down_and_keeps_the_size(sphere, monkeypatch, capsys):

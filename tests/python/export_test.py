@@ -80,7 +80,9 @@ def read_gltf(path):
         assert "uri" not in document["buffers"][0]
     else:
         document = json.loads(content)
-        name = urllib.parse.unquote(document["buffers"][0]["uri"])
+        uri = document["buffers"][0]["uri"]
+        name = urllib.parse.unquote(uri)
+        assert uri == urllib.parse.quote(name)
         data = open(os.path.join(os.path.dirname(path), name), "rb").read()
     assert document["buffers"][0]["byteLength"] == len(data)
 
@@ -381,15 +383,18 @@ def test_assimp_reads_the_same_counts(stores, tmp_path, options):
 def test_meshio_reads_the_same(stores, tmp_path, ending, part):
     meshio = pytest.importorskip("meshio")
     attributes = ["--attribute", "height,wide"] if ending == ".ply" else []
-    export(stores["sheet"], tmp_path / ("m" + ending), *part, *attributes)
+    export(stores["ball"], tmp_path / ("m" + ending), *part, *attributes)
     read = meshio.read(tmp_path / ("m" + ending))
-    with plait.open(stores["sheet"]) as store:
+    with plait.open(stores["ball"]) as store:
         mesh = store.mesh(faces=PART_FACES if part else None)
     (kind, triangles), = read.cells_dict.items()
     assert kind == "triangle"
     same_surface(read.points.astype(np.float32), triangles, mesh)
     if attributes:
-        assert np.array_equal(read.point_data["height"], read.points[:, 2])
+        z = read.points[:, 2]
+        assert z.std() > 0.1
+        for name, expected in (("height", z), ("wide_0", z), ("wide_1", -z)):
+            assert np.array_equal(read.point_data[name], expected)
 
 
 VALIDATE = """

@@ -60,7 +60,7 @@ def test_wheel_names_the_reader_to_pyvista(builder, tmp_path):
     with zipfile.ZipFile(tmp_path / builder.build_wheel(tmp_path)) as wheel:
         wheel.extractall(tmp_path / "installed")
     package, = importlib.metadata.distributions(name="plait", path=[str(tmp_path / "installed")])
-    assert package.version == plait.__version__
+    assert package.version == plait.__version__ and package.requires == ["numpy"]
     found, = package.entry_points
     assert (found.group, found.name) == ("pyvista.readers", ".plait")
     pytest.importorskip("vtkmodules.vtkCommonExecutionModel")
