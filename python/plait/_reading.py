@@ -1,7 +1,7 @@
 """Reads of one attribute of a store, each one call of the library."""
 
 import ctypes
-from ctypes import byref, c_uint64, c_void_p
+from ctypes import byref, c_uint32, c_uint64, c_void_p
 
 import numpy as np
 
@@ -19,8 +19,13 @@ def patch_vertices(refinements):
 
 def frozen(array):
     """The array, read-only."""
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
+
+
+def address_of(array):
+    """Where the array is in memory."""
+    return array.ctypes.data
 
 
 def face_list(faces):
@@ -44,6 +49,9 @@ def three_numbers(what, values):
     return (ctypes.c_double * 3)(*values)
 
 
+# The functions that programs call often.
+_read_vertices = LIBRARY.plait_reader_read_vertices
+_copy_patches = LIBRARY.plait_reader_copy_patches
 _PAGE_BYTES = 4096
 _LARGE_BYTES = 4 << 20
 
@@ -65,12 +73,13 @@ class AttributeReader:
         LIBRARY.plait_reader_open(store.address, byref(options), byref(address))
         self._reader = _handles.reader(address.value)
         self._has_addresses = None
+        self._of_record = () if info.components == 1 else (info.components,)
         self._counts = {}
         self._starts = {}
 
     def shape(self, count):
         """The shape of `count` records."""
-        return (count,) if self.components == 1 else (count, self.components)
+        return (count,) + self._of_record
 
     def vertex_count(self, level):
         """Vertices that the level creates."""
@@ -93,16 +102,17 @@ class AttributeReader:
 
     def vertices(self, level, first, count):
         """Records of vertices that a level creates. No copy if they lie in memory in one piece."""
-        if count > 0 and self._has_addresses is not False:
+        if self._has_addresses is not False and count > 0:
             pinned = self._pinned(level, first, count)
             if pinned is not None:
                 return pinned
-        if count * self.record_bytes < _LARGE_BYTES:
-            records = np.empty(self.shape(count), self.dtype)
+        size = count * self.record_bytes
+        if size < _LARGE_BYTES:
+            records = np.empty((count,) + self._of_record, self.dtype)
         else:
             records = self._beside_block(level, first, count)
-        LIBRARY.plait_reader_read_vertices(self._reader.address, self._name, level, first, count,
-                                           records.ctypes.data, records.nbytes)
+        _read_vertices(self._reader.address, self._name, level, first, count, address_of(records),
+                       size)
         return frozen(records)
 
     def _beside_block(self, level, first, count):
@@ -132,18 +142,18 @@ class AttributeReader:
 
     def patch(self, face, level):
         """The records of one patch in row order."""
-        records = np.empty(self.shape(patch_vertices(level - self.base_level)), self.dtype)
-        number = ctypes.c_uint32(face)
-        LIBRARY.plait_reader_copy_patches(self._reader.address, self._name, byref(number), 1, level,
-                                          records.ctypes.data, records.nbytes)
+        count = patch_vertices(level - self.base_level)
+        records = np.empty((count,) + self._of_record, self.dtype)
+        _copy_patches(self._reader.address, self._name, byref(c_uint32(face)), 1, level,
+                      address_of(records), count * self.record_bytes)
         return frozen(records)
 
     def patches(self, faces, level):
         """The records of many patches, in an array that can be written to."""
         count = patch_vertices(level - self.base_level)
         records = np.empty((len(faces),) + self.shape(count), self.dtype)
-        LIBRARY.plait_reader_copy_patches(self._reader.address, self._name, faces.ctypes.data,
-                                          len(faces), level, records.ctypes.data, records.nbytes)
+        _copy_patches(self._reader.address, self._name, address_of(faces), len(faces), level,
+                      address_of(records), records.nbytes)
         return records
 
     def weld(self, faces, level):

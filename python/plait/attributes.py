@@ -100,6 +100,9 @@ class LevelArray:
 
     def __getitem__(self, key):
         if isinstance(key, slice):  # the usual case first: the others take a microsecond to tell
+            first, after, step = key.indices(self.shape[0])
+            if step == 1:
+                return self._reader.vertices(self.level, first, max(after - first, 0))
             return self._rows(key)
         if key is Ellipsis:
             key = slice(None)
@@ -117,14 +120,12 @@ class LevelArray:
                 raise IndexError(f"vertex {key}: expected -{len(self)} to {len(self) - 1}")
             return self._reader.vertices(self.level, int(key) % len(self), 1)[0]
         if isinstance(key, slice):
-            first, after, step = key.indices(len(self))
-            if step == 1:
-                return self._reader.vertices(self.level, first, max(after - first, 0))
-            picked = range(first, after, step)
+            picked = range(*key.indices(len(self)))
             if not picked:
                 return self._reader.vertices(self.level, 0, 0)
             low, high = min(picked[0], picked[-1]), max(picked[0], picked[-1])
             records = self._reader.vertices(self.level, low, high - low + 1)
+            step = picked.step
             return records[::step] if step > 0 else records[::-1][::-step]
         return self._picked(np.asarray(key))
 

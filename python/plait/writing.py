@@ -8,7 +8,7 @@ import numpy as np
 from . import _handles
 from . import _structures as types
 from ._functions import LIBRARY, text
-from ._reading import patch_vertices
+from ._reading import address_of, patch_vertices
 from .errors import BadState, InvalidArgument
 
 
@@ -64,7 +64,7 @@ class PatchWriter:
                 raise InvalidArgument(f"'{name}' at level {level}: expected records of shape "
                                       f"{shape}, found {given.shape}")
             given = np.ascontiguousarray(given, dtype)
-        function(self._writer.address, text(name), c_uint32(face), level, given.ctypes.data,
+        function(self._writer.address, text(name), c_uint32(face), level, address_of(given),
                  given.nbytes)
 
     def finish(self):
