@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "plait/error.h"
+#include "sample/sample_ring.h"
 #include "sample/untangle.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
@@ -17,61 +18,17 @@ namespace {
 
 /// A triangle may lean so far from the scan (cosine of the angle), or as far as it did.
 constexpr double kLeastTurn = 0.3;
-/// A share of the length of an edge that counts as distance: keeps flat parts evenly sampled.
-constexpr double kEvenShare = 0.02;
-/// Area of a needle, as a share of its squared sides.
-constexpr double kNeedleShare = 0.05;
 constexpr double kLeastGain = 0.02;  ///< of the estimate: smaller gains are no move
 /// Parts of the ways to the middle of the neighbours, and to each neighbour, that a sample tries.
 constexpr std::array<double, 2> kPartsToMiddle = {1.0, 0.4};
 constexpr double kPartToNeighbour = 0.2;
 constexpr std::size_t kFacesOfTask = 64;
 
-struct Place {
-  Point position{}, normal{};
-};
-
 /// A small triangle as one of its corners sees it.
 struct RingTriangle {
   std::uint32_t second, third;
   FaceId face;  ///< of the base mesh
 };
-
-/// The same with what does not depend on the first corner.
-struct RingShape {
-  Place second, third;
-  double squared_side, opposite, mean_area;
-};
-
-struct Estimate {
-  double error = 0;
-  double least_turn = 1;  ///< cosine between a triangle's normal and the scan's
-  double most_ratio = 1;  ///< of a triangle's area and the mean one
-};
-
-double chord_error(const Place& p, const Place& q) {
-  const Point along = q.position - p.position;
-  const double height = dot(p.normal - q.normal, along) / 8;
-  return height * height + kEvenShare * kEvenShare * squared_length(along);
-}
-
-Estimate estimate(const Place& at, const std::vector<RingShape>& ring) {
-  Estimate result;
-  for (const RingShape& t : ring) {
-    const Point normal = area_vector(at.position, t.second.position, t.third.position);
-    const Point expected = at.normal + t.second.normal + t.third.normal;
-    const double area = length(normal), lengths = area * length(expected);
-    result.least_turn =
-        std::min(result.least_turn, lengths > 0 ? dot(normal, expected) / lengths : -1);
-    result.most_ratio = std::max(
-        {result.most_ratio, area / t.mean_area, area > 0 ? t.mean_area / area : t.mean_area});
-    const double squares = t.squared_side + squared_length(t.second.position - at.position) +
-                           squared_length(t.third.position - at.position);
-    result.error += std::max(area, kNeedleShare * squares) *
-                    (t.opposite + chord_error(at, t.second) + chord_error(at, t.third));
-  }
-  return result;
-}
 
 class Relaxation {
  public:
@@ -106,9 +63,7 @@ class Relaxation {
   }
 
  private:
-  using Ring = std::vector<RingShape>;
-
-  Place place_of(const SurfacePoint& at) const {
+  OrientedPoint place_of(const SurfacePoint& at) const {
     const auto& [a, b, c] = scan_.faces[at.face];
     return {position_of(scan_, at),
             normalized(at.weights[0] * normals_[a] + at.weights[1] * normals_[b] +
@@ -118,7 +73,7 @@ class Relaxation {
   void for_faces(Work work) const {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
                       [&](const tbb::blocked_range<std::size_t>& faces) {
-                        Ring ring;
+                        SampleRing ring;
                         for (std::size_t face = faces.begin(); face < faces.end(); ++face)
                           work(static_cast<FaceId>(face), ring);
                       });
@@ -140,7 +95,7 @@ class Relaxation {
   void gather();
   void find_borders();
   void relax_round();
-  void relax_sample(std::uint64_t sample, Ring& ring);
+  void relax_sample(std::uint64_t sample, SampleRing& ring);
 
   const Surface& scan_;
   const BaseMesh& base_;
@@ -148,8 +103,8 @@ class Relaxation {
   const SampleNumbers numbers_;
   const RelaxOptions& options_;
   std::vector<SurfacePoint>& samples_;
-  std::vector<Point> normals_;  ///< [vertex of the scan]
-  std::vector<Place> places_;   ///< [sample]
+  std::vector<Point> normals_;         ///< [vertex of the scan]
+  std::vector<OrientedPoint> places_;  ///< [sample]
   std::vector<std::uint32_t> first_;
   std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
   std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
@@ -196,7 +151,7 @@ void Relaxation::gather() {
       around_[next[at]++] = {second, third, face};
     });
   const auto count = static_cast<double>(numbers_.size() * numbers_.size());
-  for_faces([&](FaceId face, Ring&) {
+  for_faces([&](FaceId face, SampleRing&) {
     double areas = 0;
     numbers_.for_each_triangle(face, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c) {
       areas += length(area_vector(places_[a].position, places_[b].position, places_[c].position));
@@ -213,7 +168,7 @@ void Relaxation::find_borders() {
   }
 }
 
-void Relaxation::relax_sample(std::uint64_t sample, Ring& ring) {
+void Relaxation::relax_sample(std::uint64_t sample, SampleRing& ring) {
   const std::span<const RingTriangle> triangles(around_.data() + first_[sample],
                                                 first_[sample + 1] - first_[sample]);
   if (fixed_[sample] != 0) return;
@@ -221,23 +176,21 @@ void Relaxation::relax_sample(std::uint64_t sample, Ring& ring) {
         return moved_before_[t.second] != 0;
       }))
     return;
-  const Place now = places_[sample];
+  const OrientedPoint now = places_[sample];
   Point middle{0, 0, 0};
   ring.clear();
   for (const RingTriangle& t : triangles) {
-    const Place &second = places_[t.second], &third = places_[t.third];
-    ring.push_back({second, third, squared_length(third.position - second.position),
-                    chord_error(second, third), mean_areas_[t.face]});
-    middle = middle + second.position;
+    ring.add(places_[t.second], places_[t.third], mean_areas_[t.face]);
+    middle = middle + places_[t.second].position;
   }
-  const Estimate first = estimate(now, ring);
+  const RingEstimate first = ring.estimate(now);
   double least = (1 - kLeastGain) * first.error;
   SurfacePoint best;
-  Place best_place;
+  OrientedPoint best_place;
   const auto offer = [&](Point way) {
     const SurfacePoint there = walk(scan_, samples_[sample], way);
-    const Place place = place_of(there);
-    const Estimate found = estimate(place, ring);
+    const OrientedPoint place = place_of(there);
+    const RingEstimate found = ring.estimate(place);
     if (!(found.error < least) || found.least_turn < std::min(kLeastTurn, first.least_turn) ||
         found.most_ratio > std::max(options_.most_ratio, first.most_ratio))
       return;
@@ -245,10 +198,11 @@ void Relaxation::relax_sample(std::uint64_t sample, Ring& ring) {
     best = there;
     best_place = place;
   };
-  const Point to_middle = (1 / static_cast<double>(ring.size())) * middle - now.position;
+  const Point to_middle = (1 / static_cast<double>(triangles.size())) * middle - now.position;
   const Point along = to_middle - dot(to_middle, now.normal) * now.normal;
   for (const double part : kPartsToMiddle) offer(part * along);
-  for (const RingShape& t : ring) offer(kPartToNeighbour * (t.second.position - now.position));
+  for (const RingTriangle& t : triangles)
+    offer(kPartToNeighbour * (places_[t.second].position - now.position));
   if (best.face == kNoId) return;
   samples_[sample] = best;
   places_[sample] = best_place;
@@ -259,17 +213,17 @@ void Relaxation::relax_round() {
   const std::int64_t size = numbers_.size();
   // A sample reads its neighbours, so no two neighbours move at once: first those inside of faces,
   // then those on edges that are not next to a base vertex, in the end the others, one by one.
-  for_faces([&](FaceId face, Ring& ring) {
+  for_faces([&](FaceId face, SampleRing& ring) {
     for (std::int64_t j = 1; j < size; ++j)
       for (std::int64_t i = 1; i + j < size; ++i) relax_sample(numbers_.of(face, i, j), ring);
   });
-  for_faces([&](FaceId face, Ring& ring) {
+  for_faces([&](FaceId face, SampleRing& ring) {
     for (int side = 0; side < 3; ++side)
       if (topology_.is_own(face, side))
         for (std::int64_t part = 2; part + 2 <= size; ++part)
           relax_sample(on_side(face, side, part), ring);
   });
-  Ring ring;
+  SampleRing ring;
   for (const Edge& edge : topology_.edges)
     for (const std::int64_t part : {std::int64_t{1}, size - 1})
       relax_sample(on_side(edge.own.face(), edge.own.side(), part), ring);

@@ -20,11 +20,9 @@ struct RelaxOptions {
   ProgressCallback progress = {};  ///< counts rounds
 };
 
-/// Moves samples along the faces of the scan. A sample moves if an estimate of the squared
-/// distances between the scan and the small triangles around it falls: between two points p and q
-/// with the normals m and n, a smooth curve is (m - n) (q - p) / 8 from its chord. No triangle
-/// turns over in exchange. Samples on the border of the base mesh stay. Returns how many samples
-/// moved.
+/// Moves samples along the faces of the scan. A sample moves if the estimated squared distances
+/// between the scan and the small triangles around it fall (sample_ring.h). No triangle turns over
+/// in exchange. Samples on the border of the base mesh stay. Returns how many samples moved.
 ///
 /// `samples` are those of sample_scan(). All threads of the present arena, with the same result for
 /// each number. Memory: 170 bytes a sample. Errors: kCancelled. Pinned by
