@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A rod of six sides, with a cap at each end, so thin that its sides are close together.
+/// A torus that is pressed flat, so that its sides are close together.
 IndexedMesh thin_plate(std::uint32_t size) {
   IndexedMesh mesh = torus_grid(size, size);
   for (Vector3<double>& p : mesh.positions) p.z *= 0.02;
@@ -282,10 +282,12 @@ TEST_CASE("Remesh_FilledHole_HasTheMeanOfItsBorder") {
 TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
   const RemeshFiles files;
   const IndexedMesh mesh = torus_grid(30, 20);
-  const auto number = [](double value, std::size_t vertex) -> std::string {
-    if (vertex == 77) return "nan";
-    if (vertex == 400) return "-inf";
-    return std::to_string(value);
+  // One vertex for each axis, and each is no number in another way.
+  const auto coordinates = [&](std::size_t vertex) {
+    const Vector3<double>& p = mesh.positions[vertex];
+    return std::array<std::string, 3>{vertex == 400 ? "-inf" : std::to_string(p.x),
+                                      vertex == 205 ? "inf" : std::to_string(p.y),
+                                      vertex == 77 ? "nan" : std::to_string(p.z)};
   };
   for (const char* name : {"a.ply", "a.obj", "a.off", "a.stl", "binary.stl"}) {
     CAPTURE(name);
@@ -300,9 +302,8 @@ TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
       for (const auto& face : mesh.faces) {
         put(std::array<float, 3>{0, 0, 1});
         for (const VertexId vertex : face) {
-          const Vector3<double>& p = mesh.positions[vertex];
-          put(std::array<float, 3>{static_cast<float>(p.x), std::stof(number(p.y, vertex)),
-                                   static_cast<float>(p.z)});
+          const auto [x, y, z] = coordinates(vertex);
+          put(std::array<float, 3>{std::stof(x), std::stof(y), std::stof(z)});
         }
         put(std::uint16_t{0});
       }
@@ -317,17 +318,16 @@ TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
       for (const auto& face : mesh.faces) {
         text << "facet normal 0 0 1\nouter loop\n";
         for (const VertexId vertex : face) {
-          const Vector3<double>& p = mesh.positions[vertex];
-          text << "vertex " << p.x << ' ' << number(p.y, vertex) << ' ' << p.z << '\n';
+          const auto [x, y, z] = coordinates(vertex);
+          text << "vertex " << x << ' ' << y << ' ' << z << '\n';
         }
         text << "endloop\nendfacet\n";
       }
       text << "endsolid a\n";
     } else if (format != "binary.stl") {
       for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
-        const Vector3<double>& p = mesh.positions[vertex];
-        text << (format == "a.obj" ? "v " : "") << p.x << ' ' << number(p.y, vertex) << ' ' << p.z
-             << '\n';
+        const auto [x, y, z] = coordinates(vertex);
+        text << (format == "a.obj" ? "v " : "") << x << ' ' << y << ' ' << z << '\n';
       }
       for (const auto& f : mesh.faces)
         if (format == "a.obj")
@@ -339,9 +339,9 @@ TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
     request.scan = files.directory.path() / name;
     std::ofstream(request.scan, std::ios::binary) << text.str();
     const RemeshReport report = files.run(request);
-    CHECK(report.repairs.not_finite_vertices == 2);
-    CHECK(report.repairs.not_finite_faces == 12);
-    CHECK(report.scan.borders == 2);
+    CHECK(report.repairs.not_finite_vertices == 3);
+    CHECK(report.repairs.not_finite_faces == 18);
+    CHECK(report.scan.borders == 3);
     CHECK(keeps_topology(report));
   }
 }

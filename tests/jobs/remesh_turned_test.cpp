@@ -196,9 +196,10 @@ TEST_CASE("Remesh_ProgressOverBaseMeshesAndAttributes_NeverFalls") {
   request.distances = true;
   for (const bool refuse_turned : {true, false}) {
     request.refuse_turned = refuse_turned;
-    std::uint64_t before = 0, falls = 0, calls = 0, base_meshes = 0;
+    std::uint64_t before = 0, rises = 0, falls = 0, calls = 0, base_meshes = 0;
     const RemeshReport report = files.run(request, {.progress = [&](const Progress& now) {
                                             ++calls;
+                                            rises += now.done > before;
                                             falls += now.done < before || now.done > now.total;
                                             before = now.done;
                                             base_meshes += now.phase == "untangle";
@@ -207,6 +208,7 @@ TEST_CASE("Remesh_ProgressOverBaseMeshesAndAttributes_NeverFalls") {
                                           }});
     CHECK(falls == 0);
     CHECK(calls > 20);
+    CHECK(rises > 20);
     CHECK(before == 1000);
     CHECK(base_meshes == report.base_meshes);
     CHECK((report.base_meshes > 1) == refuse_turned);

@@ -85,6 +85,20 @@ TEST_CASE("Repair_BadFacesAndVertices_AreRemovedAndCounted") {
   CHECK_FALSE(result.list.is_clean());
 }
 
+TEST_CASE("Repair_EveryCoordinateThatIsNoNumber_IsFound") {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity})
+    for (int axis = 0; axis < 3; ++axis) {
+      CAPTURE(value, axis);
+      IndexedMesh mesh = torus_grid(6, 5);
+      mesh.positions[8][axis] = value;
+      const Repaired result = repaired(mesh);
+      CHECK(result.list.not_finite_vertices == 1);
+      CHECK(result.list.not_finite_faces == 6);
+      CHECK(result.surface.faces.size() == mesh.faces.size() - 6);
+    }
+}
+
 TEST_CASE("Repair_TurnedFaces_FollowMostOfTheirComponent") {
   IndexedMesh mesh = side_by_side({torus_grid(6, 5), sheet(4, 4)});
   const IndexedMesh before = mesh;
