@@ -1,6 +1,7 @@
 #include "parts/cuts.h"
 
 #include <algorithm>
+#include <queue>
 
 #include "plait/extend/edge_index.h"
 
@@ -40,6 +41,31 @@ std::vector<EdgeId> cut_at(const Topology& mesh, std::uint32_t parts, double mos
   return starts;
 }
 
+/// Halves the longest part again and again until there are `parts`; of parts of one length the
+/// first.
+std::vector<EdgeId> cut_longest(std::vector<EdgeId> starts, std::uint32_t parts, EdgeId edges) {
+  struct Range {
+    EdgeId length, first;
+    bool operator<(const Range& other) const {  // the longest comes first from a queue
+      return length != other.length ? length < other.length : first > other.first;
+    }
+  };
+  std::priority_queue<Range> ranges;
+  for (std::size_t part = 0; part < starts.size(); ++part)
+    ranges.push(
+        {(part + 1 < starts.size() ? starts[part + 1] : edges) - starts[part], starts[part]});
+  while (starts.size() < parts) {
+    const Range longest = ranges.top();
+    ranges.pop();
+    const EdgeId half = longest.length / 2;
+    ranges.push({half, longest.first});
+    ranges.push({longest.length - half, longest.first + half});
+    starts.push_back(longest.first + half);
+  }
+  std::ranges::sort(starts);
+  return starts;
+}
+
 }  // namespace
 
 std::uint64_t PartCost::records(const Edge& edge) const {
@@ -63,21 +89,8 @@ std::vector<EdgeId> cut_edges(const Topology& mesh, std::uint32_t parts, const P
     const double middle = (most + too_small) / 2;
     (cut_at(mesh, parts, middle, cost).size() <= parts ? most : too_small) = middle;
   }
-  std::vector<EdgeId> starts = cut_at(mesh, parts, most, cost);
-  // Fewer parts than asked for: a few edges each. The longest ones are cut again.
-  while (starts.size() < parts) {
-    std::size_t longest = 0;
-    const auto length = [&](std::size_t part) {
-      return (part + 1 < starts.size() ? starts[part + 1]
-                                       : static_cast<EdgeId>(mesh.edges.size())) -
-             starts[part];
-    };
-    for (std::size_t part = 1; part < starts.size(); ++part)
-      if (length(part) > length(longest)) longest = part;
-    starts.insert(starts.begin() + static_cast<std::ptrdiff_t>(longest) + 1,
-                  starts[longest] + length(longest) / 2);
-  }
-  return starts;
+  return cut_longest(cut_at(mesh, parts, most, cost), parts,
+                     static_cast<EdgeId>(mesh.edges.size()));
 }
 
 std::vector<PlannedPart> figures_of_parts(const Topology& mesh, const std::vector<EdgeId>& starts,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -88,6 +89,17 @@ class Join {
       }
     }
     result.digest = sum.to_string();
+  }
+
+  /// How many directories no done.I names: of parts that were killed on another machine, or that
+  /// still run there.
+  std::size_t other_directories() const {
+    std::set<std::string> named;
+    for (const DoneFile& done : parts_) named.insert(done.directory);
+    return static_cast<std::size_t>(
+        std::ranges::count_if(directory_.names(), [&](const std::string& name) {
+          return name.starts_with("part.") && !named.contains(name);
+        }));
   }
 
   /// Makes the store in the empty directory `path`.
@@ -242,6 +254,11 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
   } else {
     output.publish(true, warn);
   }
+  if (const std::size_t others = join.other_directories())
+    warn(fmt::format(
+        "{} also has directories of parts that were killed, or that still run on another machine: "
+        "{}; the store does not need the plan any more",
+        plan.native(), others));
   result.has_store = true;
   return result;
 } catch (const std::bad_alloc&) {

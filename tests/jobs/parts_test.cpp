@@ -504,6 +504,43 @@ TEST_CASE("Part_ItsFiles_AreTheOnlyOnesItChanges") {
   }
 }
 
+// Two machines may have one name, as containers often have. What one of them is making looks like a
+// left-over to the other, if locks are not seen from machine to machine.
+TEST_CASE("Part_LeftOvers_OnlyThoseOfThisMachineAreRemoved") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const fs::path plan = here.path() / "plan";
+  plan_parts(request_of({write_mesh(here.path(), random_sheet(5, 60))}, plan, 2),
+             default_backends());
+  make_part(plan, 0, {}, default_backends());
+  // part.0-HOST-START-RANDOM
+  const std::string name = directory_of(plan, 0).filename().native();
+  const std::size_t random = name.rfind('-') + 1, start = name.rfind('-', random - 2) + 1;
+  REQUIRE(name.find('-') + 1 < start);
+  std::string own = "part.1" + name.substr(name.find('-'));
+  own.replace(random, std::string::npos, "0");
+  std::string other_machine = own;
+  other_machine[start] = other_machine[start] == '0' ? '1' : '0';
+  const fs::path in_use = plan / (own + "1");
+  for (const fs::path& directory : {plan / own, plan / other_machine, in_use}) {
+    fs::create_directory(directory);
+    std::ofstream(directory / "records") << "killed";
+  }
+  {
+    const Directory used(in_use);
+    REQUIRE(used.lock(true));
+    make_part(plan, 1, {}, default_backends());
+  }
+  CHECK_FALSE(fs::exists(plan / own));
+  CHECK(fs::exists(in_use / "records"));
+  CHECK(fs::exists(plan / other_machine / "records"));
+  std::vector<std::string> warnings;
+  JoinOptions options;
+  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  CHECK(join(plan, here.path() / "s.plait", options).has_store);
+  REQUIRE(warnings.size() == 1);
+  CHECK_THAT(warnings[0], Catch::Contains("another machine: 2;"));
+}
+
 TEST_CASE("ShardedStore_WithHundredsOfFiles_KeepsFewOpen") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work{write_mesh(here.path(), random_sheet(9, 400))};
