@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "argument_text.h"
@@ -18,6 +19,7 @@
 #include "compress_arguments.h"
 #include "console.h"
 #include "interrupt.h"
+#include "io/partial_output.h"
 #include "measure.h"
 #include "parts_script.h"
 #include "plait/error.h"
@@ -51,23 +53,35 @@ double ghost_share(const PlannedPart& part) {
   return static_cast<double>(part.ghosts) / static_cast<double>(part.faces);
 }
 
+/// No plan stays without the script that was asked for.
+void publish_or_remove_plan(SbatchScript& script, const std::filesystem::path& plan) try {
+  script.publish();
+} catch (const Error&) {
+  std::error_code ignored;
+  std::filesystem::remove_all(plan, ignored);
+  throw;
+}
+
 int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
-  if (!arguments.sbatch.empty() && std::filesystem::exists(arguments.sbatch))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("create {}: it exists already", arguments.sbatch.native()));
+  const bool has_script = !arguments.sbatch.empty();
+  if (has_script) PartialFile::check(arguments.sbatch, Existing::kRefuse);
+  std::optional<SbatchScript> script;
   PartsPlan plan;
   {
     EndAtOnce nothing_is_made_yet(context.json);
     PartsRequest request = request_of(arguments);
-    request.before_files = [&] { nothing_is_made_yet.end(); };
+    request.progress = [](const Progress&) { return !interrupted(); };
+    request.before_files = [&] {
+      nothing_is_made_yet.end();
+      if (has_script)
+        script.emplace(arguments.sbatch, request.plan, request.parts,
+                       static_cast<std::uint32_t>(arguments.tasks));
+    };
     plan = plan_parts(request, context.backends);
   }
   for (const std::string& warning : plan.warnings) report_warning(warning);
-  if (!arguments.sbatch.empty())
-    write_sbatch(arguments.sbatch, arguments.request.plan,
-                 static_cast<std::uint32_t>(plan.parts.size()),
-                 static_cast<std::uint32_t>(arguments.tasks));
+  if (script) publish_or_remove_plan(*script, arguments.request.plan);
   std::uint64_t bytes = 0, faces = 0, ghosts = 0;
   double seconds = 0;
   for (const PlannedPart& part : plan.parts) {
@@ -80,6 +94,13 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   const auto number = worst - plan.parts.begin();
   const double share = static_cast<double>(ghosts) / static_cast<double>(faces);
   if (!context.json) {
+    if (plan.rates)
+      print(fmt::format(
+          "this machine, one thread: {:.1f} M points/s, {}/s written and synced, {:.2g} s "
+          "to begin a part (measured)\n",
+          1e-6 * plan.rates->points_per_second,
+          format_bytes(static_cast<std::uint64_t>(plan.rates->bytes_per_second)),
+          plan.rates->begin_seconds));
     const auto line = [](std::size_t part, const PlannedPart& figures) {
       return fmt::format("part {}: edges {} to {}, {}, {:.1f} % ghosts, about {:.3g} s\n", part,
                          figures.first_edge, figures.edge_after, format_bytes(figures.bytes),
@@ -92,9 +113,11 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
       print("the worst: " + line(static_cast<std::size_t>(number), *worst));
     print(
         fmt::format("{}: {} parts, level {}, {} vertices, {} in {} files, {:.1f} % ghosts, about "
-                    "{:.3g} s in all and {:.3g} s for the worst part (estimates for one thread)\n",
+                    "{:.3g} s in all and {:.3g} s for the worst part ({})\n",
                     arguments.request.plan.native(), plan.parts.size(), plan.levels, plan.vertices,
-                    format_bytes(bytes), plan.files, 100 * share, seconds, worst->seconds));
+                    format_bytes(bytes), plan.files, 100 * share, seconds, worst->seconds,
+                    plan.rates ? "one thread of this machine"
+                               : "estimates for one thread of an ordinary machine"));
     return kExitDone;
   }
   nlohmann::ordered_json report = {
@@ -109,6 +132,10 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
       {"seconds_of_parts", seconds},
       {"worst", {{"part", number}, {"bytes", worst->bytes}, {"seconds", worst->seconds}}},
       {"seconds", clock.seconds()}};
+  if (plan.rates)
+    report["rates"] = {{"points_per_second", plan.rates->points_per_second},
+                       {"bytes_per_second", plan.rates->bytes_per_second},
+                       {"begin_seconds", plan.rates->begin_seconds}};
   report["parts"] = nlohmann::ordered_json::array();
   for (const PlannedPart& part : plan.parts)
     report["parts"].push_back({{"first_edge", part.first_edge},
@@ -153,6 +180,8 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
   add_size_option(*command, "--max-slot", arguments->request.max_slot_bytes,
                   "Largest slot of positions: refine the base mesh in memory until all slots fit; "
                   "default 16KiB");
+  command->add_flag("--calibrate", arguments->request.calibrate,
+                    "Measure this machine for about two seconds: seconds are then its own");
   command->add_option("--sbatch", arguments->sbatch,
                       "Also write a Slurm script that makes all parts in an array job");
   add_whole_option(*command, "--array", arguments->tasks, 1, 1 << 20,
@@ -166,7 +195,7 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
       "\n"
       "Examples:\n"
       "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"
-      "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --sbatch statue.sh");
+      "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --calibrate --sbatch statue.sh");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run_plan(*arguments, context); };
   });

@@ -6,8 +6,6 @@
 #include <span>
 #include <string>
 
-#include "io/partial_output.h"
-
 namespace plait {
 namespace {
 
@@ -20,8 +18,9 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-void write_sbatch(const std::filesystem::path& script, const std::filesystem::path& plan,
-                  std::uint32_t parts, std::uint32_t longest) {
+SbatchScript::SbatchScript(const std::filesystem::path& script, const std::filesystem::path& plan,
+                           std::uint32_t parts, std::uint32_t longest)
+    : file_(script, Existing::kRefuse) {
   const std::string absolute = std::filesystem::absolute(plan).lexically_normal().native();
   std::string text = fmt::format(
       "#!/bin/sh\n"
@@ -40,9 +39,7 @@ void write_sbatch(const std::filesystem::path& script, const std::filesystem::pa
       "#SBATCH --requeue\n"
       "exec plait part {} \"$SLURM_ARRAY_TASK_ID\" \"$@\"\n",
       std::min(longest, parts) - 1, quoted(absolute));
-  PartialFile out(script, Existing::kRefuse);
-  out.file().write_at(0, std::as_bytes(std::span(text)));
-  out.publish();
+  build_output(file_, [&] { file_.file().write_at(0, std::as_bytes(std::span(text))); });
 }
 
 }  // namespace plait

@@ -4,12 +4,24 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "io/partial_output.h"
+
 namespace plait {
 
-/// Writes a script for sbatch. An array has at most `longest` tasks. With more parts, the script is
-/// given several times, each time with another --offset, as its head says. Errors: kInvalidArgument
-/// if the file exists; kIo, kNoSpace.
-void write_sbatch(const std::filesystem::path& script, const std::filesystem::path& plan,
-                  std::uint32_t parts, std::uint32_t longest);
+/// A script for sbatch. An array has at most `longest` tasks. With more parts, the script is given
+/// several times, each time with another --offset, as its head says. The constructor writes it
+/// under a temporary name, and the destructor removes it if it was not published.
+class SbatchScript {
+ public:
+  /// Errors: kInvalidArgument if the file exists; kNotFound if its directory does not; kIo,
+  /// kNoSpace.
+  SbatchScript(const std::filesystem::path& script, const std::filesystem::path& plan,
+               std::uint32_t parts, std::uint32_t longest);
+  /// Errors: those of PartialFile::publish().
+  void publish() { file_.publish(); }
+
+ private:
+  PartialFile file_;
+};
 
 }  // namespace plait

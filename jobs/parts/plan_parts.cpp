@@ -7,6 +7,7 @@
 #include "base/default_arithmetic.h"
 #include "io/made_mark.h"
 #include "io/partial_output.h"
+#include "parts/calibrate.h"
 #include "parts/cuts.h"
 #include "parts/plan_file.h"
 #include "plait/error.h"
@@ -137,6 +138,11 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
                        [&](const std::string& what) { plan.warnings.push_back(what); });
   const Directory& directory = output.directory();
   file.base_mesh = write_base_mesh_file(directory, mesh);
+  if (request.calibrate) {
+    plan.rates = measure_machine(directory, file, mesh.topology(), cost, output.final_path(),
+                                 request.progress, backends);
+    for (PlannedPart& part : plan.parts) part.seconds = seconds_of(part, cost, *plan.rates);
+  }
   write_plan_file(directory, file);
   directory.remove(kMadeMarkName);
   if (!output.publish(true)) throw taken();

@@ -541,6 +541,43 @@ TEST_CASE("Part_LeftOvers_OnlyThoseOfThisMachineAreRemoved") {
   CHECK_THAT(warnings[0], Catch::Contains("another machine: 2;"));
 }
 
+TEST_CASE("Plan_Calibrated_HasOtherSecondsAndNothingElse") {
+  const TemporaryDirectory here(Medium::kMemory);
+  PartsRequest request =
+      request_of({write_mesh(here.path(), random_sheet(5, 60))}, here.path() / "plain", 7);
+  const PartsPlan plain = plan_parts(request, default_backends());
+  CHECK_FALSE(plain.rates);
+  request.plan = here.path() / "measured";
+  request.calibrate = true;
+  const PartsPlan measured = plan_parts(request, default_backends());
+  REQUIRE(measured.rates);
+  CHECK(measured.rates->points_per_second > 0);
+  CHECK(measured.rates->bytes_per_second > 0);
+  CHECK(measured.rates->begin_seconds > 0);
+  REQUIRE(measured.parts.size() == plain.parts.size());
+  for (std::size_t at = 0; at < plain.parts.size(); ++at) {
+    const PlannedPart &one = plain.parts[at], &other = measured.parts[at];
+    CHECK(other.first_edge == one.first_edge);
+    CHECK(other.records == one.records);
+    CHECK(other.faces == one.faces);
+    CHECK(other.ghosts == one.ghosts);
+    CHECK(other.bytes == one.bytes);
+    CHECK(other.seconds > 0);
+    CHECK(other.seconds != one.seconds);
+  }
+  CHECK(read_parts_plan(request.plan).parts[6].seconds == measured.parts[6].seconds);
+  make_all(request.plan, 7);
+  CHECK(join(request.plan, here.path() / "s.plait").has_store);
+
+  request.plan = here.path() / "cancelled";
+  request.progress = [](const Progress&) { return false; };
+  CHECK(error_of([&] { plan_parts(request, default_backends()); }).code() == ErrorCode::kCancelled);
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(here.path()))
+    names.insert(entry.path().filename());
+  CHECK(names == std::set<std::string>{"mesh.ply", "plain", "measured", "s.plait"});
+}
+
 TEST_CASE("ShardedStore_WithHundredsOfFiles_KeepsFewOpen") {
   const TemporaryDirectory here(Medium::kMemory);
   Work work{write_mesh(here.path(), random_sheet(9, 400))};

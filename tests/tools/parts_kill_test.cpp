@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <random>
 #include <string>
 #include <thread>
@@ -110,6 +111,38 @@ TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
     CHECK(outcome.status == 0);
   }
   CHECK(run(here.path(), {"repair", "s.plait"}).status == 2);
+}
+
+TEST_CASE("Plan_ScriptThatCannotBeWritten_LeavesNoPlan") {
+  const TemporaryDirectory here(Medium::kMemory);
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  std::ofstream(here.path() / "taken.sh") << "#!/bin/sh\n";
+  // That /proc takes no files shows only when one is made.
+  for (const char* const script : {"taken.sh", "nowhere/array.sh", "/proc/array.sh"}) {
+    CAPTURE(script);
+    CHECK(run(here.path(),
+              {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--sbatch", script})
+              .status == 2);
+    CHECK(names_in(here.path()) == Names{"m.ply", "taken.sh"});
+  }
+}
+
+TEST_CASE("Plan_Calibrated_NamesTheRates") {
+  const TemporaryDirectory here(Medium::kMemory);
+  REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
+  const Names plan = {"plan", "m.ply", "p", "--levels", "3", "--parts", "5", "--calibrate"};
+  const Outcome outcome = run(here.path(), plan);
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.output.find("M points/s") != std::string::npos);
+  CHECK(outcome.output.find("written and synced") != std::string::npos);
+  CHECK(names_in(here.path()) == Names{"m.ply", "p"});
+  std::filesystem::remove_all(here.path() / "p");
+  Names with_json = plan;
+  with_json.push_back("--json");
+  const auto report = run(here.path(), with_json).json();
+  CHECK(report["rates"]["points_per_second"] > 0);
+  CHECK(report["rates"]["bytes_per_second"] > 0);
+  CHECK(report["parts"][4]["seconds"] > 0);
 }
 
 }  // namespace plait::test

@@ -43,8 +43,20 @@ struct PartsRequest {
   std::optional<std::uint64_t> max_slot_bytes = {};
   /// Pipelines whose blocks need no other blocks. Empty: raw blocks.
   PipelinesOf pipeline_of = {};
+  /// Measures this machine for about two seconds by small parts that are removed again. The seconds
+  /// of parts are then those of this machine; all other figures and the cuts stay.
+  bool calibrate = false;
   /// Called before the first file is made. May throw: then there is no plan.
   std::function<void()> before_files = {};
+  /// Of the measurement; if it returns false, there is no plan.
+  ProgressCallback progress = {};
+};
+
+/// What a machine does in one thread, as measured.
+struct MachineRates {
+  double points_per_second = 0;  ///< vertices of refined faces; one counts in each of its faces
+  double bytes_per_second = 0;   ///< written to the plan's file system and synced
+  double begin_seconds = 0;      ///< that each part takes to read the base mesh
 };
 
 /// One part of a plan. Seconds are an estimate for one thread.
@@ -67,13 +79,14 @@ struct PartsPlan {
   std::uint64_t files = 0;  ///< that the joined store has
   std::vector<PlannedPart> parts;
   std::vector<std::string> warnings;  ///< of the mesh; only from plan_parts()
+  std::optional<MachineRates> rates;  ///< only from plan_parts() with `calibrate`
 };
 
 /// Makes the directory `request.plan`. A plan never changes. Errors: kInvalidArgument for more
 /// parts than edges, a block size that no store can have, and if the name is taken; kNotSupported
 /// for a rule of a program's own, limit positions of a scheme without them, more than
 /// kMostFusedLevels levels over the base mesh, and pipelines whose blocks need other blocks; those
-/// of reading the mesh; kIo, kNoSpace.
+/// of reading the mesh; those of make_part() if it measures; kIo, kNoSpace.
 PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backends);
 
 /// Errors: kNotFound, kCorruption, kIo.
