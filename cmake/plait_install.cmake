@@ -2,10 +2,21 @@
 # is installed names this build or the prefix, so that the tree may be moved.
 #
 # Components: runtime (what a program needs to run), development (what a compiler needs), program
-# (plait itself; tools/CMakeLists.txt).
+# (plait itself; tools/CMakeLists.txt), mpi (plait-mpi).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(plait_package_directory ${CMAKE_INSTALL_LIBDIR}/cmake/plait)
+
+# plait_install_program(TARGET COMPONENT): the library is found beside the program, wherever the tree is
+# moved to; in /usr the system does it.
+function(plait_install_program target component)
+  install(TARGETS ${target} RUNTIME COMPONENT ${component})
+  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    cmake_path(RELATIVE_PATH CMAKE_INSTALL_FULL_LIBDIR
+      BASE_DIRECTORY ${CMAKE_INSTALL_FULL_BINDIR} OUTPUT_VARIABLE from_bin_to_lib)
+    set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${from_bin_to_lib}")
+  endif()
+endfunction()
 
 install(TARGETS plait EXPORT plaitTargets
   LIBRARY COMPONENT runtime NAMELINK_COMPONENT development

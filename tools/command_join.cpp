@@ -1,24 +1,19 @@
 // plait join: makes a store of the parts of a plan.
 
-#include <fmt/format.h>
-
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "join_report.h"
 #include "measure.h"
 #include "plait/extend/parts.h"
 #include "progress.h"
 
 namespace plait {
 namespace {
-
-/// Parts are missing or bad.
-constexpr int kExitIncomplete = 4;
 
 struct JoinArguments {
   std::filesystem::path plan, store;
@@ -38,30 +33,7 @@ int run_join(const JoinArguments& arguments, const CommandContext& context) {
   };
   const JoinResult joined = join_parts(arguments.plan, arguments.store, options, context.backends);
   bar.clear();
-  if (!joined.has_store) {
-    for (const std::string& reason : joined.reasons) report_warning(reason);
-    if (context.json)
-      print(nlohmann::ordered_json({{"plan", arguments.plan.string()},
-                                    {"missing", joined.missing},
-                                    {"bad", joined.bad},
-                                    {"array", joined.again()}})
-                .dump(2) +
-            "\n");
-    else
-      print(joined.again() + "\n");
-    return kExitIncomplete;
-  }
-  if (!context.json) {
-    print(fmt::format("{}: {:.2f} s\n{}\n", arguments.store.native(), clock.seconds(),
-                      joined.digest));
-    return kExitDone;
-  }
-  const nlohmann::ordered_json report = {{"plan", arguments.plan.string()},
-                                         {"store", arguments.store.string()},
-                                         {"digest", joined.digest},
-                                         {"seconds", clock.seconds()}};
-  print(report.dump(2) + "\n");
-  return kExitDone;
+  return report_join(joined, arguments.plan, arguments.store, clock.seconds(), context.json);
 }
 
 }  // namespace

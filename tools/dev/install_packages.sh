@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, as far as they are missing.
 #
-#   tools/dev/install_packages.sh [library] [build] [tests] [checks] [fuzz] [packages] [pages] [bench]
+#   tools/dev/install_packages.sh [library] [build] [tests] [launchers] [checks] [fuzz] [packages] [pages] [bench]
 #                                                                     default: build tests
 #
 #   library    what the library needs, and nothing else of the project
 #   build      the same and what the program needs
+#   launchers  what else starts the parts of a plan in tests: MPICH, Snakemake, Slurm (900 MB). Optional
 #   packages   what tools/dev/check_packages.sh needs
 #   pages      what the tests of pages need: a browser (80 MB, 300 MB installed). Optional; CI skips them
 #   bench      what measurements compare plait with: other libraries, fio, and file systems. Optional
@@ -21,7 +22,11 @@ library_packages=(
 build_packages=(
   "${library_packages[@]}" ninja-build ccache zlib1g-dev libpng-dev libcli11-dev nlohmann-json3-dev
 )
-tests_packages=(catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils)
+tests_packages=(
+  catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils
+  strace parallel python3-distributed openmpi-bin libopenmpi-dev
+)
+launchers_packages=(mpich libmpich-dev snakemake slurm-wlm munge)
 # The versions are fixed, because another clang-format formats the same code differently.
 checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
@@ -40,13 +45,14 @@ for group in "${groups[@]}"; do
     library) wanted+=("${library_packages[@]}") ;;
     build) wanted+=("${build_packages[@]}") ;;
     tests) wanted+=("${tests_packages[@]}") ;;
+    launchers) wanted+=("${launchers_packages[@]}") ;;
     checks) wanted+=("${checks_packages[@]}") ;;
     fuzz) wanted+=("${fuzz_packages[@]}") ;;
     packages) wanted+=("${packages_packages[@]}") ;;
     pages) wanted+=("${pages_packages[@]}") ;;
     bench) wanted+=("${bench_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are library, build, tests, checks, fuzz, packages, pages, bench" >&2
+      echo "install_packages: unknown group '$group'; there are library, build, tests, launchers, checks, fuzz, packages, pages, bench" >&2
       exit 2
       ;;
   esac
