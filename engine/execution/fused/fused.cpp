@@ -59,7 +59,8 @@ class FusedRun {
       }
     } catch (...) {
       const std::scoped_lock lock(mutex_);
-      if (!error_) error_ = std::current_exception();
+      // One thread gets the error of a failed write. Another one may be refused a moment earlier.
+      if (!error_ || is_refusal(error_)) error_ = std::current_exception();
       schedule_.stop();
     }
   }
@@ -69,6 +70,16 @@ class FusedRun {
   }
 
  private:
+  static bool is_refusal(const std::exception_ptr& error) {
+    try {
+      std::rethrow_exception(error);
+    } catch (const Error& refusal) {
+      return refusal.code() == ErrorCode::kBadState;
+    } catch (...) {
+      return false;
+    }
+  }
+
   const FusedPass& pass_;
   SlotDelivery delivery_;
   const FusedFaces faces_;

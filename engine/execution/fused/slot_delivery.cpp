@@ -241,7 +241,7 @@ void SlotDelivery::open(std::span<const Complete> edges) {
     const std::scoped_lock lock(mutex_);
     if (!failure_) failure_ = std::current_exception();
     failed_ = true;
-    std::rethrow_exception(failure_);
+    throw;
   }
 }
 
