@@ -18,9 +18,11 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-std::string kernel_refusal(const BackendRegistry& backends) {
+/// Why this machine, or the registry, has no such backend; empty if it has.
+std::string refusal(const BackendRegistry& backends, const char* name) {
   try {
-    backends.find("uring").check_machine();
+    const RegisteredBackend& backend = backends.find(name);
+    if (backend.check_machine) backend.check_machine();
   } catch (const Error& error) {
     return error.what();
   }
@@ -63,7 +65,8 @@ BackendFacts backend_facts(const BackendRegistry& backends, const NewStore& stor
   const std::filesystem::path parent = store.path.parent_path();
   const std::filesystem::path directory = parent.empty() ? "." : parent;
   facts.medium = medium_of(directory);
-  facts.no_uring = kernel_refusal(backends);
+  facts.no_mmap = refusal(backends, "mmap");
+  facts.no_uring = refusal(backends, "uring");
   facts.no_direct = direct_refusal(directory);
   return facts;
 }

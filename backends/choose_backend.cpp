@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr const char* kUring = "uring";
 constexpr const char* kPread = "pread";
+constexpr const char* kMmap = "mmap";
 constexpr const char* kMemory = "memory";
 constexpr const char* kCompressed = "compressed";
 
@@ -14,19 +17,25 @@ std::string mebibytes(std::uint64_t bytes) {
   return bytes == ~std::uint64_t{0} ? "an unknown amount" : fmt::format("{} MiB", bytes >> 20);
 }
 
-/// Why the medium alone decides; empty if it does not.
-const char* medium_reason(StoreMedium medium) {
-  switch (medium) {
+struct DecidedByMedium {
+  const char* name;
+  std::string reason;
+};
+
+/// Nothing if the medium alone does not decide.
+std::optional<DecidedByMedium> medium_choice(const BackendFacts& facts) {
+  switch (facts.medium) {
     case StoreMedium::kMemory:
-      return "its file system keeps files in memory";
+      if (!facts.no_mmap.empty()) return {{kPread, facts.no_mmap}};
+      return {{kMmap, "its file system keeps files in memory"}};
     case StoreMedium::kNetwork:
-      return "its files are on another machine";
+      return {{kPread, "its files are on another machine"}};
     case StoreMedium::kUnknown:
-      return "nothing is known of its disk";
+      return {{kPread, "nothing is known of its disk"}};
     case StoreMedium::kDisk:
       break;
   }
-  return "";
+  return {};
 }
 
 }  // namespace
@@ -38,8 +47,8 @@ BackendChoice choose_backend(const BackendFacts& facts) {
   const std::string size = fmt::format(
       "the store is {} compared with the memory ({} of levels, {} of memory available)",
       large ? "large" : "small", mebibytes(facts.level_bytes), mebibytes(facts.available_bytes));
-  if (const std::string medium = medium_reason(facts.medium); !medium.empty())
-    return {kPread, fmt::format("{}{} {}", size, large ? ", but" : ", and", medium)};
+  if (const auto medium = medium_choice(facts))
+    return {medium->name, fmt::format("{}{} {}", size, large ? ", but" : ", and", medium->reason)};
   if (!large) return {kPread, size + ", so the page cache keeps it"};
   for (const std::string* const refusal : {&facts.no_uring, &facts.no_direct})
     if (!refusal->empty()) return {kPread, fmt::format("{}, but {}", size, *refusal)};

@@ -34,6 +34,7 @@ struct BackendFacts {
   std::uint64_t level_bytes = 0;      ///< of the store's levels, before compression
   std::uint64_t available_bytes = 0;  ///< of memory
   StoreMedium medium = StoreMedium::kUnknown;
+  std::string no_mmap = {};    ///< why there is no backend that maps; empty if there is one
   std::string no_uring = {};   ///< why the kernel refuses io_uring; empty if it does not
   std::string no_direct = {};  ///< why the file system refuses O_DIRECT; empty if it does not
   bool in_memory = false;      ///< the store has no path
@@ -44,11 +45,13 @@ struct BackendFacts {
 ///
 /// 1. The store has no path: memory.
 /// 2. The caller names pipelines: compressed.
-/// 3. The files are in memory, on another machine, or on a medium that is not known: pread.
-/// 4. The store is small compared with the memory, or its size is not known: pread, which leaves it
-///    in the page cache.
-/// 5. The kernel refuses io_uring, or the file system O_DIRECT: pread.
-/// 6. uring.
+/// 3. The files are in memory: mmap, because there they are read without a copy. No disk can fail
+///    under the mapping, which would be a signal (SIGBUS). Without such a backend: pread.
+/// 4. The files are on another machine, or on a medium that is not known: pread.
+/// 5. The store is small compared with the memory, or its size is not known: pread, which leaves it
+///    in the page cache. A mapping would read it faster, but a disk can fail under it.
+/// 6. The kernel refuses io_uring, or the file system O_DIRECT: pread.
+/// 7. uring.
 ///
 /// The reason has the sizes. Pinned by tests/backends/choose_backend_test.cpp.
 BackendChoice choose_backend(const BackendFacts& facts);

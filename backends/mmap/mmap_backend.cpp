@@ -6,8 +6,10 @@
 #include <boost/interprocess/exceptions.hpp>
 #include <boost/interprocess/file_mapping.hpp>
 #include <boost/interprocess/mapped_region.hpp>
+#include <cerrno>
 
 #include "io/file_operations.h"
+#include "io/system_call.h"
 #include "level_file.h"
 #include "plait/error.h"
 #include "pread/pread_backend.h"
@@ -46,7 +48,9 @@ class MappedLevel final : public Backend {
 
   void read(BlockRange blocks, std::span<std::byte> into) override {
     check_request(geometry_, blocks, into.size());
-    copy_unless_same(address(blocks.first), into.data(), into.size());
+    const std::byte* const from = address(blocks.first);
+    bring_in(fixed_bytes(geometry_, blocks));
+    copy_unless_same(from, into.data(), into.size());
     check_raw(geometry_, table_, blocks, into, file_.path());
   }
 
@@ -82,6 +86,32 @@ class MappedLevel final : public Backend {
   std::uint64_t stored_bytes() const override { return fixed_file_bytes(geometry_); }
 
  private:
+  /// Maps the pages of these bytes. What a disk cannot read, and what is no longer in the file, is
+  /// an error here; where a page is touched for the first time it would be a signal (SIGBUS).
+  void bring_in(ByteRange bytes) {
+    const std::uint64_t end = bytes.first + bytes.count;
+    for (std::uint64_t at = bytes.first / kPageBytes * kPageBytes; at < end;) {
+      const ssize_t mapped = attempt(
+          {FileOperation::Kind::kRead, file_.path(), at, end - at}, [&](std::uint64_t most_bytes) {
+            return map_pages(static_cast<std::byte*>(region_.get_address()) + at, most_bytes);
+          });
+      if (mapped < 0) throw system_error("read", file_.path().native(), errno, at);
+      at += (static_cast<std::uint64_t>(mapped) + kPageBytes - 1) / kPageBytes * kPageBytes;
+    }
+  }
+
+  /// Returns the bytes, or -1 with errno.
+  static ssize_t map_pages(std::byte* first, std::uint64_t bytes) noexcept {
+#ifdef MADV_POPULATE_READ
+    if (::madvise(first, bytes, MADV_POPULATE_READ) != 0) {
+      // EFAULT stands for the signal. EINVAL: Linux before 5.14 cannot ask.
+      if (errno == EFAULT || errno == EHWPOISON) errno = EIO;
+      if (errno != EINVAL) return -1;
+    }
+#endif
+    return static_cast<ssize_t>(bytes);
+  }
+
   const LevelGeometry& geometry_;
   const BlockTable& table_;
   File file_;

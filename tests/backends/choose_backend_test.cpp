@@ -6,6 +6,8 @@
 #include "plait/error.h"
 #include "plait/registry.h"
 #include "plait/store.h"
+#include "support/files_in_memory.h"
+#include "support/skip.h"
 #include "support/temporary_directory.h"
 
 namespace plait::test {
@@ -14,10 +16,11 @@ namespace {
 constexpr std::uint64_t kAvailable = std::uint64_t{8} << 30;
 constexpr std::uint64_t kLarge = kAvailable / kLargeStoreDivisor + 1;
 
-/// pread, and a uring that its kernel refuses or allows.
+/// pread, mmap, and a uring that its kernel refuses or allows.
 BackendRegistry registry_with_uring(bool allowed) {
   BackendRegistry registry;
   registry.add(default_backends().find("pread"));
+  registry.add(default_backends().find("mmap"));
   RegisteredBackend uring = default_backends().find("uring");
   uring.check_machine = [allowed] {
     if (!allowed) throw Error(ErrorCode::kNotSupported, "the kernel refuses io_uring");
@@ -33,7 +36,8 @@ NewStore large_store(const std::filesystem::path& path) {
 }  // namespace
 
 TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
-  const BackendFacts large{kLarge, kAvailable, StoreMedium::kDisk, "", "", false, false};
+  const BackendFacts large{
+      .level_bytes = kLarge, .available_bytes = kAvailable, .medium = StoreMedium::kDisk};
   struct Row {
     const char* what;
     BackendFacts facts;
@@ -51,8 +55,18 @@ TEST_CASE("ChooseBackend_Facts_DecideByTheFirstRuleThatIsTrue") {
        "pread", "the page cache keeps it"},
       {"an empty store", with([](BackendFacts& facts) { facts.level_bytes = 0; }), "pread",
        "small"},
-      {"in memory", with([](BackendFacts& facts) { facts.medium = StoreMedium::kMemory; }), "pread",
+      {"in memory", with([](BackendFacts& facts) { facts.medium = StoreMedium::kMemory; }), "mmap",
        "keeps files in memory"},
+      {"in memory, small", with([](BackendFacts& facts) {
+         facts.medium = StoreMedium::kMemory;
+         facts.level_bytes = 0;
+       }),
+       "mmap", "keeps files in memory"},
+      {"in memory, and none maps", with([](BackendFacts& facts) {
+         facts.medium = StoreMedium::kMemory;
+         facts.no_mmap = "there is no mapping here";
+       }),
+       "pread", "there is no mapping here"},
       {"a network", with([](BackendFacts& facts) { facts.medium = StoreMedium::kNetwork; }),
        "pread", "on another machine"},
       {"no medium", with([](BackendFacts& facts) { facts.medium = StoreMedium::kUnknown; }),
@@ -83,7 +97,7 @@ TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
   const BackendChoice choice = choose_backend(
       registry_with_uring(true),
       {.path = here.path() / "s.plait", .level_bytes = kLarge - 1, .available_bytes = kAvailable});
-  CHECK(choice.name == "pread");
+  CHECK(choice.name == (keeps_files_in_memory(here.path()) ? "mmap" : "pread"));
   CHECK_THAT(choice.reason, Catch::Contains("small") && Catch::Contains("4096 MiB of levels") &&
                                 Catch::Contains("8192 MiB of memory"));
 }
@@ -91,21 +105,33 @@ TEST_CASE("ChooseBackend_SmallStore_IsPreadAndSaysBesideWhat") {
 TEST_CASE("ChooseBackend_LargeStoreOnADisk_IsUringUnlessTheKernelRefuses") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
-  const BackendChoice refused = choose_backend(registry_with_uring(false), large_store(path));
-  CHECK(refused.name == "pread");
-  CHECK_THAT(refused.reason, Catch::Contains("the kernel refuses io_uring"));
-  const BackendChoice choice = choose_backend(registry_with_uring(true), large_store(path));
-  // Temporary files may be in memory here.
-  if (choice.name == "pread")
-    CHECK_THAT(choice.reason, Catch::Contains("file system"));
-  else
+  const BackendChoice choice = choose_backend(registry_with_uring(true), large_store(path)),
+                      refused = choose_backend(registry_with_uring(false), large_store(path));
+  if (keeps_files_in_memory(here.path())) {
+    CHECK(choice.name == "mmap");
+    CHECK(refused.name == "mmap");
+  } else {
+    CHECK(refused.name == "pread");
+    CHECK_THAT(refused.reason, Catch::Contains("the kernel refuses io_uring"));
     CHECK_THAT(choice.reason, Catch::Contains("large"));
+    if (choice.name == "pread") CHECK_THAT(choice.reason, Catch::Contains("file system"));
+  }
   CHECK(std::filesystem::is_empty(here.path()));
 }
 
-TEST_CASE("ChooseBackend_WhereItCannotBeHad_IsPreadAndSaysWhy") {
-  CHECK_THAT(choose_backend(registry_with_uring(true), large_store("/dev/shm/s.plait")).reason,
-             Catch::Contains("keeps files in memory"));
+TEST_CASE("ChooseBackend_FilesInMemory_AreMappedUnlessNoBackendMaps") {
+  if (!keeps_files_in_memory("/dev/shm")) return skip("/dev/shm is not in memory");
+  const BackendChoice choice = choose_backend(registry_with_uring(true), large_store("/dev/shm/s"));
+  CHECK(choice.name == "mmap");
+  CHECK_THAT(choice.reason, Catch::Contains("keeps files in memory"));
+  BackendRegistry without;
+  without.add(default_backends().find("pread"));
+  const BackendChoice other = choose_backend(without, large_store("/dev/shm/s"));
+  CHECK(other.name == "pread");
+  CHECK_THAT(other.reason, Catch::Contains("\"mmap\""));
+}
+
+TEST_CASE("ChooseBackend_WhereNothingIsKnown_IsPread") {
   CHECK(choose_backend(registry_with_uring(true), large_store("/no/such/s.plait")).name == "pread");
   BackendRegistry without;
   without.add(default_backends().find("pread"));
@@ -118,7 +144,8 @@ TEST_CASE("StoreOptions_WithoutABackend_GetTheChoiceOfTheRegistry") {
                              const BackendRegistry& backends) {
     return Store::create(path, BaseMesh::build(tetrahedron()), options, backends).options().backend;
   };
-  CHECK(backend_of(here.path() / "a", {}, default_backends()) == "pread");
+  CHECK(backend_of(here.path() / "a", {}, default_backends()) ==
+        (keeps_files_in_memory(here.path()) ? "mmap" : "pread"));
   CHECK(backend_of({}, {}, default_backends()) == "memory");
   CHECK(backend_of(here.path() / "b", {.pipeline = "shuffle,zstd:1"}, default_backends()) ==
         "compressed");
@@ -126,9 +153,9 @@ TEST_CASE("StoreOptions_WithoutABackend_GetTheChoiceOfTheRegistry") {
   std::uint64_t bytes = 0;
   asked.set_chooser([&](const BackendRegistry&, const NewStore& store) -> BackendChoice {
     bytes = store.level_bytes;
-    return {"mmap", "the test says so"};
+    return {"compressed", "the test says so"};
   });
-  CHECK(backend_of(here.path() / "c", {.expected_bytes = 77}, asked) == "mmap");
+  CHECK(backend_of(here.path() / "c", {.expected_bytes = 77}, asked) == "compressed");
   CHECK(bytes == 77);
   asked.set_chooser({});
   CHECK_THROWS_WITH(backend_of(here.path() / "d", {}, asked), Catch::Contains("auto"));

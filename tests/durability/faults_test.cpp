@@ -13,6 +13,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/verify.h"
+#include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/temporary_directory.h"
 
@@ -242,6 +243,30 @@ TEST_CASE("MappedLevel_CutShortBehindItsBack_IsAnError") {
   Store store = Store::open(path, {}, default_backends());
   std::filesystem::resize_file(path / "attribute0.level03.1", 4096);
   CHECK(error_of([&] { read_level(store, 0, 3); }).code() == ErrorCode::kCorruption);
+  CHECK(read_level(store, 0, 2) == sample_level(store, sample_schemas()[0], 2));
+}
+
+TEST_CASE("MappedLevel_WhoseReadFails_IsAnErrorAndNoSignal") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const std::filesystem::path path = here.path() / "s.plait";
+  const std::string name = "attribute0.level03.1";
+  {
+    Store store = create_store(path, "mmap");
+    add_sample(store, sample_schemas()[0], 3);
+    store.commit();
+  }
+  Store store = Store::open(path, {}, default_backends());
+  {
+    const FailingOperations disk(path / name, 0, EIO, FailingOperations::From::kAllFromThere);
+    CHECK(error_of([&] { read_level(store, 0, 3); }).code() == ErrorCode::kIo);
+  }
+  // After the store has looked at the file's size, and before it looks at the first page.
+  const BeforeOperation meanwhile(FileOperation::Kind::kRead, name,
+                                  [&] { std::filesystem::resize_file(path / name, 0); });
+  const Error error = error_of([&] { read_level(store, 0, 3); });
+  CAPTURE(error.what());
+  CHECK(error.code() == ErrorCode::kIo);
+  CHECK(meanwhile.was_done());
   CHECK(read_level(store, 0, 2) == sample_level(store, sample_schemas()[0], 2));
 }
 
