@@ -6,10 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
-#include <random>
 #include <thread>
 
 #include "backends/measured_store.h"
+#include "instrument/random_faces.h"
 #include "plait/reader.h"
 
 namespace plait::bench {
@@ -17,31 +17,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Position = Vector3<float>;
+using instrument::draw_faces;
 
 /// A slow disk serves so many in a second or two; on a fast one the run is repeated.
 constexpr std::size_t kRequests = 160;
 constexpr double kOpenLoopSeconds = 3;
-
-/// Faces in the order of requests; only the seed and the counts decide.
-std::vector<FaceId> draw(bool zipf, std::uint64_t faces, std::size_t count, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  std::vector<double> sums;
-  if (zipf)
-    for (std::uint64_t rank = 1; rank <= faces; ++rank)
-      sums.push_back((sums.empty() ? 0 : sums.back()) + 1 / static_cast<double>(rank));
-  std::vector<FaceId> drawn;
-  while (drawn.size() < count) {
-    std::uint64_t face = random();
-    if (zipf) {
-      const double at = static_cast<double>(face >> 11) * 0x1p-53 * sums.back();
-      // Popular faces are scattered over the store.
-      face = static_cast<std::uint64_t>(std::ranges::lower_bound(sums, at) - sums.begin()) *
-             2654435761u;
-    }
-    drawn.push_back(static_cast<FaceId>(face % faces));
-  }
-  return drawn;
-}
 
 /// Reads one patch and adds its hash, without the lowest bits, to `sum`.
 std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds,
@@ -116,7 +96,7 @@ nlohmann::ordered_json read_drawn(const WorkloadRun& run, bool zipf) {
           ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
           : kRequests;
   const Requests done =
-      read_patches(reader, draw(zipf, store.base().face_count(), count, run.seed), run.cell);
+      read_patches(reader, draw_faces(zipf, store.base().face_count(), count, run.seed), run.cell);
   nlohmann::ordered_json result = result_of(store, run, done.seconds);
   result["latencies"] = latencies_to_json(done.latencies);
   if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
@@ -145,7 +125,7 @@ nlohmann::ordered_json box(const WorkloadRun& run) {
   }
   const Vector3<double> half{(high.x - low.x) / 40, (high.y - low.y) / 40, (high.z - low.z) / 40};
   const std::vector<FaceId> centres =
-      draw(false, store.base().positions().size(), kBoxes, run.seed);
+      draw_faces(false, store.base().positions().size(), kBoxes, run.seed);
   std::vector<double> latencies;
   std::uint64_t sum = 0;
   const Stopwatch clock;
@@ -171,7 +151,7 @@ nlohmann::ordered_json open_store(const WorkloadRun& run) {
   const Store store = open_for_reading(run);
   const Reader reader(store, {.attributes = {kAttribute}});
   double seconds = 0;
-  const FaceId face = draw(false, store.base().face_count(), 1, run.seed)[0];
+  const FaceId face = draw_faces(false, store.base().face_count(), 1, run.seed)[0];
   const std::uint64_t sum = read_and_hash(reader, face, run.cell.levels, seconds, since);
   nlohmann::ordered_json result = result_of(store, run, seconds);
   result["digest"] = {{"of", fmt::format("face {} of {}", face, surface_name(run.cell))},
@@ -209,7 +189,7 @@ nlohmann::ordered_json mixed(const WorkloadRun& run) {
   half.cell.budget_bytes = options.budget_bytes;
   const Store read = open_for_reading(half);
   const Reader reader(read, {.attributes = {kAttribute}});
-  const std::vector<FaceId> faces = draw(false, read.base().face_count(), 4096, run.seed);
+  const std::vector<FaceId> faces = draw_faces(false, read.base().face_count(), 4096, run.seed);
   std::vector<double> latencies;
   std::exception_ptr failure;
   std::atomic<bool> written = false;

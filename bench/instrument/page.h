@@ -84,9 +84,6 @@ Table table_with(std::string_view columns, Caption caption = {});
 std::string to_text(const Table& table);
 /// Rows of a Markdown table. A vertical bar in a cell is escaped.
 std::string to_markdown(const Table& table);
-/// An object a row: "ns a vertex" becomes the key "ns_a_vertex", with the number of the cell, or
-/// else its text.
-nlohmann::ordered_json to_json(const Table& table);
 
 /// Dots with intervals, a row for each (group, name).
 struct IntervalPlot {

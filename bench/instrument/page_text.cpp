@@ -1,8 +1,7 @@
-// Pages and tables as text, as Markdown and as JSON.
+// Pages and tables as text and as Markdown.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
@@ -25,16 +24,6 @@ std::vector<std::vector<std::string>> texts_of(const Table& table) {
   for (const Table::Row& row : table.rows)
     for (rows.emplace_back(); const TableCell& cell : row.cells) rows.back().push_back(cell.text);
   return rows;
-}
-
-std::string key_of(const std::string& name) {
-  std::string key;
-  for (const char letter : name)
-    if (std::isalnum(static_cast<unsigned char>(letter)) != 0)
-      key += letter;
-    else if (!key.empty() && key.back() != '_')
-      key += '_';
-  return key.ends_with('_') ? key.substr(0, key.size() - 1) : key;
 }
 
 }  // namespace
@@ -93,19 +82,6 @@ std::string to_markdown(const Table& table) {
     text += "\n";
   }
   return text;
-}
-
-nlohmann::ordered_json to_json(const Table& table) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const Table::Row& row : table.rows) {
-    nlohmann::ordered_json& object = rows.emplace_back(nlohmann::ordered_json::object());
-    for (std::size_t at = 0; at < row.cells.size(); ++at)
-      if (const TableCell& cell = row.cells[at]; cell.value)
-        object[key_of(table.columns[at].name)] = *cell.value;
-      else
-        object[key_of(table.columns[at].name)] = cell.text;
-  }
-  return rows;
 }
 
 namespace {

@@ -1,7 +1,7 @@
 // What does at(level, i, j) of a store cost, compared with plain arrays, when everything is in
 // memory?
 //
-//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .] [--json FILE]
+//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .]
 //
 // The same source, plait/extend/rule_patches.h, refines the same mesh in three kinds of storage:
 // the library's in-core mesh of plain arrays, a store in memory, and a store on disk whose blocks
@@ -40,7 +40,7 @@ namespace fs = std::filesystem;
 using Position = Vector3<float>;
 
 struct Settings {
-  std::string mesh, directory = ".", json;
+  std::string mesh, directory = ".";
   int levels = 5, runs = 5;
 };
 
@@ -135,7 +135,7 @@ int run(const Settings& settings) {
           middle(of.seconds, 1e9 / static_cast<double>(vertices), 1), spread(of.ratios)}});
   print_table(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.levels,
                           settings.runs),
-              table, settings.json);
+              table);
   return 0;
 }
 
@@ -151,7 +151,6 @@ int main(int count, char** words) {
         add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); }, &settings.directory);
 }

@@ -40,19 +40,9 @@ inline void add_threads_option(CommandLine& app, std::vector<int>& threads) {
 inline void add_runs_option(CommandLine& app, int& runs) {
   add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
 }
-inline void add_layout_option(CommandLine& app, std::string& layout) {
-  app.add_option("--layout", layout, "Order of the faces: given, spatial, hilbert, rcm or auto")
-      ->capture_default_str();
-}
-inline void add_executor_option(CommandLine& app, std::string& executor) {
-  app.add_option("--executor", executor, "fused, sweep or transparent")->capture_default_str();
-}
 inline void add_directory_option(CommandLine& app, std::string& directory) {
   app.add_option("--directory", directory, "Where to make temporary files: on the disk to measure")
       ->capture_default_str();
-}
-inline void add_json_option(CommandLine& app, std::string& json) {
-  app.add_option("--json", json, "Also write the figures to this file");
 }
 
 /// declare(app) adds the options. run() measures and returns the exit status. `directory` is where

@@ -2,7 +2,7 @@
 // bounds of all faces?
 //
 //   plait_bench_face_queries [--refinements 7] [--level 3] [--layouts hilbert,given]
-//                            [--queries 2000] [--runs 5] [--directory .] [--json FILE]
+//                            [--queries 2000] [--runs 5] [--directory .]
 //
 // The surface is a sphere of radius about one. Boxes are cubes around a vertex of it. Rays begin
 // outside and go through a point near the centre. The floor tests the bounds of every face with the
@@ -37,7 +37,7 @@ using Point = Vector3<double>;
 struct Settings {
   int refinements = 7, level = 3, queries = 2000, runs = 5;
   std::vector<std::string> layouts = {"hilbert", "given"};
-  std::string directory = ".", json;
+  std::string directory = ".";
 };
 
 struct FaceBox {
@@ -191,7 +191,7 @@ int run(const Settings& settings) {
                           "without a file of bounds, {} ms with one",
                           face_count, settings.level, settings.queries, settings.runs,
                           middle(without_file, 1e3, 1).text, middle(with_file, 1e3, 1).text),
-              table, settings.json);
+              table);
   return 0;
 }
 
@@ -208,7 +208,6 @@ int main(int count, char** words) {
         add_number_option(app, "--queries", settings.queries, 1, 100000000, "Queries of a run");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); }, &settings.directory);
 }

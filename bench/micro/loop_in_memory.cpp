@@ -1,7 +1,6 @@
 // How fast is a Loop surface computed into memory, compared with copying and filling as many bytes?
 //
 //   plait_bench_loop_in_memory [--mesh FILE] [--first 3] [--last 6] [--runs 5] [--threads 2]
-//                              [--executor fused] [--layout hilbert] [--json FILE]
 //
 // Without --mesh it takes an octahedron, refined in memory to 8192 faces. It measures every level,
 // positions alone and with normals, on one thread and on --threads: the time from a base mesh in
@@ -35,7 +34,7 @@ using namespace plait;
 using namespace plait::bench;
 
 struct Settings {
-  std::string mesh, executor = "fused", layout = "hilbert", json;
+  std::string mesh;
   int first = 3, last = 6, runs = 5, threads = 2;
 };
 
@@ -71,13 +70,13 @@ struct Case {
   std::string digest = {};
 };
 
-void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, RecycledPages& pages,
+void run_case(Case& at, const LaidOutMesh& base, RecycledPages& pages,
               const BackendRegistry& backends, bool check) {
   StoreOptions options;
   options.backend = "recycled";
   options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
   SubdivideOptions how;
-  how.executor = executor_from_name(settings.executor);
+  how.executor = ExecutorKind::kFused;
   how.levels = at.level;
   how.normals = at.normals;
   how.threads = at.threads;
@@ -103,9 +102,8 @@ void run_case(Case& at, const LaidOutMesh& base, const Settings& settings, Recyc
 }
 
 int run(const Settings& settings) {
-  const LaidOutMesh base =
-      lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
-              layout_from_name(settings.layout));
+  const LaidOutMesh base = lay_out(
+      settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh), LayoutKind::kHilbert);
   RecycledPages pages;
   const BackendRegistry backends = recycled_memory(pages);
   instrument::Table table = instrument::table_with(
@@ -117,10 +115,9 @@ int run(const Settings& settings) {
         Case at{level, threads, normals};
         say_progress(
             fmt::format("level {}, {} threads{}", level, threads, normals ? ", with normals" : ""));
-        run_case(at, base, settings, pages, backends, true);
+        run_case(at, base, pages, backends, true);
         at.plait.clear(), at.copy.clear(), at.stream.clear();
-        for (int turn = 0; turn < settings.runs; ++turn)
-          run_case(at, base, settings, pages, backends, false);
+        for (int turn = 0; turn < settings.runs; ++turn) run_case(at, base, pages, backends, false);
         const double scale = 1e9 / static_cast<double>(at.vertices);
         table.rows.push_back(
             {{number(level, 0), number(static_cast<double>(at.vertices), 0),
@@ -128,10 +125,9 @@ int run(const Settings& settings) {
               spread(at.plait, scale), middle(at.copy, scale), middle(at.stream, scale),
               number(*middle(at.plait).value / *middle(at.copy).value), at.digest}});
       }
-  print_table(
-      fmt::format("{} base vertices, executor {}, layout {}, {} runs", base.mesh.vertex_count(),
-                  settings.executor, to_string(base.kind), settings.runs),
-      table, settings.json);
+  print_table(fmt::format("{} base vertices, fused executor, layout hilbert, {} runs",
+                          base.mesh.vertex_count(), settings.runs),
+              table);
   return 0;
 }
 
@@ -149,9 +145,6 @@ int main(int count, char** words) {
         add_runs_option(app, settings.runs);
         add_number_option(app, "--threads", settings.threads, 1, 64,
                           "The largest number of threads; measures from one thread up");
-        add_executor_option(app, settings.executor);
-        add_layout_option(app, settings.layout);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

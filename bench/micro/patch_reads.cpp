@@ -3,7 +3,7 @@
 // patch-random,patch-zipf.)
 //
 //   plait_bench_patch_reads [--level 5] [--refinements 5] [--backend pread,mmap] [--threads 1,2,8]
-//                           [--budget MIB] [--reads 20000] [--runs 5] [--directory .] [--json FILE]
+//                           [--budget MIB] [--reads 20000] [--runs 5] [--directory .]
 //
 // Each read pins the positions of one patch and copies them in row order. The patches are random:
 // all are equally likely (uniform), or the n-th of them has a weight of 1/n (Zipf). The floor
@@ -17,11 +17,12 @@
 #include <cstring>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "instrument/random_faces.h"
 #include "instrument/statistics.h"
 #include "micro/command_line.h"
-#include "micro/random_patches.h"
 #include "micro/support.h"
 #include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
@@ -39,7 +40,7 @@ struct Settings {
   std::vector<int> threads = {1, 2, 8};
   std::vector<std::string> backends = {"pread", "mmap"};
   std::uint64_t budget_mebibytes = 0, block_kibibytes = StoreOptions().block_bytes >> 10;
-  std::string directory = ".", json;
+  std::string directory = ".";
 };
 
 struct Row {
@@ -69,14 +70,33 @@ class Mapping {
   const std::byte* data_;
 };
 
+/// Calls read(thread, face) for the faces of each thread, and returns nanoseconds of each call.
+template <class Read>
+std::vector<double> latencies(const std::vector<std::vector<FaceId>>& faces_of, Read read) {
+  std::vector<std::vector<double>> times(faces_of.size());
+  std::vector<std::thread> threads;
+  for (std::size_t thread = 0; thread < faces_of.size(); ++thread)
+    threads.emplace_back([&, thread] {
+      for (const FaceId face : faces_of[thread])
+        times[thread].push_back(1e9 * seconds([&] { read(thread, face); }));
+    });
+  for (std::thread& thread : threads) thread.join();
+  std::vector<double> all;
+  for (const std::vector<double>& of : times) all.insert(all.end(), of.begin(), of.end());
+  return all;
+}
+
 void measure(Row& row, const Reader& reader, const Mapping& mapping, std::uint64_t face_count,
              const Settings& settings, unsigned seed) {
   const std::uint64_t vertices = patch_vertex_count(std::int64_t{1} << settings.level);
   const std::uint64_t patch_bytes = vertices * sizeof(Vector3<float>);
   const std::uint64_t places = mapping.bytes() / patch_bytes;
   const int reads_of_thread = settings.reads / row.threads;
-  const std::vector<std::vector<FaceId>> faces =
-      draw_for_threads(row.threads, row.distribution == "zipf", face_count, settings.reads, seed);
+  std::vector<std::vector<FaceId>> faces;
+  for (int thread = 0; thread < row.threads; ++thread)
+    faces.push_back(instrument::draw_faces(row.distribution == "zipf", face_count,
+                                           static_cast<std::size_t>(reads_of_thread),
+                                           seed + static_cast<unsigned>(thread)));
   std::vector<std::vector<Vector3<float>>> into(faces.size(),
                                                 std::vector<Vector3<float>>(vertices));
   const auto count = static_cast<double>(reads_of_thread) * row.threads;
@@ -149,7 +169,7 @@ int run(const Settings& settings) {
                           "{} MiB (0: for everything)",
                           base.face_count(), patch_vertex_count(std::int64_t{1} << settings.level),
                           settings.reads, settings.runs, settings.budget_mebibytes),
-              table, settings.json);
+              table);
   return 0;
 }
 
@@ -172,7 +192,6 @@ int main(int count, char** words) {
         add_number_option(app, "--reads", settings.reads, 64, 100000000, "Reads of all threads");
         add_runs_option(app, settings.runs);
         add_directory_option(app, settings.directory);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); }, &settings.directory);
 }

@@ -3,7 +3,7 @@
 // set for which the compiler made code without vectors. No set should take longer than a narrower
 // one.
 //
-//   plait_bench_rows [--only TEXT] [--points 32] [--runs 15] [--json FILE]
+//   plait_bench_rows [--only TEXT] [--points 32] [--runs 15]
 //
 // It prints a line for every row and instruction set, the narrowest set first: nanoseconds per
 // vertex (a vertex is a point of one lane), the ratio to the next narrower set, and the ratio to
@@ -39,7 +39,7 @@ using namespace plait;
 using namespace plait::bench;
 
 struct Settings {
-  std::string only, json;
+  std::string only;
   int points = 32, runs = 15;
 };
 
@@ -205,7 +205,7 @@ int run(const Settings& settings) {
   }
   print_table(fmt::format("rows of {} points in {} lanes, {} runs", settings.points, kPatchLanes,
                           settings.runs),
-              table, settings.json);
+              table);
   return 0;
 }
 
@@ -219,7 +219,6 @@ int main(int count, char** words) {
         app.add_option("--only", settings.only, "Only rows whose name contains this text");
         add_number_option(app, "--points", settings.points, 1, 1024, "Points of a row");
         add_runs_option(app, settings.runs);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include "instrument/statistics.h"
-#include "plait/error.h"
 
 namespace plait::bench {
 
@@ -29,14 +27,8 @@ TableCell spread(std::span<const double> values, double scale, int digits) {
   return cell;
 }
 
-void print_table(const std::string& about, const instrument::Table& table,
-                 const std::string& json) {
+void print_table(const std::string& about, const instrument::Table& table) {
   std::fputs((about + "\n\n" + to_markdown(table)).c_str(), stdout);
-  if (json.empty()) return;
-  std::ofstream file(json);
-  file << nlohmann::ordered_json{{"about", about}, {"rows", to_json(table)}}.dump(2) << '\n';
-  if (!file.flush())
-    throw Error(ErrorCode::kIo, fmt::format("write {}: it cannot be written", json));
 }
 
 void say_progress(const std::string& text) {

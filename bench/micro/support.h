@@ -40,9 +40,8 @@ instrument::TableCell middle(std::span<const double> values, double scale = 1, i
 /// "1.23 (1.20 to 1.31)": with the smallest and the largest.
 instrument::TableCell spread(std::span<const double> values, double scale = 1, int digits = 2);
 
-/// Prints a line and the table as Markdown, and writes both as JSON to the file `json`, unless that
-/// is empty. Errors: kIo.
-void print_table(const std::string& about, const instrument::Table& table, const std::string& json);
+/// Prints a line and the table as Markdown.
+void print_table(const std::string& about, const instrument::Table& table);
 
 /// Prints a line to standard error if it is a terminal.
 void say_progress(const std::string& text);

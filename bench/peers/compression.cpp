@@ -1,7 +1,7 @@
 // How small does a level get, and how fast is it encoded and decoded?
 //
 //   plait_bench_compression [--mesh FILE] [--level 5] [--blocks 32] [--block 256] [--runs 5]
-//                           [--surface NAME]... [--only PIPELINE]... [--every-target] [--json FILE]
+//                           [--surface NAME]... [--only PIPELINE]... [--every-target]
 //
 // Four surfaces: a Loop surface; the same with noise of 3e-7 diagonals; with a fractal of 0.005
 // diagonals; and the noisy one with normals that another rule made. Of each, some blocks of the
@@ -36,7 +36,7 @@ using namespace plait::bench;
 struct Settings {
   SurfaceSettings surface;
   int runs = 5, refinements = 4;
-  std::string mesh, json;
+  std::string mesh;
   std::vector<std::string> surfaces, only;  ///< empty: all
   bool every_target = false;                ///< with each instruction set of the processor
 
@@ -135,7 +135,7 @@ int run(const Settings& settings) {
   }
   print_table(fmt::format("blocks of {} KiB at level {}, {} runs", settings.surface.block_kib,
                           settings.surface.level, settings.runs),
-              table, settings.json);
+              table);
   return 0;
 }
 
@@ -158,7 +158,6 @@ int main(int count, char** words) {
         app.add_flag("--every-target", settings.every_target,
                      "Measure with each instruction set of this processor");
         add_runs_option(app, settings.runs);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -1,6 +1,6 @@
 // Does plait measure the same distances between two surfaces as another library?
 //
-//   plait_bench_distance_peers [--mesh FILE --other FILE] [--samples 1000000] [--json FILE]
+//   plait_bench_distance_peers [--mesh FILE --other FILE] [--samples 1000000]
 //
 // Without files it takes two spheres of triangles, a fine one and a coarse one. CGAL chooses points
 // of its own, so equal distances are no accident of the points. Fails if the root mean square, the
@@ -27,7 +27,7 @@ using namespace plait;
 using namespace plait::bench;
 
 struct Settings {
-  std::string mesh, other, json;
+  std::string mesh, other;
   int samples = 1000000;
 };
 
@@ -74,7 +74,7 @@ int run(const Settings& settings) {
   add("other to mesh", second, first);
   print_table(fmt::format("{} points on each surface, {} and {} faces", settings.samples,
                           first.faces.size(), second.faces.size()),
-              table, settings.json);
+              table);
   if (!(most <= kMostDifference))
     throw Error(ErrorCode::kCorruption,
                 fmt::format("the distances differ by {:.2f} %, expected at most {:.0f} %",
@@ -101,7 +101,6 @@ int main(int count, char** words) {
                        "Another mesh; default: a sphere of 512 triangles");
         add_number_option(app, "--samples", settings.samples, 1000, 100000000,
                           "Points on each surface");
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

@@ -1,6 +1,6 @@
 // How fast are the positions of a Loop surface computed in memory, compared with other libraries?
 //
-//   plait_bench_loop_peers [--mesh FILE] [--level 4] [--runs 5] [--layout hilbert] [--json FILE]
+//   plait_bench_loop_peers [--mesh FILE] [--level 4] [--runs 5]
 //
 // Without --mesh it takes an octahedron, refined in memory to 8192 faces. All libraries get the
 // same faces in the same order, one thread, and memory that was touched before: plait uses a
@@ -33,13 +33,13 @@ using namespace plait;
 using namespace plait::bench;
 
 struct Settings {
-  std::string mesh, layout = "hilbert", json;
+  std::string mesh;
   int level = 4, runs = 5;
 };
 
 LaidOutMesh load(const Settings& settings) {
   return lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
-                 layout_from_name(settings.layout));
+                 LayoutKind::kHilbert);
 }
 
 void read_positions(Store& store, Points& points) {
@@ -61,40 +61,38 @@ void read_positions(Store& store, Points& points) {
 
 /// plait itself. The connectivity and the order of the faces, which a program computes once per
 /// mesh, are in the time only if `preparation_too`.
-Peer plait_peer(const Settings& settings, RecycledPages& pages, bool preparation_too) {
-  return {
-      "plait", preparation_too ? "fused executor, connectivity and order" : "fused executor",
-      [&settings, &pages, preparation_too](const BaseMesh& base, int level, Points* points) {
-        const BackendRegistry backends = recycled_memory(pages);
-        IndexedMesh given{{base.positions().begin(), base.positions().end()},
-                          {base.faces().begin(), base.faces().end()}};
-        BaseMesh mesh = base;
-        const double preparation = !preparation_too ? 0 : thread_seconds([&] {
-          tbb::task_arena(1).execute([&] {
-            mesh =
-                lay_out(BaseMesh::build(std::move(given)), layout_from_name(settings.layout)).mesh;
-          });
-        });
-        StoreOptions options;
-        options.backend = "recycled";
-        options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
-        Store store = Store::create({}, std::move(mesh), options, backends);
-        add_base_positions(store);
-        SubdivideOptions how;
-        how.executor = ExecutorKind::kFused;
-        how.levels = level;
-        const double result = thread_seconds([&] { subdivide(store, how); });
-        if (points != nullptr) read_positions(store, *points);
-        return result + preparation;
-      }};
+Peer plait_peer(RecycledPages& pages, bool preparation_too) {
+  return {"plait", preparation_too ? "fused executor, connectivity and order" : "fused executor",
+          [&pages, preparation_too](const BaseMesh& base, int level, Points* points) {
+            const BackendRegistry backends = recycled_memory(pages);
+            IndexedMesh given{{base.positions().begin(), base.positions().end()},
+                              {base.faces().begin(), base.faces().end()}};
+            BaseMesh mesh = base;
+            const double preparation = !preparation_too ? 0 : thread_seconds([&] {
+              tbb::task_arena(1).execute([&] {
+                mesh = lay_out(BaseMesh::build(std::move(given)), LayoutKind::kHilbert).mesh;
+              });
+            });
+            StoreOptions options;
+            options.backend = "recycled";
+            options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
+            Store store = Store::create({}, std::move(mesh), options, backends);
+            add_base_positions(store);
+            SubdivideOptions how;
+            how.executor = ExecutorKind::kFused;
+            how.levels = level;
+            const double result = thread_seconds([&] { subdivide(store, how); });
+            if (points != nullptr) read_positions(store, *points);
+            return result + preparation;
+          }};
 }
 
 [[maybe_unused]] void add(std::vector<Peer>& to, std::vector<Peer> peers) {
   to.insert(to.end(), peers.begin(), peers.end());
 }
 
-std::vector<Peer> all_peers(const Settings& settings, RecycledPages& pages) {
-  std::vector<Peer> peers = {plait_peer(settings, pages, false), plait_peer(settings, pages, true)};
+std::vector<Peer> all_peers(RecycledPages& pages) {
+  std::vector<Peer> peers = {plait_peer(pages, false), plait_peer(pages, true)};
 #ifdef PLAIT_BENCH_OPEN_SUBDIV
   add(peers, open_subdiv_peers());
 #endif
@@ -163,7 +161,7 @@ void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int l
 std::uint64_t peak_of(const Settings& settings, std::size_t which) {
   return instrument::in_own_process([&] {
     RecycledPages pages;
-    const std::vector<Peer> peers = all_peers(settings, pages);
+    const std::vector<Peer> peers = all_peers(pages);
     const LaidOutMesh base = load(settings);
     const instrument::PeakMemory peak;
     peers[which].refine(base.mesh, settings.level, nullptr);
@@ -173,7 +171,7 @@ std::uint64_t peak_of(const Settings& settings, std::size_t which) {
 
 int run(const Settings& settings) {
   RecycledPages pages;
-  const std::vector<Peer> peers = all_peers(settings, pages);
+  const std::vector<Peer> peers = all_peers(pages);
   std::vector<std::uint64_t> peaks;
   for (std::size_t i = 0; i < peers.size(); ++i) {
     say_progress(fmt::format("memory: {}, {}", peers[i].name, peers[i].measured));
@@ -204,11 +202,11 @@ int run(const Settings& settings) {
         {{peers[i].name, peers[i].measured, spread(times[i], 1e9 / vertices),
           spread(ratios[i], 1, 1), number(static_cast<double>(peaks[i]) / vertices, 0)}});
   print_table(
-      fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout {}, "
+      fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout hilbert, "
                   "{} runs; not found: {}",
-                  base.mesh.vertex_count(), vertices, settings.level, to_string(base.kind),
-                  settings.runs, PLAIT_BENCH_PEERS_NOT_FOUND),
-      table, settings.json);
+                  base.mesh.vertex_count(), vertices, settings.level, settings.runs,
+                  PLAIT_BENCH_PEERS_NOT_FOUND),
+      table);
   return 0;
 }
 
@@ -223,8 +221,6 @@ int main(int count, char** words) {
         add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
         add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");
         add_runs_option(app, settings.runs);
-        add_layout_option(app, settings.layout);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); });
 }

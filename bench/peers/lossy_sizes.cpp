@@ -1,6 +1,6 @@
 // How small do positions get if each coordinate may change by a bound?
 //
-//   plait_bench_lossy_sizes [--refinements 4] [--level 5] [--directory DIR] [--json FILE]
+//   plait_bench_lossy_sizes [--refinements 4] [--level 5] [--directory DIR]
 //
 // Three surfaces: a Loop surface; with noise of 3e-7 diagonals; with a fractal of 0.005 diagonals.
 // For each bound, the bytes a vertex of all levels, and the largest error measured on what a reader
@@ -36,7 +36,7 @@ using namespace plait::bench;
 
 struct Settings {
   int level = 5, refinements = 4;
-  std::string directory = "/tmp", json;
+  std::string directory = "/tmp";
 };
 
 /// All vertices, in the order of VertexNumbering, and the triangles of the finest level.
@@ -148,7 +148,7 @@ int run(const Settings& settings) {
       }
     }
   }
-  print_table(fmt::format("positions to level {}", settings.level), table, settings.json);
+  print_table(fmt::format("positions to level {}", settings.level), table);
   return 0;
 }
 
@@ -161,7 +161,6 @@ int main(int count, char** words) {
       [&](CommandLine& app) {
         add_surface_options(app, settings.refinements, settings.level);
         add_directory_option(app, settings.directory);
-        add_json_option(app, settings.json);
       },
       [&] { return run(settings); }, &settings.directory);
 }
