@@ -36,13 +36,7 @@ while [ $# -gt 0 ]; do
   case $1 in
     --kinds | --rounds | --memory | --minutes | --program)
       [ $# -gt 1 ] || refuse_usage "$1 needs a value"
-      case $1 in
-        --kinds) kinds=$2 ;;
-        --rounds) rounds=$2 ;;
-        --memory) memory=$2 ;;
-        --minutes) minutes=$2 ;;
-        --program) program=$2 ;;
-      esac
+      declare "${1#--}=$2"
       shift 2 ;;
     --dry-run) dry_run=true; shift ;;
     --force) force=true; shift ;;

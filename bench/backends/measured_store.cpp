@@ -183,4 +183,22 @@ nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, doubl
   return object;
 }
 
+nlohmann::ordered_json update_all(Store& store, const WorkloadRun& run, const Stopwatch& clock) {
+  SweepPass pass;
+  pass.name = "update";
+  pass.accesses = {{store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+    for (int level = 1; level <= run.cell.levels; ++level)
+      for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
+  };
+  sweep(store, pass, {.threads = run.cell.threads});
+  const double swept = clock.seconds();
+  store.commit();
+  const double seconds = clock.seconds();
+  nlohmann::ordered_json result = counted(store, run, seconds, seconds - swept);
+  result["needed_read"] = run.cell.raw_bytes();
+  result["needed_written"] = run.cell.raw_bytes();
+  return result;
+}
+
 }  // namespace plait::bench

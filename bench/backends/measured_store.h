@@ -40,6 +40,10 @@ struct SlotHash {
 };
 SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level);
 
+/// Turns the lowest bit of each number of all levels in a sweep, and commits. `clock` has run since
+/// the work began. Returns what counted() does.
+nlohmann::ordered_json update_all(Store& store, const WorkloadRun& run, const Stopwatch& clock);
+
 /// Adds up the hashes of the slots of levels `first` to `last` in a sweep.
 std::string sweep_digest(Store& store, int first, int last, int threads);
 

@@ -212,23 +212,9 @@ nlohmann::ordered_json mixed(const WorkloadRun& run) {
       std::atomic<bool>& flag;
       ~End() { flag = true; }
     } const end{written};
-    SweepPass pass;
-    pass.name = "update";
-    pass.accesses = {
-        {store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
-    pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-      for (int level = 1; level <= run.cell.levels; ++level)
-        for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
-    };
-    sweep(store, pass, {.threads = run.cell.threads});
-    const double swept = clock.seconds();
-    store.commit();
-    const double seconds = clock.seconds();
-    result = counted(store, run, seconds, seconds - swept);
+    result = update_all(store, run, clock);
   }
   if (failure) std::rethrow_exception(failure);
-  result["needed_read"] = run.cell.raw_bytes();
-  result["needed_written"] = run.cell.raw_bytes();
   result["latencies"] = latencies_to_json(latencies);
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
                       {"value", surface_digest(run.store, run)}};

@@ -34,8 +34,7 @@ struct PlanRequest {
   std::vector<double> sizes = {0.5, 3};  ///< bytes of the levels over memory
   std::vector<int> threads = {1};
   double rate = 0;
-  int rounds = 5;                 ///< for the estimate of minutes
-  std::uint64_t limit_bytes = 0;  ///< most bytes on each disk; 0: what usable_bytes() says
+  int rounds = 5;  ///< for the estimate of minutes
 };
 
 struct PlannedDisk {

@@ -79,21 +79,7 @@ nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
   {
     const Stopwatch clock;
     Store store = Store::open(run.store, options, *run.backends);
-    const AttributeId attribute = store.attribute(kAttribute);
-    SweepPass pass;
-    pass.name = "update";
-    pass.accesses = {{attribute, 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
-    pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-      for (int level = 1; level <= run.cell.levels; ++level)
-        for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
-    };
-    sweep(store, pass, {.threads = run.cell.threads});
-    const double swept = clock.seconds();
-    store.commit();
-    const double seconds = clock.seconds();
-    result = counted(store, run, seconds, seconds - swept);
-    result["needed_read"] = run.cell.raw_bytes();
-    result["needed_written"] = run.cell.raw_bytes();
+    result = update_all(store, run, clock);
   }
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
                       {"value", surface_digest(run.store, run)}};

@@ -97,14 +97,23 @@ void move_share(const FloorRequest& request, File& file, std::size_t thread,
   }
 }
 
+bool makes_file(const FloorRequest& request) { return request.kind == FloorKind::kWrite; }
+
 bool writes(FloorKind kind) { return kind == FloorKind::kWrite || kind == FloorKind::kUpdate; }
 
-FloorResult figures_of(const FloorRequest& request) {
+/// The file that a floor moves: absent if the floor makes it, else there and cold.
+fs::path make_ready(const FloorRequest& request, FloorResult& result) {
+  const fs::path path = makes_file(request) ? written_file(request) : read_file(request);
   const std::uint64_t bytes = moved_blocks(request) * request.block_bytes;
-  FloorResult result;
   result.bytes_read = request.kind == FloorKind::kWrite ? 0 : bytes;
   result.bytes_written = writes(request.kind) ? bytes : 0;
-  return result;
+  if (makes_file(request)) {
+    fs::remove(path);
+    return path;
+  }
+  if (!fs::exists(path) || fs::file_size(path) < file_bytes(request)) prepare_floor_file(request);
+  result.cold = is_cold(make_cold({path})) || request.direct;
+  return path;
 }
 
 }  // namespace
@@ -143,14 +152,9 @@ void remove_floor_files(const fs::path& directory) noexcept {
 
 FloorResult own_floor(const FloorRequest& request) {
   check(request);
-  const bool fresh = request.kind == FloorKind::kWrite;
-  const fs::path path = fresh ? written_file(request) : read_file(request);
-  FloorResult result = figures_of(request);
-  if (fresh)
-    fs::remove(path);
-  else if (!fs::exists(path) || fs::file_size(path) < file_bytes(request))
-    prepare_floor_file(request);
-  if (!fresh) result.cold = is_cold(make_cold({path})) || request.direct;
+  const bool fresh = makes_file(request);
+  FloorResult result;
+  const fs::path path = make_ready(request, result);
   std::vector<AlignedBytes> memory;
   memory.reserve(static_cast<std::size_t>(request.threads));
   for (int thread = 0; thread < request.threads; ++thread)
@@ -191,16 +195,11 @@ std::optional<FloorResult> fio_floor(const FloorRequest& request) {
   check(request);
   // fio cannot read a block and write the same one back, so an update has no partner.
   if (!have_fio() || request.kind == FloorKind::kUpdate) return {};
-  const bool fresh = request.kind == FloorKind::kWrite;
-  const fs::path path = fresh ? written_file(request) : read_file(request);
   // The name of the file is in a shell command, and ':' separates files in fio.
-  if (path.native().find_first_of("'\\:") != std::string::npos) return {};
-  if (fresh)
-    fs::remove(path);
-  else if (!fs::exists(path) || fs::file_size(path) < file_bytes(request))
-    prepare_floor_file(request);
-  FloorResult result = figures_of(request);
-  if (!fresh) result.cold = is_cold(make_cold({path})) || request.direct;
+  if (request.directory.native().find_first_of("'\\:") != std::string::npos) return {};
+  const bool fresh = makes_file(request);
+  FloorResult result;
+  const fs::path path = make_ready(request, result);
   const auto threads = static_cast<std::uint64_t>(request.threads);
   const std::uint64_t share =
       std::max<std::uint64_t>(moved_blocks(request) / threads, 1) * request.block_bytes;

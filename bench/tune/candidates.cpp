@@ -6,6 +6,7 @@
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/registry.h"
+#include "tune/choice.h"
 
 namespace plait::tune {
 namespace {
@@ -59,9 +60,8 @@ std::optional<std::size_t> filters_of(const PipelineRegistry& registry,
     level.schema = schema;
     return registry.open(pipeline, level).filters.size();
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument)
-      return std::nullopt;
-    throw;
+    if (!is_refusal(error)) throw;
+    return std::nullopt;
   }
 }
 

@@ -54,6 +54,10 @@ Pipeline pipeline_of(const Choice& choice, const AttributeSchema& schema) {
   return choice.compress.empty() ? Pipeline() : compression_of(choice).pipeline_of(schema).of(0);
 }
 
+bool is_refusal(const Error& error) noexcept {
+  return error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument;
+}
+
 std::vector<AttributeId> refined_attributes(const Store& store) {
   std::vector<AttributeId> ids;
   for (AttributeId id = 0; id < store.attributes().size(); ++id)

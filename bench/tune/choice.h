@@ -34,6 +34,9 @@ StoreOptions options_of_copy(const Store& source, const Choice& choice);
 /// What the choice does with these records.
 Pipeline pipeline_of(const Choice& choice, const AttributeSchema& schema);
 
+/// Whether a pipeline cannot store the records, and not another fault.
+bool is_refusal(const Error& error) noexcept;
+
 /// The attributes that have levels.
 std::vector<AttributeId> refined_attributes(const Store& store);
 /// The bytes of an attribute's records, up to a level.

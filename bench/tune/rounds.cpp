@@ -83,9 +83,7 @@ bool measure_rounds(std::vector<Measured>& choices, Goal goal, double seconds,
         try {
           one.runs.push_back(run(one.choice));
         } catch (const Error& error) {
-          if (error.code() != ErrorCode::kNotSupported &&
-              error.code() != ErrorCode::kInvalidArgument)
-            throw;
+          if (!is_refusal(error)) throw;
           one.refused = error.what();
         }
       }

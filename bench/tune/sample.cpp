@@ -16,10 +16,6 @@
 namespace plait::tune {
 namespace {
 
-bool is_refusal(const Error& error) {
-  return error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument;
-}
-
 /// Stores the sample with a pipeline for each attribute, those that end early with `none`.
 class Trier {
  public:
