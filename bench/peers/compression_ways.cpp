@@ -41,17 +41,21 @@ double entropy(const std::array<std::uint64_t, 256>& counts) {
   return bits / 8;
 }
 
+FilterLevel filter_level_of(const MeasuredAttribute& attribute) {
+  FilterLevel level;
+  level.schema = attribute.schema;
+  level.geometry = attribute.finest;
+  level.attribute = attribute.number;
+  level.level = attribute.level;
+  level.surroundings = &attribute.surface->surroundings;
+  return level;
+}
+
 /// A pipeline for the blocks of one attribute.
 class Coder {
  public:
   Coder(const MeasuredAttribute& attribute, const Pipeline& pipeline) : attribute_(attribute) {
-    FilterLevel filter_level;
-    filter_level.schema = attribute.schema;
-    filter_level.geometry = attribute.finest;
-    filter_level.attribute = attribute.number;
-    filter_level.level = attribute.level;
-    filter_level.surroundings = &attribute.surface->surroundings;
-    pipeline_ = default_pipelines().open(pipeline, filter_level);
+    pipeline_ = default_pipelines().open(pipeline, filter_level_of(attribute));
     filters_alone_ = pipeline.codec.name == "none" && !pipeline.filters.empty();
     const std::size_t most = attribute.finest->max_block_bytes();
     buffers_.assign(pipeline_.filters.size() + 1, Bytes(most));
@@ -132,15 +136,9 @@ void run_pipeline(const MeasuredAttribute& attribute, const std::string& name, S
 }
 
 void run_predicted(const MeasuredAttribute& attribute, Sizes& sizes, Times& times) {
-  FilterLevel level;
-  level.schema = attribute.schema;
-  level.geometry = attribute.finest;
-  level.attribute = attribute.number;
-  level.level = attribute.level;
-  level.surroundings = &attribute.surface->surroundings;
   const std::string text =
       fmt::format("predicted:loop/{}/float32/{},none", attribute.schema.name, attribute.level);
-  const OpenPipeline pipeline = default_pipelines().open(text, level);
+  const OpenPipeline pipeline = default_pipelines().open(text, filter_level_of(attribute));
   Bytes back(attribute.finest->max_block_bytes());
   for (const std::uint64_t block : attribute.blocks) {
     const auto raw = attribute.bytes_of(block);

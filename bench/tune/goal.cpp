@@ -5,29 +5,35 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "plait/error.h"
 
 namespace plait::tune {
 namespace {
 
-constexpr std::array<std::pair<Goal, std::string_view>, 5> kNames = {
-    {{Goal::kRead, "read"},
-     {Goal::kWrite, "write"},
-     {Goal::kUpdate, "update"},
-     {Goal::kSize, "size"},
-     {Goal::kBalanced, "balanced"}}};
+struct Described {
+  Goal goal;
+  std::string_view name, words;
+};
+constexpr std::array<Described, 5> kGoals = {
+    {{Goal::kRead, "read", "For a full read"},
+     {Goal::kWrite, "write", "For a full write"},
+     {Goal::kUpdate, "update", "For reading, changing and writing all records"},
+     {Goal::kSize, "size", "For size"},
+     {Goal::kBalanced, "balanced", "For reading, writing and size together"}}};
+
+const Described& description_of(Goal goal) noexcept {
+  return *std::ranges::find(kGoals, goal, &Described::goal);
+}
 
 }  // namespace
 
-std::string_view to_string(Goal goal) noexcept {
-  return std::ranges::find(kNames, goal, [](const auto& each) { return each.first; })->second;
-}
+std::string_view to_string(Goal goal) noexcept { return description_of(goal).name; }
+std::string_view words_for(Goal goal) noexcept { return description_of(goal).words; }
 
 Goal goal_from_name(std::string_view name) {
-  for (const auto& [goal, goal_name] : kNames)
-    if (name == goal_name) return goal;
+  if (const auto found = std::ranges::find(kGoals, name, &Described::name); found != kGoals.end())
+    return found->goal;
   throw Error(ErrorCode::kInvalidArgument,
               fmt::format("choose a goal: expected read, write, update, size or balanced, found "
                           "\"{}\"",

@@ -7,6 +7,8 @@ namespace plait::tune {
 
 enum class Goal : std::uint8_t { kRead, kWrite, kUpdate, kSize, kBalanced };
 std::string_view to_string(Goal goal) noexcept;
+/// "For a full read".
+std::string_view words_for(Goal goal) noexcept;
 /// Errors: kInvalidArgument; the message lists the goals.
 Goal goal_from_name(std::string_view name);
 

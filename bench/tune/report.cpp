@@ -20,22 +20,6 @@ using Json = nlohmann::ordered_json;
 
 std::string bytes_text(double bytes) { return format_bytes(static_cast<std::uint64_t>(bytes)); }
 
-std::string words_for(Goal goal) {
-  switch (goal) {
-    case Goal::kRead:
-      return "For a full read";
-    case Goal::kWrite:
-      return "For a full write";
-    case Goal::kUpdate:
-      return "For reading, changing and writing all records";
-    case Goal::kSize:
-      return "For size";
-    case Goal::kBalanced:
-      break;
-  }
-  return "For reading, writing and size together";
-}
-
 double ratio_of(const TuneFindings& findings, const Measured& one) {
   return static_cast<double>(findings.raw_bytes) / one.stored_bytes();
 }
