@@ -76,7 +76,10 @@ IndexedMesh shuffled(IndexedMesh mesh) {
   return mesh;
 }
 
-constexpr const char* kOrder = "faces in random order";
+/// A small one has `vertices`, unless that is 0.
+StandIn stand_in_of(const Model& model, std::uint64_t vertices) {
+  return vertices == 0 ? model.stand_in : StandIn{vertices, kSmallSeed, 0};
+}
 
 }  // namespace
 
@@ -96,9 +99,7 @@ IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices,
                           const GeneratorProgress& progress) {
   const GeneratorProgress nobody = [](double) {};
   const GeneratorProgress& told = progress ? progress : nobody;
-  if (vertices != 0)
-    return shuffled(generate(GeneratorKind::kMolecule, vertices, kSmallSeed, told));
-  const StandIn& how = model.stand_in;
+  const StandIn how = stand_in_of(model, vertices);
   const double first_part = how.refinements == 0 ? 1 : 0.2;
   IndexedMesh mesh = generate(GeneratorKind::kMolecule, how.molecule_vertices, how.seed,
                               [&](double part) { told(part * first_part); });
@@ -110,17 +111,13 @@ IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices,
 }
 
 std::string describe_stand_in(const Model& model, std::uint64_t vertices) {
-  if (vertices != 0)
-    return fmt::format("stand-in: a generated molecule of {} vertices, seed {}, {}", vertices,
-                       kSmallSeed, kOrder);
-  const StandIn& how = model.stand_in;
-  if (how.refinements == 0)
-    return fmt::format("stand-in: a generated molecule of {} vertices, seed {}, {}",
-                       how.molecule_vertices, how.seed, kOrder);
+  const StandIn how = stand_in_of(model, vertices);
   return fmt::format(
-      "stand-in: a generated molecule of {} vertices, seed {}, refined {} times and reduced to {} "
-      "vertices, {}",
-      how.molecule_vertices, how.seed, how.refinements, model.vertices, kOrder);
+      "stand-in: a generated molecule of {} vertices, seed {}, {}faces in random order",
+      how.molecule_vertices, how.seed,
+      how.refinements == 0 ? std::string()
+                           : fmt::format("refined {} times and reduced to {} vertices, ",
+                                         how.refinements, model.vertices));
 }
 
 }  // namespace plait::paper
