@@ -10,6 +10,7 @@
 
 #include "arguments.h"
 #include "backends/mesh_subject.h"
+#include "backends/quick_memory.h"
 #include "command.h"
 #include "command_bench.h"
 #include "console.h"
@@ -51,6 +52,11 @@ int run_quick(const BenchQuickArguments& arguments, const CommandContext& contex
   if (!arguments.directories.empty()) request.disks.clear();
   for (const std::filesystem::path& directory : arguments.directories)
     request.disks.push_back({directory});
+  if (request.memory.empty()) {
+    std::vector<std::filesystem::path> directories;
+    for (const bench::DiskPlace& disk : request.disks) directories.push_back(disk.directory);
+    request.memory = {bench::quick_memory(bench::measure_speeds(directories), arguments.seconds)};
+  }
   if (!arguments.mesh.empty())
     request.mesh = bench::mesh_subject(arguments.mesh, kMostLevels,
                                        kMostOfMemory * request.memory.front(), &request.levels);
@@ -74,8 +80,7 @@ int run_quick(const BenchQuickArguments& arguments, const CommandContext& contex
 
 std::function<int()> add_bench_quick_options(CommandLine& bench, CommandContext& context) {
   const auto arguments = std::make_shared<BenchQuickArguments>();
-  // Small, so that two disks get four rounds; a short run does its work more often anyway.
-  arguments->request.memory = {64u << 20};
+  arguments->request.memory.clear();  // by the speed of the disks
   arguments->request.sizes = {2};
   arguments->request.backends = {"all", "auto"};
   arguments->request.workloads = {"build", "sweep-read", "patch-random"};

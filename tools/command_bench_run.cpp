@@ -172,7 +172,9 @@ void add_bench_subject_options(CommandLine& command, PlanRequest& request) {
             throw Error(ErrorCode::kInvalidArgument, "expected at least 16MiB");
       },
       "Memory limits of the measured process, with commas; default " +
-          format_bytes(request.memory.front()));
+          (request.memory.empty()
+               ? "64 MiB, 32 or\n16 MiB on slow disks, so that the time is enough"
+               : format_bytes(request.memory.front())));
 }
 
 void add_bench_run_command(CommandLine& bench, CommandContext& context) {

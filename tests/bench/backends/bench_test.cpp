@@ -14,6 +14,7 @@
 #include "backends/findings.h"
 #include "backends/measured_store.h"
 #include "backends/plan.h"
+#include "backends/quick_memory.h"
 #include "backends/read_runs.h"
 #include "backends/record.h"
 #include "backends/record_file.h"
@@ -460,6 +461,34 @@ TEST_CASE("an error of a process keeps its code and message") {
     CHECK(std::string(error.what()) == "too small");
   }
   CHECK_THROWS_AS(instrument::in_own_process([]() -> nlohmann::json { ::_exit(3); }), Error);
+}
+
+TEST_CASE("QuickMemory_SlowDisks_MovesLess") {
+  constexpr DiskSpeed kFast{2e9, 2e9}, kMedium{2e8, 2e8}, kSlow{5e7, 5e7};
+  constexpr double kTwoMinutes = 105;
+  const auto memory = [](std::vector<DiskSpeed> disks, double seconds) {
+    return quick_memory(disks, seconds) >> 20;
+  };
+  CHECK(memory({kFast}, kTwoMinutes) == 64);
+  CHECK(memory({kFast, kFast}, kTwoMinutes) == 64);
+  CHECK(memory({kFast, kMedium}, kTwoMinutes) == 32);
+  CHECK(memory({kFast, kMedium}, 2 * kTwoMinutes) == 64);
+  CHECK(memory({kFast, kSlow}, kTwoMinutes) == 16);
+  CHECK(memory({kSlow, kSlow}, 1) == 16);
+}
+
+TEST_CASE("QuickMemory_SpeedsOfADirectory_AreMeasuredAndNothingStays") {
+  const TemporaryDirectory directory;
+  const std::vector<fs::path> twice = {directory.path(), directory.path()};
+  const std::vector<DiskSpeed> speeds = measure_speeds(twice);
+  REQUIRE(speeds.size() == 2);
+  for (const DiskSpeed& speed : speeds) {
+    CHECK(speed.write > 0);
+    CHECK(speed.read > 0);
+  }
+  CHECK(fs::is_empty(directory.path()));
+  const std::vector<fs::path> absent = {directory.path() / "absent"};
+  CHECK_THROWS_AS(measure_speeds(absent), Error);
 }
 
 }  // namespace plait::test
