@@ -134,16 +134,16 @@ Digest sum_of(const Digest& a, const Digest& b) {
 }
 
 Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
-                      const ProgressCallback& progress) {
+                      std::span<const AttributeId> attributes, const ProgressCallback& progress) {
   const StorePass under_way(store);
   SlotHasher hasher;
   const EdgeRange range = StoreAccess::edges(store);
   const std::span<const Edge> edges = store.base().edges();
   std::uint64_t done = 0, total = 0;
-  for (const AttributeInfo& info : store.attributes())
-    total += static_cast<std::uint64_t>(info.finest_level - store.base_level()) *
+  for (const AttributeId id : attributes)
+    total += static_cast<std::uint64_t>(store.attributes()[id].finest_level - store.base_level()) *
              (range.after - range.first);
-  for (AttributeId id = 0; id < store.attributes().size(); ++id) {
+  for (const AttributeId id : attributes) {
     const auto& [schema, finest_level] = store.attributes()[id];
     const std::size_t record_bytes = schema.record_bytes();
     const std::span<const std::byte> records = store.base_bytes(id);

@@ -11,8 +11,10 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// The sum of the hashes of the slots of a part's store (store/part_store.h), and of these base
-/// vertices. The sum of all parts is the digest of the whole store. Errors: as digest().
+/// vertices, for these attributes. The sum of all parts and all attributes is the digest of the
+/// whole store. Errors: as digest().
 Digest digest_of_part(const Store& store, std::span<const VertexId> vertices,
+                      std::span<const AttributeId> attributes,
                       const ProgressCallback& progress = {});
 
 /// a + b modulo 2^128.

@@ -1,7 +1,10 @@
 #include "store/attribute_levels.h"
 
+#include <utility>
+
 #include "plait/extend/pipeline.h"
 #include "plait/extend/store_access.h"
+#include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -12,6 +15,15 @@ LevelPipelines pipelines_of_levels(const Store& store, AttributeId attribute) {
   for (int level = store.base_level() + 1; level < finest; ++level)
     pipelines.set({level, level}, StoreAccess::level_file(store, attribute, level).pipeline);
   return pipelines;
+}
+
+AttributeId add_attribute_like(Store& store, AttributeSchema schema, AttributeId like) {
+  const LevelPipelines pipelines = StoreAccess::state(store).attributes[like].record.pipeline;
+  const AttributeId added = store.add_attribute(std::move(schema));
+  store.set_pipeline(added, pipelines);
+  while (store.attributes()[added].finest_level < store.attributes()[like].finest_level)
+    store.add_level(added);
+  return added;
 }
 
 std::uint64_t bytes_of_levels(const Store& store, AttributeId attribute) {

@@ -76,19 +76,21 @@ Store::Implementation::~Implementation() {
 std::unique_ptr<LevelFile> Store::Implementation::open_level(StoredLevel level,
                                                              const AttributeSchema& schema,
                                                              OpenMode mode) const {
+  const bool is_made_part = is_part() && mode != OpenMode::kRead;
   const std::string name =
-      is_part() ? level_file_name(level.number, level.level,
-                                  level.record.generations.front().version, only_shard)
-                : level.file_names().front();
+      is_made_part ? level_file_name(level.number, level.level,
+                                     level.record.generations.front().version, only_shard)
+                   : level.file_names().front();
+  const Directory& in = is_made_part && in_shards ? made_in : directory;
   auto file = std::make_unique<LevelFile>();
   file->geometry = level.geometry;
   file->table = std::move(level.table);
-  file->path = directory.path_of(name);
+  file->path = in.path_of(name);
   file->attribute = schema.name;
   file->traits = backend.traits;
   file->pipeline = level.record.pipeline;
   file->writable = mode != OpenMode::kRead;
-  LevelSpec spec{directory, name, mode, file->geometry, file->table, schema, file->pipeline};
+  LevelSpec spec{in, name, mode, file->geometry, file->table, schema, file->pipeline};
   spec.surroundings = surroundings();
   for (const HeldVersion& older : held)
     for (const StoredLevel& same : older.levels)
@@ -132,9 +134,10 @@ void Store::Implementation::fix_context_of(const LevelFile& level) const {
 
 void Store::Implementation::open_volume(int threads) {
   volume = backend.open({options.budget_bytes / kScratchShare, threads});
-  if (is_part()) return;
   if (in_shards)
     volume = std::make_unique<ShardVolume>(std::move(volume));
+  else if (is_part())
+    return;
   else if (on_disk() && backend.traits.overwrites_in_place)
     volume =
         std::make_unique<GenerationVolume>(std::move(volume), directory, sequence, versions_read);
@@ -228,33 +231,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   }
   StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)
                                                            : open_for_reading(state->directory));
-  const VersionDescription& description = version.description();
-  state->sequence = version.manifest().sequence;
-  state->uuid = version.manifest().uuid;
-  state->next_number = description.next_attribute_number;
-  state->base_mesh_size = {description.base_mesh_bytes, description.base_mesh_checksum};
-  state->provenance = description.provenance;
-  state->options = version.options();
-  state->options.durability = options.durability;
-  state->options.budget_bytes = options.budget_bytes;
-  state->options.io_threads = options.io_threads;
-  state->options.budget = options.budget;
-  state->options.events = options.events;
-  state->backend = version.find_backend(backends);
-  if (options.writable && version.shard_count() > 0)
-    throw Error(ErrorCode::kNotSupported,
-                fmt::format("open {} for writing: its levels are in {} shards, which can only be "
-                            "read; plait convert makes a store in one piece",
-                            path.native(), version.shard_count()));
-  state->writable = options.writable;
-  state->in_shards = version.shard_count() > 0;
-  state->make_ready();
-  version.check_base_sizes();
-  state->base = version.read_base_mesh();
-  state->shards = version.shards();
-  state->hold_versions();
-  state->read_version(version, options.writable ? OpenMode::kReadWrite : OpenMode::kRead);
-  state->held.clear();
+  state->open_version(version, options, backends);
   if (!options.writable) state->version_file = std::move(version).release_file();
   state->tell(StoreEvent::Kind::kOpened, watch);
   return Store(std::move(state));
@@ -263,6 +240,38 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
 } catch (const Error& error) {
   if (error.code() != ErrorCode::kCorruption) throw;
   throw with_cure(error);
+}
+
+void Store::Implementation::open_version(const StoredVersion& version, const OpenOptions& wanted,
+                                         const BackendRegistry& backends) {
+  const VersionDescription& description = version.description();
+  sequence = version.manifest().sequence;
+  uuid = version.manifest().uuid;
+  next_number = first_made = description.next_attribute_number;
+  base_mesh_size = {description.base_mesh_bytes, description.base_mesh_checksum};
+  provenance = description.provenance;
+  options = version.options();
+  options.durability = wanted.durability;
+  options.budget_bytes = wanted.budget_bytes;
+  options.io_threads = wanted.io_threads;
+  options.budget = wanted.budget;
+  options.events = wanted.events;
+  backend = version.find_backend(backends);
+  if (wanted.writable && version.shard_count() > 0)
+    throw Error(ErrorCode::kNotSupported,
+                fmt::format("open {} for writing: its levels are in {} shards, which only passes "
+                            "in parts can change (plait plan --pass); plait convert makes a store "
+                            "in one piece",
+                            path.native(), version.shard_count()));
+  writable = wanted.writable;
+  in_shards = version.shard_count() > 0;
+  make_ready();
+  version.check_base_sizes();
+  base = version.read_base_mesh();
+  shards = version.shards();
+  hold_versions();
+  read_version(version, wanted.writable ? OpenMode::kReadWrite : OpenMode::kRead);
+  held.clear();
 }
 
 bool Store::has_commit(const std::filesystem::path& path) {

@@ -8,11 +8,21 @@
 
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
+#include "store/recovery.h"
 #include "store/shard_tables.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// Whether the part makes the attribute, and does not only read it.
+bool is_made_by_part(const Store::Implementation& state,
+                     const Store::Implementation::Attribute& of) {
+  return of.record.number >= state.first_made;
+}
+
+}  // namespace
 
 Store create_part_store(const std::filesystem::path& directory, BaseMesh base,
                         const StoreOptions& options, const BackendRegistry& backends,
@@ -38,6 +48,25 @@ Store create_part_store(const std::filesystem::path& directory, BaseMesh base,
   throw out_of_memory("create " + directory.native());
 }
 
+Store open_part_store(const std::filesystem::path& path, const PartOfVersion& part,
+                      std::uint64_t budget_bytes, const BackendRegistry& backends) try {
+  auto state = std::make_unique<Store::Implementation>();
+  state->path = path;
+  state->directory = open_store_directory(path);
+  StoredVersion version(state->directory, open_for_reading(state->directory));
+  part.check(version);
+  OpenOptions options;
+  options.budget_bytes = budget_bytes;
+  state->open_version(version, options, backends);
+  state->only_shard = part.shard;
+  state->made_in = Directory(part.directory);
+  state->writable = true;
+  state->version_file = std::move(version).release_file();
+  return StoreAccess::store_of(std::move(state));
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("open " + path.native());
+}
+
 std::uint32_t owner_of(const Topology& mesh, const EdgeShards& shards, VertexId vertex) {
   return shards.shard_of(
       *std::ranges::min_element(mesh.face_edges[mesh.vertex_corners[vertex].face()]));
@@ -56,15 +85,23 @@ PartContent finish_part_store(Store& store) {
   check_change(state, Change::kCommit, "finish the part");
   state.pager->flush();
   PartContent content;
-  std::vector<const BlockTable*> tables;
+  std::vector<BlockTable> tables;
   for (std::size_t at = 0; at < state.attributes.size(); ++at)
     for (const auto& level : state.attributes[at].levels) {
+      if (!is_made_by_part(state, state.attributes[at])) {
+        const LevelGeometry& geometry = level->geometry;
+        const std::uint64_t first = geometry.first_block(state.only_shard);
+        tables.push_back(
+            level->table.part(first, geometry.first_block(state.only_shard + 1) - first));
+        continue;
+      }
       if (!level->is_finished())
         refuse_unfinished(state, state.infos[at].schema.name, *level, level->table.level());
       level->backend->sync(state.options.durability == Durability::kCommit);
-      tables.push_back(&level->table);
+      tables.push_back(level->table);
       std::string name = level->path.filename().string();
-      const std::uint64_t bytes = File(state.directory, name, OpenMode::kRead).size();
+      const std::uint64_t bytes =
+          File(state.in_shards ? state.made_in : state.directory, name, OpenMode::kRead).size();
       content.levels.push_back({std::move(name), bytes});
     }
   content.description = state.description();
@@ -72,6 +109,7 @@ PartContent finish_part_store(Store& store) {
   const std::vector<VertexId> owned =
       owned_vertices(state.base.topology(), state.shards, state.only_shard);
   for (std::size_t at = 0; at < state.attributes.size(); ++at) {
+    if (!is_made_by_part(state, state.attributes[at])) continue;
     const std::size_t record_bytes = state.infos[at].schema.record_bytes();
     const std::span<const std::byte> records = state.attributes[at].base_bytes;
     for (const VertexId vertex : owned) {

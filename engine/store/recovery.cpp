@@ -177,8 +177,8 @@ std::vector<std::uint64_t> remove_old_versions(const Directory& store) {
   std::set<std::string> needed = newest.file_names();
   try {
     for (const std::uint64_t version : held)
-      needed.merge(
-          StoredVersion(store, open_older_version(store, manifest.uuid, version)).file_names());
+      needed.merge(StoredVersion(store, open_older_version(store, manifest.uuid, version))
+                       .file_names(newest.shard_count()));
   } catch (const Error&) {  // it is not known which files the version needs, so all stay
     return held;
   }

@@ -106,14 +106,14 @@ class EntriesOfLevel final : public StoredEntries {
 }  // namespace
 
 std::vector<std::byte> encode_shard_tables(const StoreUuid& store, std::uint32_t shard,
-                                           std::span<const BlockTable* const> tables) {
+                                           std::span<const BlockTable> tables) {
   std::vector<std::byte> bytes(kShardTablesHeaderBytes);
   std::memcpy(bytes.data(), kShardMagic, 8);
   save(std::span(bytes), 8, kShardFormat);
   save(std::span(bytes), 12, shard);
   std::ranges::copy(store, bytes.begin() + 16);
-  for (const BlockTable* const table : tables) {
-    const auto entries = std::as_bytes(table->entries());
+  for (const BlockTable& table : tables) {
+    const auto entries = std::as_bytes(table.entries());
     bytes.insert(bytes.end(), entries.begin(), entries.end());
   }
   return bytes;

@@ -24,7 +24,7 @@ inline constexpr std::size_t kShardTablesHeaderBytes = 32;
 /// The bytes of the file: the tables of one shard, with attributes in the description's order and
 /// levels ascending.
 std::vector<std::byte> encode_shard_tables(const StoreUuid& store, std::uint32_t shard,
-                                           std::span<const BlockTable* const> tables);
+                                           std::span<const BlockTable> tables);
 
 /// Reads the file `name`, and returns the entries of each level. `levels` are the geometries of the
 /// shard alone. Errors: kNotFound; kCorruption for another checksum, header or size, and for an

@@ -77,6 +77,7 @@ ShardVolume::ShardVolume(std::unique_ptr<Volume> inner) : inner_(std::move(inner
 ShardVolume::~ShardVolume() = default;
 
 std::unique_ptr<Backend> ShardVolume::open_level(const LevelSpec& level) {
+  if (level.geometry.shards().empty()) return inner_->open_level(level);
   auto opened = std::make_unique<ShardLevel>(level, *this);
   // The inner volume takes its scratch memory when it first opens a level with the largest blocks.
   const EdgeShards& shards = level.geometry.shards();

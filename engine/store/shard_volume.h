@@ -33,8 +33,8 @@ class ShardVolume final : public Volume {
   explicit ShardVolume(std::unique_ptr<Volume> inner);
   ~ShardVolume() override;
 
-  /// Opens the level for reading. Files of its shards are opened when they are read. REQUIRES:
-  /// `level.geometry` is in shards.
+  /// Opens a level in shards for reading: files of its shards are opened when they are read. A
+  /// level that is not in shards is that of one shard alone, which a part makes.
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
+#include "store/part_store.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 
@@ -150,6 +152,12 @@ EdgeRange StoreAccess::edges(const Store& store) {
   const Store::Implementation& state = store.state();
   if (!state.is_part()) return {0, static_cast<EdgeId>(state.base.edge_count())};
   return {state.shards.first_edge(state.only_shard), state.shards.edge_after(state.only_shard)};
+}
+
+std::optional<std::vector<VertexId>> StoreAccess::own_vertices(const Store& store) {
+  const Store::Implementation& state = store.state();
+  if (!state.is_part()) return std::nullopt;
+  return owned_vertices(state.base.topology(), state.shards, state.only_shard);
 }
 
 bool StorePass::is_under_way(const Store& store) { return has(store.state(), Kind::kPass); }

@@ -47,6 +47,9 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool is_part() const { return only_shard != kNoId; }
+  /// Opens the version, whose levels are not written to unless `options` says so.
+  void open_version(const StoredVersion& version, const OpenOptions& options,
+                    const BackendRegistry& backends);
   /// Where the slots and blocks of a level are, before it is known which shards are here.
   LevelGeometry whole_geometry(std::size_t record_bytes, int level,
                                std::uint64_t block_bytes) const;
@@ -90,8 +93,11 @@ struct Store::Implementation {
   BaseMesh base;
   bool in_shards = false;  ///< an opened store whose levels are in shards
   EdgeShards shards;       ///< of all levels; empty: each level is in one piece
-  /// Only the store of one part (store/part_store.h): the only shard that it has.
+  /// Only the store of one part (store/part_store.h): the only shard that it makes.
   std::uint32_t only_shard = kNoId;
+  /// Only the store of a part of a pass: the directory of the levels that it makes.
+  Directory made_in;
+  std::uint32_t first_made = 0;  ///< the number of the first attribute that the part makes
   StoreOptions options;
   Provenance provenance, first_provenance;  ///< now, and of the store when it was made
   RegisteredBackend backend;

@@ -241,7 +241,7 @@ std::string StoredVersion::base_records_name(const AttributeRecord& attribute) c
   return base_file_name(attribute.number, manifest_.sequence);
 }
 
-std::set<std::string> StoredVersion::file_names() const {
+std::set<std::string> StoredVersion::file_names(std::uint32_t shards) const {
   std::set<std::string> names = {version_name()};
   for (const FaceAttributeRecord& attribute : description_.face_attributes)
     names.insert(face_records_name(attribute));
@@ -251,14 +251,13 @@ std::set<std::string> StoredVersion::file_names() const {
     for (const LevelRecord& record : attribute.levels) {
       ++level;
       for (const Generation& generation : record.generations) {
-        if (shard_count() == 0)
-          names.insert(level_file_name(attribute.number, level, generation.version));
-        for (std::uint32_t shard = 0; shard < shard_count(); ++shard)
+        if (shards == 0) names.insert(level_file_name(attribute.number, level, generation.version));
+        for (std::uint32_t shard = 0; shard < shards; ++shard)
           names.insert(level_file_name(attribute.number, level, generation.version, shard));
       }
     }
   }
-  for (std::uint32_t shard = 0; shard < shard_count(); ++shard)
+  for (std::uint32_t shard = 0; shard < shards; ++shard)
     names.insert(tables_file_name(manifest_.sequence, shard));
   return names;
 }

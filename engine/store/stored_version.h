@@ -92,7 +92,10 @@ class StoredVersion {
   std::string face_records_name(const FaceAttributeRecord& attribute) const;
   std::string base_records_name(const AttributeRecord& attribute) const;
   /// The names of all files that this version needs, except the base mesh.
-  std::set<std::string> file_names() const;
+  std::set<std::string> file_names() const { return file_names(shard_count()); }
+  /// The same for an older version, of which it is not known whether it is in shards: `shards` is
+  /// the number of shards of the newest version, which all versions of a store have.
+  std::set<std::string> file_names(std::uint32_t shards) const;
   /// Returns the open file version.S, with the reader's lock if it has one. No other function may
   /// be called after this.
   File release_file() && { return std::move(file_); }

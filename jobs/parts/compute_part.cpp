@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include "base/stopwatch.h"
 #include "execution/part_digest.h"
@@ -63,10 +65,12 @@ ComputedPart compute_part(const Directory& plan_directory, const PlanFile& plan,
   const double refined = clock.seconds();
   computed.content = finish_part_store(store);
   const double written = clock.seconds();
+  std::vector<AttributeId> all(store.attributes().size());
+  std::iota(all.begin(), all.end(), 0);
   computed.digest = digest_of_part(
       store,
       owned_vertices(store.base().topology(), EdgeShards(plan.starts(), plan.edge_count), part),
-      options.progress);
+      all, options.progress);
   store.close();
   computed.write_seconds = written - refined;
   computed.compute_seconds = clock.seconds() - computed.write_seconds - computed.begin_seconds;

@@ -9,6 +9,9 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
+/// What a machine of ten years ago takes; only the ratio of the two matters for the cuts.
+inline constexpr double kNsPerByte = 1.3, kNsPerPoint = 5;
+
 /// What a part costs: a record of an edge's slots is written, and read for the digest; a face is
 /// refined with all its points, also if it is a ghost.
 struct PartCost {

@@ -18,7 +18,6 @@ namespace {
 
 constexpr char kDoneKind[] = "plait part";
 constexpr std::uint64_t kMostDoneBytes = 1u << 20;
-constexpr std::uint64_t kVersion = 1;  ///< of the joined store
 
 Error damaged(const Directory& directory, const std::string& name, const std::string& reason) {
   return Error(ErrorCode::kCorruption,
@@ -79,9 +78,17 @@ std::vector<std::string> level_names(const PlanFile& plan, const VersionDescript
     for (std::size_t at = 0; at < attribute.levels.size(); ++at) {
       require("the number of generations", std::size_t{1}, attribute.levels[at].generations.size());
       names.push_back(level_file_name(
-          attribute.number, plan.plan.base_level + 1 + static_cast<int>(at), kVersion, part));
+          attribute.number, plan.plan.base_level + 1 + static_cast<int>(at), plan.version(), part));
     }
   }
+  return names;
+}
+
+/// The same for a part of a pass, whose plan says all.
+std::vector<std::string> level_names(const PlanFile& plan, std::uint32_t part) {
+  std::vector<std::string> names;
+  for (int level = plan.plan.base_level + 1; level <= plan.plan.levels; ++level)
+    names.push_back(level_file_name(plan.of_pass.attribute_number, level, plan.version(), part));
   return names;
 }
 
@@ -103,6 +110,12 @@ Directory open_part_directory(const Directory& plan, const std::string& name,
 bool is_in_directory_names(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' ||
          c == '_' || c == '-';
+}
+
+std::vector<std::byte> seal_of(std::span<const std::byte> description) {
+  FieldWriter fields;
+  fields.put(checksum_of(description));
+  return fields.take();
 }
 
 std::string done_file_name(std::uint32_t part) { return fmt::format("done.{}", part); }
@@ -133,7 +146,7 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
   const std::string name = done_file_name(part);
   const std::optional<File> file = open_if_present(directory, name, OpenMode::kRead);
   if (!file) return std::nullopt;
-  SealedFile sealed(*file, kDoneKind, kMostDoneBytes);
+  SealedFile sealed(*file, {kDoneKind}, kMostDoneBytes);
   FieldReader& fields = sealed.fields();
   DoneFile done;
   if (take_uuid(fields) != plan.plan.uuid ||
@@ -151,7 +164,9 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
   for (std::uint32_t at = 0; at < bytes; ++at)
     done.description.push_back(static_cast<std::byte>(fields.take<std::uint8_t>("a byte")));
   const std::vector<std::string> names =
-      level_names(plan, decode_description(done.description, kVersion, file->path()), part, fields);
+      plan.plan.pass
+          ? level_names(plan, part)
+          : level_names(plan, decode_description(done.description, 1, file->path()), part, fields);
   const auto count = fields.take<std::uint32_t>("the number of files");
   fields.require(count == names.size(), "the number of files", count);
   for (const std::string& expected : names) {
@@ -171,13 +186,14 @@ std::optional<DoneFile> read_done_part(const Directory& directory, const PlanFil
   for (const auto& level : done.levels) check_size(inside, level.name, level.bytes);
   const PlannedPart& planned = plan.plan.parts[part];
   // A block has one slot or more; a record at most three numbers of eight bytes.
-  check_content(inside, tables_file_name(kVersion, part),
+  const std::uint64_t levels = plan.plan.pass ? plan.of_pass.level_count : names.size();
+  const std::uint64_t record_bytes = plan.plan.pass ? plan.plan.pass->result.record_bytes()
+                                                    : (plan.normals ? 2 : 1) * 3 * sizeof(double);
+  check_content(inside, tables_file_name(plan.version(), part),
                 kShardTablesHeaderBytes +
-                    (planned.edge_after - planned.first_edge) * names.size() * sizeof(BlockEntry),
+                    (planned.edge_after - planned.first_edge) * levels * sizeof(BlockEntry),
                 done.tables_checksum);
-  check_content(inside, kRecordsName,
-                plan.vertex_count * (plan.normals ? 2 : 1) * 3 * sizeof(double),
-                done.records_checksum);
+  check_content(inside, kRecordsName, plan.vertex_count * record_bytes, done.records_checksum);
   return done;
 }
 

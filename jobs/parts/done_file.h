@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,13 +19,17 @@ inline constexpr char kRecordsName[] = "records";  ///< of the base vertices, in
 /// A complete part.
 struct DoneFile {
   std::uint32_t part = 0;
-  std::string directory;               ///< with the part's files
-  std::vector<std::byte> description;  ///< PartContent::description, encoded
+  std::string directory;  ///< with the part's files
+  /// PartContent::description, encoded; of a pass, its seal_of().
+  std::vector<std::byte> description;
   std::vector<PartContent::LevelOfPart> levels;
   std::uint64_t tables_checksum = 0, records_checksum = 0;
   Digest digest;
   double seconds = 0;
 };
+
+/// The checksum of an encoded description.
+std::vector<std::byte> seal_of(std::span<const std::byte> description);
 
 /// Letters, digits and a few signs. Nothing else is in the name of a part's directory.
 bool is_in_directory_names(char c);

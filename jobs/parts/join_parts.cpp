@@ -12,8 +12,10 @@
 #include "format/base_mesh_file.h"
 #include "format/checksum.h"
 #include "format/file_names.h"
-#include "io/copy_range.h"
+#include "parts/base_records.h"
 #include "parts/done_file.h"
+#include "parts/join_pass.h"
+#include "parts/link_or_copy.h"
 #include "parts/plan_file.h"
 #include "parts/sealed_file.h"
 #include "plait/error.h"
@@ -23,27 +25,12 @@
 #include "plait/verify.h"
 #include "store/joined_store.h"
 #include "store/left_overs.h"
+#include "store/lock.h"
 #include "store/partial_store.h"
 #include "store/recovery.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
-
-/// A second name for a file, or a copy where there can be none.
-void link_or_copy(const Directory& from, const std::string& name, const Directory& to) {
-  try {
-    return link_file(from, name, to);
-  } catch (const Error& error) {
-    // Another file system, or one without links: the copy says what else may be wrong.
-    if (to.contains(name)) throw;
-  }
-  const File source(from, name, OpenMode::kRead);
-  File copy(to, name, OpenMode::kCreate);
-  copy.resize(source.size());
-  copy_range(source, copy, 0, source.size());
-  copy.sync();
-  copy.close();
-}
 
 class Join {
  public:
@@ -51,8 +38,9 @@ class Join {
       : path_(path),
         options_(options),
         directory_(open_plan_directory(path)),
-        plan_(read_plan_file(directory_)),
-        base_(directory_, kBaseMeshName, OpenMode::kRead) {
+        plan_(read_plan_file(directory_)) {
+    if (plan_.plan.pass) return;
+    base_ = File(directory_, kBaseMeshName, OpenMode::kRead);
     refuse_hole(base_);
     if (base_.size() != plan_.base_mesh.bytes || checksum_of(base_) != plan_.base_mesh.checksum)
       throw Error(ErrorCode::kCorruption, fmt::format("join {}: {} is not that of the plan",
@@ -62,8 +50,8 @@ class Join {
 
   const PlanFile& plan() const { return plan_; }
 
-  /// Finds what is missing or bad.
-  void look_at_parts(JoinResult& result) {
+  /// Finds what is missing or bad. `description` is what done files have, if that is known.
+  void look_at_parts(JoinResult& result, std::span<const std::byte> description = {}) {
     Digest sum;
     for (std::uint32_t part = 0; part < plan_.plan.parts.size(); ++part) {
       tell("parts", part);
@@ -73,6 +61,10 @@ class Join {
           result.missing.push_back(part);
           continue;
         }
+        if (!description.empty() && !std::ranges::equal(done->description, description))
+          throw Error(ErrorCode::kCorruption,
+                      fmt::format("open {}: the part makes another version than the plan",
+                                  directory_.path_of(done_file_name(part)).native()));
         if (!parts_.empty() && done->description != parts_.front().description)
           throw Error(
               ErrorCode::kCorruption,
@@ -115,7 +107,46 @@ class Join {
       link_or_copy(inside, tables_file_name(1, done.part), store);
       description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
     }
-    commit_joined_store(store, plan_.plan.uuid, description, base_records(description));
+    const BaseMesh mesh =
+        read_base_mesh_file(base_, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
+    if (mesh.edge_count() != plan_.edge_count)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("join {}: expected {} edges, found {}", path_.native(),
+                              plan_.edge_count, mesh.edge_count()));
+    std::vector<std::size_t> record_bytes;
+    for (const AttributeRecord& attribute : description.attributes)
+      record_bytes.push_back(attribute.schema.record_bytes());
+    StoreLock lock(store, LockFor::kCreating);
+    lock.sign();
+    commit_joined_version(store, lock, plan_.plan.uuid, 1, std::move(description),
+                          merge_base_records(directory_, plan_, parts_, mesh, record_bytes));
+  }
+
+  /// Makes the parts of a pass the next version of the store.
+  void commit_pass(const std::filesystem::path& path, const BackendRegistry& backends,
+                   JoinResult& result) {
+    const PassTarget target(path, plan_, path_);
+    look_at_parts(result, target.description_seal());
+    if (!result.missing.empty() || !result.bad.empty()) return;
+    if (target.is_later()) {
+      if (!target.is_made_of(parts_))
+        throw Error(ErrorCode::kBadState,
+                    fmt::format("join {}: {} has version {} of another plan already",
+                                path_.native(), path.native(), plan_.version()));
+      return;
+    }
+    if (options_.verify)
+      for (const DoneFile& done : parts_) {
+        tell("verify", done.part);
+        try {
+          target.verify_part(directory_, done, backends);
+        } catch (const Error& error) {
+          if (error.code() != ErrorCode::kCorruption) throw;
+          bad(result, done.part, error.what());
+        }
+      }
+    if (!result.bad.empty()) return;
+    target.commit(directory_, parts_, [&](std::uint32_t part) { tell("files", part); });
   }
 
   /// Reads every block of the store.
@@ -153,49 +184,6 @@ class Join {
       throw Error(ErrorCode::kCancelled, fmt::format("join {}: cancelled", path_.native()));
   }
 
-  /// The records of each attribute, from those that the parts have.
-  std::vector<std::vector<std::byte>> base_records(const VersionDescription& description) const {
-    const BaseMesh mesh =
-        read_base_mesh_file(base_, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
-    if (mesh.edge_count() != plan_.edge_count)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("join {}: expected {} edges, found {}", path_.native(),
-                              plan_.edge_count, mesh.edge_count()));
-    const Topology topology = mesh.topology();
-    const EdgeShards shards(plan_.starts(), plan_.edge_count);
-    std::vector<std::vector<VertexId>> owned(parts_.size());
-    for (VertexId vertex = 0; vertex < mesh.vertex_count(); ++vertex)
-      owned[owner_of(topology, shards, vertex)].push_back(vertex);
-    std::vector<std::vector<std::byte>> records;
-    std::size_t record_bytes = 0;
-    for (const AttributeRecord& attribute : description.attributes) {
-      records.emplace_back(mesh.vertex_count() * attribute.schema.record_bytes());
-      record_bytes += attribute.schema.record_bytes();
-    }
-    for (const DoneFile& done : parts_) {
-      const File file(Directory(directory_, done.directory), kRecordsName, OpenMode::kRead);
-      const std::vector<VertexId>& vertices = owned[done.part];
-      if (file.size() != vertices.size() * record_bytes)
-        throw Error(
-            ErrorCode::kCorruption,
-            fmt::format("join {}: part {} has {} bytes of base records, expected {}",
-                        path_.native(), done.part, file.size(), vertices.size() * record_bytes))
-            .about(file.path());
-      std::vector<std::byte> bytes(file.size());
-      file.read_at(0, bytes);
-      auto from = bytes.begin();
-      for (std::size_t at = 0; at < records.size(); ++at) {
-        const auto size =
-            static_cast<std::ptrdiff_t>(description.attributes[at].schema.record_bytes());
-        for (const VertexId vertex : vertices) {
-          std::copy(from, from + size, records[at].begin() + size * vertex);
-          from += size;
-        }
-      }
-    }
-    return records;
-  }
-
   const std::filesystem::path& path_;
   const JoinOptions& options_;
   Directory directory_;
@@ -211,8 +199,10 @@ std::string array_text(std::span<const std::uint32_t> numbers) {
   for (std::size_t at = 0; at < numbers.size();) {
     std::size_t end = at + 1;
     while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
-    text += (text.empty() ? "" : ",") + std::to_string(numbers[at]);
-    if (end - at > 1) text += "-" + std::to_string(numbers[end - 1]);
+    // Sums of texts would be shorter, but GCC 12 warns of them in vain (-Wrestrict).
+    if (!text.empty()) text += ',';
+    text += std::to_string(numbers[at]);
+    if (end - at > 1) text.append(1, '-').append(std::to_string(numbers[end - 1]));
     at = end;
   }
   return text;
@@ -226,15 +216,34 @@ std::string JoinResult::again() const {
 
 JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
                       const JoinOptions& options, const BackendRegistry& backends) try {
-  const Existing existing = options.replace ? Existing::kReplace : Existing::kRefuse;
-  PartialStore output(store, existing);
-  JoinResult result;
-  Join join(plan, options);
-  join.look_at_parts(result);
-  if (!result.missing.empty() || !result.bad.empty()) return result;
   const auto warn = [&](const std::string& text) {
     if (options.warn) options.warn(text);
   };
+  const auto tell_of_others = [&](const Join& join) {
+    if (const std::size_t others = join.other_directories())
+      warn(
+          fmt::format("{} also has directories of parts that were killed, or that still run on "
+                      "another machine: {}; the store does not need the plan any more",
+                      plan.native(), others));
+  };
+  JoinResult result;
+  Join join(plan, options);
+  result.version = join.plan().version();
+  if (join.plan().plan.pass) {
+    if (options.concat || options.replace)
+      throw Error(ErrorCode::kInvalidArgument,
+                  fmt::format("join {}: a pass changes its own store, which stays in shards; plait "
+                              "convert makes one in one piece",
+                              plan.native()));
+    join.commit_pass(store, backends, result);
+    result.has_store = result.missing.empty() && result.bad.empty();
+    if (result.has_store) tell_of_others(join);
+    return result;
+  }
+  const Existing existing = options.replace ? Existing::kReplace : Existing::kRefuse;
+  PartialStore output(store, existing);
+  join.look_at_parts(result);
+  if (!result.missing.empty() || !result.bad.empty()) return result;
   remove_left_overs_of(store, warn);
   build_output(output, [&] {
     join.make_store(output.make());
@@ -254,11 +263,7 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
   } else {
     output.publish(true, warn);
   }
-  if (const std::size_t others = join.other_directories())
-    warn(fmt::format(
-        "{} also has directories of parts that were killed, or that still run on another machine: "
-        "{}; the store does not need the plan any more",
-        plan.native(), others));
+  tell_of_others(join);
   result.has_store = true;
   return result;
 } catch (const std::bad_alloc&) {

@@ -13,6 +13,7 @@
 #include "parts/compute_part.h"
 #include "parts/done_file.h"
 #include "parts/part_directory.h"
+#include "parts/pass_store.h"
 #include "parts/plan_file.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
@@ -106,12 +107,15 @@ PartResult make_part(const std::filesystem::path& path, std::uint32_t part,
   DoneFile done;
   done.part = part;
   done.directory = made.name();
-  ComputedPart computed = compute_part(plan_directory, plan, part, made.made(), options, backends);
+  ComputedPart computed =
+      plan.plan.pass ? compute_pass_part(plan, part, plan_directory, made.made(), options, backends)
+                     : compute_part(plan_directory, plan, part, made.made(), options, backends);
   PartContent& content = computed.content;
   done.digest = computed.digest;
-  write_synced(made.made(), tables_file_name(1, part), content.tables);
+  write_synced(made.made(), tables_file_name(plan.version(), part), content.tables);
   write_synced(made.made(), kRecordsName, content.base_records);
   done.description = encode_description(content.description);
+  if (plan.plan.pass) done.description = seal_of(done.description);
   done.levels = std::move(content.levels);
   done.tables_checksum = checksum_of(content.tables);
   done.records_checksum = checksum_of(content.base_records);

@@ -4,6 +4,11 @@
 
 #include <bit>
 
+#include "format/file_names.h"
+#include "format/manifest.h"
+#include "format/version_description.h"
+#include "io/made_mark.h"
+#include "parts/pass_result.h"
 #include "parts/sealed_file.h"
 #include "plait/detail/edge_shards.h"
 #include "plait/error.h"
@@ -13,8 +18,59 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr char kPlanKind[] = "plait plan";
+constexpr char kPlanKind[] = "plait plan", kPassKind[] = "plait pass";
 constexpr std::uint64_t kMostPlanBytes = 256u << 20;
+
+void put_pass(FieldWriter& fields, const PlannedPass& planned, const PassVersion& version) {
+  const Pass& pass = planned.pass;
+  fields.put_utf8(planned.store.native(), kMostText, "the path of the store");
+  fields.put(planned.version);
+  fields.put_text(pass.name, kMostText, "the pass");
+  fields.put_text(pass.parameters, kMostText, "the parameters of the pass");
+  for (const double number : {pass.factor, pass.amplitude, pass.diagonal.value_or(0)})
+    fields.put(std::bit_cast<std::uint64_t>(number));
+  fields.put(pass.seed);
+  fields.put_text(planned.result.name, kMostText, "the attribute");
+  fields.put(static_cast<std::uint8_t>(planned.result.type));
+  fields.put(static_cast<std::uint8_t>(planned.result.components));
+  fields.put(version.attribute_number);
+  fields.put(version.level_count);
+}
+
+PlannedPass take_pass(FieldReader& fields, PassVersion& version) {
+  PlannedPass planned;
+  Pass& pass = planned.pass;
+  planned.store = fields.take_utf8(kMostText, "the path of the store");
+  fields.require(planned.store.is_absolute(), "the path of the store", planned.store.native());
+  planned.version = fields.take<std::uint64_t>("the version");
+  fields.require(planned.version >= 1 && planned.version < kMaxSequence, "the version",
+                 planned.version);
+  pass.name = fields.take_text(kMostText, "the pass");
+  pass.parameters = fields.take_text(kMostText, "the parameters of the pass");
+  for (double* number : {&pass.factor, &pass.amplitude})
+    *number = std::bit_cast<double>(fields.take<std::uint64_t>("an option"));
+  if (const auto diagonal = std::bit_cast<double>(fields.take<std::uint64_t>("the diagonal"));
+      diagonal != 0)
+    pass.diagonal = diagonal;
+  pass.seed = fields.take<std::uint64_t>("the seed");
+  planned.result.name = fields.take_text(kMostText, "the attribute");
+  const auto type = fields.take<std::uint8_t>("the type of the attribute");
+  planned.result.type = static_cast<ComponentType>(type);
+  planned.result.components = fields.take<std::uint8_t>("the components of the attribute");
+  fields.require(component_bytes(planned.result.type) > 0, "the type of the attribute", type);
+  fields.require(planned.result.components > 0, "the components of the attribute", 0);
+  pass.result = planned.result;
+  try {
+    check_pass(pass);
+  } catch (const Error& error) {
+    fields.require(false, "the pass", error.what());
+  }
+  version.attribute_number = fields.take<std::uint32_t>("the number of the attribute");
+  version.level_count = fields.take<std::uint32_t>("the number of levels");
+  fields.require(version.level_count <= kMaxAttributes * kMaxLevel, "the number of levels",
+                 version.level_count);
+  return planned;
+}
 
 }  // namespace
 
@@ -26,7 +82,7 @@ std::vector<EdgeId> PlanFile::starts() const {
 
 void write_plan_file(const Directory& directory, const PlanFile& file) {
   const PartsPlan& plan = file.plan;
-  FieldWriter fields = begin_sealed(kPlanKind);
+  FieldWriter fields = begin_sealed(plan.pass ? kPassKind : kPlanKind);
   put_uuid(fields, plan.uuid);
   fields.put_text(plan.program, kMostText, "the program");
   for (const std::uint64_t number :
@@ -48,6 +104,7 @@ void write_plan_file(const Directory& directory, const PlanFile& file) {
       fields.put(number);
     fields.put(std::bit_cast<std::uint64_t>(part.seconds));
   }
+  if (plan.pass) put_pass(fields, *plan.pass, file.of_pass);
   const std::vector<std::byte> bytes = seal(fields);
   File out(directory, kPlanName, OpenMode::kCreate);
   out.write_at(0, bytes);
@@ -56,7 +113,8 @@ void write_plan_file(const Directory& directory, const PlanFile& file) {
 }
 
 PlanFile read_plan_file(const Directory& directory) {
-  SealedFile sealed(File(directory, kPlanName, OpenMode::kRead), kPlanKind, kMostPlanBytes);
+  const File opened(directory, kPlanName, OpenMode::kRead);
+  SealedFile sealed(opened, {kPlanKind, kPassKind}, kMostPlanBytes);
   FieldReader& fields = sealed.fields();
   PlanFile file;
   PartsPlan& plan = file.plan;
@@ -100,7 +158,13 @@ PlanFile read_plan_file(const Directory& directory) {
     if (at > 0) plan.parts.back().edge_after = part.first_edge;
     plan.parts.push_back(part);
   }
+  if (sealed.kind() == kPassKind) plan.pass = take_pass(fields, file.of_pass);
   return file;
+}
+
+void remove_plan(const Directory& directory) {
+  for (const char* const name : {kPlanName, kBaseMeshName, kMadeMarkName})
+    directory.remove_if_possible(name);
 }
 
 Directory open_plan_directory(const std::filesystem::path& plan) {

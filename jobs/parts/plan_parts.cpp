@@ -23,13 +23,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t kLargestSlotBytes = 16 << 10;  // as a SubdivisionJob has it
-// What a machine of ten years ago takes; only the ratio of the two matters for the cuts.
-constexpr double kNsPerByte = 1.3, kNsPerPoint = 5, kNsPerPointWithNormals = 8;
-
-void remove_plan(const Directory& directory) {
-  for (const char* const name : {kPlanName, kBaseMeshName, kMadeMarkName})
-    directory.remove_if_possible(name);
-}
+constexpr double kNsPerPointWithNormals = 8;
 
 StoreUuid random_uuid() {
   std::random_device device;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/disk_bytes.h"
 #include "plait/error.h"
 
@@ -25,7 +27,8 @@ std::vector<std::byte> read(const File& file, std::uint64_t most_bytes) {
 
 }  // namespace
 
-SealedFile::SealedFile(const File& file, std::string_view kind, std::uint64_t most_bytes)
+SealedFile::SealedFile(const File& file, std::initializer_list<std::string_view> kinds,
+                       std::uint64_t most_bytes)
     : bytes_(read(file, most_bytes)) {
   const std::span<const std::byte> content =
       std::span<const std::byte>(bytes_).first(bytes_.size() - kChecksumBytes);
@@ -36,8 +39,8 @@ SealedFile::SealedFile(const File& file, std::string_view kind, std::uint64_t mo
                             file.path().native(), checksum_, found))
         .about(file.path());
   fields_.emplace(content, file.path());
-  const std::string found = fields_->take_text(kMostText, "the kind of file");
-  fields_->require(found == kind, "the kind of file", found);
+  kind_ = fields_->take_text(kMostText, "the kind of file");
+  fields_->require(std::ranges::find(kinds, kind_) != kinds.end(), "the kind of file", kind_);
   const auto format = fields_->take<std::uint32_t>("the format");
   fields_->require(format == kFormat, "the format", format);
 }

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,14 +23,17 @@ inline constexpr std::size_t kMostText = 65536;  ///< bytes of a text in such a 
 /// Reads the file and checks its checksum and its head.
 class SealedFile {
  public:
-  /// Errors: kCorruption, kIo.
-  SealedFile(const File& file, std::string_view kind, std::uint64_t most_bytes);
+  /// The file is of one of these kinds, and must outlive this object. Errors: kCorruption, kIo.
+  SealedFile(const File& file, std::initializer_list<std::string_view> kinds,
+             std::uint64_t most_bytes);
+  const std::string& kind() const { return kind_; }
   FieldReader& fields() { return *fields_; }
   std::uint64_t checksum() const { return checksum_; }
 
  private:
   std::vector<std::byte> bytes_;
   std::uint64_t checksum_ = 0;
+  std::string kind_;
   std::optional<FieldReader> fields_;
 };
 

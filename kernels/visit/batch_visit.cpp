@@ -250,10 +250,16 @@ class BatchVisit {
   }
 
   void visit_base() {
-    const auto count = static_cast<VertexId>(mesh_.vertex_corners.size());
     const bool rings = plan_.reads_rings();
+    if (plan_.refinements() > 0)
+      for (std::size_t number = 0; number < sources_.size(); ++number)
+        if (sources_[number].rings)
+          plan_.for_each_outer_spoke(
+              number, [&](EdgeId edge, const std::byte* to_start, const std::byte* to_end) {
+                set_spokes(sources_[number], edge, to_start, to_end);
+              });
     std::vector<std::pair<EdgeId, bool>> spokes;  // the edge, and whether the vertex is its end
-    for (VertexId vertex = 0; vertex < count; ++vertex) {
+    const auto visit = [&](VertexId vertex) {
       spokes.clear();
       if (rings)
         for_each_spoke(mesh_, vertex, [&](EdgeId edge) {
@@ -271,7 +277,10 @@ class BatchVisit {
               number, source.spokes.data() + (2 * std::size_t{edge} + at_end) * source.bytes);
       }
       if (batch.is_full()) batch.hand_over(visit_);
-    }
+    };
+    plan_.for_each_base_run([&](const VertexRun& run) {
+      for (std::size_t i = 0; i < run.count; ++i) visit(static_cast<VertexId>(run.first + i));
+    });
     hand_over_all();
   }
 

@@ -7,8 +7,11 @@
 #include <utility>
 
 #include "base/default_arithmetic.h"
+#include "paging/level_cursor.h"
+#include "plait/detail/ring_table.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
+#include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/thread_count.h"
 
@@ -76,8 +79,40 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                                level_, attribute.name, finest, level_));
   }
   refinements_ = relative_to_base(level_, first).refinements;
+  // Of the whole level also in the store of one part: runs have the numbers that the store gives.
   for (int level = first + 1; level <= level_; ++level)
-    numbers_.push_back(StoreAccess::geometry(store, 1, level));
+    numbers_.push_back(
+        store.base().geometry(relative_to_base(level, first), 1, store.options().block_bytes));
+  own_vertices_ = StoreAccess::own_vertices(store);
+}
+
+void VisitPlan::for_each_outer_spoke(
+    std::size_t number,
+    const std::function<void(EdgeId, const std::byte*, const std::byte*)>& visit) const {
+  if (!own_vertices_) return;
+  const EdgeRange own = StoreAccess::edges(*store_);
+  std::vector<EdgeId> outer;
+  for (const VertexId vertex : *own_vertices_)
+    for_each_spoke(mesh_, vertex, [&](EdgeId edge) {
+      if (edge < own.first || edge >= own.after) outer.push_back(edge);
+    });
+  std::ranges::sort(outer);
+  outer.erase(std::unique(outer.begin(), outer.end()), outer.end());
+  const VisitedAttribute& attribute = attributes_[number];
+  const std::size_t record_bytes = component_bytes(attribute.type) * attribute.components;
+  LevelCursor cursor(StoreAccess::open_session(*store_),
+                     StoreAccess::level_file(std::as_const(*store_), attribute.id, level_));
+  const std::int64_t last = slot_side(refinements_) - 1;
+  for (const EdgeId edge : outer) {
+    const LocatedSlot slot = cursor.slot(edge);
+    const auto at = [&](std::int64_t row, std::int64_t column) {
+      return slot.bytes.data() + record_bytes * static_cast<std::size_t>(slot_position(
+                                                    refinements_, slot.shape, row, column));
+    };
+    // The point (row, column) of a slot is at (2 row + 1, 2 column + 1) of the grid of the edge,
+    // which runs from (0, 2 last + 2) to (2 last + 2, 0): see EdgeGrid.
+    visit(edge, at(last, 0), at(0, last));
+  }
 }
 
 SweepPass VisitPlan::pass() const {
@@ -102,17 +137,23 @@ VisitNeeds VisitPlan::needs() const {
   return needs;
 }
 
-std::uint64_t VisitPlan::vertices_before(EdgeId edge) const {
+std::uint64_t VisitPlan::vertices_before(std::uint64_t edge) const {
+  const EdgeId first = StoreAccess::edges(*store_).first;
   std::uint64_t vertices = 0;
   for (const LevelGeometry& level : numbers_)
-    vertices += edge < level.edge_count() ? level.slot(edge).offset : level.total_bytes();
+    vertices += (edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
+                                           : level.total_bytes()) -
+                level.slot(first).offset;
   return vertices;
 }
 
 void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& edge_kernel,
                     const std::function<void()>& base_kernel,
                     const std::function<void()>& stretch_done) const try {
-  const std::uint64_t total = vertices_before(kNoId) + store_->base().vertex_count();
+  const EdgeRange edges = StoreAccess::edges(*store_);
+  const std::uint64_t total =
+      vertices_before(edges.after) +
+      (own_vertices_ ? own_vertices_->size() : store_->base().vertex_count());
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
@@ -121,8 +162,7 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
     options.threads = threads_;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
-        return options_->progress(
-            {options_->name, vertices_before(static_cast<EdgeId>(now.done)), total});
+        return options_->progress({options_->name, vertices_before(edges.first + now.done), total});
       };
     sweep(*store_, sweep_pass, options);
   }

@@ -12,8 +12,10 @@
 #include "base/default_arithmetic.h"
 #include "base/name_table.h"
 #include "displace/gradient_noise.h"
-#include "displace/vertex_noise.h"
-#include "normals/normal_rules.h"
+#include "normals/ring_normal.h"
+#include "passes/noise.h"
+#include "passes/position_box.h"
+#include "passes/vertex_noise.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/thread_count.h"
@@ -33,40 +35,11 @@ constexpr double kNextAmplitude = 0.45;     // of the one before
   throw Error(ErrorCode::kInvalidArgument, "displace: " + what);
 }
 
-bool is_finite(const Wide& at) {
-  return std::isfinite(at.x) && std::isfinite(at.y) && std::isfinite(at.z);
-}
-
 /// The values of one thread, in a cache line of their own.
 struct alignas(64) Measure {
-  Wide low{1, 1, 1}, high{-1, -1, -1};  ///< empty
-  bool begun = false, finite = true;
   std::uint64_t lengths = 0, count = 0;
   double longest = 0;
-
-  void add(const Wide& at) {
-    if (!begun) low = high = at;
-    begun = true;
-    finite = finite && is_finite(at);
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], at[axis]);
-      high[axis] = std::max(high[axis], at[axis]);
-    }
-  }
 };
-
-/// The normal of the surface at vertex `i` of a run, by the rule of subdivide(). Base vertices come
-/// from one thread only, so that one object of masks is enough.
-template <class Real>
-Normal normal_at(const VertexRun& run, const VertexRings<Vector3<Real>>& ring, std::size_t i,
-                 normals::BaseMasks& masks) {
-  const auto at = [&](int k) -> const Vector3<Real>& { return ring.neighbour(i, k); };
-  if (run.is_base())
-    return normals::of_base_vertex(masks.of(ring.valence(), ring.is_border()),
-                                   widen(ring.vertex(i)), [&](int k) { return widen(at(k)); });
-  return ring.is_border() ? RegularNormal::border(ring.vertex(i), at(0), at(1), at(2), at(3))
-                          : normals::regular(at(0) - at(3), at(1) - at(4), at(2) - at(5));
-}
 
 /// Adds octaves of noise. Wavelengths and amplitudes are in units of the mesh.
 class Fractal {
@@ -145,23 +118,11 @@ class Displacement {
   }
 
   void measure_box() {
-    visit_vertices(store_, pass("bounding box"), std::tuple{reads<Point>("position")},
-                   [&](const VertexRun& run, std::span<const Point> position) {
-                     Measure& measure = measure_of(run);
-                     for (const Point& at : position) measure.add(widen(at));
-                   });
-    Measure all;
-    for (const Measure& one : measures_) {
-      if (!one.begun) continue;
-      all.add(one.low);
-      all.add(one.high);
-      all.finite = all.finite && one.finite;
-    }
+    const PositionBox all = measure_positions<Real>(store_, pass("bounding box"));
     if (!all.finite) refuse_displacement("a position of the store is not finite");
     low_ = all.low;
-    const Wide size = all.high - all.low;
-    displaced_.diagonal = std::sqrt(dot(size, size));
-    if (!(displaced_.diagonal > 0 && std::isfinite(displaced_.diagonal)))
+    displaced_.diagonal = all.diagonal();
+    if (!all.has_extent())
       refuse_displacement(
           "the bounding box of the positions has no extent, or none that a number can hold");
   }
@@ -213,30 +174,14 @@ class Displacement {
   }
 
   void add_noise() {
-    const std::span<const Edge> edges = store_.base().edges();
-    const double amplitude = options_.amplitude * displaced_.diagonal;
-    const auto move = [&](Measure& measure, const Point& from, std::uint64_t key,
-                          std::uint64_t index) {
-      const auto part = [&](unsigned axis) {
-        return amplitude * from_minus_one_to_one(random_word(key, 3 * index + axis));
-      };
-      return moved(measure, from, {part(0), part(1), part(2)});
-    };
+    const Noise noise{store_.base().edges(), options_.amplitude * displaced_.diagonal,
+                      options_.seed};
     visit_vertices(
         store_, pass("noise"), std::tuple{reads<Point>("position"), overwrites<Point>("displaced")},
-        // Without rings a run is a whole slot.
         [&](const VertexRun& run, std::span<const Point> from, std::span<Point> to) {
           Measure& measure = measure_of(run);
-          const auto vertex = static_cast<VertexId>(run.first);
-          if (run.is_base()) {
-            for (VertexId i = 0; i < run.count; ++i)
-              to[i] = move(measure, from[i],
-                           slot_key(options_.seed, vertex + i, vertex + i, run.level), 0);
-            return;
-          }
-          const Edge& edge = edges[run.edge];
-          const std::uint64_t key = slot_key(options_.seed, edge.start, edge.end, run.level);
-          for (std::size_t i = 0; i < run.count; ++i) to[i] = move(measure, from[i], key, i);
+          noise.for_each(
+              run, [&](std::size_t i, const Wide& way) { to[i] = moved(measure, from[i], way); });
         });
   }
 
@@ -248,7 +193,7 @@ class Displacement {
                    [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Point> to) {
                      Measure& measure = measure_of(run);
                      for (std::size_t i = 0; i < run.count; ++i) {
-                       const Wide normal = widen(normal_at(run, ring, i, masks_));
+                       const Wide normal = widen(normals::at_vertex(run, ring, i, masks_));
                        to[i] = moved(measure, ring.vertex(i),
                                      fractal.at(widen(ring.vertex(i))) * normal);
                      }
@@ -260,7 +205,7 @@ class Displacement {
                    std::tuple{rings_of<Point>("position"), overwrites<Normal>("normal")},
                    [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Normal> to) {
                      for (std::size_t i = 0; i < run.count; ++i)
-                       to[i] = normal_at(run, ring, i, masks_);
+                       to[i] = normals::at_vertex(run, ring, i, masks_);
                    });
     StoreAccess::set_rounding(store_, store_.attribute("normal"), {});
   }

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "displace/vertex_noise.h"
+#include "passes/vertex_noise.h"
 
 namespace plait {
 namespace {

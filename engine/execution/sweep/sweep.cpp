@@ -54,10 +54,11 @@ void check_accesses(const Store& store, const SweepPass& pass) {
   check_not_encoded_from_each_other(written);
 }
 
-std::uint64_t window_bytes_of(SweepWindow& window, EdgeId edge_count, EdgeId chunk) {
+std::uint64_t window_bytes_of(SweepWindow& window, EdgeRange edges, EdgeId chunk) {
   std::uint64_t most = 0;
-  for (EdgeId first = 0; first < edge_count; first += std::min(chunk, edge_count - first)) {
-    window.plan(first, first + std::min(chunk, edge_count - first));
+  for (EdgeId first = edges.first; first < edges.after;
+       first += std::min(chunk, edges.after - first)) {
+    window.plan(first, first + std::min(chunk, edges.after - first));
     most = std::max(most, window.planned_bytes());
   }
   return most;
@@ -69,8 +70,7 @@ std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int thread
   threads = thread_count(threads, fmt::format("sweep '{}'", pass.name));
   check_accesses(store, pass);
   SweepWindow window(store, pass);
-  return window_bytes_of(window, static_cast<EdgeId>(store.base().edge_count()),
-                         window.chunk_edges(threads));
+  return window_bytes_of(window, StoreAccess::edges(store), window.chunk_edges(threads));
 }
 
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try {
@@ -92,7 +92,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
   else
     under_way.emplace(std::as_const(store));
   SweepWindow window(store, pass);
-  const auto edge_count = static_cast<EdgeId>(store.base().edge_count());
+  const EdgeRange edges = StoreAccess::edges(store);
   const EdgeId chunk = window.chunk_edges(threads);
   SessionOptions session;
   session.window_bytes = needed_bytes;
@@ -107,13 +107,13 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
   const int concurrency = std::min(threads, tbb::this_task_arena::max_concurrency());
   std::optional<tbb::task_arena> arena;
   if (concurrency > 1) arena.emplace(concurrency);
-  const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edge_count - first); };
-  window.plan(0, chunk_end(0));
-  window.look_ahead(0, chunk);
-  for (EdgeId first = 0; first < edge_count;) {
+  const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edges.after - first); };
+  window.plan(edges.first, chunk_end(edges.first));
+  window.look_ahead(edges.first, chunk);
+  for (EdgeId first = edges.first; first < edges.after;) {
     const EdgeId after = chunk_end(first);
     window.advance();
-    if (after < edge_count) {
+    if (after < edges.after) {
       window.plan(after, chunk_end(after));
       window.look_ahead(after, chunk);
     }
@@ -134,7 +134,8 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
     }
     if (pass.stretch_done) pass.stretch_done();
     first = after;
-    if (options.progress && !options.progress({pass.name, first, edge_count}))
+    if (options.progress &&
+        !options.progress({pass.name, first - edges.first, edges.after - edges.first}))
       throw Error(ErrorCode::kCancelled, fmt::format("sweep '{}': cancelled", pass.name));
   }
   written.finish();

@@ -56,8 +56,8 @@ std::uint64_t SweepWindow::planned_bytes() const {
 void SweepWindow::look_ahead(EdgeId first, EdgeId chunk) {
   if (levels_.empty()) return;
   constexpr EdgeId kRuns = 2 * Pager::kInFlight;
-  const auto edge_count = static_cast<EdgeId>(store_.base().edge_count());
-  const EdgeId end = edge_count - first > kRuns * chunk ? first + kRuns * chunk : edge_count;
+  const EdgeId last = StoreAccess::edges(store_).after;
+  const EdgeId end = last - first > kRuns * chunk ? first + kRuns * chunk : last;
   // Near edges first. A level whose block has to wait for another one does not stop the others.
   ahead_.resize(levels_.size());
   for (EdgeId& ahead : ahead_) ahead = std::max(ahead, first);

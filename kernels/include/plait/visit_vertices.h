@@ -13,7 +13,8 @@
 // within the budget of the store. The sweep goes from edge to edge in layout order, with all levels
 // at once, because the rings of all levels are at the finest level. Then follow the base vertices,
 // because the sweep finds their rings on its way. One kernel call gets a row of a slot, or a whole
-// slot if the visit reads no rings; of base vertices it gets one or all.
+// slot if the visit reads no rings; of base vertices it gets one, or without rings all (in a part
+// of a pass over machines, those of the part: plait/extend/pass.h).
 //
 // Source of the method: I. Guskov, "Non-replicating indexing for out-of-core processing of
 // semi-regular triangular surface meshes". Pinned by tests/kernels/visit_vertices_test.cpp; shown
@@ -83,7 +84,7 @@ RecordsOf<Record, Access::kUpdate> updates(std::string_view attribute) {
 }
 
 // How one attribute comes to the kernel: begin() is called once for an edge, at() for each run of
-// its vertices, base() for base vertices.
+// its vertices, begin_base() once before the base vertices, and base() for each run of them.
 namespace visit {
 
 /// A row of a slot, or a whole slot.
@@ -112,6 +113,7 @@ class Source<RecordsOf<Record, kHow>> {
       base_ = store.template base_records<Record>(plan.attribute(access));
   }
   void begin(const SweepView&, std::size_t, EdgeId, int) noexcept {}
+  void begin_base(const VisitPlan&, std::size_t) noexcept {}
   Argument at(const SweepView& view, const VertexPlace& place) const noexcept {
     return view.records<typename Argument::element_type>(place.access, place.run.level, place.edge)
         .subspan(place.position, place.run.count);
@@ -156,6 +158,14 @@ class Source<RingsOf<Record>> {
         grid.at((2 * place.row + 1) * scale, (2 * place.column + 1) * scale);
     return place.border ? VertexRings<Record>(first, 2 * scale, border_.data(), 4, true)
                         : VertexRings<Record>(first, 2 * scale, inner_.data(), 6, false);
+  }
+  void begin_base(const VisitPlan& plan, std::size_t access) {
+    if (refinements_ == 0) return;
+    plan.for_each_outer_spoke(
+        access, [&](EdgeId edge, const std::byte* next_to_start, const std::byte* next_to_end) {
+          rings_.set(edge, *reinterpret_cast<const Record*>(next_to_start),
+                     *reinterpret_cast<const Record*>(next_to_end));
+        });
   }
   /// One base vertex. The result is valid until the next call.
   VertexRings<Record> base(const VertexRun& run) {
@@ -244,10 +254,10 @@ void run(const VisitPlan& plan, const Kernel& kernel, std::tuple<Source<Specs>..
         }
       },
       [&] {
-        const std::size_t count = mesh.vertex_corners.size();
-        VertexRun base = plan.base_run((Specs::kRings || ...) ? 1 : count);
-        for (; base.first < count; base.first += base.count)
-          kernel(std::as_const(base), std::get<kNumbers>(sources).base(base)...);
+        (std::get<kNumbers>(sources).begin_base(plan, kNumbers), ...);
+        plan.for_each_base_run([&](const VertexRun& base) {
+          kernel(base, std::get<kNumbers>(sources).base(base)...);
+        });
       });
 }
 

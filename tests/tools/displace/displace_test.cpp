@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "displace/gradient_noise.h"
-#include "displace/vertex_noise.h"
+#include "passes/vertex_noise.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"

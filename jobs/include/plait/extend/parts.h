@@ -7,6 +7,10 @@
 // other side of the cuts (ghosts), and so gives the same bits as a run of one process. Its files
 // are in a directory of its own until they are complete; then the file done.I appears in one step.
 // So a part that is killed, started twice or started by two machines at once does no harm.
+//
+// plan_pass() plans a pass over a store in shards, as join_parts() has made it. Each part reads the
+// last commit, also what other shards have at its cuts, and makes the attribute's shard of the next
+// version; join_parts() commits this version. A pass with five iterations is five plans.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +24,7 @@
 #include "plait/attribute.h"
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/extend/pass.h"
 #include "plait/layout.h"
 #include "plait/options.h"
 #include "plait/progress.h"
@@ -62,11 +67,19 @@ struct MachineRates {
 /// One part of a plan. Seconds are an estimate for one thread.
 struct PlannedPart {
   EdgeId first_edge = 0, edge_after = 0;
-  std::uint64_t records = 0;  ///< of each attribute, in the levels
-  std::uint64_t faces = 0;    ///< that it refines
-  std::uint64_t ghosts = 0;   ///< faces among them that another part refines too
-  std::uint64_t bytes = 0;    ///< of the levels, uncompressed
+  std::uint64_t records = 0;  ///< of each attribute that it makes, in the levels
+  std::uint64_t faces = 0;    ///< that it refines, or reads
+  std::uint64_t ghosts = 0;   ///< faces among them that another part refines or reads too
+  std::uint64_t bytes = 0;    ///< of the levels that it makes, uncompressed
   double seconds = 0;
+};
+
+/// The pass that a plan cuts.
+struct PlannedPass {
+  std::filesystem::path store;  ///< absolute
+  std::uint64_t version = 0;    ///< Store::sequence() of the commit that the parts read
+  Pass pass;                    ///< without a kernel
+  AttributeSchema result;       ///< the attribute that it makes
 };
 
 /// What a plan says.
@@ -80,7 +93,25 @@ struct PartsPlan {
   std::vector<PlannedPart> parts;
   std::vector<std::string> warnings;  ///< of the mesh; only from plan_parts()
   std::optional<MachineRates> rates;  ///< only from plan_parts() with `calibrate`
+  std::optional<PlannedPass> pass;    ///< nothing: a subdivision
 };
+
+/// What plan_pass() plans.
+struct PassRequest {
+  std::filesystem::path store;  ///< in shards
+  std::filesystem::path plan;   ///< the directory to make
+  Pass pass;                    ///< its kernel is not called
+  std::uint64_t budget_bytes = StoreOptions().budget_bytes;
+  int threads = 1;  ///< that measure the diagonal for noise, if the pass does not name it
+  std::function<void()> before_files = {};  ///< as in PartsRequest
+  ProgressCallback progress = {};           ///< of measuring the diagonal
+};
+
+/// Plans one pass over the last commit of a store. The parts are its shards. Errors:
+/// kInvalidArgument for a pass that does not fit the store, and if the name is taken; kNotSupported
+/// for a store whose levels are in one piece, and if the result's pipelines need other blocks;
+/// those of Store::open() and visit_vertices(); kIo, kNoSpace.
+PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends);
 
 /// Makes the directory `request.plan`. A plan never changes. Errors: kInvalidArgument for more
 /// parts than edges, a block size that no store can have, and if the name is taken; kNotSupported
@@ -98,6 +129,8 @@ struct PartOptions {
   int threads = 1;
   bool again = false;  ///< makes the part even if it is done
   ProgressCallback progress = {};
+  /// The kernel of the plan's pass, if that is one of the program's own.
+  PassKernel kernel = {};
 };
 
 /// What make_part() did.
@@ -111,7 +144,9 @@ struct PartResult {
 /// Makes one part. Writes only into a directory part.I-... of the plan, and at the end gives done.I
 /// its name. Errors: kInvalidArgument for a part that the plan does not have; kNotSupported if
 /// another version of plait made the plan; kCorruption for a damaged plan; kCancelled; kBudget,
-/// kIo, kNoSpace.
+/// kIo, kNoSpace. For a pass also: kBadState if the store has another version than the plan, or is
+/// another store; kInvalidArgument for a pass of another program without `options.kernel`; those of
+/// Store::open(), visit_vertices() and the kernel.
 PartResult make_part(const std::filesystem::path& plan, std::uint32_t part,
                      const PartOptions& options, const BackendRegistry& backends);
 
@@ -131,6 +166,7 @@ struct JoinResult {
   std::vector<std::string> reasons;         ///< one line for each of `bad`
   bool has_store = false;                   ///< nothing was missing or bad: the store is made
   std::string digest;                       ///< the sum of the digests of the parts
+  std::uint64_t version = 0;                ///< Store::sequence() of the store
   /// Both lists together, as array_text().
   std::string again() const;
 };
@@ -138,6 +174,13 @@ struct JoinResult {
 /// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
 /// that cannot be, they are copied. The plan stays as it is. After an error no store is left.
 /// Errors: those of PartialStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
+///
+/// The parts of a pass become the next version of `store`, which is the store of the plan. One
+/// manifest commits it; readers keep their version. After an error the store has its version. The
+/// digest is that of the records of the attribute that the pass makes. If the store has the version
+/// of this very plan already, the call does nothing. Errors: kBadState for another store and for
+/// another version; kBusy while another process changes the store; kInvalidArgument for `concat`
+/// and `replace`; those of Store::open().
 JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::path& store,
                       const JoinOptions& options, const BackendRegistry& backends);
 

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/attribute.h"
@@ -80,14 +82,34 @@ class VisitPlan {
     run.shape_ = slot.shape;
     return run;
   }
-  /// A run of base vertices.
-  VertexRun base_run(std::size_t count) const {
+  /// Calls visit(run) until each base vertex of the visit was in a run: all, but in the store of
+  /// one part. Runs have one vertex if the visit reads rings, and otherwise as many as there are
+  /// one after another.
+  template <class Visit>
+  void for_each_base_run(const Visit& visit) const {
     VertexRun run;
     run.level = store_->base_level();
-    run.count = count;
     run.mesh_ = &mesh_;
-    return run;
+    const std::uint64_t count = own_vertices_ ? own_vertices_->size() : mesh_.vertex_corners.size();
+    const auto vertex = [&](std::uint64_t at) {
+      return own_vertices_ ? (*own_vertices_)[static_cast<std::size_t>(at)] : at;
+    };
+    for (std::uint64_t at = 0; at < count; at += run.count) {
+      run.first = vertex(at);
+      run.count = 1;
+      while (!reads_rings_ && at + run.count < count &&
+             vertex(at + run.count) == run.first + run.count)
+        ++run.count;
+      visit(std::as_const(run));
+    }
   }
+  /// In the store of one part: calls visit(edge, next_to_start, next_to_end) for each edge at a
+  /// base vertex of the part that the sweep does not visit, with the records of attribute `number`
+  /// that are next to its ends at the finest level of the visit. REQUIRES: refinements() > 0.
+  /// Errors: those of Session::pin.
+  void for_each_outer_spoke(
+      std::size_t number,
+      const std::function<void(EdgeId, const std::byte*, const std::byte*)>& visit) const;
 
   SlotShape shape_of(int refinement, EdgeId edge) const {
     return numbers_[static_cast<std::size_t>(refinement - 1)].slot(edge).shape;
@@ -103,7 +125,8 @@ class VisitPlan {
 
  private:
   SweepPass pass() const;
-  std::uint64_t vertices_before(EdgeId edge) const;
+  /// The vertices of the levels that belong to edges from the first one of the visit on.
+  std::uint64_t vertices_before(std::uint64_t edge) const;
 
   Store* store_;
   const VisitOptions* options_;
@@ -113,6 +136,7 @@ class VisitPlan {
   int level_ = 0, refinements_ = 0;
   bool reads_rings_ = false;
   std::vector<LevelGeometry> numbers_;  ///< [refinement - 1] as if records had one byte
+  std::optional<std::vector<VertexId>> own_vertices_;  ///< in the store of one part
 };
 
 PLAIT_END_NAMESPACE

@@ -75,16 +75,16 @@ struct SweepPass {
 /// Options of sweep().
 struct SweepOptions {
   int threads = 1;                 ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
-  ProgressCallback progress = {};  ///< counts edges; called between blocks
+  ProgressCallback progress = {};  ///< counts edges that are done; called between blocks
 };
 
 /// The most bytes of frames that the pass pins at once. This is the smallest budget for the pass.
 std::uint64_t sweep_window_bytes(Store& store, const SweepPass& pass, int threads = 1);
 
-/// Runs the pass over all edges. If the budget covers the window and the span of the layout, each
-/// block is read at most once. Blocks that are only written are never read. Errors: kBudget before
-/// it changes anything (the message says how much is needed, and for which span); kCancelled; those
-/// of Session::pin.
+/// Runs the pass over all edges, or over those of the store of one part. If the budget covers the
+/// window and the span of the layout, each block is read at most once. Blocks that are only written
+/// are never read. Errors: kBudget before it changes anything (the message says how much is needed,
+/// and for which span); kCancelled; those of Session::pin.
 void sweep(Store& store, const SweepPass& pass, const SweepOptions& options);
 /// The same for a pass that only reads. Errors: also kInvalidArgument for a pass that writes.
 void sweep(const Store& store, const SweepPass& pass, const SweepOptions& options);

@@ -102,8 +102,11 @@ class StoreAccess {
   static Session open_session(const Store& store, const SessionOptions& options = {}) {
     return store.open_session(options);
   }
-  /// The edges whose slots the levels have: all, but in the store of one part.
+  /// The edges whose slots a pass makes: all, but in the store of one part.
   static EdgeRange edges(const Store& store);
+  /// The base vertices whose records a pass makes, ascending; nothing for all, as in every store
+  /// but that of one part.
+  static std::optional<std::vector<VertexId>> own_vertices(const Store& store);
 
   static Pager& pager(Store& store) { return store.pager(); }
   static const Pager& pager(const Store& store) { return store.pager(); }

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "plait/detail/namespace.h"
 #include "plait/extend/topology.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Result `index` of the generator SplitMix64 whose state was `key` (G. Steele, D. Lea, C. Flood,
 /// "Fast Splittable Pseudorandom Number Generators", 2014). Its state is a counter, so every result
@@ -32,4 +33,4 @@ constexpr double from_minus_one_to_one(std::uint64_t word) noexcept {
   return static_cast<double>(word >> 11) * 0x1p-52 - 1;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,0 +1,178 @@
+#include "parts/pass_result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "base/default_arithmetic.h"
+#include "passes/surface_passes.h"
+#include "plait/error.h"
+#include "plait/extend/provenance.h"
+#include "plait/extend/store_access.h"
+#include "store/attribute_levels.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+constexpr std::string_view kPosition = "position", kSmooth = "smooth", kNoise = "noise",
+                           kNormals = "normals";
+
+[[noreturn]] void refuse_pass(const Pass& pass, const std::string& reason) {
+  throw Error(ErrorCode::kInvalidArgument, fmt::format("pass '{}': {}", pass.name, reason));
+}
+
+bool is_built_in(const Pass& pass) {
+  return pass.name == kSmooth || pass.name == kNoise || pass.name == kNormals;
+}
+
+void check_share(const Pass& pass, std::string_view what, double share) {
+  if (!(share >= 0 && share <= 1))
+    refuse_pass(pass, fmt::format("{} {:g}, expected 0 to 1", what, share));
+}
+
+/// The provenance of positions that no scheme has made.
+Provenance without_scheme(Provenance provenance, const std::string& program) {
+  provenance.scheme.clear();
+  provenance.limit = false;
+  provenance.program = program;
+  return provenance;
+}
+
+}  // namespace
+
+void check_pass(const Pass& pass) {
+  if (is_built_in(pass)) {
+    if (pass.kernel) refuse_pass(pass, "a pass of the library has this name");
+    check_share(pass, "factor", pass.factor);
+    check_share(pass, "amplitude", pass.amplitude);
+    if (pass.diagonal && !(*pass.diagonal > 0 && std::isfinite(*pass.diagonal)))
+      refuse_pass(pass, fmt::format("diagonal {:g}, expected a length", *pass.diagonal));
+    return;
+  }
+  if (!is_attribute_name(pass.name))
+    refuse_pass(pass, "expected a name of 1 to 255 characters of [A-Za-z0-9_-]");
+  if (!is_attribute_name(pass.result.name) || component_bytes(pass.result.type) == 0 ||
+      pass.result.components < 1 || pass.result.components > 255)
+    refuse_pass(
+        pass, fmt::format("expected smooth, noise or normals, or a pass of the program's own with "
+                          "the attribute that it makes, found '{}' x {}",
+                          pass.result.name, pass.result.components));
+}
+
+PassResult result_of(const Pass& pass, const std::vector<AttributeSchema>& schemas,
+                     const std::vector<int>& finest) {
+  const auto find = [&](std::string_view name) {
+    return static_cast<std::size_t>(std::ranges::find(schemas, name, &AttributeSchema::name) -
+                                    schemas.begin());
+  };
+  PassResult result;
+  const std::size_t position = find(kPosition);
+  if (is_built_in(pass)) {
+    if (position == schemas.size())
+      throw Error(ErrorCode::kNotFound,
+                  fmt::format("pass '{}': the store has no attribute 'position'", pass.name));
+    const AttributeSchema& at = schemas[position];
+    if ((at.type != ComponentType::kFloat32 && at.type != ComponentType::kFloat64) ||
+        at.components != 3)
+      refuse_pass(pass,
+                  fmt::format("expected positions of float32 x 3 or float64 x 3, found {} x {}",
+                              to_string(at.type), at.components));
+    result.schema =
+        pass.name == kNormals ? AttributeSchema{"normal", ComponentType::kFloat32, 3} : at;
+  } else {
+    result.schema = pass.result;
+  }
+  const std::size_t same = find(result.schema.name);
+  result.replaces = same < schemas.size();
+  if (result.replaces && schemas[same] != result.schema)
+    refuse_pass(pass, fmt::format("it makes '{}' with {} x {}, and the store has {} x {}",
+                                  result.schema.name, to_string(result.schema.type),
+                                  result.schema.components, to_string(schemas[same].type),
+                                  schemas[same].components));
+  if (is_built_in(pass))
+    result.like = position;
+  else if (result.replaces)
+    result.like = same;
+  else if (schemas.empty())
+    refuse_pass(pass, "the store has no attributes");
+  else
+    result.like = static_cast<std::size_t>(std::ranges::max_element(finest) - finest.begin());
+  return result;
+}
+
+VersionDescription version_after(const VersionDescription& at, const Pass& pass,
+                                 std::uint64_t version, const std::string& program) {
+  std::vector<AttributeSchema> schemas;
+  std::vector<int> finest;
+  for (const AttributeRecord& attribute : at.attributes) {
+    schemas.push_back(attribute.schema);
+    finest.push_back(at.finest_level(attribute));
+  }
+  const PassResult result = result_of(pass, schemas, finest);
+  VersionDescription after = at;
+  after.shards.clear();
+  AttributeRecord made;
+  made.schema = result.schema;
+  made.number = after.next_attribute_number++;
+  made.pipeline = at.attributes[result.like].pipeline;
+  for (int level = at.provenance.base_level + 1; level <= finest[result.like]; ++level)
+    made.levels.push_back({made.pipeline.of(level), Representation::kValues, {{version, 0}}});
+  if (!result.replaces) {
+    after.attributes.push_back(std::move(made));
+    return after;
+  }
+  for (AttributeRecord& attribute : after.attributes)
+    if (attribute.schema.name == result.schema.name) attribute = made;
+  if (result.schema.name == kPosition) after.provenance = without_scheme(after.provenance, program);
+  return after;
+}
+
+AttributeId make_result(Store& store, const Pass& pass, const VisitOptions& options) {
+  const DefaultArithmetic arithmetic;
+  check_pass(pass);
+  if (!is_built_in(pass) && !pass.kernel)
+    refuse_pass(pass, "expected the kernel of the program's own pass, found none");
+  std::vector<AttributeSchema> schemas;
+  std::vector<int> finest;
+  for (const AttributeInfo& info : store.attributes()) {
+    schemas.push_back(info.schema);
+    finest.push_back(info.finest_level);
+  }
+  const PassResult result = result_of(pass, schemas, finest);
+  AttributeSchema schema = result.schema;
+  if (result.replaces) schema.name += "-next";
+  if (!is_attribute_name(schema.name))
+    refuse_pass(pass, fmt::format("the name '{}' is too long", result.schema.name));
+  const std::string into = schema.name;
+  AttributeId id =
+      add_attribute_like(store, std::move(schema), static_cast<AttributeId>(result.like));
+  VisitOptions how = options;
+  how.name = pass.name;
+  how.level = finest[result.like];
+  if (pass.kernel) {
+    pass.kernel(store, into, how);
+  } else if (pass.name == kSmooth) {
+    smooth_positions(store, into, pass.factor, how);
+  } else if (pass.name == kNoise) {
+    const double diagonal = pass.diagonal ? *pass.diagonal : diagonal_of_positions(store, how);
+    add_noise(store, into, pass.amplitude * diagonal, pass.seed, how);
+  } else {
+    make_normals(store, into, how);
+  }
+  if (!result.replaces) return id;
+  store.replace_attribute(store.attribute(result.schema.name), id);
+  if (result.schema.name == kPosition)
+    StoreAccess::set_provenance(store, without_scheme(store.provenance(), program_version()));
+  return store.attribute(result.schema.name);
+}
+
+void run_pass(Store& store, const Pass& pass, const VisitOptions& options) try {
+  make_result(store, pass, options);
+} catch (const std::bad_alloc&) {
+  throw out_of_memory("pass " + pass.name);
+}
+
+PLAIT_END_NAMESPACE
