@@ -118,6 +118,13 @@ void refuse_cancelled(const char* what) {
   throw Error(ErrorCode::kCancelled, fmt::format("{}: cancelled by the callback", what));
 }
 
+void throw_failed(const char* what, plait_status status) {
+  for (int number = 0; number <= static_cast<int>(ErrorCode::kCancelled); ++number)
+    if (const auto code = static_cast<ErrorCode>(number); status_of(code) == status)
+      throw Error(code, fmt::format("{}: {}", what, last_error().message()));
+  throw std::runtime_error(fmt::format("{} has returned {}", what, status));
+}
+
 }  // namespace plait::c
 
 const char* plait_error_message(void) { return plait::c::last_error().message(); }

@@ -46,4 +46,8 @@ inline std::string text_or(const char* text, std::string_view otherwise) {
 /// Throws kCancelled: a callback has returned 0.
 [[noreturn]] void refuse_cancelled(const char* what);
 
+/// Throws the error of a callback that has returned `status`, with plait_error_message() if a call
+/// of the library set it.
+[[noreturn]] void throw_failed(const char* what, plait_status status);
+
 }  // namespace plait::c

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 
 #include "guard.h"
 #include "handles.h"
@@ -42,6 +43,46 @@ PartsRequest parts_request_of(const plait_parts_request& wanted) {
   return request;
 }
 
+PassRequest pass_request_of(const plait_pass_request& wanted) {
+  check_given(wanted.store_path, "store_path");
+  check_given(wanted.plan_path, "plan_path");
+  check_given(wanted.name, "name");
+  check_reserved(wanted.reserved);
+  PassRequest request;
+  request.store = wanted.store_path;
+  request.plan = wanted.plan_path;
+  if (wanted.budget_bytes != 0) request.budget_bytes = wanted.budget_bytes;
+  if (wanted.threads != 0) request.threads = wanted.threads;
+  request.progress = progress_by(wanted.progress, wanted.user);
+  Pass& pass = request.pass;
+  pass.name = wanted.name;
+  pass.factor = wanted.factor;
+  pass.amplitude = wanted.amplitude;
+  pass.seed = wanted.seed;
+  if (wanted.diagonal != 0) pass.diagonal = wanted.diagonal;
+  if (wanted.result == nullptr) return request;
+  if (wanted.components < 1 || wanted.components > 255)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("components: expected 1 to 255, found {}", wanted.components));
+  pass.result = {
+      wanted.result,
+      wanted.type == 0 ? ComponentType::kFloat32 : static_cast<ComponentType>(wanted.type),
+      static_cast<std::uint32_t>(wanted.components)};
+  pass.parameters = text_or(wanted.parameters, "");
+  return request;
+}
+
+/// The kernel of a C program as the library calls it. It gets a handle of its own.
+PassKernel kernel_by(plait_pass_kernel kernel, void* user) {
+  if (kernel == nullptr) return {};
+  return [kernel, user](Store& store, const std::string& into, const VisitOptions&) {
+    plait_store handle(std::move(store), true);
+    const plait_status status = kernel(&handle, into.c_str(), user);
+    store = std::move(handle.store);
+    if (status != PLAIT_OK) throw_failed("the kernel of the pass", status);
+  };
+}
+
 }  // namespace
 }  // namespace plait::c
 
@@ -53,6 +94,15 @@ plait_status plait_parts_plan(const plait_parts_request* request) {
     const plait_parts_request wanted =
         options_of(request, plait_parts_request PLAIT_PARTS_REQUEST_INIT);
     plait::plan_parts(parts_request_of(wanted), known_backends());
+  });
+}
+
+plait_status plait_pass_plan(const plait_pass_request* request) {
+  return guarded("plait_pass_plan", [&] {
+    check_given(request, "request");
+    const plait_pass_request wanted =
+        options_of(request, plait_pass_request PLAIT_PASS_REQUEST_INIT);
+    plait::plan_pass(pass_request_of(wanted), known_backends());
   });
 }
 
@@ -68,6 +118,7 @@ plait_status plait_parts_make(const char* plan_path, uint32_t part,
     if (wanted.threads != 0) how.threads = wanted.threads;
     how.again = wanted.again != 0;
     how.progress = progress_by(wanted.progress, wanted.user);
+    how.kernel = kernel_by(wanted.kernel, wanted.kernel_user);
     plait::make_part(plan_path, part, how, known_backends());
   });
 }

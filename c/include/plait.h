@@ -1029,20 +1029,60 @@ typedef struct plait_parts_request {
  * reading the mesh; IO, NO_SPACE. */
 PLAIT_API plait_status plait_parts_plan(const plait_parts_request* request);
 
+/* Fills attribute `into` for all vertices of `store`, by plait_store_visit() with
+ * PLAIT_FINEST_LEVEL, which visits those of one part. May read other attributes, and must not
+ * change the store otherwise nor keep the handle. Returns PLAIT_OK, or the code of the call that
+ * failed. */
+typedef plait_status (*plait_pass_kernel)(plait_store* store, const char* into, void* user);
+
+/* One pass over the last commit of a store in shards. NULL and 0 stand for the defaults. */
+typedef struct plait_pass_request {
+  size_t struct_size;
+  const char* store_path;  /* a store that plait_parts_join() has made, without concat */
+  const char* plan_path;   /* the directory to make */
+  const char* name;        /* "smooth", "noise", "normals", or that of the program's own pass */
+  const char* result;      /* own pass: the attribute that it makes or replaces */
+  const char* parameters;  /* own pass: a text that the plan records; "" */
+  double factor;           /* smooth: how far to the mean of the neighbours, 0 to 1; 0.5 */
+  double amplitude;        /* noise: how far, in diagonals of the bounding box, 0 to 1; 3e-7 */
+  double diagonal;         /* noise; 0: measured, by one pass over all positions */
+  uint64_t seed;           /* noise; 1 */
+  uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
+  plait_progress progress; /* of measuring; may be NULL */
+  void* user;
+  plait_component_type type; /* own pass: of the result; PLAIT_FLOAT32 */
+  int32_t components;        /* own pass: of the result; 3 */
+  int32_t threads;           /* 1 */
+  int32_t reserved;
+} plait_pass_request;
+#define PLAIT_PASS_REQUEST_INIT                                                               \
+  {                                                                                           \
+    sizeof(plait_pass_request), NULL, NULL, NULL, NULL, NULL, 0.5, 3e-7, 0, 1, 0, NULL, NULL, \
+        PLAIT_FLOAT32, 3, 1, 0                                                                \
+  }
+/* Makes a plan of which the parts are the shards of the store. plait_parts_make() makes each part,
+ * and plait_parts_join() commits the next version of the store. Errors: INVALID_ARGUMENT for a pass
+ * that does not fit the store, and if the name is taken; NOT_SUPPORTED for a store in one piece;
+ * those of plait_store_open(); CANCELLED, IO, NO_SPACE. */
+PLAIT_API plait_status plait_pass_plan(const plait_pass_request* request);
+
 /* Options of plait_parts_make(). */
 typedef struct plait_part_options {
   size_t struct_size;
   uint64_t budget_bytes;   /* PLAIT_DEFAULT_BUDGET_BYTES */
   plait_progress progress; /* may be NULL */
   void* user;
-  int32_t threads; /* 1 */
-  int32_t again;   /* 1: make the part even if it is done */
+  int32_t threads;          /* 1 */
+  int32_t again;            /* 1: make the part even if it is done */
+  plait_pass_kernel kernel; /* of the program's own pass; else NULL */
+  void* kernel_user;
 } plait_part_options;
 #define PLAIT_PART_OPTIONS_INIT \
-  { sizeof(plait_part_options), 0, NULL, NULL, 1, 0 }
+  { sizeof(plait_part_options), 0, NULL, NULL, 1, 0, NULL, NULL }
 /* Makes part 0, 1, ... of a plan, unless it is done. `options` may be NULL. Errors:
  * INVALID_ARGUMENT, NOT_FOUND, CORRUPTION, NOT_SUPPORTED (a plan of another version of plait),
- * CANCELLED, BUDGET, IO, NO_SPACE. */
+ * CANCELLED, BUDGET, IO, NO_SPACE; for a pass also BAD_STATE if the store has another version than
+ * the plan, and that of the kernel. */
 PLAIT_API plait_status plait_parts_make(const char* plan_path, uint32_t part,
                                         const plait_part_options* options);
 
@@ -1059,8 +1099,9 @@ typedef struct plait_join_options {
 } plait_join_options;
 #define PLAIT_JOIN_OPTIONS_INIT \
   { sizeof(plait_join_options), 0, NULL, NULL, 0, 0, 0, 0 }
-/* Makes a store of all parts. `options` may be NULL. Errors: BAD_STATE if parts are missing or
- * damaged (the message lists them: "3,17-19"); those of plait_parts_make(). */
+/* Makes a store of all parts, or, of a pass, commits the next version of its store, `store_path`
+ * (without concat and with PLAIT_EXISTING_REFUSE). `options` may be NULL. Errors: BAD_STATE if
+ * parts are missing or damaged (the message lists them: "3,17-19"); those of plait_parts_make(). */
 PLAIT_API plait_status plait_parts_join(const char* plan_path, const char* store_path,
                                         const plait_join_options* options);
 

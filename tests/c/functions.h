@@ -109,6 +109,7 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_pin_release, "PinnedVertices::~PinnedVertices"),
     PLAIT_PAIR(plait_store_visit, "visit_vertices"),
     PLAIT_PAIR(plait_parts_plan, "plan_parts"),
+    PLAIT_PAIR(plait_pass_plan, "plan_pass"),
     PLAIT_PAIR(plait_parts_make, "make_part"),
     PLAIT_PAIR(plait_parts_join, "join_parts"),
     PLAIT_PAIR(plait_job_subdivide, "SubdivisionJob"),
