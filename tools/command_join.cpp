@@ -1,4 +1,4 @@
-// plait join: makes a store of the parts of a plan.
+// plait join: makes a store, or the next version of one, of the parts of a plan.
 
 #include <filesystem>
 #include <memory>
@@ -42,7 +42,8 @@ void add_join_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<JoinArguments>();
   CommandLine* command = program.add_subcommand("join", "Make a store of the parts of a plan");
   command->add_option("PLAN", arguments->plan, "The plan")->required();
-  add_output_option(*command, "STORE", arguments->store, "The store to make, a directory")
+  add_output_option(*command, "STORE", arguments->store,
+                    "The store to make, a directory; of a pass, its store")
       ->required();
   command->add_flag("--verify", arguments->options.verify,
                     "Read every block first and compare the digests");
@@ -61,13 +62,20 @@ void add_join_command(CommandLine& program, CommandContext& context) {
       "can\n"
       "be removed afterwards.\n"
       "\n"
+      "The parts of a pass become the next version of STORE, the store that was planned. Readers "
+      "keep\n"
+      "the version that they have open. The last line is the digest of the attribute that the "
+      "pass\n"
+      "makes. --force and --concat are refused; plait convert makes a store in one piece.\n"
+      "\n"
       "If parts are missing or damaged, the command prints them as a list for an array job, such\n"
       "as 3,17-19, and its exit status is 4. The last line is otherwise the digest of STORE.\n"
       "\n"
       "Examples:\n"
       "  plait join molecule.plan molecule.plait\n"
       "  sbatch --array=\"$(plait join statue.plan statue.plait)\" statue.sh    the missing parts\n"
-      "  plait join statue.plan statue.plait --concat --verify");
+      "  plait join statue.plan statue.plait --concat --verify\n"
+      "  plait join smooth1.plan statue.plait                                  the next version");
   command->callback([arguments, &context] {
     context.run = [arguments, &context] { return run_join(*arguments, context); };
   });

@@ -70,7 +70,9 @@ void add_part_command(CommandLine& program, CommandContext& context) {
   command->footer(
       "A part writes only into a directory of its own in PLAN, and at the end the file done.PART\n"
       "gets its name. So a part that was killed is simply started again, and a part that two\n"
-      "machines make at once does no harm.\n"
+      "machines make at once does no harm. A part of a pass reads its store and does not change "
+      "it;\n"
+      "passes of a program of your own are made by that program (plait/extend/parts.h).\n"
       "\n"
       "Examples:\n"
       "  plait part molecule.plan 0\n"

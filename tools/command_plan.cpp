@@ -1,10 +1,13 @@
-// plait plan: cuts a subdivision into parts that many machines can make.
+// plait plan: cuts a subdivision, or a pass over a store in shards, into parts that many machines
+// can make.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -31,8 +34,10 @@ namespace {
 
 struct PlanArguments {
   PartsRequest request;
-  std::optional<std::string> scheme, precision, layout;
+  std::optional<std::string> scheme, precision, layout, pass;
   std::vector<std::string> compress;
+  Pass options;  ///< of the pass
+  std::optional<double> diagonal;
   int parts = 1;
   std::filesystem::path sbatch;
   int tasks = 1000;
@@ -49,13 +54,24 @@ PartsRequest request_of(const PlanArguments& arguments) {
   return request;
 }
 
+PassRequest pass_request_of(const PlanArguments& arguments) {
+  PassRequest request;
+  request.store = arguments.request.mesh;
+  request.plan = arguments.request.plan;
+  request.pass = arguments.options;
+  request.pass.name = *arguments.pass;
+  request.threads = default_thread_count();
+  return request;
+}
+
 double ghost_share(const PlannedPart& part) {
   return static_cast<double>(part.ghosts) / static_cast<double>(part.faces);
 }
 
 /// No plan stays without the script that was asked for.
-void publish_or_remove_plan(SbatchScript& script, const std::filesystem::path& plan) try {
-  script.publish();
+template <class Step>
+void remove_plan_unless(const std::filesystem::path& plan, const Step& succeeds) try {
+  succeeds();
 } catch (const Error&) {
   std::error_code ignored;
   std::filesystem::remove_all(plan, ignored);
@@ -70,18 +86,30 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   PartsPlan plan;
   {
     EndAtOnce nothing_is_made_yet(context.json);
-    PartsRequest request = request_of(arguments);
-    request.progress = [](const Progress&) { return !interrupted(); };
-    request.before_files = [&] {
-      nothing_is_made_yet.end();
+    const auto go_on = [](const Progress&) { return !interrupted(); };
+    const auto make_script = [&](std::size_t parts) {
       if (has_script)
-        script.emplace(arguments.sbatch, request.plan, request.parts,
+        script.emplace(arguments.sbatch, arguments.request.plan, static_cast<std::uint32_t>(parts),
                        static_cast<std::uint32_t>(arguments.tasks));
     };
-    plan = plan_parts(request, context.backends);
+    if (arguments.pass) {
+      PassRequest request = pass_request_of(arguments);
+      request.progress = go_on;
+      request.before_files = [&] { nothing_is_made_yet.end(); };
+      plan = plan_pass(request, context.backends);
+      remove_plan_unless(arguments.request.plan, [&] { make_script(plan.parts.size()); });
+    } else {
+      PartsRequest request = request_of(arguments);
+      request.progress = go_on;
+      request.before_files = [&] {
+        nothing_is_made_yet.end();
+        make_script(request.parts);
+      };
+      plan = plan_parts(request, context.backends);
+    }
   }
   for (const std::string& warning : plan.warnings) report_warning(warning);
-  if (script) publish_or_remove_plan(*script, arguments.request.plan);
+  if (script) remove_plan_unless(arguments.request.plan, [&] { script->publish(); });
   std::uint64_t bytes = 0, faces = 0, ghosts = 0;
   double seconds = 0;
   for (const PlannedPart& part : plan.parts) {
@@ -94,6 +122,9 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   const auto number = worst - plan.parts.begin();
   const double share = static_cast<double>(ghosts) / static_cast<double>(faces);
   if (!context.json) {
+    if (plan.pass)
+      print(fmt::format("pass {} over version {} of {} makes '{}'\n", plan.pass->pass.name,
+                        plan.pass->version, plan.pass->store.native(), plan.pass->result.name));
     if (plan.rates)
       print(fmt::format(
           "this machine, one thread: {:.1f} M points/s, {}/s written and synced, {:.2g} s "
@@ -132,6 +163,13 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
       {"seconds_of_parts", seconds},
       {"worst", {{"part", number}, {"bytes", worst->bytes}, {"seconds", worst->seconds}}},
       {"seconds", clock.seconds()}};
+  if (plan.pass) {
+    report["pass"] = plan.pass->pass.name;
+    report["store"] = plan.pass->store.string();
+    report["version"] = plan.pass->version;
+    report["attribute"] = plan.pass->result.name;
+    if (plan.pass->pass.diagonal) report["diagonal"] = *plan.pass->pass.diagonal;
+  }
   if (plan.rates)
     report["rates"] = {{"points_per_second", plan.rates->points_per_second},
                        {"bytes_per_second", plan.rates->bytes_per_second},
@@ -149,21 +187,37 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   return kExitDone;
 }
 
+/// Options of a subdivision have no meaning for a pass, and the other way round.
+void check_kind(const CommandLine& command, bool is_pass) {
+  for (const char* const name : {"--levels", "--parts"})
+    if (!is_pass && !command.given(name)) throw UsageError(fmt::format("{} is required", name));
+  const auto refuse = [&](std::initializer_list<const char*> names, const char* reason) {
+    for (const char* const name : names)
+      if (command.given(name)) throw UsageError(fmt::format("{}: {}", name, reason));
+  };
+  if (is_pass)
+    refuse({"--levels", "--parts", "--scheme", "--precision", "--normals", "--limit", "--layout",
+            "--compress", "--block", "--max-slot", "--calibrate"},
+           "a pass has the levels, shards and blocks of its store");
+  else
+    refuse({"--factor", "--amplitude", "--seed", "--diagonal"}, "this is an option of --pass");
+}
+
 }  // namespace
 
 void add_plan_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<PlanArguments>();
   CommandLine* command =
-      program.add_subcommand("plan", "Cut a subdivision into parts for many machines");
-  command->add_option("MESH", arguments->request.mesh, "PLY, OBJ or OFF, also .gz and .zst")
+      program.add_subcommand("plan", "Cut a subdivision or a pass into parts for many machines");
+  command
+      ->add_option("INPUT", arguments->request.mesh,
+                   "PLY, OBJ or OFF, also .gz and .zst; for --pass a store in shards")
       ->required();
   add_output_option(*command, "PLAN", arguments->request.plan, "The plan to make, a directory")
       ->required();
   add_whole_option(*command, "--levels", arguments->request.levels, 1, kMaxLevel,
-                   fmt::format("The level to reach, 1 to {}", kMaxLevel))
-      ->required();
-  add_whole_option(*command, "--parts", arguments->parts, 1, 1 << 20, "The number of parts")
-      ->required();
+                   fmt::format("The level to reach, 1 to {}", kMaxLevel));
+  add_whole_option(*command, "--parts", arguments->parts, 1, 1 << 20, "The number of parts");
   command->add_option("--scheme", arguments->scheme, "The scheme; default loop");
   command
       ->add_option("--precision", arguments->precision,
@@ -180,6 +234,26 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
   add_size_option(*command, "--max-slot", arguments->request.max_slot_bytes,
                   "Largest slot of positions: refine the base mesh in memory until all slots fit; "
                   "default 16KiB");
+  command
+      ->add_option("--pass", arguments->pass,
+                   "Plan a pass over all vertices of a store: smooth, noise or normals")
+      ->one_of({"smooth", "noise", "normals"});
+  command
+      ->add_option("--factor", arguments->options.factor,
+                   "smooth: how far each vertex goes to the mean of its neighbours, 0 to 1")
+      ->range(0.0, 1.0)
+      ->capture_default_str();
+  command
+      ->add_option("--amplitude", arguments->options.amplitude,
+                   "noise: how far, in diagonals of the bounding box, 0 to 1")
+      ->range(0.0, 1.0)
+      ->default_str("3e-7");
+  add_whole_option(*command, "--seed", arguments->options.seed, 0,
+                   std::numeric_limits<std::uint64_t>::max(),
+                   "noise: each seed gives another surface")
+      ->default_str("1");
+  command->add_option("--diagonal", arguments->diagonal,
+                      "noise: that of the bounding box; default: plan reads all positions once");
   command->add_flag("--calibrate", arguments->request.calibrate,
                     "Measure this machine for about two seconds: seconds are then its own");
   command->add_option("--sbatch", arguments->sbatch,
@@ -193,10 +267,19 @@ void add_plan_command(CommandLine& program, CommandContext& context) {
       "the store of them. The store's digest is that of plait subdivide with the same options.\n"
       "Parts have raw blocks, or with --compress blocks of a pipeline without prediction: fast.\n"
       "\n"
+      "With --pass, the parts are the shards of a store that plait join has made, and plait join\n"
+      "commits its next version. A pass reads the last commit, so five iterations are five plans,\n"
+      "one after another. smooth and noise replace the positions. normals makes or replaces the\n"
+      "normals; no other pass does.\n"
+      "\n"
       "Examples:\n"
+      "  plait plan --pass smooth --factor 0.3 molecule.plait smooth1.plan\n"
+      "  plait plan --pass normals molecule.plait normals.plan --sbatch normals.sh\n"
       "  plait plan molecule.ply molecule.plan --levels 5 --normals --parts 4\n"
       "  plait plan statue.ply statue.plan --levels 8 --parts 1000 --calibrate --sbatch statue.sh");
-  command->callback([arguments, &context] {
+  command->callback([arguments, command, &context] {
+    check_kind(*command, arguments->pass.has_value());
+    arguments->options.diagonal = arguments->diagonal;
     context.run = [arguments, &context] { return run_plan(*arguments, context); };
   });
 }

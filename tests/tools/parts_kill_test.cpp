@@ -76,6 +76,97 @@ TEST_CASE("PartAndJoin_KilledAgainAndAgain_ArriveAtTheStoreOfOneRun") {
   CHECK(kills > 0);
 }
 
+TEST_CASE("PassPartAndJoin_KilledAgainAndAgain_ArriveAtTheVersionOfOneRun") {
+  std::mt19937_64 random(17);
+  const TemporaryDirectory here(Medium::kMemory);
+  const auto succeed = [&](const Names& arguments) {
+    const Outcome outcome = run(here.path(), arguments);
+    CAPTURE(arguments, outcome.errors);
+    REQUIRE(outcome.status == 0);
+    return outcome;
+  };
+  const auto make_shards = [&](const char* store) {
+    succeed({"plan", "m.ply", "p", "--levels", "4", "--parts", "3"});
+    for (const char* const part : {"0", "1", "2"}) succeed({"part", "p", part});
+    succeed({"join", "p", store});
+    std::filesystem::remove_all(here.path() / "p");
+  };
+  const auto digest_of = [&](const char* store) {
+    return succeed({"digest", store, "--json"}).json()["digest"];
+  };
+  succeed({"generate", "torus", "m.ply", "--vertices", "500"});
+  make_shards("undisturbed.plait");
+  succeed({"plan", "--pass", "smooth", "undisturbed.plait", "q"});
+  for (const char* const part : {"0", "1", "2"}) succeed({"part", "q", part});
+  succeed({"join", "q", "undisturbed.plait"});
+  std::filesystem::remove_all(here.path() / "q");
+  const auto expected = digest_of("undisturbed.plait");
+  int kills = 0;
+  for (int round = 0; round < rounds(); ++round) {
+    make_shards("s.plait");
+    succeed({"plan", "--pass", "smooth", "s.plait", "q"});
+    for (const char* const part : {"0", "1", "2"})
+      kills += run_until_done(here.path(), {"part", "q", part}, random, 15000);
+    // A killed join may have committed the version already.
+    kills += run_until_done(here.path(), {"join", "q", "s.plait"}, random, 8000);
+    CHECK(succeed({"join", "q", "s.plait", "--json"}).json()["version"] == 2);
+    CHECK(digest_of("s.plait") == expected);
+    succeed({"verify", "s.plait"});
+    int directories = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(here.path() / "q"))
+      directories += entry.is_directory() ? 1 : 0;
+    CHECK(directories == 3);
+    std::filesystem::remove_all(here.path() / "q");
+    std::filesystem::remove_all(here.path() / "s.plait");
+  }
+  CHECK(kills > 0);
+}
+
+TEST_CASE("PassOnTheCommandLine_OptionsAndRefusals_AreSaid") {
+  const TemporaryDirectory here(Medium::kMemory);
+  const auto status = [&](const Names& arguments) { return run(here.path(), arguments).status; };
+  REQUIRE(status({"generate", "torus", "m.ply", "--vertices", "500"}) == 0);
+  CHECK(status({"plan", "m.ply", "p", "--levels", "3"}) == 2);  // --parts is missing
+  CHECK(status({"plan", "m.ply", "p", "--levels", "3", "--parts", "2", "--factor", "0.1"}) == 2);
+  REQUIRE(status({"plan", "m.ply", "p", "--levels", "3", "--parts", "4"}) == 0);
+  for (const char* const part : {"0", "1", "2", "3"}) REQUIRE(status({"part", "p", part}) == 0);
+  REQUIRE(status({"join", "p", "s.plait"}) == 0);
+  const Names noise = {"plan", "--pass",      "noise", "s.plait",  "q",       "--seed",
+                       "3",    "--amplitude", "0.001", "--sbatch", "array.sh"};
+  Names with_parts = noise;
+  with_parts.insert(with_parts.end(), {"--parts", "3"});
+  CHECK(status(with_parts) == 2);
+  CHECK(status({"plan", "--pass", "polish", "s.plait", "q"}) == 2);
+  CHECK_FALSE(std::filesystem::exists(here.path() / "q"));
+  CHECK_FALSE(std::filesystem::exists(here.path() / "array.sh"));
+  Names with_json = noise;
+  with_json.push_back("--json");
+  const Outcome planned = run(here.path(), with_json);
+  REQUIRE(planned.status == 0);
+  CHECK(planned.json()["pass"] == "noise");
+  CHECK(planned.json()["version"] == 1);
+  CHECK(planned.json()["attribute"] == "position");
+  CHECK(planned.json()["parts"].size() == 4);
+  CHECK(planned.json()["diagonal"] > 0);
+  CHECK(content_of(here.path() / "array.sh").find("--array=0-3") != std::string::npos);
+  REQUIRE(status({"part", "q", "2"}) == 0);
+  const Outcome incomplete = run(here.path(), {"join", "q", "s.plait"});
+  CHECK(incomplete.status == 4);
+  CHECK(incomplete.last_line() == "0-1,3");
+  for (const char* const part : {"0", "1", "3"}) REQUIRE(status({"part", "q", part}) == 0);
+  CHECK(status({"join", "q", "s.plait", "--concat"}) == 2);
+  REQUIRE(status({"join", "q", "s.plait", "--verify"}) == 0);
+  // What plait displace makes of a store in one piece.
+  REQUIRE(status({"subdivide", "m.ply", "w.plait", "--levels", "3"}) == 0);
+  REQUIRE(status({"displace", "w.plait", "d.plait", "--seed", "3", "--amplitude", "0.001"}) == 0);
+  CHECK(run(here.path(), {"digest", "s.plait"}).last_line() ==
+        run(here.path(), {"digest", "d.plait"}).last_line());
+  CHECK(status({"plan", "--pass", "smooth", "w.plait", "r"}) != 0);  // in one piece
+  const Outcome moved = run(here.path(), {"part", "q", "0", "--again"});
+  CHECK(moved.status != 0);
+  CHECK(moved.errors.find("found version 2") != std::string::npos);
+}
+
 TEST_CASE("PlanPartJoin_OnTheCommandLine_SayWhatIsMissing") {
   const TemporaryDirectory here(Medium::kMemory);
   REQUIRE(run(here.path(), {"generate", "torus", "m.ply", "--vertices", "500"}).status == 0);
