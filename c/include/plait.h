@@ -471,6 +471,11 @@ PLAIT_API plait_status plait_store_digest(plait_store* store, int32_t level, int
  * a store in memory; BAD_STATE for changes that are not committed; BUSY while another handle or
  * process writes a store that this one reads; IO, NO_SPACE. */
 PLAIT_API plait_status plait_store_write_bounds(plait_store* store, const char* attribute);
+/* The same. `progress` counts bytes of levels that are read; a call that it cancels changes
+ * nothing, and fails with CANCELLED. */
+PLAIT_API plait_status plait_store_write_bounds_with_progress(plait_store* store,
+                                                              const char* attribute,
+                                                              plait_progress progress, void* user);
 
 /* A block that plait_store_verify() found damaged. */
 typedef struct plait_damaged_block {

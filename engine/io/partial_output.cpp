@@ -12,7 +12,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 Error name_taken(const std::filesystem::path& path) {
-  return {ErrorCode::kInvalidArgument, fmt::format("create {}: it exists already", path.native())};
+  return Error(ErrorCode::kInvalidArgument,
+               fmt::format("create {}: it exists already", path.native()))
+      .about(path);
 }
 
 void refuse_what_is_there(const Directory& directory, const std::string& name,

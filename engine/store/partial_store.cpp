@@ -12,10 +12,12 @@ namespace {
 
 Error store_name_taken(const std::filesystem::path& path, Existing existing) {
   if (existing == Existing::kRefuse)
-    return {ErrorCode::kInvalidArgument,
-            fmt::format("create {}: it exists already", path.native())};
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("replace {}: expected a store, found something else", path.native())};
+    return Error(ErrorCode::kInvalidArgument,
+                 fmt::format("create {}: it exists already", path.native()))
+        .about(path);
+  return Error(ErrorCode::kInvalidArgument,
+               fmt::format("replace {}: expected a store, found something else", path.native()))
+      .about(path);
 }
 
 /// Opens a directory that may be replaced: one that is_store(), even if the store is damaged.

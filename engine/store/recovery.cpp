@@ -59,7 +59,8 @@ Directory open_store_directory(const fs::path& path) {
                 fs::exists(path, ignored)
                     ? fmt::format("open {}: expected a store, which is a directory, found a file",
                                   path.native())
-                    : fmt::format("open {}: no such store", path.native()));
+                    : fmt::format("open {}: no such store", path.native()))
+        .about(path);
   }
   // A directory with a lock may be a damaged store.
   if (!store.contains(kLockName) && !has_whole_slot(store))
@@ -67,7 +68,8 @@ Directory open_store_directory(const fs::path& path) {
         ErrorCode::kNotFound,
         fmt::format("open {}: expected a store, found a directory with neither a {} nor the "
                     "{} of a store",
-                    path.native(), kLockName, kManifestName));
+                    path.native(), kLockName, kManifestName))
+        .about(path);
   return store;
 }
 
@@ -128,7 +130,8 @@ Directory claim_store_directory(const fs::path& path, Durability durability) {
   std::optional<Directory> directory = open_empty(path);
   const auto taken = [&] {
     return Error(ErrorCode::kInvalidArgument,
-                 fmt::format("create {}: it exists already", path.native()));
+                 fmt::format("create {}: it exists already", path.native()))
+        .about(path);
   };
   std::error_code ignored;
   if (!directory) {

@@ -71,7 +71,8 @@ AttributeId Store::attribute(std::string_view name) const {
   }
   throw Error(ErrorCode::kNotFound,
               fmt::format("{}: no attribute '{}'; there are: {}", state().name(), name,
-                          known.empty() ? "none" : known));
+                          known.empty() ? "none" : known))
+      .about(path());
 }
 
 const std::optional<Rounding>& Store::rounding(AttributeId attribute) const {

@@ -71,10 +71,10 @@ void check_undisturbed(const Store::Implementation& state, Change change, std::s
 
 void check_change(const Store::Implementation& state, Change change, std::string_view verb) {
   if (!state.writable)
-    throw Error(
-        ErrorCode::kBadState,
-        fmt::format("{} {}: the store was opened for reading; open it with .writable = true", verb,
-                    state.name()));
+    throw Error(ErrorCode::kBadState,
+                fmt::format("{} {}: the store was opened for reading; open it for writing", verb,
+                            state.name()))
+        .about(state.path);
   check_undisturbed(state, change, verb);
 }
 

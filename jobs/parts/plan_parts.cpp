@@ -78,7 +78,8 @@ PartsPlan plan_parts(const PartsRequest& request, const BackendRegistry& backend
   PartialDirectory output(OutputName(request.plan).path, "partial", MadeProof::kMark, remove_plan);
   const auto taken = [&] {
     return Error(ErrorCode::kInvalidArgument,
-                 fmt::format("create {}: it exists already", output.final_path().native()));
+                 fmt::format("create {}: it exists already", output.final_path().native()))
+        .about(output.final_path());
   };
   if (const OutputName name(request.plan); name.directory.contains(name.name)) throw taken();
   BaseMesh mesh = read_base_mesh(request.mesh, &plan.warnings);

@@ -108,6 +108,7 @@ static void test_arguments(void) {
                                  &options, &store),
               PLAIT_ERROR_NOT_SUPPORTED, "pread");
   CHECK_ERROR(plait_store_open(store_path, NULL, &store), PLAIT_ERROR_NOT_FOUND, store_path);
+  CHECK(strcmp(plait_error_path(), store_path) == 0);
   store = subdivided_store();
   plait_subdivide_options work = PLAIT_SUBDIVIDE_OPTIONS_INIT;
   work.scheme = "spiral";
@@ -294,6 +295,15 @@ static void test_store_for_reading(void) {
   CHECK_OK(plait_store_has_commit(store_path, &committed));
   CHECK(committed == 0);
   CHECK_OK(plait_store_commit(store));
+  plait_subdivide_options work = PLAIT_SUBDIVIDE_OPTIONS_INIT;
+  work.levels = 4;
+  CHECK_OK(plait_store_subdivide(store, &work));
+  CHECK_OK(plait_store_commit(store));
+  int calls = 0;
+  CHECK_ERROR(plait_store_write_bounds_with_progress(store, NULL, cancel_third, &calls),
+              PLAIT_ERROR_CANCELLED, "plait_store_write_bounds");
+  CHECK(calls == 3);
+  CHECK_OK(plait_store_write_bounds(store, "position"));
   CHECK_OK(plait_store_close(store));
   CHECK_OK(plait_store_has_commit(store_path, &committed));
   CHECK(committed == 1);
@@ -303,6 +313,7 @@ static void test_store_for_reading(void) {
               PLAIT_ERROR_BAD_STATE, "opened for reading");
   CHECK(records == NULL);
   CHECK_ERROR(plait_store_commit(store), PLAIT_ERROR_BAD_STATE, "opened for reading");
+  CHECK(strcmp(plait_error_path(), store_path) == 0);
   CHECK_OK(plait_store_close(store));
 }
 

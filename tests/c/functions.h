@@ -73,6 +73,7 @@ inline const std::vector<CFunction> kCFunctions{
     PLAIT_PAIR(plait_store_apply, "sweep"),
     PLAIT_PAIR(plait_store_digest, "digest"),
     PLAIT_PAIR(plait_store_write_bounds, "write_bounds"),
+    PLAIT_PAIR(plait_store_write_bounds_with_progress, "write_bounds"),
     PLAIT_PAIR(plait_store_verify, "verify"),
     PLAIT_PAIR(plait_reader_open, "Reader::Reader"),
     PLAIT_PAIR(plait_reader_close, "Reader::~Reader"),
