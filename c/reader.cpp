@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "base/huge_pages.h"
 #include "guard.h"
 #include "handles.h"
 #include "plait.h"
@@ -176,11 +177,13 @@ plait_status plait_reader_read_vertices(const plait_reader* reader, const char* 
       throw plait::Error(plait::ErrorCode::kInvalidArgument,
                          fmt::format("bytes: expected {} records of {} bytes, found {} bytes",
                                      count, each, bytes));
-    auto* next = static_cast<std::byte*>(records);
+    const std::span<std::byte> to(static_cast<std::byte*>(records), bytes);
+    std::size_t at = 0;
     from.for_each_block_of_bytes(name, level, first, count,
                                  [&](std::uint64_t, std::span<const std::byte> block) {
-                                   std::memcpy(next, block.data(), block.size());
-                                   next += block.size();
+                                   plait::touch_huge_pages(to, at, block.size());
+                                   std::memcpy(to.data() + at, block.data(), block.size());
+                                   at += block.size();
                                  });
   });
 }

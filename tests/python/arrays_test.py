@@ -7,6 +7,7 @@ import numpy as np
 import plait
 import pytest
 from conftest import TETRAHEDRON, icosahedron, make, sheet
+from plait import _reading
 
 
 def test_level_has_the_properties_of_an_array(surface):
@@ -97,6 +98,36 @@ def test_large_slices_have_the_places_in_a_page_that_blocks_have(tmp_path):
         assert part.nbytes >= 4 << 20 and part.flags.c_contiguous and not part.flags.writeable
         np.testing.assert_array_equal(part, whole[first:])
         assert part.__array_interface__["data"][0] % 4096 == in_block * 12 % 4096
+
+
+def test_large_reads_write_what_they_return_and_nothing_beside(tmp_path):
+    make(icosahedron(), tmp_path / "large.plait", levels=8, backend="pread").close()
+    store = plait.open(tmp_path / "large.plait")
+    level, faces = store["position"][8], np.arange(11, dtype=np.uint32)
+    reader, patches = store._reader("position"), store.patches(faces, level=8).records
+    whole = np.concatenate([block.records for block in level.blocks()])
+    huge_page = 2 << 20
+    room = np.empty(whole.nbytes + patches.nbytes + 2 * huge_page, np.uint8)
+
+    def read(function, expected, after, *arguments):
+        """Reads to where the array ends `after` bytes after the end of a huge page."""
+        room[:] = 171
+        at = (after - expected.nbytes - room.ctypes.data) % huge_page
+        function(reader._reader.address, reader._name, *arguments, room.ctypes.data + at,
+                 expected.nbytes)
+        end = at + expected.nbytes
+        assert expected.nbytes > 2 * huge_page
+        assert (room[:at] == 171).all() and (room[end:] == 171).all()
+        np.testing.assert_array_equal(room[at:end], expected.reshape(-1).view(np.uint8))
+
+    for after in (0, 1, huge_page - 1, 4096, 12345):
+        read(_reading._read_vertices, whole[1000:], after, 8, 1000, len(whole) - 1000)
+        read(_reading._copy_patches, patches, after, faces.ctypes.data, len(faces), 8)
+    room[:] = 171
+    with pytest.raises(plait.InvalidArgument):
+        _reading._read_vertices(reader._reader.address, reader._name, 8, 1000, len(whole),
+                                room.ctypes.data, whole.nbytes)
+    assert (room == 171).all()
 
 
 def test_a_slice_without_copy_stands_in_the_way_of_changes():

@@ -4,6 +4,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "base/huge_pages.h"
 #include "execution/reader/reader_state.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
@@ -91,9 +92,10 @@ void Reader::copy_patches(std::string_view attribute, std::span<const FaceId> fa
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("copy {} patches of '{}': expected {} bytes for each, found {} bytes",
                             faces.size(), attribute, patch_bytes, to.size()));
-  for_each_patch(faces, level, [&, next = to](const PatchView& patch) mutable {
-    patch.records(attribute).copy_to(next.first(patch_bytes));
-    next = next.subspan(patch_bytes);
+  for_each_patch(faces, level, [&, at = std::size_t{0}](const PatchView& patch) mutable {
+    touch_huge_pages(to, at, patch_bytes);
+    patch.records(attribute).copy_to(to.subspan(at, patch_bytes));
+    at += patch_bytes;
   });
 }
 
