@@ -43,9 +43,13 @@ def main(path, memory="64MiB", most=np.inf):
         store.visit(lambda vertices: np.minimum(mean_curvature(vertices), most), reads=["position"],
                     writes=["curvature"], rings=True, progress=True)
         store.commit()
-        values = np.asarray(store["curvature"][store.levels[-1]])
-        print(f"mean curvature of the finest level: {values.min():.4f} to {values.max():.4f}, "
-              f"median {np.median(values):.4f}")
+        finest = store["curvature"][store.levels[-1]]
+        low, high, total = np.inf, -np.inf, 0.0
+        for block in finest.blocks():
+            low, high = min(low, block.records.min()), max(high, block.records.max())
+            total += block.records.sum(dtype=np.float64)
+        print(f"mean curvature of the finest level: {low:.4f} to {high:.4f}, "
+              f"on average {total / len(finest):.4f}")
 
 
 if __name__ == "__main__":
