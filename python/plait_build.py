@@ -14,8 +14,9 @@ import tarfile
 import zipfile
 
 HERE = pathlib.Path(__file__).parent
-NAME, VERSION = "plait", "0.1.0"
 LIBRARY = "libplait.so.0"
+# The same as in pyproject.toml, which Python reads from 3.11 on.
+NAME, VERSION = "plait", "0.1.0"
 METADATA = f"""Metadata-Version: 2.1
 Name: {NAME}
 Version: {VERSION}
@@ -24,7 +25,6 @@ License: Apache-2.0
 Requires-Python: >=3.9
 Requires-Dist: numpy
 """
-# The same as in pyproject.toml, which Python reads from 3.11 on.
 ENTRY_POINTS = """[pyvista.readers]
 .plait = plait.vtk:read_for_pyvista
 """

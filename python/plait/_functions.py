@@ -28,7 +28,7 @@ _STATUS = {
     "plait_store_remove_attribute": [c_void_p, c_char_p],
     "plait_store_subdivide": [c_void_p, POINTER(types.plait_subdivide_options)],
     "plait_store_digest": [c_void_p, c_int32, c_int32, types.plait_progress, c_void_p, c_char_p],
-    "plait_store_write_bounds": [c_void_p, c_char_p],
+    "plait_store_write_bounds_with_progress": [c_void_p, c_char_p, types.plait_progress, c_void_p],
     "plait_store_verify": [c_void_p, types.plait_progress, types.plait_damage, c_void_p,
                            POINTER(types.plait_verify_report)],
     "plait_store_visit": [c_void_p, POINTER(types.plait_visit_attribute), c_uint64, c_int32,

@@ -9,15 +9,18 @@ _UNITS = {"": 1, "B": 1, "K": 1 << 10, "KIB": 1 << 10, "M": 1 << 20, "MIB": 1 <<
 
 def bytes_of(size):
     """The bytes of a size: a number, or a text such as "64MiB"."""
-    if not isinstance(size, str):
-        return int(size)
-    digits = size.rstrip("BbGgIiKkMm ")
-    unit = size[len(digits):].strip().upper()
     try:
-        return int(float(digits) * _UNITS[unit])
-    except (KeyError, ValueError):
-        raise InvalidArgument(
-            f"size: expected bytes, or a number with KiB, MiB or GiB, found {size!r}") from None
+        if isinstance(size, str):
+            digits = size.rstrip("BbGgIiKkMm ")
+            size_bytes = int(float(digits) * _UNITS[size[len(digits):].strip().upper()])
+        else:
+            size_bytes = int(size)
+        if 0 <= size_bytes < 1 << 64:
+            return size_bytes
+    except (KeyError, OverflowError, ValueError):
+        pass
+    raise InvalidArgument(
+        f"size: expected bytes, or a number with KiB, MiB or GiB, found {size!r}")
 
 
 def words(size):

@@ -1,13 +1,20 @@
 """Progress of long calls, and how Ctrl-C reaches them.
 
 While the library runs, Python cannot interrupt it. But the library calls back many times, and there
-Python raises KeyboardInterrupt. The callback keeps the exception and tells the library to stop; when
-the call has returned, the exception goes on its way."""
+Python runs the handler of the signal, which raises KeyboardInterrupt. The callback keeps the exception
+and tells the library to stop; when the call has returned, the exception goes on its way.
 
+Python runs a handler also before the first line of the callback, where nothing can catch what it
+raises: ctypes prints it, and the library goes on. So the handler waits until the callback is inside
+its `try`."""
+
+import signal
 import sys
+import threading
 import time
+import warnings
 
-from ._structures import plait_progress
+from ._structures import plait_progress, plait_warning
 
 _REDRAW_SECONDS = 0.1
 
@@ -103,42 +110,75 @@ class Watch:
         self._told = Drawn(task) if progress is True else progress if callable(progress) else None
         self.raised = None
         self._cancelled = False
-        self.callback = plait_progress(self._call)
+        self._handler = None  # of Ctrl-C, outside of this call
+        self._waiting = None  # the arguments with which it will be called
+        self._inside = False
+        self.callback = plait_progress(self.guard(self._tell))
 
-    def _call(self, phase, done, total, _):
-        try:
-            if self._told is not None and self._told(phase.decode(), done, total) is False:
-                self._cancelled = True
-                return 0
-            return 1
-        except BaseException as error:  # KeyboardInterrupt too: it must not pass through C
-            self.raised = error
-            return 0
+    def _tell(self, phase, done, total, _):
+        return None if self._told is None else self._told(phase.decode(), done, total)
 
     def guard(self, function):
-        """A function for the library that does the same for its own exceptions."""
+        """A function for the library: 0, after which the library should stop, for False and for an
+        exception, which is kept."""
 
         def call(*arguments):
             try:
+                self._inside = True
+                if self.raised is not None:
+                    return 0
+                self._handle()
                 if function(*arguments) is False:
                     self._cancelled = True
                     return 0
                 return 1
-            except BaseException as error:
+            except BaseException as error:  # KeyboardInterrupt too: it must not pass through C
                 self.raised = error
                 return 0
+            finally:
+                self._inside = False
 
         return call
 
+    def _interrupted(self, *arguments):
+        self._waiting = arguments
+        if self._inside:
+            self._handle()
+
+    def _handle(self):
+        if self._waiting is not None:
+            arguments, self._waiting = self._waiting, None
+            self._handler(*arguments)
+
+    def warning(self, warn):
+        """A callback of the library for what it changes in a mesh: `warn` is a function of a text.
+        None: Python warns, at the line that called the package."""
+
+        def told(words, _):
+            words = words.decode(errors="replace")
+            if warn is None:
+                warnings.warn(words, stacklevel=4)
+            else:
+                warn(words)
+
+        return plait_warning(self.guard(told))
+
     def __enter__(self):
+        handler = signal.getsignal(signal.SIGINT)
+        if callable(handler) and threading.current_thread() is threading.main_thread():
+            self._handler = handler
+            signal.signal(signal.SIGINT, self._interrupted)
         return self
 
     def __exit__(self, kind, error, trace):
         from .errors import Cancelled
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
         if isinstance(self._told, Drawn):
             self._told.end()
         if self.raised is not None:
             raise self.raised from None
+        self._handle()
         # Python printed and dropped an exception that came at the edge of the callback.
         if kind is Cancelled and not self._cancelled:
             raise KeyboardInterrupt from None

@@ -49,6 +49,15 @@ def three_numbers(what, values):
     return (ctypes.c_double * 3)(*values)
 
 
+def corners(box):
+    """The two points of a box."""
+    try:
+        low, high = box
+    except (TypeError, ValueError):
+        raise InvalidArgument(f"box: expected (low, high), two points, found {box!r}") from None
+    return low, high
+
+
 # The functions that programs call often.
 _read_vertices = LIBRARY.plait_reader_read_vertices
 _copy_patches = LIBRARY.plait_reader_copy_patches
@@ -142,6 +151,8 @@ class AttributeReader:
 
     def patch(self, face, level):
         """The records of one patch in row order."""
+        if not 0 <= face < 1 << 32:  # ctypes would take the last 32 bits
+            raise InvalidArgument(f"face {face}: expected 0 and more, as in store.base.triangles")
         count = patch_vertices(level - self.base_level)
         records = np.empty((count,) + self._of_record, self.dtype)
         _copy_patches(self._reader.address, self._name, byref(c_uint32(face)), 1, level,

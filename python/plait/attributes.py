@@ -104,14 +104,18 @@ class LevelArray:
             if step == 1:
                 return self._reader.vertices(self.level, first, max(after - first, 0))
             return self._rows(key)
-        if key is Ellipsis:
+        if key is Ellipsis or isinstance(key, tuple) and not key:
             key = slice(None)
-        key, rest = (key[0], key[1:]) if isinstance(key, tuple) and key else (key, ())
+        key, rest = (key[0], key[1:]) if isinstance(key, tuple) else (key, ())
         if key is Ellipsis:  # the dimension of the components, as in array[..., 0]
             return self._rows(slice(None))[(Ellipsis,) + rest]
         rows = self._rows(key)
         if not rest:
             return rows
+        if any(isinstance(each, (list, np.ndarray)) for each in rest) and not isinstance(
+                key, (int, np.integer, slice)):
+            raise IndexError("expected a list in one dimension, found lists in several: pick the "
+                             "vertices first")
         return rows[rest if isinstance(key, (int, np.integer)) else (slice(None),) + rest]
 
     def _rows(self, key):

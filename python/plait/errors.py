@@ -99,6 +99,8 @@ KINDS = {
 def of_status(status):
     """The exception for the last call of this thread, which returned `status`."""
     message = LIBRARY.plait_error_message().decode(errors="replace")
+    if message.startswith("plait_"):  # the function of C, which tells a program in Python nothing
+        message = message.partition(": ")[2]
     path = LIBRARY.plait_error_path().decode(errors="surrogateescape")
     offset = LIBRARY.plait_error_offset()
     kind = KINDS.get(status, Error)

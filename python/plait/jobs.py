@@ -123,13 +123,6 @@ def chosen(what, value, choices):
         raise InvalidArgument(f"{what}: expected one of {known}, found {value!r}") from None
 
 
-def warnings_to(warn):
-    """A callback of the library for warnings."""
-    if warn is None:
-        return types.plait_warning()
-    return types.plait_warning(lambda words, _: warn(words.decode(errors="replace")))
-
-
 def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False, backend=None,
               compress=(), max_error=(), layout=None, executor="auto", precision=None, block=None,
               max_slot=None, memory=None, threads=1, existing="refuse", durability="commit",
@@ -142,7 +135,7 @@ def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False,
     limit surface. backend, compress, max_error, layout, executor, precision, block, max_slot,
     memory, threads: as the options of the program. existing: "refuse", "replace" or "resume".
     progress: True for a bar, or a function of (phase, done, total) whose False cancels.
-    warn: a function of a text, told what was changed in the mesh.
+    warn: a function of a text, told what was changed in the mesh; None: Python warns.
 
     Ctrl-C cancels. After that and after an error nothing half-made is left; with "resume" the last
     commit stays.
@@ -158,7 +151,7 @@ def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False,
             max_errors=errors_array, max_error_count=error_count,
             block_bytes=_memory.bytes_of(block or 0), max_slot_bytes=_memory.bytes_of(max_slot or 0),
             budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=warnings_to(warn), levels=levels, threads=threads,
+            warn=watch.warning(warn), levels=levels, threads=threads,
             precision=chosen("precision", precision, _PRECISION),
             existing=chosen("existing", existing, _EXISTING),
             durability=chosen("durability", durability, _DURABILITY), normals=int(normals),
@@ -188,7 +181,7 @@ def convert(store, to, *, backend=None, compress=(), max_error=(), block=None, m
             compress=compress_array, compress_count=compress_count, max_errors=errors_array,
             max_error_count=error_count, block_bytes=_memory.bytes_of(block or 0),
             budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=warnings_to(warn), threads=threads,
+            warn=watch.warning(warn), threads=threads,
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}), verify=int(verify))
         LIBRARY.plait_job_convert(byref(request), byref(result))
     return Conversion(str(to), result.from_stored_bytes, result.stored_bytes,
@@ -216,7 +209,7 @@ def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=N
             compress_count=compress_count, block_bytes=_memory.bytes_of(block or 0),
             max_slot_bytes=_memory.bytes_of(max_slot or 0),
             budget_bytes=_memory.bytes_of(memory or 0), progress=watch.callback,
-            warn=warnings_to(warn), levels=levels or 0, threads=threads,
+            warn=watch.warning(warn), levels=levels or 0, threads=threads,
             precision=chosen("precision", precision, _PRECISION),
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
             durability=chosen("durability", durability, _DURABILITY), ignore_size=int(ignore_size))
@@ -245,7 +238,7 @@ def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refus
             scan_path=_functions.path(scan), store_path=_functions.path(store),
             backend=text(backend), faces=faces, samples=samples, min_component=min_component,
             fill_holes=fill_holes, budget_bytes=_memory.bytes_of(memory or 0),
-            progress=watch.callback, warn=warnings_to(warn), levels=levels, threads=threads,
+            progress=watch.callback, warn=watch.warning(warn), levels=levels, threads=threads,
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
             refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size),
             distances=int(distances))
@@ -265,7 +258,7 @@ def compare(first, second, level=None, *, samples=1_000_000, threads=1, progress
     with Watch("compare", progress) as watch:
         request = types.plait_comparison_request(
             first_path=_functions.path(first), second_path=_functions.path(second),
-            samples=samples, progress=watch.callback, warn=warnings_to(warn),
+            samples=samples, progress=watch.callback, warn=watch.warning(warn),
             level=types.FINEST_LEVEL if level is None else level, threads=threads)
         LIBRARY.plait_job_compare(byref(request), byref(result))
     there, back = (Distances(*(getattr(each, name) for name in Distances._fields))

@@ -212,14 +212,18 @@ class Store:
                     reader = self._readers[name] = self._new_reader(name)
         return reader
 
+    def _check_names(self, *names):
+        known = [info.name.decode() for info in self._attribute_infos()]
+        for name in names:
+            if name not in known:
+                there = ", ".join(f"'{each}'" for each in known)
+                raise NoSuchAttribute(f"no attribute '{name}': the store has {there or 'none'}",
+                                      self.path or None)
+
     def _new_reader(self, name):
-        infos = list(self._attribute_infos())
-        for info in infos:
-            if info.name.decode() == name:
-                return _reading.AttributeReader(self._store(), info, self._raw_info().base_level)
-        known = ", ".join(f"'{info.name.decode()}'" for info in infos)
-        raise NoSuchAttribute(f"no attribute '{name}': the store has {known or 'none'}",
-                              self.path or None)
+        self._check_names(name)
+        info, = (info for info in self._attribute_infos() if info.name.decode() == name)
+        return _reading.AttributeReader(self._store(), info, self._raw_info().base_level)
 
     def _level_of(self, reader, level):
         if level is None:
@@ -266,7 +270,8 @@ class Store:
     def _faces(self, faces, box):
         if (faces is None) == (box is None):
             raise InvalidArgument("expected either faces or box")
-        return self.faces_in_box(*box) if faces is None else _reading.face_list(faces)
+        return self.faces_in_box(*_reading.corners(box)) if faces is None else (
+            _reading.face_list(faces))
 
     def faces_in_box(self, low, high, attribute="position"):
         """The faces whose bounds meet the box from `low` to `high`, ascending: uint32, read-only.
@@ -346,6 +351,7 @@ class Store:
         names = [attributes] if isinstance(attributes, str) else list(attributes)
         known = {info.name.decode(): (np.dtype(types.TYPES[info.type]), info.components)
                  for info in self._attribute_infos()}
+        self._check_names(*names)
         return writing.PatchWriter(self._changing(), known, self._raw_info().base_level, names,
                                    first_level, last_level, compare)
 
@@ -363,10 +369,12 @@ class Store:
 
     def remove_attribute(self, name):
         """Removes an attribute with its levels."""
+        self._check_names(name)
         LIBRARY.plait_store_remove_attribute(self._changing().address, text(name))
 
     def replace_attribute(self, name, replacement):
         """Removes attribute `name`; attribute `replacement` gets its name."""
+        self._check_names(name, replacement)
         LIBRARY.plait_store_replace_attribute(self._changing().address, text(name),
                                               text(replacement))
 
@@ -387,10 +395,12 @@ class Store:
         """Brings the store back to its last commit."""
         LIBRARY.plait_store_roll_back(self._changing().address)
 
-    def write_bounds(self, attribute="position"):
+    def write_bounds(self, attribute="position", progress=None):
         """Computes where the patches are, and keeps it in a file of the store, so that boxes and
         rays need not read the surface first."""
-        LIBRARY.plait_store_write_bounds(self._changing().address, text(attribute))
+        with Watch("bounds", progress) as watch:
+            LIBRARY.plait_store_write_bounds_with_progress(
+                self._changing().address, text(attribute), watch.callback, None)
 
     def verify(self, progress=None):
         """Reads every block and compares its checksum: a named tuple VerifyReport. Damage is no
@@ -404,7 +414,8 @@ class Store:
                                             block.reason.decode(), block.file_offset,
                                             block.first_edge, block.edge_after))
             LIBRARY.plait_store_verify(self._store().address, watch.callback,
-                                       types.plait_damage(keep), None, byref(report))
+                                       types.plait_damage(watch.guard(keep)), None,
+                                       byref(report))
         return VerifyReport(report.blocks, report.bytes, report.never_written,
                             report.damaged_count, damaged)
 
@@ -470,9 +481,8 @@ def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout=No
     drops vertices that no triangle uses, and puts faces in the order of the layout: see store.base.
     path: a directory that does not exist; None: only in memory. With a path, the store is committed.
     dtype: float32 or float64, of the attribute "position".
-    warn: a function of a text, told what was changed in the mesh.
+    warn: a function of a text, told what was changed in the mesh; None: Python warns.
     """
-    from ._structures import plait_warning
     vertices = np.ascontiguousarray(vertices, np.float64)
     given = np.asarray(faces)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
@@ -490,17 +500,17 @@ def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout=No
         raise InvalidArgument(f"dtype: expected float32 or float64, found {np.dtype(dtype)}")
     if path is None and backend is None:
         backend = "memory"
-    told = plait_warning(lambda words, _: warn(words.decode())) if warn else plait_warning()
-    options = types.plait_store_options(
-        backend=text(backend), pipeline=text(pipeline), layout=text(layout),
-        block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
-        warn=told, base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
-        position_type=position, durability=0)
-    address = c_void_p()
-    LIBRARY.plait_store_create(b"" if path is None else _functions.path(path),
-                               vertices.ctypes.data, len(vertices), faces.ctypes.data, len(faces),
-                               byref(options), byref(address))
-    store = Store(_handles.store(address.value))
+    with Watch("create") as watch:
+        options = types.plait_store_options(
+            backend=text(backend), pipeline=text(pipeline), layout=text(layout),
+            block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
+            warn=watch.warning(warn), base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
+            position_type=position, durability=0)
+        address = c_void_p()
+        LIBRARY.plait_store_create(b"" if path is None else _functions.path(path),
+                                   vertices.ctypes.data, len(vertices), faces.ctypes.data,
+                                   len(faces), byref(options), byref(address))
+        store = Store(_handles.store(address.value))
     if path is not None:
         store.commit()
     return store

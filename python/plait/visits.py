@@ -7,7 +7,7 @@ import numpy as np
 from . import _structures as types
 from ._functions import LIBRARY, text
 from ._progress import Watch
-from .errors import InvalidArgument
+from .errors import InvalidArgument, NoSuchAttribute
 
 
 class Vertices:
@@ -48,16 +48,23 @@ class Vertices:
         return len(self.levels)
 
     def __getitem__(self, name):
-        return self._records[name]
+        try:
+            return self._records[name]
+        except KeyError:
+            raise NoSuchAttribute(f"the visit neither reads nor writes '{name}'") from None
 
     def __setitem__(self, name, records):
-        self._records[name][...] = records
+        self[name][...] = records
 
     def neighbours(self, name):
         """The records of the neighbours at the finest level, counterclockwise: shape (count,
         valence) or (count, valence, components). On a border the first and the last one are on the
         border, too. Inside, the base mesh alone decides which one is the first."""
-        return self._neighbours[name]
+        try:
+            return self._neighbours[name]
+        except KeyError:
+            raise NoSuchAttribute(f"the visit reads no rings of '{name}': it needs rings=True, and "
+                                  "the attribute in reads") from None
 
 
 class _Visited:

@@ -52,6 +52,8 @@ class PatchWriter:
     def _write(self, function, name, face, level, records):
         if self._writer is None:
             raise BadState("the patch writer is closed")
+        if not 0 <= face < 1 << 32:  # ctypes would take the last 32 bits
+            raise InvalidArgument(f"face {face}: expected 0 and more, as in store.base.triangles")
         given = np.asarray(records)
         attribute = self._attributes.get(name)
         if attribute is not None:

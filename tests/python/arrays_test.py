@@ -26,7 +26,7 @@ def test_slices_are_those_of_the_whole(surface):
     assert whole.shape == level.shape
     for key in (slice(None), slice(5, 300), slice(-7, None), slice(400, 20, -3), slice(0, 480, 7),
                 slice(9, 9), 17, -1, Ellipsis, (slice(3, 90), 1), (5, 2), (slice(None), slice(0, 2)),
-                (Ellipsis, 0), [4, 4, 470, 1], np.array([[1, 2], [300, 4]]), whole[:, 0] > 0):
+                (Ellipsis, 0), (), (slice(2, 5), [0, 2]), (7, [2, 0]), ([9, 1], 2), [4, 4, 470, 1], np.array([[1, 2], [300, 4]]), whole[:, 0] > 0):
         np.testing.assert_array_equal(level[key], whole[key])
     with pytest.raises(IndexError):
         level[480]
@@ -36,6 +36,8 @@ def test_slices_are_those_of_the_whole(surface):
         level[np.ones(3, bool)]
     with pytest.raises(IndexError):
         level[[0.5]]
+    with pytest.raises(IndexError, match="lists in several"):  # numpy would pair them
+        level[[1, 2], [0, 1]]
 
 
 def test_numpy_functions_take_a_level(surface):

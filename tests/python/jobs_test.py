@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 
 import numpy as np
 import plait
@@ -83,7 +84,7 @@ def test_progress_that_returns_false_cancels_and_nothing_is_left(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["m.ply"]
 
 
-@pytest.mark.parametrize("work", ["subdivide", "verify", "digest", "visit"])
+@pytest.mark.parametrize("work", ["subdivide", "verify", "digest", "bounds", "visit"])
 def test_control_c_cancels_and_the_store_is_as_before(tmp_path, work):
     mesh = write_ply(tmp_path / "m.ply", icosahedron())
     path = tmp_path / "s.plait"
@@ -103,11 +104,46 @@ def test_control_c_cancels_and_the_store_is_as_before(tmp_path, work):
             store.verify(interrupt)
         elif work == "digest":
             store.digest(progress=interrupt)
+        elif work == "bounds":
+            store.write_bounds(progress=interrupt)
         else:
             store.visit(lambda vertices: interrupt(), reads="position", rings=True)
     assert len(calls) < 10
     assert sorted(os.listdir(tmp_path)) == ["m.ply", "s.plait"]
     assert len(store.digest()) == 32 and store.verify().damaged_count == 0
+
+
+@pytest.mark.parametrize("progress", [None, lambda *_: None])
+def test_control_c_while_the_library_runs_is_not_lost(progress):
+    """The signal comes while no line of Python runs: the handler is called where a callback begins."""
+    handler = signal.getsignal(signal.SIGINT)
+    beside = threading.Event()
+
+    def interrupt():
+        beside.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    for _ in range(5):
+        store = make(icosahedron(), levels=2)
+        beside.clear()
+        thread = threading.Thread(target=interrupt)
+        thread.start()
+        with pytest.raises(KeyboardInterrupt):
+            beside.set()
+            store.subdivide(8, progress=progress)
+            thread.join()  # if it was late
+        assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_own_handlers_of_control_c_are_called():
+    calls = []
+    before = signal.signal(signal.SIGINT, lambda *_: calls.append(1))
+    try:
+        store = make(icosahedron(), levels=2)
+        store.digest(progress=lambda *_: calls or os.kill(os.getpid(), signal.SIGINT))
+        assert len(calls) == 1
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_exceptions_of_the_progress_function_come_out(tmp_path):
@@ -119,6 +155,26 @@ def test_exceptions_of_the_progress_function_come_out(tmp_path):
     with pytest.raises(RuntimeError, match="mine"):
         store.digest(progress=fails)
     assert len(store.digest()) == 32
+
+
+def test_what_changes_in_a_mesh_is_a_warning_and_exceptions_of_warn_come_out(tmp_path):
+    vertices, faces = icosahedron()
+    mesh = write_ply(tmp_path / "m.ply", (np.concatenate([vertices, [[5, 5, 5]]]), faces))
+    with pytest.warns(UserWarning, match="1 of 13 vertices dropped") as warned:
+        plait.subdivide(mesh, tmp_path / "o.plait", 1)
+    assert warned[0].filename == __file__
+    told = []
+    plait.subdivide(mesh, tmp_path / "o.plait", 1, existing="replace", warn=told.append)
+    assert len(told) == 1
+
+    def interrupt(words):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        plait.subdivide(mesh, tmp_path / "n.plait", 4, warn=interrupt)
+    assert sorted(os.listdir(tmp_path)) == ["m.ply", "o.plait"]
+    with pytest.raises(KeyboardInterrupt):
+        plait.create(np.concatenate([vertices, [[5, 5, 5]]]), faces, warn=interrupt)
 
 
 def test_verify_reports_damage_with_its_place(tmp_path):

@@ -68,6 +68,11 @@ def test_wheel_names_the_reader_to_pyvista(builder, tmp_path):
     tomllib = pytest.importorskip("tomllib")
     project = tomllib.loads((SOURCE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["entry-points"] == {found.group: {found.name: found.value}}
+    assert project["dependencies"] == package.requires
+    for key, name in {"description": "Summary", "requires-python": "Requires-Python",
+                      "version": "Version"}.items():
+        assert project[key] == package.metadata[name]
+    assert project["license"]["text"] == package.metadata["License"]
 
 
 @pytest.mark.parametrize("how", ["pip", "build"])

@@ -112,6 +112,9 @@ def test_boxes_find_faces_and_meshes():
         store.faces_in_box([np.nan, 0, 0], [1, 1, 1])
     with pytest.raises(plait.InvalidArgument, match="3 numbers"):
         store.faces_in_box([0, 0], [1, 1, 1])
+    for wrong in ([0, 0, 0, 1, 1, 1], ([0, 0, 0],), 3):
+        with pytest.raises(plait.InvalidArgument, match="two points"):
+            store.mesh(2, box=wrong)
     with pytest.raises(plait.InvalidArgument, match="either"):
         store.patches([1], box=([0, 0, 0], [1, 1, 1]))
 
@@ -133,13 +136,14 @@ def test_limits_of_memory_are_refused_in_words():
         store.mesh(memory=1000)
     with pytest.raises(MemoryError):
         store.mesh(box=([-9] * 3, [9] * 3), memory="1k")
-    with pytest.raises(plait.InvalidArgument, match="KiB"):
-        store.patches([0], memory="much")
+    for wrong in ("much", "inf", -1, "-1MiB", 1 << 64):
+        with pytest.raises(plait.InvalidArgument, match="KiB"):
+            store.patches([0], memory=wrong)
 
 
 def test_faces_and_levels_that_are_not_there_are_refused():
     store = make(TETRAHEDRON, levels=2)
-    for call in (lambda: store.patch(4), lambda: store.patches([0, 4]), lambda: store.mesh(faces=[9]),
+    for call in (lambda: store.patch(4), lambda: store.patch(1 << 32), lambda: store.patch(-1), lambda: store.patches([0, 4]), lambda: store.mesh(faces=[9]),
                  lambda: store.patches([-1]), lambda: store.patches([0.5])):
         with pytest.raises(plait.InvalidArgument):
             call()

@@ -50,6 +50,9 @@ def test_create_keeps_arrays_of_any_kind(tmp_path):
     more = np.concatenate([vertices, [[5, 5, 5]]])
     assert len(plait.create(more, faces, warn=told.append).base.vertices) == 12
     assert "unused" in told[0] or "dropped" in told[0]
+    with pytest.warns(UserWarning, match="1 of 13 vertices dropped") as warned:
+        plait.create(more, faces)
+    assert warned[0].filename == __file__
     doubled = plait.create(vertices, faces, dtype="float64")
     assert doubled["position"].dtype == np.float64
 
@@ -81,6 +84,29 @@ def test_errors_have_kinds_and_places(tmp_path):
         plait.open(path, memory=1)
     writer.close()
     plait.open(path, writable=True).close()
+
+
+def test_errors_speak_of_python_and_have_the_path(tmp_path):
+    path = tmp_path / "s.plait"
+    make(TETRAHEDRON, path, levels=1).close()
+    reader = plait.open(path)
+    for call in (lambda: plait.open(tmp_path / "none.plait"), lambda: reader.commit(),
+                 lambda: plait.create(*TETRAHEDRON, path), lambda: plait.open(tmp_path),
+                 lambda: plait.convert(tmp_path / "none.plait", tmp_path / "new.plait"),
+                 lambda: reader.remove_attribute("none"),
+                 lambda: plait.subdivide(tmp_path / "none.ply", tmp_path / "new.plait", 1)):
+        with pytest.raises(plait.Error) as error:
+            call()
+        assert "plait_" not in str(error.value).replace(str(tmp_path), "")
+        assert error.value.path in map(str, (path, tmp_path, tmp_path / "none.plait",
+                                             tmp_path / "none.ply")), error.value
+    with pytest.raises(plait.BadState, match="open it for writing"):
+        reader.commit()
+    with plait.open(path, writable=True) as writer:
+        for call in (lambda: writer.remove_attribute("none"),
+                     lambda: writer.replace_attribute("position", "none")):
+            with pytest.raises(KeyError, match="no attribute 'none': the store has 'position'"):
+                call()
 
 
 def test_a_reader_keeps_its_version(tmp_path):

@@ -143,6 +143,10 @@ def test_refusals_are_in_words():
         store.visit(print)
     with pytest.raises(plait.NoSuchAttribute):
         store.visit(print, reads="colour")
+    with pytest.raises(KeyError, match="neither reads nor writes 'normal'"):
+        store.visit(lambda vertices: vertices["normal"], reads="position")
+    with pytest.raises(KeyError, match="no rings of 'position'"):
+        store.visit(lambda vertices: vertices.neighbours("position"), reads="position")
     store.add_attribute("age", level=0)
     with pytest.raises(plait.InvalidArgument, match="level"):
         store.visit(print, reads=["age", "position"])

@@ -70,6 +70,11 @@ def test_missing_and_wrong_patches_are_refused():
         writer.write_patch("height", 0, 2, np.zeros(15, complex))
     with pytest.raises(plait.NotFound):
         writer.write_patch("depth", 0, 2, np.zeros(15))
+    for face in (8, -1, 1 << 32):
+        with pytest.raises(plait.InvalidArgument, match=f"face {face}"):
+            writer.write_patch("height", face, 2, np.zeros(15))
+    with pytest.raises(plait.NoSuchAttribute):
+        store.patch_writer("depth")
     for face in range(7):
         writer.write_patch("height", face, 2, np.zeros(15))
     with pytest.raises(plait.InvalidArgument, match="height"):
