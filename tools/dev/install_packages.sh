@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that plait needs, as far as they are missing.
 #
-#   tools/dev/install_packages.sh [library] [build] [tests] [launchers] [checks] [fuzz] [packages] [pages] [bench]
-#                                                                     default: build tests
+#   tools/dev/install_packages.sh [library] [build] [tests] [launchers] [viewers] [checks] [fuzz] [packages]
+#                                 [pages] [bench]                     default: build tests
 #
 #   library    what the library needs, and nothing else of the project
 #   build      the same and what the program needs
 #   launchers  what else starts the parts of a plan in tests: MPICH, Snakemake, Slurm (900 MB). Optional
+#   viewers    other people's programs that read stores and exports in tests of the Python package: VTK,
+#              Blender, notebooks (800 MB). Optional; the tests skip what is not there. ParaView is one
+#              more, but Debian's package takes the place of python3-vtk9: apt-get install python3-paraview
 #   packages   what tools/dev/check_packages.sh needs
 #   pages      what the tests of pages need: a browser (80 MB, 300 MB installed). Optional; CI skips them
 #   bench      what measurements compare plait with: other libraries, fio, and file systems. Optional
@@ -24,9 +27,10 @@ build_packages=(
 )
 tests_packages=(
   catch2 python3-numpy python3-pytest python3-dask python3-matplotlib python3-meshio assimp-utils
-  strace parallel python3-distributed openmpi-bin libopenmpi-dev
+  strace parallel python3-distributed openmpi-bin libopenmpi-dev mypy python3-build
 )
 launchers_packages=(mpich libmpich-dev snakemake slurm-wlm munge)
+viewers_packages=(python3-vtk9 blender python3-nbclient python3-ipykernel)
 # The versions are fixed, because another clang-format formats the same code differently.
 checks_packages=(clang-format-14 clang-tidy-14 abigail-tools doxygen universal-ctags)
 fuzz_packages=(clang-14 libclang-rt-14-dev)
@@ -46,13 +50,14 @@ for group in "${groups[@]}"; do
     build) wanted+=("${build_packages[@]}") ;;
     tests) wanted+=("${tests_packages[@]}") ;;
     launchers) wanted+=("${launchers_packages[@]}") ;;
+    viewers) wanted+=("${viewers_packages[@]}") ;;
     checks) wanted+=("${checks_packages[@]}") ;;
     fuzz) wanted+=("${fuzz_packages[@]}") ;;
     packages) wanted+=("${packages_packages[@]}") ;;
     pages) wanted+=("${pages_packages[@]}") ;;
     bench) wanted+=("${bench_packages[@]}") ;;
     *)
-      echo "install_packages: unknown group '$group'; there are library, build, tests, launchers, checks, fuzz, packages, pages, bench" >&2
+      echo "install_packages: unknown group '$group'; there are library, build, tests, launchers, viewers, checks, fuzz, packages, pages, bench" >&2
       exit 2
       ;;
   esac
