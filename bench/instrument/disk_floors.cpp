@@ -103,7 +103,7 @@ bool writes(FloorKind kind) { return kind == FloorKind::kWrite || kind == FloorK
 
 /// The file that a floor moves: absent if the floor makes it, else there and cold.
 fs::path make_ready(const FloorRequest& request, FloorResult& result) {
-  const fs::path path = makes_file(request) ? written_file(request) : read_file(request);
+  fs::path path = makes_file(request) ? written_file(request) : read_file(request);
   const std::uint64_t bytes = moved_blocks(request) * request.block_bytes;
   result.bytes_read = request.kind == FloorKind::kWrite ? 0 : bytes;
   result.bytes_written = writes(request.kind) ? bytes : 0;

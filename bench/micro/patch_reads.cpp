@@ -93,6 +93,7 @@ void measure(Row& row, const Reader& reader, const Mapping& mapping, std::uint64
   const std::uint64_t places = mapping.bytes() / patch_bytes;
   const int reads_of_thread = settings.reads / row.threads;
   std::vector<std::vector<FaceId>> faces;
+  faces.reserve(static_cast<std::size_t>(row.threads));
   for (int thread = 0; thread < row.threads; ++thread)
     faces.push_back(instrument::draw_faces(row.distribution == "zipf", face_count,
                                            static_cast<std::size_t>(reads_of_thread),

@@ -9,6 +9,7 @@
 #include "support/files_in_memory.h"
 #include "support/skip.h"
 #include "support/temporary_directory.h"
+#include "support/test_meshes.h"
 
 namespace plait::test {
 namespace {
