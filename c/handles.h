@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "plait.h"
+#include "plait/extend/parallel_for.h"
 #include "plait/patch_writer.h"
 #include "plait/progress.h"
 #include "plait/reader.h"
@@ -68,6 +69,8 @@ namespace plait::c {
 
 /// The callback of a C program as the library calls it: false cancels. May be NULL.
 ProgressCallback progress_by(plait_progress progress, void* user);
+/// The parallel loop of a C program as the library calls it. May be NULL.
+ParallelFor parallel_for_by(plait_parallel_for parallel_for, void* user);
 
 /// The store of a handle that a call changes. Errors: kInvalidArgument for NULL.
 Store& changed_store(plait_store* handle);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -62,6 +63,7 @@ StoreOptions store_options(const plait_store_options& given) {
   options.expected_bytes = given.expected_bytes;
   options.io_threads = threads_of(given.io_threads);
   options.events = events_of(given.event, given.event_user, given.slow_read_ns);
+  options.parallel_for = parallel_for_by(given.parallel_for, given.parallel_user);
   return options;
 }
 
@@ -113,6 +115,16 @@ BaseMesh mesh_of(const double* positions, std::uint64_t vertex_count,
 }
 
 }  // namespace
+
+ParallelFor parallel_for_by(plait_parallel_for parallel_for, void* user) {
+  if (parallel_for == nullptr) return {};
+  return [=](int count, const std::function<void(int)>& body) {
+    const plait_parallel_body call_body = [](std::int32_t number, void* loop) {
+      (*static_cast<const std::function<void(int)>*>(loop))(number);
+    };
+    parallel_for(count, call_body, const_cast<std::function<void(int)>*>(&body), user);
+  };
+}
 
 Store& changed_store(plait_store* handle) {
   check_given(handle, "store");
@@ -167,6 +179,7 @@ plait_status plait_store_open(const char* path, const plait_open_options* option
     opening.io_threads = threads_of(wanted.io_threads);
     opening.durability = durability_of(wanted.durability);
     opening.events = events_of(wanted.event, wanted.event_user, wanted.slow_read_ns);
+    opening.parallel_for = parallel_for_by(wanted.parallel_for, wanted.parallel_user);
     *store = new plait_store(plait::Store::open(path, opening, known_backends()), opening.writable);
   });
 }

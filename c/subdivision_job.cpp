@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -59,6 +60,7 @@ SubdivisionRequest request_of(const plait_subdivision_request& wanted) {
   if (wanted.max_slot_bytes != 0) request.max_slot_bytes = wanted.max_slot_bytes;
   if (wanted.budget_bytes != 0) request.budget_bytes = wanted.budget_bytes;
   if (wanted.threads != 0) request.threads = wanted.threads;
+  request.parallel_for = parallel_for_by(wanted.parallel_for, wanted.parallel_user);
   request.normals = wanted.normals != 0;
   request.limit = wanted.limit != 0;
   request.verify = wanted.verify != 0;
@@ -120,7 +122,8 @@ plait_status plait_job_subdivide(const plait_subdivision_request* request,
   return guarded("plait_job_subdivide", [&] {
     check_given(request, "request");
     const plait_subdivision_request wanted =
-        options_of(request, plait_subdivision_request PLAIT_SUBDIVISION_REQUEST_INIT);
+        options_of(request, plait_subdivision_request PLAIT_SUBDIVISION_REQUEST_INIT,
+                   offsetof(plait_subdivision_request, parallel_for));
     if (result != nullptr) check_result(result, "result");
     const plait::BackendRegistry backends = known_backends();  // outlives the job
     plait::SubdivisionJob job(request_of(wanted), backends);

@@ -150,6 +150,13 @@ typedef struct plait_event {
  * plait_store_get_statistics(), and call no other function of the store. */
 typedef void (*plait_event_callback)(const plait_event* event, void* user);
 
+/* A parallel loop of the program's thread pool: it calls body(0, loop) to body(count - 1, loop),
+ * each once, in any order and on any number of threads, one included, and returns when all have
+ * returned. A body may wait for another one that has begun: each has a thread to itself until it
+ * returns. */
+typedef void (*plait_parallel_body)(int32_t number, void* loop);
+typedef void (*plait_parallel_for)(int32_t count, plait_parallel_body body, void* loop, void* user);
+
 /* Options of plait_store_create(). */
 typedef struct plait_store_options {
   size_t struct_size;
@@ -172,12 +179,16 @@ typedef struct plait_store_options {
   plait_event_callback event;         /* NULL: the store tells nothing */
   void* event_user;                   /* for `event` */
   uint64_t slow_read_ns;              /* a read that takes longer is slow; 0: 100 ms */
+  /* NULL: work on the store with `threads` above 1 starts threads. Otherwise it calls this with
+   * count = `threads`, and any of the program's threads calls `progress`, one at a time. */
+  plait_parallel_for parallel_for;
+  void* parallel_user; /* for `parallel_for` */
 } plait_store_options;
 #define PLAIT_STORE_OPTIONS_INIT                                                              \
   {                                                                                           \
     sizeof(plait_store_options), NULL, NULL, NULL, NULL, PLAIT_DEFAULT_BLOCK_BYTES,           \
         PLAIT_DEFAULT_BUDGET_BYTES, 0, NULL, NULL, 0, PLAIT_AUTOMATIC_THREADS, PLAIT_FLOAT32, \
-        PLAIT_DURABILITY_COMMIT, NULL, NULL, 0                                                \
+        PLAIT_DURABILITY_COMMIT, NULL, NULL, 0, NULL, NULL                                    \
   }
 
 /* Options of plait_store_open(). */
@@ -191,11 +202,13 @@ typedef struct plait_open_options {
   plait_event_callback event;
   void* event_user;
   uint64_t slow_read_ns;
+  plait_parallel_for parallel_for;
+  void* parallel_user;
 } plait_open_options;
 #define PLAIT_OPEN_OPTIONS_INIT                                                         \
   {                                                                                     \
     sizeof(plait_open_options), PLAIT_DEFAULT_BUDGET_BYTES, 0, PLAIT_AUTOMATIC_THREADS, \
-        PLAIT_DURABILITY_COMMIT, 0, NULL, NULL, 0                                       \
+        PLAIT_DURABILITY_COMMIT, 0, NULL, NULL, 0, NULL, NULL                           \
   }
 
 /* Makes a store of triangles, with attribute "position" at the base level. `positions` has three
@@ -795,11 +808,13 @@ typedef struct plait_subdivision_request {
   int32_t existing;                                    /* PLAIT_EXISTING_... */
   int32_t durability;                                  /* PLAIT_DURABILITY_... */
   int32_t normals, limit, verify, digest, ignore_size; /* 1: yes */
+  plait_parallel_for parallel_for;                     /* as in plait_store_options */
+  void* parallel_user;
 } plait_subdivision_request;
 #define PLAIT_SUBDIVISION_REQUEST_INIT                                                             \
   {                                                                                                \
     sizeof(plait_subdivision_request), NULL, NULL, NULL, NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, \
-        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0                                          \
+        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL                              \
   }
 /* What a job did. */
 typedef struct plait_subdivision_result {

@@ -256,6 +256,7 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   options.io_threads = wanted.io_threads;
   options.budget = wanted.budget;
   options.events = wanted.events;
+  options.parallel_for = wanted.parallel_for;
   backend = version.find_backend(backends);
   if (wanted.writable && version.shard_count() > 0)
     throw Error(ErrorCode::kNotSupported,

@@ -126,6 +126,7 @@ SubdivisionPlan plan_request(const SubdivisionRequest& request, const BackendReg
   plan.store.block_bytes = request.block_bytes.value_or(StoreOptions().block_bytes);
   plan.store.budget_bytes = request.budget_bytes;
   plan.store.durability = request.durability;
+  plan.store.parallel_for = request.parallel_for;
   plan.precision = request.precision.value_or(ComponentType::kFloat32);
   plan.commits_levels = request.existing == ExistingStore::kResume;
 

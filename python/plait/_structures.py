@@ -37,14 +37,16 @@ class plait_store_options(Sized):
         ("budget_bytes", c_uint64), ("expected_bytes", c_uint64), ("warn", plait_warning),
         ("user", c_void_p), ("base_level", c_int32), ("io_threads", c_int32),
         ("position_type", c_int32), ("durability", c_int32), ("event", c_void_p),
-        ("event_user", c_void_p), ("slow_read_ns", c_uint64)]
+        ("event_user", c_void_p), ("slow_read_ns", c_uint64), ("parallel_for", c_void_p),
+        ("parallel_user", c_void_p)]
 
 
 class plait_open_options(Sized):
     _fields_ = [
         ("struct_size", c_size_t), ("budget_bytes", c_uint64), ("writable", c_int32),
         ("io_threads", c_int32), ("durability", c_int32), ("reserved", c_int32),
-        ("event", c_void_p), ("event_user", c_void_p), ("slow_read_ns", c_uint64)]
+        ("event", c_void_p), ("event_user", c_void_p), ("slow_read_ns", c_uint64),
+        ("parallel_for", c_void_p), ("parallel_user", c_void_p)]
 
 
 class plait_store_info(Sized):
@@ -134,7 +136,8 @@ class plait_subdivision_request(Sized):
         ("progress", plait_progress), ("warn", plait_warning), ("user", c_void_p),
         ("levels", c_int32), ("threads", c_int32), ("precision", c_int32), ("existing", c_int32),
         ("durability", c_int32), ("normals", c_int32), ("limit", c_int32), ("verify", c_int32),
-        ("digest", c_int32), ("ignore_size", c_int32)]
+        ("digest", c_int32), ("ignore_size", c_int32), ("parallel_for", c_void_p),
+        ("parallel_user", c_void_p)]
 
 
 class plait_subdivision_result(Sized):

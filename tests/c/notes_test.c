@@ -113,8 +113,45 @@ static void check_points(const plait_store* store, const plait_reader* reader) {
   }
 }
 
+/* From the last body to the first, on the calling thread. */
+static void run_inline(int32_t count, plait_parallel_body body, void* loop, void* user) {
+  for (int32_t number = count; number-- > 0;) body(number, loop);
+  ++*(int*)user;
+}
+
+static void run_none(int32_t count, plait_parallel_body body, void* loop, void* user) {
+  (void)count, (void)body, (void)loop, (void)user;
+}
+
+static void check_parallel_for(void) {
+  char expected[PLAIT_DIGEST_BYTES], found[PLAIT_DIGEST_BYTES];
+  int loops = 0;
+  for (int turn = 0; turn < 3; ++turn) {
+    plait_store_options options = PLAIT_STORE_OPTIONS_INIT;
+    options.backend = "memory";
+    if (turn == 1) options.parallel_for = run_inline;
+    if (turn == 2) options.parallel_for = run_none;
+    options.parallel_user = &loops;
+    plait_store* store = NULL;
+    CHECK_OK(plait_store_create("", positions, VERTICES, triangles, TRIANGLES, &options, &store));
+    plait_subdivide_options how = PLAIT_SUBDIVIDE_OPTIONS_INIT;
+    how.levels = 3;
+    how.threads = 3;
+    if (turn == 2) {
+      CHECK_ERROR(plait_store_subdivide(store, &how), PLAIT_ERROR_BAD_STATE, "ran 0 bodies");
+    } else {
+      CHECK_OK(plait_store_subdivide(store, &how));
+      CHECK_OK(plait_store_digest(store, PLAIT_ALL_LEVELS, 3, NULL, NULL, turn ? found : expected));
+    }
+    CHECK_OK(plait_store_close(store));
+  }
+  CHECK(loops > 1);
+  CHECK(strcmp(found, expected) == 0);
+}
+
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
+  check_parallel_for();
   log_of_store heard = {0, 0, 0, 0, 0};
   plait_store* store = NULL;
   {

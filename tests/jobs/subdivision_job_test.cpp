@@ -451,4 +451,23 @@ TEST_CASE("SubdivisionPlan_WithoutABackend_AsksTheChooserForTheSizeOfTheLevels")
   CHECK(job.plan().size.level_bytes == asked_bytes);
 }
 
+TEST_CASE("SubdivisionJob_OnThePoolOfTheProgram_GivesTheSameBits") {
+  const BaseMesh base = BaseMesh::build(random_sphere(8, 200));
+  const auto run = [&](const ParallelFor& loop) {
+    SubdivisionRequest request{.mesh = base, .levels = 4, .backend = "memory"};
+    request.threads = 3;
+    request.digest = true;
+    request.parallel_for = loop;
+    const BackendRegistry backends = default_backends();
+    return SubdivisionJob(request, backends).run().digest;
+  };
+  int loops = 0;
+  const std::string found = run([&](int count, const std::function<void(int)>& body) {
+    ++loops;
+    for (int number = count; number-- > 0;) body(number);
+  });
+  CHECK(loops > 1);
+  CHECK(found == run({}));
+}
+
 }  // namespace plait::test

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "base/call_workers.h"
 #include "base/default_arithmetic.h"
 #include "execution/fused/fused_faces.h"
 #include "execution/fused/fused_levels.h"
@@ -40,8 +42,7 @@ class FusedRun {
 
   /// Refines runs of faces until none is left, as the thread with this number. After the first
   /// error of any thread, all threads stop.
-  template <class AfterRun>
-  void work(int thread, AfterRun after_run) noexcept {
+  void work(int thread, const std::function<void()>& after_run) noexcept {
     try {
       const DefaultArithmetic arithmetic;
       const std::unique_ptr<PatchRefiner> refiner = pass_.make_refiner();
@@ -55,7 +56,7 @@ class FusedRun {
           delivery_.deliver(*refiner, faces.subspan(first, count), scratch);
         }
         schedule_.done(thread);
-        after_run();
+        if (after_run) after_run();
       }
     } catch (...) {
       const std::scoped_lock lock(mutex_);
@@ -126,6 +127,21 @@ void check_pass(const Store& store, const FusedPass& pass) {
                             pass.name, pass.lattice.size, pass.lattice.halo, size));
 }
 
+/// Refines all faces by this thread and others that it starts. Only this thread calls `report`.
+void work_on_own_threads(FusedRun& run, const FusedPass& pass, int threads,
+                         const std::function<void()>& report) {
+  std::vector<std::jthread> helpers;
+  try {
+    for (int i = 1; i < threads; ++i) helpers.emplace_back([&run, i] { run.work(i, {}); });
+  } catch (const std::system_error& failure) {
+    run.schedule().stop();
+    throw Error(ErrorCode::kOutOfMemory,
+                fmt::format("fused '{}': start thread {} of {}: {}", pass.name, helpers.size() + 2,
+                            threads, failure.code().message()));
+  }
+  run.work(0, report);
+}
+
 }  // namespace
 
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try {
@@ -147,21 +163,21 @@ void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try
     for (int level = store.base_level() + 1; level <= pass.finest_level; ++level)
       written.add(StoreAccess::level_file(store, id, level), Access::kOverwrite);
   FusedRun run(store, pass, threads);
-  const std::uint64_t faces = run.face_count();
-  {
-    std::vector<std::jthread> helpers;
-    try {
-      for (int i = 1; i < threads; ++i) helpers.emplace_back([&run, i] { run.work(i, [] {}); });
-    } catch (const std::system_error& failure) {
-      run.schedule().stop();
-      throw Error(ErrorCode::kOutOfMemory,
-                  fmt::format("fused '{}': start thread {} of {}: {}", pass.name,
-                              helpers.size() + 2, threads, failure.code().message()));
-    }
-    run.work(0, [&] {
-      if (options.progress && !options.progress({pass.name, run.schedule().faces_done(), faces}))
-        throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
+  const auto report = [&] {
+    if (options.progress &&
+        !options.progress({pass.name, run.schedule().faces_done(), run.face_count()}))
+      throw Error(ErrorCode::kCancelled, fmt::format("fused '{}': cancelled", pass.name));
+  };
+  if (const ParallelFor& parallel_for = store.options().parallel_for; parallel_for && threads > 1) {
+    // The calling thread may have no part in the loop. So any thread reports, one at a time.
+    std::mutex reporting;
+    call_workers(parallel_for, threads, fmt::format("fused '{}'", pass.name), [&](int worker) {
+      run.work(worker, [&] {
+        if (const std::unique_lock lock(reporting, std::try_to_lock); lock) report();
+      });
     });
+  } else {
+    work_on_own_threads(run, pass, threads, report);
   }
   run.throw_error();
   written.finish();

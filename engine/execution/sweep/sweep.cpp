@@ -1,17 +1,14 @@
 #include "plait/extend/sweep.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "base/default_arithmetic.h"
 #include "execution/sweep/sweep_window.h"
+#include "execution/sweep/sweep_workers.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
@@ -102,11 +99,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
     for (int level = access.first_level; level <= access.last_level; ++level)
       written.add(StoreAccess::level_file(store, access.attribute, level), access.access);
 
-  // At most the number of threads that the machine can run at once: TBB would print a warning and
-  // ignore the others.
-  const int concurrency = std::min(threads, tbb::this_task_arena::max_concurrency());
-  std::optional<tbb::task_arena> arena;
-  if (concurrency > 1) arena.emplace(concurrency);
+  SweepWorkers workers(store.options().parallel_for, pass, threads);
   const auto chunk_end = [&](EdgeId first) { return first + std::min(chunk, edges.after - first); };
   window.plan(edges.first, chunk_end(edges.first));
   window.look_ahead(edges.first, chunk);
@@ -117,21 +110,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
       window.plan(after, chunk_end(after));
       window.look_ahead(after, chunk);
     }
-    const SweepView& view = window.view();
-    if (arena) {
-      arena->execute([&] {
-        tbb::parallel_for(tbb::blocked_range<EdgeId>(first, after),
-                          [&](const tbb::blocked_range<EdgeId>& range) {
-                            const DefaultArithmetic arithmetic;
-                            const int worker = tbb::this_task_arena::current_thread_index();
-                            for (EdgeId edge = range.begin(); edge < range.end(); ++edge)
-                              pass.kernel(view, edge, worker);
-                          });
-      });
-    } else {
-      const DefaultArithmetic arithmetic;
-      for (EdgeId edge = first; edge < after; ++edge) pass.kernel(view, edge, 0);
-    }
+    workers.run(window.view(), first, after);
     if (pass.stretch_done) pass.stretch_done();
     first = after;
     if (options.progress &&

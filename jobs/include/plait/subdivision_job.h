@@ -71,6 +71,7 @@ struct SubdivisionRequest {
   ExecutorKind executor = ExecutorKind::kAuto;  ///< sweep with kResume, else fused
   std::uint64_t budget_bytes = StoreOptions().budget_bytes;
   int threads = 1;
+  ParallelFor parallel_for = {};  ///< as in StoreOptions
   bool normals = false;
   bool limit = false;
   /// With kNone, the job never waits for the disk. If the job is cancelled or killed, the last
@@ -165,7 +166,7 @@ enum class SubdivisionStep : std::uint8_t {
 };
 std::string_view to_string(SubdivisionStep step) noexcept;
 
-/// The thread that called run() calls all of them.
+/// The thread that called run() calls all of them (`progress`: see plait/progress.h).
 struct SubdivisionWatch {
   std::function<void(SubdivisionStep)> step = {};  ///< called at the start of every step
   /// Counts of the step (kLevels: vertices, kEncode: bytes). A step starts with 0.

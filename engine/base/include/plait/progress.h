@@ -16,7 +16,8 @@ struct Progress {
   std::uint64_t done = 0, total = 0;
 };
 
-/// A call with such a callback calls it many times, on the thread that made the call. If it returns
+/// A call with such a callback calls it many times, on the thread that made the call, or, if the
+/// store has a parallel_for (plait/options.h), on one of its threads at a time. If it returns
 /// false, the call ends with ErrorCode::kCancelled. It may be empty.
 using ProgressCallback = std::function<bool(const Progress&)>;
 

@@ -10,6 +10,7 @@
 #include "plait/detail/namespace.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/budget.h"
+#include "plait/extend/parallel_for.h"
 #include "plait/extend/store_event.h"
 
 PLAIT_BEGIN_NAMESPACE
@@ -48,6 +49,10 @@ struct StoreOptions {
   /// If it is set, `budget_bytes` are a part of it (plait/extend/budget.h).
   std::shared_ptr<Budget> budget = {};
   StoreEvents events = {};  ///< whom the store tells what it does (plait/extend/store_event.h)
+  /// If it is set, passes over this store compute on threads of the program: they call it with the
+  /// count that their option `threads` gives, if that is more than one
+  /// (plait/extend/parallel_for.h). Empty: passes start threads.
+  ParallelFor parallel_for = {};
 };
 
 /// Options of Store::open().
@@ -60,6 +65,7 @@ struct OpenOptions {
   Durability durability = Durability::kCommit;
   std::shared_ptr<Budget> budget = {};  ///< as in StoreOptions
   StoreEvents events = {};              ///< as in StoreOptions
+  ParallelFor parallel_for = {};        ///< as in StoreOptions
 };
 
 PLAIT_END_NAMESPACE

@@ -14,7 +14,6 @@
 #include <functional>
 #include <mutex>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace tbb {
@@ -25,9 +24,6 @@ namespace tbb {
 inline thread_local int concurrency =
     std::max(2, static_cast<int>(std::thread::hardware_concurrency()));
 
-/// The number of this thread in its loop; 0 is the thread that started the loop.
-inline thread_local int thread_index = 0;
-
 /// Calls body(i) for all i in [0, count), in any order, on up to `concurrency` threads. All calls
 /// have ended on return. If a call throws, no further calls begin, and the first exception is
 /// thrown here.
@@ -37,9 +33,8 @@ inline void call_for_all(std::size_t count, const std::function<void(std::size_t
   std::mutex mutex;
   std::exception_ptr failure;
   const int outer_concurrency = concurrency;
-  const auto work = [&](int index) {
+  const auto work = [&] {
     concurrency = outer_concurrency;
-    const int outer_index = std::exchange(thread_index, index);
     try {
       for (std::size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) body(i);
     } catch (...) {
@@ -47,12 +42,11 @@ inline void call_for_all(std::size_t count, const std::function<void(std::size_t
       const std::lock_guard lock(mutex);
       if (!failure) failure = std::current_exception();
     }
-    thread_index = outer_index;
   };
   std::vector<std::thread> threads;
   const int wanted = static_cast<int>(std::min(count, static_cast<std::size_t>(concurrency)));
-  for (int index = 1; index < wanted; ++index) threads.emplace_back(work, index);
-  work(0);
+  for (int index = 1; index < wanted; ++index) threads.emplace_back(work);
+  work();
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);
 }

@@ -28,7 +28,6 @@ class task_arena {
 
 namespace this_task_arena {
 
-inline int current_thread_index() { return thread_index; }
 inline int max_concurrency() { return concurrency; }
 
 }  // namespace this_task_arena

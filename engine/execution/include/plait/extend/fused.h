@@ -86,8 +86,10 @@ struct FusedPass {
 
 /// Options of fused().
 struct FusedOptions {
-  int threads = 1;                 ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
-  ProgressCallback progress = {};  ///< counts faces; called between runs of faces
+  int threads = 1;  ///< 1 to 1024; 0: all processors (plait/extend/thread_count.h)
+  /// Counts faces; called between runs of faces. If the store has a parallel_for, any of its
+  /// threads calls it, one at a time.
+  ProgressCallback progress = {};
 };
 
 /// The most memory that a pass needs at any moment. The levels need not exist yet.
