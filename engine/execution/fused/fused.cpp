@@ -33,7 +33,7 @@ class FusedRun {
       : pass_(pass),
         delivery_(store, pass),
         faces_(store.base().topology(), StoreAccess::edges(store),
-               FusedSchedule::run_faces(fused_levels(store, pass))),
+               FusedSchedule::run_faces(fused_levels(store, pass)), threads),
         schedule_(faces_, threads) {}
 
   std::uint64_t face_count() const { return faces_.all().size(); }
@@ -147,14 +147,14 @@ void work_on_own_threads(FusedRun& run, const FusedPass& pass, int threads,
 void fused(Store& store, const FusedPass& pass, const FusedOptions& options) try {
   const int threads = thread_count(options.threads, fmt::format("fused '{}'", pass.name));
   check_pass(store, pass);
-  const FusedNeeds needs = fused_needs(store, pass, threads);
-  if (needs.frame_bytes > StoreAccess::pager(store).budget_bytes())
+  const std::uint64_t needed_bytes = fused_frame_bytes(store, pass, threads);
+  if (needed_bytes > StoreAccess::pager(store).budget_bytes())
     throw Error(
         ErrorCode::kBudget,
         fmt::format("fused '{}': {} threads fill {} bytes of blocks at once, and the budget has "
                     "{} for them; a block has {} bytes: raise the budget, take smaller blocks or "
                     "fewer threads",
-                    pass.name, threads, needs.frame_bytes, StoreAccess::pager(store).budget_bytes(),
+                    pass.name, threads, needed_bytes, StoreAccess::pager(store).budget_bytes(),
                     store.options().block_bytes));
 
   const StorePass under_way(store, fmt::format("fused '{}' of", pass.name));

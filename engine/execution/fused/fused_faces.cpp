@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 #include "plait/extend/fused.h"
@@ -17,15 +18,25 @@ struct Ghost {
 /// Ghosts are refined in groups of so many, so that most lanes have a face.
 constexpr std::size_t kGhostRun = 4 * kPatchLanes;
 
+/// The faces of the next run, if `left` faces are left: whole groups, and half of a thread's share
+/// at most.
+std::uint64_t next_run_faces(std::uint64_t left, std::uint64_t run_faces, int threads) {
+  if (threads == 1) return run_faces;
+  const std::uint64_t half_share = left / (2 * static_cast<std::uint64_t>(threads));
+  return std::clamp<std::uint64_t>(half_share / kPatchLanes * kPatchLanes, kPatchLanes, run_faces);
+}
+
 }  // namespace
 
-FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_faces) {
+FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_faces,
+                       int threads) {
   // Edges are numbered by the first face that uses them. So the first faces of the range's edges
   // ascend with the edges, and an edge's other face comes later.
   std::vector<FaceId> own;
   std::vector<Ghost> ghosts;
   if (edges.first == 0 && edges.after == mesh.edges.size()) {
-    for (FaceId face = 0; face < mesh.faces.size(); ++face) own.push_back(face);
+    own.resize(mesh.faces.size());
+    std::iota(own.begin(), own.end(), FaceId{0});
   } else {
     const auto faces_of = [&](EdgeId edge) {
       const Edge& of_mesh = mesh.edges[edge];
@@ -60,22 +71,20 @@ FusedFaces::FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_
     std::ranges::sort(ghosts, std::greater(), &Ghost::needed_by);
   }
   runs_.push_back(0);
-  const auto end_run = [&] {
-    std::sort(faces_.begin() + static_cast<std::ptrdiff_t>(runs_.back()), faces_.end(),
-              std::greater());
-    runs_.push_back(faces_.size());
-  };
+  faces_.reserve(own.size() + ghosts.size());
   std::size_t next_ghost = 0;
   for (std::uint64_t after = own.size(); after > 0;) {
-    const std::uint64_t first = after - std::min(after, run_faces);
+    const std::uint64_t first = after - std::min(after, next_run_faces(after, run_faces, threads));
     while (next_ghost < ghosts.size() && ghosts[next_ghost].needed_by >= own[first]) {
       const std::size_t end =
           std::min({ghosts.size(), next_ghost + kGhostRun, next_ghost + run_faces});
       for (; next_ghost < end; ++next_ghost) faces_.push_back(ghosts[next_ghost].face);
-      end_run();
+      std::sort(faces_.begin() + static_cast<std::ptrdiff_t>(runs_.back()), faces_.end(),
+                std::greater());
+      runs_.push_back(faces_.size());
     }
     for (std::uint64_t at = after; at-- > first;) faces_.push_back(own[at]);
-    end_run();
+    runs_.push_back(faces_.size());
     after = first;
   }
 }

@@ -19,8 +19,9 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 class FusedFaces {
  public:
-  /// Runs have at most `run_faces` faces.
-  FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_faces);
+  /// Runs have at most `run_faces` faces, a multiple of kPatchLanes. The last ones have fewer if
+  /// there are several threads, so that none works for long when the others have ended.
+  FusedFaces(const Topology& mesh, EdgeRange edges, std::uint64_t run_faces, int threads);
 
   std::uint64_t run_count() const { return runs_.size() - 1; }
   /// The faces of a run descend.

@@ -18,17 +18,15 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 namespace {
 
-/// [face] the edges that faces before it use. Edges are numbered by the first face that uses them,
-/// and the executor takes faces from the last to the first. So a run completes the edges that it
-/// uses first, and it begins its other edges.
-std::vector<EdgeId> edges_before_faces(const Topology& mesh) {
-  std::vector<EdgeId> edges_before(mesh.faces.size() + 1, 0);
-  for (FaceId face = 0; face < mesh.faces.size(); ++face) {
-    EdgeId after = edges_before[face];
-    for (const EdgeId edge : mesh.face_edges[face]) after = std::max(after, edge + 1);
-    edges_before[face + 1] = after;
-  }
-  return edges_before;
+/// The number of edges that faces before this one use. Edges are numbered by the first face that
+/// uses them, and the executor takes faces from the last to the first. So a run completes the edges
+/// that it uses first, and it begins its other edges.
+EdgeId edges_before_face(const Topology& mesh, std::uint64_t face) {
+  const auto is_used_before = [&](const Edge& edge) {
+    return edge.own.face() < face || (!edge.is_border() && edge.other.face() < face);
+  };
+  return static_cast<EdgeId>(std::ranges::partition_point(mesh.edges, is_used_before) -
+                             mesh.edges.begin());
 }
 
 }  // namespace
@@ -39,7 +37,6 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   const int levels = relative_to_base(finest_level, store.base_level()).refinements;
   const std::uint64_t run_faces = FusedSchedule::run_faces(levels);
   const std::uint64_t faces_under_way = run_faces * FusedSchedule::runs_ahead(threads);
-  const std::vector<EdgeId> edges_before = edges_before_faces(mesh);
   const EdgeRange here = StoreAccess::edges(store);
   std::vector<LevelGeometry> geometries;
   for (const std::size_t bytes : record_bytes)
@@ -47,9 +44,9 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
       geometries.push_back(StoreAccess::geometry(store, bytes, level));
   std::uint64_t most = 0;
   for (std::uint64_t after = mesh.faces.size(); after > 0; after -= std::min(after, run_faces)) {
-    const EdgeId first_edge =
-        std::clamp(edges_before[after - std::min(after, faces_under_way)], here.first, here.after);
-    const EdgeId edge_after = std::clamp(edges_before[after], here.first, here.after);
+    const std::uint64_t first = after - std::min(after, faces_under_way);
+    const EdgeId first_edge = std::clamp(edges_before_face(mesh, first), here.first, here.after);
+    const EdgeId edge_after = std::clamp(edges_before_face(mesh, after), here.first, here.after);
     if (first_edge == edge_after) continue;
     std::uint64_t bytes = 0;
     for (const LevelGeometry& geometry : geometries)
@@ -60,6 +57,13 @@ std::uint64_t fused_frame_bytes(const Store& store, std::span<const std::size_t>
   return most;
 }
 
+std::uint64_t fused_frame_bytes(const Store& store, const FusedPass& pass, int threads) {
+  std::vector<std::size_t> record_bytes;
+  for (const AttributeId id : pass.outputs)
+    record_bytes.push_back(store.attributes()[id].schema.record_bytes());
+  return fused_frame_bytes(store, record_bytes, pass.finest_level, threads);
+}
+
 FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const Topology mesh = store.base().topology();
   const int levels = fused_levels(store, pass);
@@ -67,7 +71,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   const std::uint64_t faces_under_way =
       FusedSchedule::run_faces(levels) * FusedSchedule::runs_ahead(threads);
   const EdgeRange here = StoreAccess::edges(store);
-  const FusedFaces faces(mesh, here, FusedSchedule::run_faces(levels));
+  const FusedFaces faces(mesh, here, FusedSchedule::run_faces(levels), threads);
 
   FusedNeeds needs;
   std::uint64_t under_way = 0, most_under_way = 0;
@@ -87,10 +91,7 @@ FusedNeeds fused_needs(const Store& store, const FusedPass& pass, int threads) {
   needs.slot_bytes = HalfPool::bytes(half_bytes, most_halves) +
                      HalfLayout::table_bytes(store, pass.outputs, levels);
 
-  std::vector<std::size_t> record_bytes;
-  for (const AttributeId id : pass.outputs)
-    record_bytes.push_back(store.attributes()[id].schema.record_bytes());
-  needs.frame_bytes = fused_frame_bytes(store, record_bytes, pass.finest_level, threads);
+  needs.frame_bytes = fused_frame_bytes(store, pass, threads);
   return needs;
 }
 

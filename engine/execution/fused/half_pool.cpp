@@ -3,6 +3,7 @@
 #include <sys/mman.h>
 
 #include <cerrno>
+#include <utility>
 
 #include "plait/error.h"
 
@@ -25,21 +26,27 @@ std::uint64_t HalfPool::bytes(std::size_t half_bytes, std::uint64_t halves) {
 
 void HalfPool::Unmap::operator()(std::byte* memory) const { ::munmap(memory, bytes); }
 
-void HalfPool::add_slab() {
+auto HalfPool::map_slab() const -> Slab {
   const std::size_t bytes = slab_bytes(half_bytes_);
   void* const memory =
       ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw system_error("map", "memory for waiting halves of slots", errno);
-  slabs_.emplace_back(static_cast<std::byte*>(memory), Unmap{bytes});
   ::madvise(memory, bytes, MADV_HUGEPAGE);
-  for (std::size_t at = bytes / half_bytes_; at-- > 0;)
-    vacant_.push_back(slabs_.back().get() + at * half_bytes_);
+  return {static_cast<std::byte*>(memory), Unmap{bytes}};
 }
 
 void HalfPool::take(std::span<std::byte*> halves) {
-  const std::scoped_lock lock(mutex_);
+  std::unique_lock lock(mutex_);
   for (std::byte*& half : halves) {
-    if (vacant_.empty()) add_slab();
+    while (vacant_.empty()) {
+      // Not with the lock: the system makes a thread wait for the page faults of all others.
+      lock.unlock();
+      Slab mapped = map_slab();
+      lock.lock();
+      const Slab& slab = slabs_.emplace_back(std::move(mapped));
+      for (std::size_t at = slab.get_deleter().bytes / half_bytes_; at-- > 0;)
+        vacant_.push_back(slab.get() + at * half_bytes_);
+    }
     half = vacant_.back();
     vacant_.pop_back();
   }

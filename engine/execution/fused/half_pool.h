@@ -29,12 +29,13 @@ class HalfPool {
     std::size_t bytes;
     void operator()(std::byte* memory) const;
   };
-  void add_slab();
+  using Slab = std::unique_ptr<std::byte, Unmap>;
+  Slab map_slab() const;
 
   std::size_t half_bytes_;
   std::mutex mutex_;  ///< for the following
   std::vector<std::byte*> vacant_;
-  std::vector<std::unique_ptr<std::byte, Unmap>> slabs_;
+  std::vector<Slab> slabs_;
 };
 
 PLAIT_END_NAMESPACE
