@@ -7,24 +7,13 @@
 #include <new>
 #include <utility>
 
+#include "base/lock_soon.h"
 #include "blocks/kept_blocks.h"
 #include "paging/pager_implementation.h"
 #include "paging/pin_call.h"
 #include "plait/error.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
-namespace {
-
-/// Tells the processor that the thread waits in a loop.
-void pause_processor() noexcept {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#elif defined(__aarch64__)
-  asm volatile("yield");
-#endif
-}
-
-}  // namespace
 
 Pager::Implementation::Implementation(std::uint64_t budget_bytes, int io_threads,
                                       std::shared_ptr<Budget> shared, StoreEvents events)
@@ -111,19 +100,7 @@ void Pager::Implementation::end_session(SessionState& session) noexcept {
   wake_all();
 }
 
-Pager::Implementation::Lock Pager::Implementation::lock() noexcept {
-  // Another thread that pins blocks in memory has the lock for less than a microsecond, but a
-  // thread that sleeps is woken after some fifty. So this thread tries again for a few microseconds
-  // first.
-  constexpr int kTrials = 64;
-  Lock lock(mutex_, std::try_to_lock);
-  for (int trial = 0; trial < kTrials && !lock; ++trial) {
-    pause_processor();
-    static_cast<void>(lock.try_lock());
-  }
-  if (!lock) lock.lock();
-  return lock;
-}
+Pager::Implementation::Lock Pager::Implementation::lock() noexcept { return lock_soon(mutex_); }
 
 SessionCaller* Pager::Implementation::pin_open(SessionState& session,
                                                std::span<const BlockRequest> requests,

@@ -40,13 +40,16 @@ void PinnedLevel::need_edges_of(const PinnedLevel& other) {
   }
 }
 
+BlockRequest PinnedLevel::request(std::uint64_t block) const {
+  if (!written_) return {*file_, block};
+  return {*written_, block, blocks_[block].was_pinned ? Access::kUpdate : access_};
+}
+
 void PinnedLevel::pin_needed(Session& session, std::span<PinnedLevel> levels) {
   std::vector<BlockRequest> requests;
   for (const PinnedLevel& level : levels)
     for (const std::uint64_t block : level.needed_)
-      if (level.starts_[block] == 0)
-        requests.push_back(level.written_ ? BlockRequest(*level.written_, block, level.access_)
-                                          : BlockRequest(*level.file_, block));
+      if (level.starts_[block] == 0) requests.push_back(level.request(block));
   if (requests.empty()) return;
   std::vector<PinnedBlock> pinned(requests.size());
   session.pin_many(requests, pinned);
@@ -57,6 +60,7 @@ void PinnedLevel::pin_needed(Session& session, std::span<PinnedLevel> levels) {
       level.pins_.push_back({block, std::move(*next++)});
       const Pin& pin = level.pins_.back();
       level.blocks_[block].pin = --level.pins_.end();
+      level.blocks_[block].was_pinned = true;
       level.starts_[block] = reinterpret_cast<std::uintptr_t>(pin.pinned.bytes().data()) -
                              level.geometry().block_offset(block);
     }

@@ -19,6 +19,13 @@ struct PatchRecords {
   int level;  ///< of the grid: how often the base mesh is refined
 
   std::int64_t size() const { return std::int64_t{1} << level; }
+  /// Begins to load a patch that is not larger than the processor's first cache. The copy then
+  /// walks along its columns.
+  void prefetch(std::size_t bytes) const {
+    constexpr std::size_t kCacheLine = 64, kCacheBytes = std::size_t{32} << 10;
+    if (bytes > kCacheBytes) return;
+    for (std::size_t at = 0; at < bytes; at += kCacheLine) __builtin_prefetch(records + at);
+  }
   const std::byte* at(std::int64_t i, std::int64_t j) const {
     return records + static_cast<std::size_t>(patch_vertex(size(), i, j)) * record_bytes;
   }

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/lock_soon.h"
 #include "execution/writer/patch_records.h"
 #include "execution/writer/record_text.h"
 #include "execution/writer/written_attribute.h"
@@ -44,9 +45,10 @@ struct PatchWriter::State {
   }
 
   using Lock = std::unique_lock<std::mutex>;
-  void begin(Lock& lock, WrittenAttribute& attribute, FaceId face, int from, int to);
+  void begin(Lock& lock, WrittenAttribute& attribute, FaceId face, int from, int to,
+             FilledBlocks& blocks);
   bool make_room(std::uint64_t needed_bytes, std::uint64_t most_bytes);
-  void end(WrittenAttribute& attribute, FaceId face, int from, int to) noexcept;
+  void end(WrittenAttribute& attribute, const FilledBlocks& blocks) noexcept;
 
   void copy_corners(const PatchRecords& patch, FaceId face, const FaceSlots& slots) const;
   void compare_shared(const WrittenAttribute& attribute, const PatchRecords& patch, FaceId face,
@@ -175,15 +177,15 @@ void PatchWriter::State::check_patch(const WrittenAttribute& attribute, FaceId f
                             face, schema.name, level, records, schema.record_bytes(), bytes));
 }
 
-/// Pins the blocks of the face's slots, and releases others if there is no room.
+/// Lists and pins the blocks of the face's slots, and releases others if there is no room.
 void PatchWriter::State::begin(Lock& lock, WrittenAttribute& attribute, FaceId face, int from,
-                               int to) {
+                               int to, FilledBlocks& blocks) {
   while (true) {
     for (WrittenAttribute& each : attributes) each.begin_step();
-    const std::uint64_t missing = attribute.need(face, from, to);
+    const std::uint64_t missing = attribute.need(face, from, to, blocks);
     if (missing > 0) make_room(missing, share_bytes);
     try {
-      attribute.use(session, face, from, to);
+      attribute.use(session, blocks);
       ++calls;
       return;
     } catch (const Error& error) {
@@ -216,8 +218,8 @@ bool PatchWriter::State::make_room(std::uint64_t needed_bytes, std::uint64_t mos
   return released;
 }
 
-void PatchWriter::State::end(WrittenAttribute& attribute, FaceId face, int from, int to) noexcept {
-  attribute.end_use(face, from, to);
+void PatchWriter::State::end(WrittenAttribute& attribute, const FilledBlocks& blocks) noexcept {
+  attribute.end_use(blocks);
   --calls;
   call_ended.notify_all();
 }
@@ -316,8 +318,10 @@ void PatchWriter::write(const Target& target, FaceId face, Levels levels, int le
   const int from = levels == Levels::kOnly ? to : attribute.first();
   const PatchRecords patch{records.data(), attribute.schema().record_bytes(), to};
 
-  State::Lock lock(state.mutex);
-  state.begin(lock, attribute, face, from, to);
+  patch.prefetch(records.size());
+  FilledBlocks blocks;
+  State::Lock lock = lock_soon(state.mutex);
+  state.begin(lock, attribute, face, from, to, blocks);
   lock.unlock();
   const FaceSlots slots = attribute.slots(face, from, to);
   std::array<bool, 3> with_edge{};
@@ -326,7 +330,7 @@ void PatchWriter::write(const Target& target, FaceId face, Levels levels, int le
   copy_inside(patch, std::max(from, 1), with_edge, slots);
   if (from == 0 && !state.compare) state.copy_corners(patch, face, slots);
 
-  lock.lock();
+  lock = lock_soon(state.mutex);
   try {
     if (state.compare) {
       state.compare_shared(attribute, patch, face, from, slots);
@@ -335,11 +339,11 @@ void PatchWriter::write(const Target& target, FaceId face, Levels levels, int le
           state.vertices[static_cast<std::size_t>(&attribute - state.attributes.data())]);
     }
   } catch (...) {
-    state.end(attribute, face, from, to);
+    state.end(attribute, blocks);
     throw;
   }
-  attribute.note_written(face, from, to);
-  state.end(attribute, face, from, to);
+  attribute.note_written(face, from, to, blocks);
+  state.end(attribute, blocks);
 } catch (const std::bad_alloc&) {
   throw out_of_memory("write a patch");
 }

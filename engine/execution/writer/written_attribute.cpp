@@ -30,57 +30,62 @@ WrittenAttribute::WrittenAttribute(Store& store, AttributeId id, int first, int 
       if (shape != SlotShape::kAbsent)
         of_level.to_fill[geometry.block_of(edge)] += shape == SlotShape::kHalf ? 1 : 2;
     }
-    held_.emplace_back(file, Access::kUpdate);
+    // A block that leaves memory before it is full holds, where nothing is written yet, what was in
+    // its frame. Not every pipeline encodes any bytes, but all encode zeros.
+    held_.emplace_back(file, file.traits.compressed ? Access::kUpdate : Access::kOverwrite);
   }
 }
 
-template <class Visit>
-void WrittenAttribute::for_each_slot(FaceId face, int from, int to, Visit visit) const {
-  for (int level = std::max(from, coarsest_); level <= to; ++level)
-    for (const EdgeId edge : mesh_.face_edges[face]) visit(place_of(level), edge);
-}
-
-std::span<PinnedLevel> WrittenAttribute::held_of(int from, int to) {
-  const int coarsest = std::max(from, coarsest_);
-  if (to < coarsest) return {};
-  return std::span(held_).subspan(place_of(coarsest), static_cast<std::size_t>(to - coarsest + 1));
-}
-
-std::uint64_t WrittenAttribute::need(FaceId face, int from, int to) {
-  for_each_slot(face, from, to, [&](std::size_t at, EdgeId edge) { held_[at].need(edge); });
+std::uint64_t WrittenAttribute::need(FaceId face, int from, int to, FilledBlocks& blocks) {
   std::uint64_t missing = 0;
-  for (const PinnedLevel& level : held_of(from, to)) missing += level.missing_bytes();
+  blocks.clear();
+  for (int level = std::max(from, coarsest_); level <= to; ++level) {
+    const std::size_t place = place_of(level), first = blocks.size();
+    PinnedLevel& held = held_[place];
+    for (const EdgeId edge : mesh_.face_edges[face]) {
+      const std::uint64_t block = held.geometry().block_of(edge);
+      const auto listed =
+          std::find_if(blocks.begin() + static_cast<std::ptrdiff_t>(first), blocks.end(),
+                       [&](const FilledBlock& other) { return other.block == block; });
+      if (listed != blocks.end()) {
+        ++listed->slots;
+        continue;
+      }
+      blocks.push_back({static_cast<std::uint32_t>(place), 1, block});
+      held.need_block(block);
+      if (!held.is_block_pinned(block)) missing += held.frame_bytes();
+    }
+  }
   return missing;
 }
 
-void WrittenAttribute::use(Session& session, FaceId face, int from, int to) {
-  PinnedLevel::pin_needed(session, held_of(from, to));
-  for_each_slot(face, from, to, [&](std::size_t at, EdgeId edge) {
-    ++blocks_[at].users[held_[at].geometry().block_of(edge)];
-  });
+void WrittenAttribute::use(Session& session, const FilledBlocks& blocks) {
+  PinnedLevel::pin_needed(session, held_);
+  for (const FilledBlock& each : blocks) ++blocks_[each.place].users[each.block];
 }
 
-void WrittenAttribute::end_use(FaceId face, int from, int to) noexcept {
-  for_each_slot(face, from, to, [&](std::size_t at, EdgeId edge) {
-    --blocks_[at].users[held_[at].geometry().block_of(edge)];
-  });
-  for_each_slot(face, from, to, [&](std::size_t at, EdgeId edge) {
-    const std::uint64_t block = held_[at].geometry().block_of(edge);
-    if (blocks_[at].to_fill[block] == 0 && blocks_[at].users[block] == 0 &&
-        held_[at].is_pinned(edge))
-      held_[at].release(edge);
-  });
+void WrittenAttribute::end_use(const FilledBlocks& blocks) noexcept {
+  for (const FilledBlock& each : blocks) {
+    Blocks& level = blocks_[each.place];
+    if (--level.users[each.block] == 0 && level.to_fill[each.block] == 0 &&
+        held_[each.place].is_block_pinned(each.block))
+      held_[each.place].release_block(each.block);
+  }
 }
 
-void WrittenAttribute::note_written(FaceId face, int from, int to) noexcept {
+void WrittenAttribute::note_written(FaceId face, int from, int to,
+                                    const FilledBlocks& blocks) noexcept {
+  auto next = blocks.begin();
   for (int level = from; level <= to; ++level) {
     Faces& faces = faces_[static_cast<std::size_t>(level - first_)];
-    if (faces.written[face]) continue;
-    faces.written[face] = true;
-    --faces.missing;
-    for_each_slot(face, level, level, [&](std::size_t at, EdgeId edge) {
-      --blocks_[at].to_fill[held_[at].geometry().block_of(edge)];
-    });
+    const bool is_new = !faces.written[face];
+    if (is_new) {
+      faces.written[face] = true;
+      --faces.missing;
+    }
+    if (level < coarsest_) continue;
+    for (; next != blocks.end() && next->place == place_of(level); ++next)
+      if (is_new) blocks_[next->place].to_fill[next->block] -= next->slots;
   }
 }
 

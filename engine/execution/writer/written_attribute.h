@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <boost/container/small_vector.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -16,6 +17,15 @@
 #include "plait/store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+/// A block that a call fills, and how many slots of its patch are in the block.
+struct FilledBlock {
+  std::uint32_t place;  ///< of the level, among those that have slots
+  std::uint32_t slots;
+  std::uint64_t block;
+};
+/// Level after level. Each block is there once.
+using FilledBlocks = boost::container::small_vector<FilledBlock, 24>;
 
 /// Levels count how often the base mesh is refined; 0 are the base records. Not safe from several
 /// threads, except for slots().
@@ -33,16 +43,16 @@ class WrittenAttribute {
   void begin_step() noexcept {
     for (PinnedLevel& level : held_) level.begin_step();
   }
-  /// Tells that a call needs the blocks of the face's slots at these levels. Returns the bytes of
-  /// those that are not held.
-  std::uint64_t need(FaceId face, int from, int to);
-  /// Pins the needed blocks of these levels. From here on, the call uses them. Errors: those of
-  /// Session::pin_many; then it uses none.
-  void use(Session& session, FaceId face, int from, int to);
+  /// Tells that a call needs the blocks of the face's slots at these levels, and lists them.
+  /// Returns the bytes of those that are not held.
+  std::uint64_t need(FaceId face, int from, int to, FilledBlocks& blocks);
+  /// Pins these blocks, which are the needed ones. From here on, the call uses them. Errors: those
+  /// of Session::pin_many; then it uses none.
+  void use(Session& session, const FilledBlocks& blocks);
   /// The call no longer uses them. Blocks that are full are released.
-  void end_use(FaceId face, int from, int to) noexcept;
-  /// The patch is written at these levels.
-  void note_written(FaceId face, int from, int to) noexcept;
+  void end_use(const FilledBlocks& blocks) noexcept;
+  /// The patch is written at these levels, in these blocks.
+  void note_written(FaceId face, int from, int to, const FilledBlocks& blocks) noexcept;
 
   /// The level whose oldest block no call uses and the current step does not need; nullptr if there
   /// is none.
@@ -67,7 +77,7 @@ class WrittenAttribute {
   struct Blocks {
     LevelFile* file;
     std::vector<std::uint32_t> to_fill;  ///< [block] halves of slots that are missing
-    std::vector<std::uint32_t> users;    ///< [block] sides of patches that calls are filling
+    std::vector<std::uint32_t> users;    ///< [block] calls that are filling it
   };
 
   const Faces& faces_at(int level) const {
@@ -75,10 +85,6 @@ class WrittenAttribute {
   }
   std::size_t place_of(int level) const { return static_cast<std::size_t>(level - coarsest_); }
   const Blocks& blocks_of(int level) const { return blocks_[place_of(level)]; }
-  std::span<PinnedLevel> held_of(int from, int to);
-  /// Calls visit(level, edge) for the levels from max(`from`, 1) to `to` and the sides of the face.
-  template <class Visit>
-  void for_each_slot(FaceId face, int from, int to, Visit visit) const;
 
   AttributeSchema schema_;
   Topology mesh_;

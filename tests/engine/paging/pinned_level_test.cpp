@@ -132,6 +132,23 @@ TEST_CASE("PinnedLevelNeedEdgesOf_BlocksOfOneSlot_AreNeededOneByOne") {
   CHECK(needed.needed_bytes() == 2 * kBlockBytes);
 }
 
+TEST_CASE("PinnedLevel_Overwrites_ReadsOnlyWhatItHasWritten") {
+  Pager pager(2 * kBlockBytes, 0);
+  TestLevel file(pager, 2, 4 * kBlockEdges);
+  put_numbers_on_disk(file);
+  Session session = pager.open_session();
+  PinnedLevel level(file.file, Access::kOverwrite);
+  for (EdgeId block = 0; block < 4; ++block) {
+    pin(session, level, {block * kBlockEdges});
+    level.slot(block * kBlockEdges).bytes[0] = static_cast<std::byte>(50 + block);
+    level.release_block(block);
+  }
+  CHECK(file.backend->reads == 0);
+  pin(session, level, {0});
+  CHECK(first_byte(level, 0) == std::byte{50});
+  CHECK(file.backend->reads == 1);
+}
+
 TEST_CASE("PinnedLevel_DestroyedByAnException_AbandonsWhatItWrote") {
   Pager pager(8 * kBlockBytes, 0);
   TestLevel file(pager, 2, 2 * kBlockEdges);

@@ -12,10 +12,10 @@
 // edge, and both patches have it. The writer takes the record of the *owner*: of a vertex on an
 // edge, the own face of the edge; of a base vertex, the face of Topology::vertex_corners.
 //
-// The writer holds the blocks that it is filling. If the faces come in layout order (ascending or
-// descending), it writes each block once and reads none. In another order it holds as many blocks
-// as its share of the budget has room for; the others go to the disk, and come back when the next
-// patch needs them.
+// The writer holds the blocks that it is filling: those of edges of which only one face was
+// written. If the faces come in layout order (ascending or descending), these are few, and each
+// block is written once and none is read. Of more blocks than its share of the budget has room for,
+// some go to the disk, and come back when the next patch needs them.
 #pragma once
 
 #include <cstddef>

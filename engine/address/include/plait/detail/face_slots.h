@@ -62,12 +62,7 @@ class FaceSlots {
     for (std::size_t corner = 0; corner < 3; ++corner)
       std::memcpy(to + place(size, corner == 1 ? size : 0, corner == 2 ? size : 0),
                   steps_[0][corner].origin, sizeof(Record));
-    // The rows are short and lie apart, so the processor does not prefetch them by itself.
-    for (int born = 1; born <= level; ++born) {
-      prefetch_slot<3, Record>(born);
-      prefetch_slot<2, Record>(born);
-      prefetch_slot<1, Record>(born);
-    }
+    prefetch<Record>(1, level);
     for (int born = 1; born <= level; ++born) {
       copy_slot<3>(born, level, to);
       copy_slot<2>(born, level, to);
@@ -81,6 +76,7 @@ class FaceSlots {
   template <class Record>
   void copy_from(int first, int level, const std::array<bool, 3>& with_edge,
                  const Record* from) const {
+    prefetch<Record>(first, level);
     for (int born = first; born <= level; ++born) {
       fill_slot<3>(born, level, with_edge[0], from);
       fill_slot<2>(born, level, with_edge[1], from);
@@ -146,6 +142,15 @@ class FaceSlots {
     return steps.origin - row * (row - 1) / 2 * steps.triangle_step +
            (a * steps.a_step + b * steps.b_step);
   }
+  /// The rows are short and lie apart, so the processor does not prefetch them by itself.
+  template <class Record>
+  [[gnu::always_inline]] void prefetch(int first, int level) const {
+    for (int born = first; born <= level; ++born) {
+      prefetch_slot<3, Record>(born);
+      prefetch_slot<2, Record>(born);
+      prefetch_slot<1, Record>(born);
+    }
+  }
   /// Inlined, because GCC drops the call of a function that does nothing but prefetch.
   template <int kBits, class Record>
   [[gnu::always_inline]] void prefetch_slot(int born) const {
@@ -195,9 +200,16 @@ class FaceSlots {
       std::int64_t step = kBits == 3   ? d * (size + 1) - d * (2 * j + d - 1) / 2
                           : kBits == 2 ? d
                                        : d * (2 * j - d - 1) / 2 - d * size;
-      std::int64_t at = place(size, i, j), from = 0;
-      for (std::int64_t left = n - row; left > 0; --left) {
-        if (with_edge || left != (kBits == 2 ? n - row : 1)) visit(start + from, at);
+      std::int64_t at = place(size, i, j), from = 0, left = n - row;
+      if (!with_edge) {
+        --left;
+        if constexpr (kBits == 2) {
+          from += from_step;
+          at += step;
+        }
+      }
+      for (; left > 0; --left) {
+        visit(start + from, at);
         from += from_step;
         at += step;
         if constexpr (kBits != 2) step -= d * d;

@@ -26,6 +26,7 @@ class PinnedLevel {
  public:
   /// Opens the level for reading.
   explicit PinnedLevel(const LevelFile& file) : PinnedLevel(file, nullptr, Access::kRead) {}
+  /// With Access::kOverwrite, the first pin of a block overwrites it, and later ones update it.
   PinnedLevel(LevelFile& file, Access access)
       : PinnedLevel(file, access == Access::kRead ? nullptr : &file, access) {}
   ~PinnedLevel();
@@ -41,6 +42,9 @@ class PinnedLevel {
   }
   /// Tells that the step needs the block of this edge.
   void need(EdgeId edge) { need_block(geometry().block_of(edge)); }
+  void need_block(std::uint64_t block) {
+    if (blocks_[block].needed_in != step_) mark_needed(block);
+  }
   /// Tells that the step needs, on this level, all edges of the blocks that it needs on the level
   /// `other` of the same mesh.
   void need_edges_of(const PinnedLevel& other);
@@ -63,10 +67,12 @@ class PinnedLevel {
     const std::uintptr_t start = starts_[geometry().block_of(edge)];
     return {{reinterpret_cast<std::byte*>(start + slot.offset), slot.bytes}, slot.shape};
   }
-  bool is_pinned(EdgeId edge) const noexcept { return starts_[geometry().block_of(edge)] != 0; }
+  bool is_pinned(EdgeId edge) const noexcept { return is_block_pinned(geometry().block_of(edge)); }
+  bool is_block_pinned(std::uint64_t block) const noexcept { return starts_[block] != 0; }
 
-  /// Ends the pin of the block of this edge. REQUIRES: it is pinned.
+  /// Ends the pin of the block of this edge, or of a block. REQUIRES: it is pinned.
   void release(EdgeId edge) noexcept { release_block(geometry().block_of(edge)); }
+  void release_block(std::uint64_t block) noexcept;
   /// Ends the pins of blocks that the step does not need.
   void release_rest() noexcept {
     while (has_rest()) release_oldest();
@@ -93,15 +99,13 @@ class PinnedLevel {
   };
   struct Block {
     std::uint32_t needed_in = 0;  ///< the last step that needs it
+    bool was_pinned = false;
     std::list<Pin>::iterator pin;
   };
 
   PinnedLevel(const LevelFile& file, LevelFile* written, Access access);
-  void need_block(std::uint64_t block) {
-    if (blocks_[block].needed_in != step_) mark_needed(block);
-  }
   void mark_needed(std::uint64_t block);
-  void release_block(std::uint64_t block) noexcept;
+  BlockRequest request(std::uint64_t block) const;
   bool announce_block(Session& session, std::uint64_t block) noexcept;
 
   const LevelFile* file_;
