@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "argument_text.h"
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
@@ -38,11 +39,20 @@ int run_check(const CheckArguments& arguments, const CommandContext& context) {
     return kExitDone;
   }
   const bool clean = repaired.list.is_clean();
-  print(fmt::format("{}: {}\n{}{}{}\n", arguments.mesh.native(),
+  const std::string folded =
+      figures.folded_edges == 0
+          ? ""
+          : fmt::format(
+                "edges whose two faces lie on each other, with more than 175 degrees "
+                "between their normals: {}\nsmall faces are turned over there, so "
+                "remesh --no-foldover may refuse the mesh\n",
+                format_count(figures.folded_edges));
+  print(fmt::format("{}: {}\n{}{}{}\n{}", arguments.mesh.native(),
                     clean ? "an oriented manifold"
                           : "not an oriented manifold as it is; remesh "
                             "would repair it:",
-                    repair_text(repaired.list), clean ? "" : "then: ", figures_text(figures)));
+                    repair_text(repaired.list), clean ? "" : "then: ", figures_text(figures),
+                    folded));
   return kExitDone;
 }
 

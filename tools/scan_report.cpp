@@ -70,7 +70,8 @@ nlohmann::ordered_json figures_json(const SurfaceFigures& figures) {
           {"components", figures.components},
           {"borders", figures.borders},
           {"border_edges", figures.border_edges},
-          {"euler_number", figures.euler_number}};
+          {"euler_number", figures.euler_number},
+          {"folded_edges", figures.folded_edges}};
 }
 
 std::string distances_text(std::string_view name, const Distances& distances, double diagonal,

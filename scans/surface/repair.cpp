@@ -309,6 +309,17 @@ void Repair::remove_unused_vertices() {
     for (VertexId& vertex : face) vertex = number[vertex];
 }
 
+bool is_folded(const Surface& surface, FaceSide side) {
+  constexpr double kCosineOf175 = -0.9961946980917455;
+  const FaceSide beyond = surface.across[side.code];
+  if (!beyond.exists()) return false;
+  const auto normal_of = [&](FaceId face) {
+    return area_vector(surface.corner(face, 0), surface.corner(face, 1), surface.corner(face, 2));
+  };
+  const Point one = normal_of(side.face()), two = normal_of(beyond.face());
+  return dot(one, two) < kCosineOf175 * length(one) * length(two);
+}
+
 }  // namespace
 
 bool RepairList::is_clean() const {
@@ -334,6 +345,10 @@ SurfaceFigures figures_of(const Surface& surface) {
                   [&](const std::vector<FaceSide>&) { ++figures.borders; });
   figures.euler_number = static_cast<std::int64_t>(figures.vertices + figures.faces) -
                          static_cast<std::int64_t>(figures.edges);
+  for (FaceId face = 0; face < surface.faces.size(); ++face)
+    for (int at = 0; at < 3; ++at)
+      if (const FaceSide side(face, at); side.code < surface.across[side.code].code)
+        figures.folded_edges += is_folded(surface, side) ? 1u : 0u;
   return figures;
 }
 

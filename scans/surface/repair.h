@@ -41,6 +41,8 @@ struct SurfaceFigures {
   std::uint64_t vertices = 0, edges = 0, faces = 0;
   std::uint64_t components = 0, borders = 0, border_edges = 0;
   std::int64_t euler_number = 0;  ///< vertices - edges + faces
+  /// Edges whose two faces lie on each other: more than 175 degrees between their normals.
+  std::uint64_t folded_edges = 0;
 };
 /// O(F).
 SurfaceFigures figures_of(const Surface& surface);

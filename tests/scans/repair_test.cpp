@@ -1,6 +1,7 @@
 #include "surface/repair.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "plait/error.h"
@@ -50,6 +51,25 @@ TEST_CASE("Repair_EveryCleanMesh_StaysAsItIs") {
     CHECK(figures.edges == base.edge_count());
     CHECK(figures.border_edges == base.border_edge_count());
   }
+}
+
+TEST_CASE("Figures_EdgesWhoseFacesLieOnEachOther_AreFolded") {
+  const auto folded = [](const IndexedMesh& mesh) {
+    return figures_of(repaired(mesh).surface).folded_edges;
+  };
+  CHECK(folded(octahedron()) == 0);
+  // Two faces of a hinge: so many degrees are between their normals.
+  const auto hinge = [](double degrees) {
+    const double angle = degrees * 3.14159265358979323846 / 180;
+    return IndexedMesh{
+        {{0, 0, 0}, {0, 1, 0}, {1, 0.5, 0}, {-std::cos(angle), 0.5, std::sin(angle)}},
+        {{1, 0, 2}, {0, 1, 3}}};
+  };
+  CHECK(folded(hinge(174)) == 0);
+  CHECK(folded(hinge(176)) == 1);
+  IndexedMesh needle = hinge(176);
+  needle.positions[3] = {0, 0.5, 0};  // a face without area has no normal
+  CHECK(folded(needle) == 0);
 }
 
 TEST_CASE("Figures_KnownMeshes_HaveTheirTopology") {

@@ -68,6 +68,16 @@ TEST_CASE("Check_BadMesh_CountsWhatIsWrongAndChangesNothing") {
   CHECK(names_in(here.directory.path()) == std::vector<std::string>{"mesh.ply"});
 }
 
+TEST_CASE("Check_FoldedMesh_SaysHowManyEdgesAndWhatThatMeans") {
+  const ScanWorkplace here;
+  here.write("mesh.ply",
+             {{{0, 0, 0}, {0, 1, 0}, {1, 0.5, 0}, {1, 0.5, 0.01}}, {{1, 0, 2}, {0, 1, 3}}});
+  const Outcome outcome = here.plait({"check", "mesh.ply"});
+  CHECK_THAT(outcome.output, Catch::Matchers::Contains("between their normals: 1\n") &&
+                                 Catch::Matchers::Contains("--no-foldover"));
+  CHECK(here.plait({"check", "mesh.ply", "--json"}).json()["repaired"]["folded_edges"] == 1);
+}
+
 TEST_CASE("Check_MoebiusStrip_IsRefusedWithItsPlace") {
   const ScanWorkplace here;
   here.write("strip.ply", {{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}},
