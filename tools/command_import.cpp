@@ -177,7 +177,7 @@ void add_import_command(CommandLine& program, CommandContext& context) {
       "their own names; plait export writes them again.\n"
       "A mesh without levels is refused, and the message says where the levels end: plait remesh\n"
       "makes levels for such a mesh.\n"
-      "The mesh must fit into the memory, with 120 bytes for each vertex.\n"
+      "The mesh must fit into the memory, with 100 bytes for each vertex.\n"
       "\n"
       "Examples:\n"
       "  plait import sculpture.ply sculpture.plait\n"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <utility>
 
 #include "mesh/parallel_parts.h"
@@ -51,51 +50,6 @@ auto& entry(auto&& table, FaceSide side) {
   return table[side.face()][static_cast<std::size_t>(side.side())];
 }
 
-FaceSide from_code(std::uint32_t code) {
-  FaceSide side;
-  side.code = code;
-  return side;
-}
-
-VertexId opposite_vertex(std::span<const FaceVertices> faces, FaceSide half_edge) {
-  return faces[half_edge.face()][static_cast<std::size_t>(half_edge.side())];
-}
-
-[[noreturn]] void refuse_shared_edge(VertexId low, std::span<const std::uint64_t> same_edge,
-                                     std::string_view source) {
-  const auto face_at = [&](std::size_t at) {
-    return from_code(static_cast<std::uint32_t>(same_edge[at])).face();
-  };
-  throw Error(
-      ErrorCode::kInvalidArgument,
-      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}",
-                  source, low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
-                  face_at(2), same_edge.size() > 3 ? ", ..." : ""));
-}
-
-/// Makes the two half-edges of an edge twins of each other, or counts a border edge. Returns
-/// whether the two half-edges run in opposite directions.
-bool match(std::span<const FaceVertices> faces, std::span<const std::uint64_t> same_edge,
-           VertexId low, std::string_view source, std::span<SideCodes> twins,
-           std::uint64_t& border_count) {
-  if (same_edge.size() > 2) refuse_shared_edge(low, same_edge, source);
-  const FaceSide one = from_code(static_cast<std::uint32_t>(same_edge[0]));
-  if (same_edge.size() == 1) {
-    entry(twins, one) = kNoId;
-    ++border_count;
-    return true;
-  }
-  const FaceSide two = from_code(static_cast<std::uint32_t>(same_edge[1]));
-  entry(twins, one) = two.code;
-  entry(twins, two) = one.code;
-  if (start_vertex(faces, one) != start_vertex(faces, two)) return true;
-  if (opposite_vertex(faces, one) == opposite_vertex(faces, two))
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("{}: face {}: expected a new face, found a copy of face {}", source,
-                            two.face(), one.face()));
-  return false;
-}
-
 }  // namespace
 
 void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
@@ -115,57 +69,6 @@ void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count
                                       corners[0], corners[1], corners[2]));
     }
   });
-}
-
-MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                         std::string_view source) {
-  std::vector<std::uint32_t> bucket(vertex_count, 0);
-  for (const FaceVertices& face : faces)
-    for (std::size_t side = 0; side < 3; ++side)
-      ++bucket[std::min(face[(side + 1) % 3], face[(side + 2) % 3])];
-  std::uint32_t sum = 0;
-  for (std::uint32_t& count : bucket) count = std::exchange(sum, sum + count);
-
-  // One word holds (higher vertex, half-edge code), so that sorting a bucket does not read faces.
-  const auto entries = std::make_unique_for_overwrite<std::uint64_t[]>(sum);
-  for (FaceId face = 0; face < faces.size(); ++face)
-    for (int side = 0; side < 3; ++side) {
-      const FaceVertices& corners = faces[face];
-      const VertexId start = corners[static_cast<std::size_t>((side + 1) % 3)];
-      const VertexId end = corners[static_cast<std::size_t>((side + 2) % 3)];
-      entries[bucket[std::min(start, end)]++] =
-          std::uint64_t{std::max(start, end)} << 32 | FaceSide(face, side).code;
-    }
-
-  MatchedSides result;
-  result.twins.resize(faces.size());
-  struct SideCounts {
-    std::uint64_t border_count = 0;
-    bool oriented = true;
-  };
-  std::vector<SideCounts> parts(part_count(vertex_count));
-  for_parts(vertex_count, [&](std::size_t first_low, std::size_t last_low, std::size_t part) {
-    for (std::size_t low = first_low; low < last_low; ++low) {
-      // Filling the buckets has moved bucket[low] from the beginning of the bucket to its end.
-      std::uint32_t first = low == 0 ? 0 : bucket[low - 1];
-      const std::uint32_t last = bucket[low];
-      std::sort(&entries[first], &entries[last]);
-      while (first < last) {
-        std::uint32_t next = first + 1;
-        while (next < last && entries[next] >> 32 == entries[first] >> 32) ++next;
-        const std::span<const std::uint64_t> same_edge(&entries[first], next - first);
-        if (!match(faces, same_edge, static_cast<VertexId>(low), source, result.twins,
-                   parts[part].border_count))
-          parts[part].oriented = false;
-        first = next;
-      }
-    }
-  });
-  for (const SideCounts& part : parts) {
-    result.border_count += part.border_count;
-    result.oriented = result.oriented && part.oriented;
-  }
-  return result;
 }
 
 std::uint64_t make_orientation_consistent(std::span<FaceVertices> faces, std::span<SideCodes> twins,

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -27,6 +28,16 @@ inline VertexId start_vertex(std::span<const FaceVertices> faces, FaceSide half_
   return faces[half_edge.face()][static_cast<std::size_t>((half_edge.side() + 1) % 3)];
 }
 
+inline VertexId opposite_vertex(std::span<const FaceVertices> faces, FaceSide half_edge) {
+  return faces[half_edge.face()][static_cast<std::size_t>(half_edge.side())];
+}
+
+inline FaceSide from_code(std::uint32_t code) {
+  FaceSide side;
+  side.code = code;
+  return side;
+}
+
 /// Errors: kInvalidArgument for an index of `vertex_count` or more, and for a face that names a
 /// vertex twice.
 void check_faces(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
@@ -36,14 +47,25 @@ struct MatchedSides {
   std::vector<SideCodes> twins;  ///< [face][side]
   std::uint64_t border_count = 0;
   bool oriented = true;  ///< the two half-edges of every pair run in opposite directions
+  /// Every vertex has a plain fan, so find_vertex_corners() would find no error.
+  bool has_plain_fans = true;
 };
 
-/// Finds all twins: puts half-edges into buckets by their lower vertex, then sorts each bucket by
-/// the higher vertex. O(V + F + sum of d log d); 24 F + 4 V bytes of memory beside the result.
+/// The faces of a vertex are a plain fan if they follow each other counterclockwise around it, all
+/// of them, at most so many, and no neighbour is there twice. Most vertices have one.
+constexpr std::size_t kMostInPlainFan = 32;
+
+/// Finds all twins: sorts the corners by their vertices, and then compares the sides at each vertex
+/// with each other. O(V + F + sum of d log d); 12 F + 4 V bytes of memory beside the result.
 /// REQUIRES: indices below `vertex_count`, three different ones per face.
 /// Errors: kInvalidArgument for an edge of more than two faces, and for a face given twice.
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
                          std::string_view source);
+
+/// The vertices that have faces but no plain fan, ascending. O(V + F); 12 F + 4 V bytes of memory.
+/// REQUIRES: indices below `vertex_count`.
+std::vector<VertexId> without_plain_fan(std::span<const FaceVertices> faces,
+                                        std::uint64_t vertex_count);
 
 /// Flips faces (corner 0 stays) until each agrees with the first face of its component. Returns the
 /// number of flipped faces.

@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "address/record_sizes.h"
+#include "io/huge_pages.h"
 #include "mesh/files/ply_header.h"
 #include "plait/error.h"
 
@@ -24,7 +26,7 @@ constexpr std::uint64_t kStlBytesPerVertex = 100;
 template <class Real>
 std::vector<std::byte> narrowed(std::span<const Vector3<double>> positions,
                                 const std::string& source) {
-  std::vector<std::byte> records(positions.size() * sizeof(Vector3<Real>));
+  std::vector<std::byte> records = huge_vector<std::byte>(positions.size() * sizeof(Vector3<Real>));
   for (std::size_t vertex = 0; vertex < positions.size(); ++vertex) {
     const Vector3<double>& p = positions[vertex];
     const Vector3<Real> narrow = {static_cast<Real>(p.x), static_cast<Real>(p.y),
@@ -98,8 +100,28 @@ void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>
                     "face of their component",
                     source, flipped, mesh.faces.size()));
   }
-  find_vertex_corners(mesh.faces, sides.twins, mesh.vertex_count, source);
+  if (!sides.has_plain_fans)
+    find_vertex_corners(mesh.faces, sides.twins, mesh.vertex_count, source);
   mesh.twins = std::move(sides.twins);
+}
+
+void gather_records(const MeshAttribute& attribute, std::span<const VertexId> vertices,
+                    std::vector<std::byte>& records) {
+  constexpr std::size_t kAhead = 16;
+  const std::size_t bytes = attribute.schema.record_bytes();
+  const std::byte* const from = attribute.records.data();
+  records.resize(vertices.size() * bytes);
+  std::byte* to = records.data();
+  const auto copy_all = [&](auto copy) {
+    for (std::size_t at = 0; at < vertices.size(); ++at, to += bytes) {
+      if (at + kAhead < vertices.size()) __builtin_prefetch(from + vertices[at + kAhead] * bytes);
+      copy(from + vertices[at] * bytes);
+    }
+  };
+  if (!with_record_size(bytes, [&](auto record) {
+        copy_all([&](const std::byte* source) { std::memcpy(to, source, sizeof record); });
+      }))
+    copy_all([&](const std::byte* source) { std::memcpy(to, source, bytes); });
 }
 
 ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,8 +28,8 @@ struct FineMesh {
 /// Bytes for each vertex, of an import that has `attribute_bytes` for each: read as numbers of
 /// float64, and then connected.
 constexpr std::uint64_t import_bytes_per_vertex(std::uint64_t attribute_bytes) {
-  // Two faces for each vertex: 24 bytes of corners, 24 of sides, and 52 to find them.
-  return 100 + attribute_bytes;
+  // Two faces for each vertex: 24 bytes of corners, 24 of sides, and 28 to find them.
+  return 76 + attribute_bytes;
 }
 
 /// Vertices of the file as its header or its size tell; 0 if that is not known.
@@ -38,6 +39,10 @@ std::uint64_t expected_vertices(const std::filesystem::path& path);
 FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::string& source);
 /// Finds the sides. Errors: kInvalidArgument unless the mesh is an oriented manifold.
 void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings);
+
+/// Sets `records` to the attribute's records of these vertices.
+void gather_records(const MeshAttribute& attribute, std::span<const VertexId> vertices,
+                    std::vector<std::byte>& records);
 
 /// A base mesh, and where the patch of each face begins in the fine mesh.
 struct ImportedBase {

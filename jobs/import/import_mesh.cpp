@@ -49,16 +49,14 @@ class Import {
 
   ImportResult run() {
     check_request();
-    Stopwatch clock;
     read();
-    result_.read_seconds = clock.lap();
     recover();
-    result_.recover_seconds = clock.lap();
+    result_.recover_seconds = clock_.lap();
     remove_left_overs_of(
         request_.store, watch_.warn ? watch_.warn : [](const std::string&) {});
     build_output(output_, [&] { make_store(); });
     output_.publish(request_.durability == Durability::kCommit, watch_.warn);
-    result_.write_seconds = clock.lap();
+    result_.write_seconds = clock_.lap();
     return std::move(result_);
   }
 
@@ -87,6 +85,7 @@ class Import {
   const ImportWatch& watch_;
   const std::string source_;
   PartialStore output_;
+  Stopwatch clock_;
   FineMesh mesh_;
   RecoveredLevels found_;
   ImportResult result_;
@@ -141,6 +140,7 @@ void Import::read() {
   warn(std::exchange(warnings, {}));
   const ComponentType precision = request_.precision.value_or(read.precision);
   mesh_ = fine_mesh(std::move(read), precision, source_);
+  result_.read_seconds = clock_.lap();
   result_.vertices = mesh_.vertex_count;
   result_.faces = mesh_.faces.size();
   std::uint64_t attribute_bytes = 0;
@@ -249,10 +249,11 @@ void Import::make_store() {
 
 void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
   tell("write");
-  constexpr FaceId kFacesAtOnce = 16;
   const FinestMesh mesh = mesh_.view();
   const int refinements = result_.levels - result_.base_level;
   const std::uint64_t count = patch_vertex_count(std::int64_t{1} << refinements);
+  // Many patches at once, but not many vertices.
+  const auto faces_at_once = static_cast<FaceId>(std::clamp<std::uint64_t>(16384 / count, 1, 32));
   const auto faces = static_cast<FaceId>(corners.size());
   PatchWriter writer(store);
   std::atomic<FaceId> next = 0;
@@ -260,20 +261,18 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
   std::exception_ptr failure;
   const auto work = [&](auto report) noexcept {
     try {
-      std::vector<VertexId> vertices(count);
+      std::vector<VertexId> vertices(faces_at_once * count);
       std::vector<std::byte> records;
-      for (FaceId first = next.fetch_add(kFacesAtOnce); first < faces;
-           first = next.fetch_add(kFacesAtOnce)) {
-        for (FaceId face = first; face < std::min(first + kFacesAtOnce, faces); ++face) {
-          walk_patch(mesh, corners[face], refinements, vertices.data());
+      for (FaceId first = next.fetch_add(faces_at_once); first < faces;
+           first = next.fetch_add(faces_at_once)) {
+        const std::span<const FaceSide> some =
+            corners.subspan(first, std::min(faces_at_once, faces - first));
+        walk_patches(mesh, some, refinements, vertices.data());
+        for (FaceId at = 0; at < some.size(); ++at)
           for (const MeshAttribute& attribute : mesh_.attributes) {
-            const std::size_t bytes = attribute.schema.record_bytes();
-            records.resize(count * bytes);
-            for (std::size_t at = 0; at < count; ++at)
-              std::memcpy(&records[at * bytes], &attribute.records[vertices[at] * bytes], bytes);
-            writer.write_patch_of_bytes(attribute.schema.name, face, result_.levels, records);
+            gather_records(attribute, std::span(vertices).subspan(at * count, count), records);
+            writer.write_patch_of_bytes(attribute.schema.name, first + at, result_.levels, records);
           }
-        }
         report(first);
       }
     } catch (...) {

@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "io/huge_pages.h"
 #include "mesh/connectivity.h"
 #include "mesh/files/ply_attributes.h"
 #include "mesh/files/ply_values.h"
@@ -130,12 +131,12 @@ class PlyReader {
       if (element.properties.empty()) continue;
       if (&element == vertices_) {
         const std::uint64_t count = input_.plausible_count(element.count, element.least_bytes());
-        mesh_.positions.reserve(count);
+        reserve_huge(mesh_.positions, count);
         for (std::size_t at = 0; at < attributes_.size(); ++at)
-          records_[at].reserve(count * attributes_[at].schema.record_bytes());
+          reserve_huge(records_[at], count * attributes_[at].schema.record_bytes());
         read_vertices(values);
       } else if (&element == faces_) {
-        mesh_.faces.reserve(input_.plausible_count(element.count, least_triangle_bytes()));
+        reserve_huge(mesh_.faces, input_.plausible_count(element.count, least_triangle_bytes()));
         read_faces(values);
       } else {
         skip_element(values, element);

@@ -17,14 +17,11 @@ struct FinestMesh {
   std::span<const FaceVertices> faces;
   std::span<const SideCodes> twins;  ///< as match_sides() gives them
   std::uint64_t vertex_count = 0;
-
-  VertexId vertex(FaceSide corner) const {
-    return faces[corner.face()][static_cast<std::size_t>(corner.side())];
-  }
 };
 
 /// A coarser level. Its faces have numbers of their own.
 struct LevelMesh {
+  std::vector<FaceVertices> faces;
   std::vector<SideCodes> twins;  ///< [face][side] the side across the edge, or kNoId
   /// [face][corner] the corner of the finest mesh that lies in the face and has the same vertex;
   /// empty in the finest mesh itself.
@@ -34,12 +31,16 @@ struct LevelMesh {
 /// A level for reading: the finest mesh, or one that was made from it.
 class LevelView {
  public:
-  explicit LevelView(const FinestMesh& finest) : finest_(&finest), twins_(finest.twins) {}
+  explicit LevelView(const FinestMesh& finest)
+      : vertex_count_(finest.vertex_count), faces_(finest.faces), twins_(finest.twins) {}
   LevelView(const FinestMesh& finest, const LevelMesh& level)
-      : finest_(&finest), twins_(level.twins), corners_(level.corners) {}
+      : vertex_count_(finest.vertex_count),
+        faces_(level.faces),
+        twins_(level.twins),
+        corners_(level.corners) {}
 
-  std::size_t face_count() const { return twins_.size(); }
-  std::uint64_t vertex_count() const { return finest_->vertex_count; }
+  std::size_t face_count() const { return faces_.size(); }
+  std::uint64_t vertex_count() const { return vertex_count_; }
   FaceSide twin(FaceSide side) const {
     FaceSide twin;
     twin.code = twins_[side.face()][static_cast<std::size_t>(side.side())];
@@ -51,10 +52,17 @@ class LevelView {
     finest.code = corners_[corner.face()][static_cast<std::size_t>(corner.side())];
     return finest;
   }
-  VertexId vertex(FaceSide corner) const { return finest_->vertex(finest_corner(corner)); }
+  VertexId vertex(FaceSide corner) const {
+    return faces_[corner.face()][static_cast<std::size_t>(corner.side())];
+  }
+  /// Begins to load the sides, or the vertices, of a face. Loads that the processor begins long
+  /// before it needs the data overlap.
+  void prefetch_twins(FaceId face) const { __builtin_prefetch(&twins_[face]); }
+  void prefetch_vertices(FaceId face) const { __builtin_prefetch(&faces_[face]); }
 
  private:
-  const FinestMesh* finest_;
+  std::uint64_t vertex_count_;
+  std::span<const FaceVertices> faces_;
   std::span<const SideCodes> twins_, corners_;
 };
 

@@ -2,24 +2,38 @@
 
 #include <utility>
 
+#include "io/huge_pages.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// The mesh of the kept vertices. Its faces are those in the middles, in their order; corner x of a
 /// face is across side x of the middle.
 LevelMesh coarser(const LevelView& mesh, const TriangleRoles& roles) {
-  std::vector<FaceId> number(mesh.face_count(), kNoId);  // of the coarse face around a middle
+  std::vector<FaceId> number =  // of the coarse face around a middle
+      huge_vector<FaceId>(mesh.face_count(), kNoId);
   FaceId count = 0;
   for (FaceId face = 0; face < mesh.face_count(); ++face)
     if (roles.is_middle(face)) number[face] = count++;
   LevelMesh result;
-  result.twins.resize(count);
-  result.corners.resize(count);
+  result.faces = huge_vector<FaceVertices>(count);
+  result.twins = huge_vector<SideCodes>(count);
+  result.corners = huge_vector<SideCodes>(count);
+  constexpr FaceId kMiddlesAhead = 32;
   for (FaceId middle = 0; middle < mesh.face_count(); ++middle) {
+    if (const FaceId ahead = middle + kMiddlesAhead;
+        ahead < mesh.face_count() && roles.is_middle(ahead))
+      for (int side = 0; side < 3; ++side) {
+        const FaceId near = mesh.twin({ahead, side}).face();
+        mesh.prefetch_twins(near);
+        mesh.prefetch_vertices(near);
+      }
     if (!roles.is_middle(middle)) continue;
     for (int side = 0; side < 3; ++side) {
       const auto at = static_cast<std::size_t>(side);
-      result.corners[number[middle]][at] = mesh.finest_corner(mesh.twin({middle, side})).code;
+      const FaceSide corner = mesh.twin({middle, side});
+      result.faces[number[middle]][at] = mesh.vertex(corner);
+      result.corners[number[middle]][at] = mesh.finest_corner(corner).code;
       // The edge from corner side + 1 begins with a side of that corner's small triangle: the one
       // opposite its third vertex.
       const FaceSide kept = mesh.twin({middle, (side + 1) % 3});
@@ -36,9 +50,12 @@ LevelMesh coarser(const LevelView& mesh, const TriangleRoles& roles) {
 
 /// Whether vertices name edges and faces: no vertex has itself, or another one twice, as its
 /// neighbour. A base mesh must be so.
-std::optional<RecoveryFailure> find_double_edge(const LevelView& mesh) {
+std::optional<RecoveryFailure> find_double_edge(const LevelView& mesh, const LevelMesh& level) {
+  const std::vector<VertexId> doubtful = without_plain_fan(level.faces, mesh.vertex_count());
+  if (doubtful.empty()) return std::nullopt;
   std::vector<VertexId> neighbour_of(mesh.vertex_count(), kNoId);
-  std::vector<bool> done(mesh.vertex_count(), false);
+  std::vector<bool> done(mesh.vertex_count(), true);
+  for (const VertexId vertex : doubtful) done[vertex] = false;
   const auto is_double = [&](VertexId vertex, FaceSide corner) {
     const VertexId neighbour = mesh.vertex(corner);
     return neighbour == vertex || std::exchange(neighbour_of[neighbour], vertex) == vertex;
@@ -97,7 +114,7 @@ RecoveredLevels recover_levels(const FinestMesh& mesh, int most_levels,
       had_choice = roles.had_choice();
       next = coarser(view, roles);
     }
-    result.failure = find_double_edge(LevelView(mesh, next));
+    result.failure = find_double_edge(LevelView(mesh, next), next);
     if (result.failure) return result;
     result.meshes.push_back(std::move(next));
     result.had_choice |= had_choice;
@@ -106,25 +123,45 @@ RecoveredLevels recover_levels(const FinestMesh& mesh, int most_levels,
   return result;
 }
 
-void walk_patch(const FinestMesh& mesh, FaceSide corner, int levels, VertexId* vertices) {
-  const auto across = [&](FaceSide side) {
-    FaceSide twin;
-    twin.code = mesh.twins[side.face()][static_cast<std::size_t>(side.side())];
-    return twin;
+void walk_patches(const FinestMesh& mesh, std::span<const FaceSide> corners, int levels,
+                  VertexId* vertices) {
+  const LevelView view(mesh);
+  const std::size_t size = std::size_t{1} << levels, count = (size + 1) * (size + 2) / 2;
+  // The triangle (i, j), (i + 1, j), (i, j + 1) of each row j, at its first corner, and the place
+  // of (i, j). All rows advance together: each of them waits for memory at every step.
+  struct Row {
+    FaceSide at;
+    VertexId* to;
   };
-  const std::int64_t size = std::int64_t{1} << levels;
-  for (std::int64_t j = 0; j < size; ++j) {
-    FaceSide at = corner;  // the triangle (i, j), (i + 1, j), (i, j + 1), at its first corner
-    *vertices++ = mesh.vertex(at);
-    for (std::int64_t i = 0; i < size - j; ++i) {
-      *vertices++ = mesh.vertex(turned(at, 1));
-      if (i + 1 == size - j) break;
-      // The triangle (i + 1, j + 1), (i, j + 1), (i + 1, j), at its first corner.
-      const FaceSide between = across(at);
-      if (i == 0) corner = turned(across(turned(between, 2)), 1);
-      at = turned(across(turned(between, 1)), 2);
+  std::vector<Row> rows;
+  rows.reserve(corners.size() * size);
+  for (std::size_t patch = 0; patch < corners.size(); ++patch)
+    rows.push_back({corners[patch], vertices + patch * count});
+  // The triangle (i + 1, j + 1), (i, j + 1), (i + 1, j) is across side 0, at its first corner.
+  for (std::size_t j = 1; j < size; ++j)
+    for (std::size_t patch = 0; patch < corners.size(); ++patch) {
+      const Row& below = rows[rows.size() - corners.size()];
+      const FaceSide between = view.twin(below.at);
+      rows.push_back({turned(view.twin(turned(between, 2)), 1), below.to + (size + 2 - j)});
     }
-    if (j + 1 == size) *vertices = mesh.vertex(turned(at, 2));
+  for (Row& row : rows) *row.to++ = view.vertex(row.at);
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::span<Row> longer = std::span(rows).first(corners.size() * (size - 1 - i));
+    const std::span<Row> ending = std::span(rows).subspan(longer.size(), corners.size());
+    for (Row& row : ending) {
+      *row.to++ = view.vertex(turned(row.at, 1));
+      if (i == 0) *row.to = view.vertex(turned(row.at, 2));  // the last corner
+    }
+    for (Row& row : longer) {
+      *row.to++ = view.vertex(turned(row.at, 1));
+      row.at = view.twin(row.at);
+      view.prefetch_twins(row.at.face());
+    }
+    for (Row& row : longer) {
+      row.at = turned(view.twin(turned(row.at, 1)), 2);
+      view.prefetch_twins(row.at.face());
+      view.prefetch_vertices(row.at.face());
+    }
   }
 }
 

@@ -21,14 +21,16 @@ struct RecoveredLevels {
 };
 
 /// At most `most_levels`. Calls told(levels) when it has found another level. O(V + F) for each
-/// level, and each has a quarter of the triangles of the one before. Memory beside the result: 12
-/// bytes for each face of `mesh`, and 21 for each face of the next level.
+/// level, and each has a quarter of the triangles of the one before. Memory beside the result: 10
+/// bytes for each face of `mesh`.
 /// Pinned by tests/engine/mesh/recovery_test.cpp.
 RecoveredLevels recover_levels(const FinestMesh& mesh, int most_levels,
                                const std::function<void(int)>& told = {});
 
-/// Writes the vertices of the patch whose corner 0 is `corner` to `vertices`, in row order
-/// (plait/reader.h). REQUIRES: 4^levels faces from this corner on are a patch.
-void walk_patch(const FinestMesh& mesh, FaceSide corner, int levels, VertexId* vertices);
+/// Writes the vertices of the patches whose corners 0 are `corners` to `vertices`, one patch after
+/// another, each in row order (plait/reader.h). Many patches at once are faster than one after
+/// another. REQUIRES: 4^levels faces from each corner on are a patch.
+void walk_patches(const FinestMesh& mesh, std::span<const FaceSide> corners, int levels,
+                  VertexId* vertices);
 
 PLAIT_END_NAMESPACE

@@ -41,17 +41,26 @@ class TriangleRoles {
   /// Whether a component has only vertices that may be new, so that there was more than one answer.
   bool had_choice() const { return had_choice_; }
 
-  bool is_middle(FaceId face) const { return roles_[face] == kMiddle; }
+  bool is_middle(FaceId face) const { return role(face) == kMiddle; }
   /// The corner whose vertex is kept. REQUIRES: the face is no middle.
-  FaceSide kept_corner(FaceId face) const { return {face, roles_[face] - kFirstCorner}; }
+  FaceSide kept_corner(FaceId face) const { return {face, role(face) - kFirstCorner}; }
 
  private:
   using Role = std::uint8_t;  ///< kMiddle, or kFirstCorner + the corner that is kept
-  static constexpr Role kMiddle = 0, kFirstCorner = 1, kUnknown = 255;
+  static constexpr Role kMiddle = 0, kFirstCorner = 1, kUnknown = 7;
+  /// A face has its role in the lowest bits, and above them one bit for each corner whose vertex
+  /// may be new.
+  static constexpr int kFirstMayBeNew = 4;
+  static constexpr std::uint8_t kRoleBits = 7, kAllMayBeNew = 7 << kFirstMayBeNew;
 
+  Role role(FaceId face) const { return faces_[face] & kRoleBits; }
+  void put(FaceId face, Role role) {
+    faces_[face] = static_cast<std::uint8_t>((faces_[face] & kAllMayBeNew) | role);
+  }
   bool may_be_new(VertexId vertex) const;
   bool set(FaceId face, Role role);
   bool spread(FaceId first, Role role);
+  bool spread_from(FaceId face);
   bool choose(VertexId smallest, FaceSide corner);
   std::optional<VertexId> smallest_kept(FaceId first, Role role);
   bool find_in_regular_components();
@@ -60,8 +69,9 @@ class TriangleRoles {
   const LevelView& mesh_;
   /// [vertex] faces at the vertex, 127 at most, and kBorder
   std::vector<std::uint8_t> around_;
-  std::vector<Role> roles_;
-  std::vector<FaceId> to_do_;
+  std::vector<std::uint8_t> faces_;
+  /// Faces that have a role: the neighbours of `front_` are next, then those of `next_front_`.
+  std::vector<FaceId> front_, next_front_;
   std::vector<FaceId>* reached_ = nullptr;  ///< collects the faces that get a role
   bool had_choice_ = false;
   RecoveryFailure failure_;

@@ -66,14 +66,18 @@ std::uint64_t wrong_points(const Refined& fine, const LevelMesh& base, int level
   const FinestMesh finest = fine.view();
   const LevelView view(finest, base);
   const std::int64_t size = std::int64_t{1} << levels;
-  std::vector<VertexId> patch(static_cast<std::size_t>((size + 1) * (size + 2) / 2));
+  std::vector<FaceSide> first_corners;
+  for (FaceId face = 0; face < view.face_count(); ++face)
+    first_corners.push_back(view.finest_corner({face, 0}));
+  std::vector<VertexId> patches(first_corners.size() *
+                                static_cast<std::size_t>((size + 1) * (size + 2) / 2));
+  walk_patches(finest, first_corners, levels, patches.data());
   std::uint64_t wrong = 0;
+  auto at = patches.begin();
   for (FaceId face = 0; face < view.face_count(); ++face) {
-    walk_patch(finest, view.finest_corner({face, 0}), levels, patch.data());
     std::array<Vector3<double>, 3> corners;
     for (int corner = 0; corner < 3; ++corner)
       corners[static_cast<std::size_t>(corner)] = fine.mesh.positions[view.vertex({face, corner})];
-    auto at = patch.begin();
     for (std::int64_t j = 0; j <= size; ++j)
       for (std::int64_t i = 0; i + j <= size; ++i, ++at) {
         const auto weight = [&](std::int64_t k) {
@@ -111,6 +115,16 @@ TEST_CASE("RecoverLevels_ShuffledMidpoints_AreTheBaseMeshAndItsPatches") {
     if (!found.had_choice) CHECK(wrong_points(fine, found.meshes.back(), levels) == 0);
     for (int finer = 1; finer < levels && !found.had_choice; ++finer)
       CHECK(wrong_points(fine, found.meshes[static_cast<std::size_t>(finer) - 1], finer) == 0);
+  }
+}
+
+TEST_CASE("RecoverLevels_VertexOfManyFaces_IsKept") {
+  for (const IndexedMesh& base : {bipyramid(50), open_fan(40), closed_fan(40)}) {
+    const Refined fine(base, 2, 7);
+    const RecoveredLevels found = recover_levels(fine.view(), 2);
+    REQUIRE(found.meshes.size() == 2);
+    CHECK(base_faces(fine, found.meshes.back()) == faces_of(base));
+    CHECK(wrong_points(fine, found.meshes.back(), 2) == 0);
   }
 }
 

@@ -64,11 +64,12 @@ struct ImportResult {
   std::string backend, backend_reason;
   std::uint64_t stored_bytes = 0;
   std::uint64_t memory_bytes = 0;  ///< that the mesh was expected to need, beside the budget
+  /// To read the file; to find edges and levels; to write the store.
   double read_seconds = 0, recover_seconds = 0, write_seconds = 0;
 };
 
 /// Reads the mesh, finds its levels, and writes positions and the attributes of a PLY file
-/// (plait/extend/attributed_mesh.h) to a new store, with the bits of the file. Needs 120 bytes of
+/// (plait/extend/attributed_mesh.h) to a new store, with the bits of the file. Needs 100 bytes of
 /// memory for each vertex, and those of its attributes, beside the budget. Errors: kInvalidArgument
 /// for a mesh that is no oriented manifold or has fewer levels: the message says how many there
 /// are, at which vertex the next one fails, and what was expected; kOutOfMemory before it reads,

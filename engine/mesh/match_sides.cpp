@@ -1,0 +1,278 @@
+// Finds the twins of sides vertex by vertex: the corners at a vertex know all sides that begin or
+// end there. Each side is matched where it begins.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <utility>
+
+#include "io/huge_pages.h"
+#include "mesh/connectivity.h"
+#include "mesh/parallel_parts.h"
+#include "plait/error.h"
+
+PLAIT_BEGIN_PRIVATE_NAMESPACE
+namespace {
+
+/// How far the loops below look ahead: so many loads from memory overlap.
+constexpr std::size_t kFacesAhead = 16, kCornersAhead = 64;
+
+/// The corners at all vertices: those of vertex v from after[v - 1] to after[v].
+struct CornerLists {
+  std::vector<std::uint32_t> after;
+  std::vector<std::uint32_t> codes;  ///< FaceSide
+
+  /// Calls visit(vertex, corners) for these vertices. Begins to load ahead[FaceSide::code] of the
+  /// corners of later ones.
+  template <class Visit>
+  void for_each(std::size_t first, std::size_t last, std::span<const std::uint32_t* const> ahead,
+                Visit visit) const {
+    std::size_t begin = first == 0 ? 0 : after[first - 1];
+    for (std::size_t vertex = first; vertex < last; ++vertex) {
+      const std::size_t end = after[vertex];
+      if (end + kCornersAhead <= codes.size())
+        for (std::size_t at = begin; at < end; ++at)
+          for (const std::uint32_t* const array : ahead)
+            __builtin_prefetch(array + codes[at + kCornersAhead]);
+      visit(static_cast<VertexId>(vertex), std::span(codes).subspan(begin, end - begin));
+      begin = end;
+    }
+  }
+};
+
+CornerLists corners_by_vertex(std::span<const FaceVertices> faces, std::uint64_t vertex_count) {
+  CornerLists lists{huge_vector<std::uint32_t>(vertex_count),
+                    huge_vector<std::uint32_t>(3 * faces.size())};
+  std::vector<std::uint32_t>& after = lists.after;
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    if (face + kFacesAhead < faces.size())
+      for (const VertexId vertex : faces[face + kFacesAhead]) __builtin_prefetch(&after[vertex], 1);
+    for (const VertexId vertex : faces[face]) ++after[vertex];
+  }
+  std::uint32_t sum = 0;
+  for (std::uint32_t& count : after) count = std::exchange(sum, sum + count);
+  std::uint32_t code = 0;
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    if (face + 2 * kFacesAhead < faces.size()) {
+      for (const VertexId vertex : faces[face + 2 * kFacesAhead])
+        __builtin_prefetch(&after[vertex], 1);
+      for (const VertexId vertex : faces[face + kFacesAhead])
+        __builtin_prefetch(&lists.codes[after[vertex]], 1);
+    }
+    // Filling a list moves after[v] from the beginning of the list to its end.
+    for (const VertexId vertex : faces[face]) lists.codes[after[vertex]++] = code++;
+  }
+  return lists;
+}
+
+[[noreturn]] void refuse_shared_edge(VertexId low, std::span<const std::uint64_t> same_edge,
+                                     std::string_view source) {
+  const auto face_at = [&](std::size_t at) {
+    return from_code(static_cast<std::uint32_t>(same_edge[at])).face();
+  };
+  throw Error(
+      ErrorCode::kInvalidArgument,
+      fmt::format("{}: edge {}-{}: expected at most two faces, found {}: faces {}, {}, {}{}",
+                  source, low, same_edge[0] >> 32, same_edge.size(), face_at(0), face_at(1),
+                  face_at(2), same_edge.size() > 3 ? ", ..." : ""));
+}
+
+/// What a part of the vertices says about the mesh.
+struct MatchedPart {
+  std::uint64_t border_count = 0;
+  bool oriented = true, has_plain_fans = true;
+};
+
+/// The corners at one vertex, each with the corner that follows it counterclockwise.
+class PlainFan {
+ public:
+  /// Returns whether the faces are a plain fan (connectivity.h). Without branches that depend on
+  /// the order of the faces, which the processor could not predict.
+  bool find(std::span<const FaceVertices> faces, VertexId vertex,
+            std::span<const std::uint32_t> corners);
+  /// Matches the sides that begin at the vertex. REQUIRES: find() returned true.
+  void match(std::uint32_t* twins) const {
+    for (std::size_t at = 0; at < count_; ++at) twins[outgoing_[at]] = incoming_[beyond_[at]];
+  }
+  bool is_on_border() const { return is_on_border_; }
+
+ private:
+  bool is_one_fan(std::uint64_t reached) const;
+
+  std::size_t count_ = 0;
+  bool is_on_border_ = false;
+  std::array<VertexId, kMostInPlainFan> next_, before_;  ///< the other vertices of the faces
+  std::array<std::uint32_t, kMostInPlainFan> outgoing_;  ///< sides
+  std::array<std::uint32_t, kMostInPlainFan + 1> incoming_;
+  std::array<std::uint32_t, kMostInPlainFan> beyond_;  ///< the corner that follows, or count_
+};
+
+bool PlainFan::find(std::span<const FaceVertices> faces, VertexId vertex,
+                    std::span<const std::uint32_t> corners) {
+  count_ = corners.size();
+  is_on_border_ = false;
+  if (count_ == 0) return true;
+  if (count_ > kMostInPlainFan) return false;
+  bool once = true;
+  for (std::size_t at = 0; at < count_; ++at) {
+    const FaceSide corner = from_code(corners[at]);
+    const FaceVertices& face = faces[corner.face()];
+    const int one = (corner.side() + 1) % 3, two = (corner.side() + 2) % 3;
+    next_[at] = face[static_cast<std::size_t>(one)];
+    before_[at] = face[static_cast<std::size_t>(two)];
+    outgoing_[at] = FaceSide(corner.face(), two).code;
+    incoming_[at] = FaceSide(corner.face(), one).code;
+    once &= next_[at] != vertex;
+  }
+  incoming_[count_] = kNoId;
+  std::uint64_t reached = 0;
+  for (std::size_t at = 0; at < count_; ++at) {
+    std::uint32_t found = static_cast<std::uint32_t>(count_), hits = 0;
+    for (std::uint32_t other = 0; other < count_; ++other) {
+      const bool hit = before_[other] == next_[at];
+      found = hit ? other : found;
+      hits += hit ? 1 : 0;
+    }
+    beyond_[at] = found;
+    once &= hits <= 1;
+    reached |= std::uint64_t{1} << found;
+  }
+  is_on_border_ = (reached >> count_ & 1) != 0;
+  return once && is_one_fan(reached);
+}
+
+/// From its first corner on, each corner of a fan leads to another one, and the last to the first
+/// or to the border. `reached` has a bit for each corner that follows another one.
+bool PlainFan::is_one_fan(std::uint64_t reached) const {
+  const std::uint64_t all = (std::uint64_t{1} << count_) - 1;
+  const std::size_t followers = count_ - (is_on_border_ ? 1 : 0);
+  if (static_cast<std::size_t>(std::popcount(reached & all)) != followers) return false;
+  const std::size_t first =
+      is_on_border_ ? static_cast<std::size_t>(std::countr_zero(all & ~reached)) : 0;
+  std::size_t length = 0, corner = first;
+  do {
+    ++length;
+    corner = beyond_[corner];
+  } while (corner != count_ && corner != first);
+  return length == count_;
+}
+
+class SideMatcher {
+ public:
+  SideMatcher(std::span<const FaceVertices> faces, std::uint32_t* twins, std::string_view source,
+              MatchedPart& found)
+      : faces_(faces), twins_(twins), source_(source), found_(found) {}
+
+  /// Matches the sides that begin at a vertex. Errors: those of match_sides().
+  void match(VertexId vertex, std::span<const std::uint32_t> corners) {
+    if (!fan_.find(faces_, vertex, corners)) {
+      found_.has_plain_fans = false;
+      return match_any(vertex, corners);
+    }
+    fan_.match(twins_);
+    found_.border_count += fan_.is_on_border() ? 1u : 0u;
+  }
+
+ private:
+  void match_any(VertexId vertex, std::span<const std::uint32_t> corners);
+  void match_edge(VertexId vertex, std::span<const std::uint64_t> same_edge);
+
+  std::span<const FaceVertices> faces_;
+  std::uint32_t* twins_;  ///< [FaceSide::code]
+  std::string_view source_;
+  MatchedPart& found_;
+  PlainFan fan_;
+  std::vector<std::uint64_t> sides_;  ///< of match_any()
+};
+
+void SideMatcher::match_any(VertexId vertex, std::span<const std::uint32_t> corners) {
+  // One word holds (other vertex of the edge, code of the side), so that sorting reads no faces.
+  sides_.clear();
+  for (const std::uint32_t code : corners) {
+    const FaceSide corner = from_code(code);
+    for (const int turn : {1, 2}) {
+      const int side = (corner.side() + 3 - turn) % 3, other = (corner.side() + turn) % 3;
+      sides_.push_back(std::uint64_t{faces_[corner.face()][static_cast<std::size_t>(other)]} << 32 |
+                       FaceSide(corner.face(), side).code);
+    }
+  }
+  std::ranges::sort(sides_);
+  for (std::size_t first = 0; first < sides_.size();) {
+    std::size_t after = first + 1;
+    while (after < sides_.size() && sides_[after] >> 32 == sides_[first] >> 32) ++after;
+    match_edge(vertex, std::span(sides_).subspan(first, after - first));
+    first = after;
+  }
+}
+
+/// Both vertices of an edge see the same sides. The lower one reports what is wrong.
+void SideMatcher::match_edge(VertexId vertex, std::span<const std::uint64_t> same_edge) {
+  const bool reports = vertex < same_edge[0] >> 32;
+  if (same_edge.size() > 2) {
+    if (reports) refuse_shared_edge(vertex, same_edge, source_);
+    return;
+  }
+  const FaceSide one = from_code(static_cast<std::uint32_t>(same_edge[0]));
+  const FaceSide two =
+      same_edge.size() == 1 ? FaceSide() : from_code(static_cast<std::uint32_t>(same_edge[1]));
+  const bool one_begins = start_vertex(faces_, one) == vertex;
+  const bool two_begins = two.exists() && start_vertex(faces_, two) == vertex;
+  if (one_begins) twins_[one.code] = two.code;
+  if (two_begins) twins_[two.code] = one.code;
+  if (!two.exists()) found_.border_count += one_begins ? 1u : 0u;
+  if (!two.exists() || one_begins != two_begins) return;
+  found_.oriented = false;
+  if (reports && opposite_vertex(faces_, one) == opposite_vertex(faces_, two))
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("{}: face {}: expected a new face, found a copy of face {}", source_,
+                            two.face(), one.face()));
+}
+
+}  // namespace
+
+MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
+                         std::string_view source) {
+  MatchedSides result;
+  if (faces.empty()) return result;
+  const CornerLists lists = corners_by_vertex(faces, vertex_count);
+  result.twins = huge_vector<SideCodes>(faces.size());
+  std::uint32_t* const twins = result.twins[0].data();
+  const std::array<const std::uint32_t*, 2> ahead = {faces[0].data(), twins};
+  std::vector<MatchedPart> parts(part_count(vertex_count));
+  for_parts(vertex_count, [&](std::size_t first, std::size_t last, std::size_t part) {
+    SideMatcher matcher(faces, twins, source, parts[part]);
+    lists.for_each(first, last, ahead,
+                   [&](VertexId vertex, std::span<const std::uint32_t> corners) {
+                     matcher.match(vertex, corners);
+                   });
+  });
+  for (const MatchedPart& part : parts) {
+    result.border_count += part.border_count;
+    result.oriented = result.oriented && part.oriented;
+    result.has_plain_fans = result.has_plain_fans && part.has_plain_fans;
+  }
+  return result;
+}
+
+std::vector<VertexId> without_plain_fan(std::span<const FaceVertices> faces,
+                                        std::uint64_t vertex_count) {
+  if (faces.empty()) return {};
+  const CornerLists lists = corners_by_vertex(faces, vertex_count);
+  const std::array<const std::uint32_t*, 1> ahead = {faces[0].data()};
+  std::vector<std::vector<VertexId>> parts(part_count(vertex_count));
+  for_parts(vertex_count, [&](std::size_t first, std::size_t last, std::size_t part) {
+    PlainFan fan;
+    lists.for_each(first, last, ahead,
+                   [&](VertexId vertex, std::span<const std::uint32_t> corners) {
+                     if (!fan.find(faces, vertex, corners)) parts[part].push_back(vertex);
+                   });
+  });
+  std::vector<VertexId> result;
+  for (const std::vector<VertexId>& part : parts)
+    result.insert(result.end(), part.begin(), part.end());
+  return result;
+}
+
+PLAIT_END_NAMESPACE
