@@ -23,8 +23,9 @@ WrittenAttribute::WrittenAttribute(Store& store, AttributeId id, int first, int 
         store, id, level_number(BaseRelativeLevel(level), store.base_level()));
     const LevelGeometry& geometry = file.geometry;
     const std::size_t blocks = geometry.block_count();
-    Blocks& of_level = blocks_.emplace_back(&file, std::vector<std::uint32_t>(blocks),
-                                            std::vector<std::uint32_t>(blocks));
+    blocks_.push_back(
+        {&file, std::vector<std::uint32_t>(blocks), std::vector<std::uint32_t>(blocks)});
+    Blocks& of_level = blocks_.back();
     for (EdgeId edge = 0; edge < mesh_.edges.size(); ++edge) {
       const SlotShape shape = geometry.slot(edge).shape;
       if (shape != SlotShape::kAbsent)
