@@ -83,11 +83,11 @@ void make_normals(Store& store, std::string_view into, const VisitOptions& optio
   });
 }
 
-double diagonal_of_positions(Store& store, const VisitOptions& wanted) {
-  VisitOptions options = wanted;
-  options.threads = thread_count(wanted.threads, "measure positions");
+double diagonal_of_positions(Store& store, const VisitOptions& options) {
+  VisitOptions how = options;
+  how.threads = thread_count(options.threads, "measure positions");
   const PositionBox box =
-      with_real(store, [&]<class Real>(Real) { return measure_positions<Real>(store, options); });
+      with_real(store, [&]<class Real>(Real) { return measure_positions<Real>(store, how); });
   if (!box.finite || !box.has_extent())
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("measure positions of {}: expected finite ones in a box with an extent",
