@@ -16,7 +16,7 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// The limits of a pass. Each pass tries all edges that are left, with wider limits.
+/// The limits of a stage of the work (decimate.cpp).
 struct ShapeLimits {
   double least_quality;  ///< of a new face, unless the old face is worse
   double least_turn;     ///< cosine of the angle between the normals of a face before and after

@@ -18,12 +18,22 @@ namespace {
 constexpr double kPointShare = 1e-3;  ///< of a vertex's area: keeps its quadric positive definite
 constexpr double kBorderShare = 1;  ///< weight of a border's plane, in squared lengths of its edge
 
-constexpr std::array<ShapeLimits, 3> kPasses = {
-    {{0.2, 0.5, 0.5}, {0.1, 0.2, 0.2}, {0.02, 0.0, 0.0}}};
-
-/// Tiles keep so many times the share of faces that the base mesh has, so that it is the last part
-/// of the work, over the whole surface, that decides where faces are.
-constexpr std::uint64_t kTileSurplus = 10;
+/// A part of the work: until so many times the faces asked for are left.
+struct Stage {
+  double surplus;
+  ShapeLimits limits;
+};
+constexpr double kTileSurplus = 10, kMiddleSurplus = 3.1623;  // the middle of 10 and 1, as a factor
+/// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
+/// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
+/// others become too large. A stage tries again what stages before it refused.
+constexpr std::array<Stage, 4> kStages = {{{kTileSurplus, {0.2, 0.5, 0.5}},
+                                           {kMiddleSurplus, {0.1, 0.2, 0.2}},
+                                           {1, {0.1, 0.2, 0.2}},
+                                           {1, {0.02, 0.0, 0.0}}}};
+/// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
+/// decides where faces are. Each tile keeps the same share of its faces.
+constexpr const Stage& kTileStage = kStages.front();
 /// So many tiles are worked on between two calls of the progress callback.
 constexpr std::size_t kTilesAtOnce = 8;
 
@@ -40,16 +50,18 @@ class Decimator {
     std::vector<FaceId> faces(first_faces_);
     std::iota(faces.begin(), faces.end(), FaceId{0});
     Collapser collapser(state_, Collapser::kWhole);
-    for (const ShapeLimits& limits : kPasses) {
+    for (const Stage& stage : kStages) {
+      const std::uint64_t goal = faces_of(stage);
       std::uint64_t before = 0;
       do {
         before = state_.mesh.live_faces();
-        if (before <= options_.faces) return;
-        collapser.collapse(faces, limits, before - options_.faces, [&] { tell(); });
+        if (before <= goal) break;
+        std::erase_if(faces, [&](FaceId face) { return !state_.mesh.lives(face); });
+        collapser.collapse(faces, stage.limits, before - goal, [&] { tell(); });
       } while (before - state_.mesh.live_faces() > before / 100);
     }
     if (state_.mesh.live_faces() > options_.faces + 1)
-      limits_ = collapser.refusals(faces, kPasses.back());
+      limits_ = collapser.refusals(faces, kStages.back().limits);
   }
 
   Decimated finish();
@@ -58,6 +70,9 @@ class Decimator {
   void normalise(const Surface& scan);
   void add_quadrics();
   void collapse_in_tiles();
+  std::uint64_t faces_of(const Stage& stage) const {
+    return static_cast<std::uint64_t>(stage.surplus * static_cast<double>(options_.faces));
+  }
   void tell() const;
 
   CollapseState state_;
@@ -115,7 +130,7 @@ void Decimator::add_quadrics() {
 }
 
 void Decimator::collapse_in_tiles() {
-  const std::uint64_t keep = kTileSurplus * options_.faces;
+  const std::uint64_t keep = faces_of(kTileStage);
   if (keep >= first_faces_ / 2) return;
   const std::vector<std::vector<FaceId>> tiles =
       face_tiles(state_.positions, state_.mesh.faces(), options_.tile_faces);
@@ -127,7 +142,7 @@ void Decimator::collapse_in_tiles() {
         static_cast<std::uint64_t>(static_cast<double>(faces.size()) * static_cast<double>(keep) /
                                    static_cast<double>(first_faces_));
     Collapser(state_, static_cast<std::uint32_t>(tile))
-        .collapse(faces, kPasses.front(), faces.size() - kept, {});
+        .collapse(faces, kTileStage.limits, faces.size() - kept, {});
   };
   for (std::size_t first = 0; first < tiles.size(); first += kTilesAtOnce) {
     tell();

@@ -51,8 +51,9 @@ struct Decimated {
 /// on it.
 ///
 /// Edges inside of tiles collapse first, until ten times as many faces are left as asked for, on
-/// all threads of the present arena. Then all edges do, on one thread. The result depends on the
-/// surface and the options alone. Memory: about 200 bytes for a face of the scan. Errors:
+/// all threads of the present arena. Then all edges do, on one thread, and faces may turn further
+/// and be thinner, so that no part of the surface locks. The result depends on the surface and the
+/// options alone. Memory: about 200 bytes for a face of the scan. Errors:
 /// kCancelled, kNotSupported (collapse_history.h). Pinned by tests/scans/decimate_test.cpp.
 Decimated decimate(const Surface& scan, const DecimateOptions& options);
 
