@@ -25,8 +25,9 @@ namespace {
 /// Parts of the work on one base mesh, in thousandths.
 constexpr WorkPart kDecimateStep = {0, 790}, kSampleStep = {790, 860}, kRelaxStep = {860, 1000};
 
-/// With refuse_turned, at most so many base meshes are made.
-constexpr std::uint64_t kMostBaseMeshes = 8;
+/// With refuse_turned, at most so many base meshes are made. From the middle one on they are firm
+/// (collapse/decimate.h), which suits fins.
+constexpr std::uint64_t kMostBaseMeshes = 8, kFirstFirmMesh = 5;
 /// The part of a scan where small triangles are turned over counts so many times in the next base
 /// mesh. Smaller factors need more base meshes, larger ones take more faces from other parts.
 constexpr float kWeightOfTurned = 8;
@@ -99,7 +100,8 @@ void BaseSampler::begin_base_mesh() {
   ++report_.base_meshes;
   now_ = part_;
   if (!request_.refuse_turned) return;
-  if (report_.base_meshes == 1) weights_.assign(scan_.positions.size(), 1);
+  if (report_.base_meshes == 1 || report_.base_meshes == kFirstFirmMesh)
+    weights_.assign(scan_.positions.size(), 1);
   // How many base meshes it will be is not known. Each takes half of the work that is left.
   for (std::uint64_t before = 1; before < report_.base_meshes; ++before) now_ = now_.nth(1, 2);
   now_ = now_.nth(0, 2);
@@ -107,8 +109,10 @@ void BaseSampler::begin_base_mesh() {
 
 void BaseSampler::make_base() {
   const Stopwatch clock;
-  Decimated decimated = decimate(
-      scan_, {.faces = request_.faces, .weights = weights_, .progress = during(kDecimateStep)});
+  Decimated decimated = decimate(scan_, {.faces = request_.faces,
+                                         .weights = weights_,
+                                         .firm = report_.base_meshes >= kFirstFirmMesh,
+                                         .progress = during(kDecimateStep)});
   report_.kept_by_topology = decimated.limits.by_topology;
   report_.kept_by_shape = decimated.limits.by_shape;
   history_ = std::move(decimated.history);

@@ -24,13 +24,13 @@ struct Stage {
   ShapeLimits limits;
 };
 constexpr double kTileSurplus = 10, kMiddleSurplus = 3.1623;  // the middle of 10 and 1, as a factor
+constexpr ShapeLimits kFirm{0.2, 0.5, 0.5}, kLoose{0.1, 0.2, 0.2}, kLast{0.02, 0.0, 0.0};
 /// With the first limits alone, thin parts lock: of the last edges, nine of ten may not collapse,
 /// so the last collapses take what is left, not what is cheapest. Faces there stay small, and
 /// others become too large. A stage tries again what stages before it refused.
-constexpr std::array<Stage, 4> kStages = {{{kTileSurplus, {0.2, 0.5, 0.5}},
-                                           {kMiddleSurplus, {0.1, 0.2, 0.2}},
-                                           {1, {0.1, 0.2, 0.2}},
-                                           {1, {0.02, 0.0, 0.0}}}};
+constexpr std::array<Stage, 4> kStages = {
+    {{kTileSurplus, kFirm}, {kMiddleSurplus, kLoose}, {1, kLoose}, {1, kLast}}};
+constexpr std::array<Stage, 3> kFirmStages = {{{1, kFirm}, {1, kLoose}, {1, kLast}}};
 /// Tiles do the first stage, so that it is the last part of the work, over the whole surface, that
 /// decides where faces are. Each tile keeps the same share of its faces.
 constexpr const Stage& kTileStage = kStages.front();
@@ -50,7 +50,9 @@ class Decimator {
     std::vector<FaceId> faces(first_faces_);
     std::iota(faces.begin(), faces.end(), FaceId{0});
     Collapser collapser(state_, Collapser::kWhole);
-    for (const Stage& stage : kStages) {
+    const std::span<const Stage> stages =
+        options_.firm ? std::span<const Stage>(kFirmStages) : std::span<const Stage>(kStages);
+    for (const Stage& stage : stages) {
       const std::uint64_t goal = faces_of(stage);
       std::uint64_t before = 0;
       do {

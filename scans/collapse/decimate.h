@@ -21,6 +21,9 @@ struct DecimateOptions {
   /// [vertex of the scan] its quadric counts so many times, so that larger numbers leave more faces
   /// there. Empty: all count once.
   std::span<const float> weights = {};
+  /// No face turns far from those that it replaces while any other edge can collapse. The base mesh
+  /// is farther from thin parts, but fewer small triangles turn over on fins.
+  bool firm = false;
   ProgressCallback progress = {};  ///< counts faces that are gone, of those that shall go
 };
 
