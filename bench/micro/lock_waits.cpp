@@ -103,6 +103,7 @@ void read_patches(const std::string& backend, const BaseMesh& base, const Settin
                                    static_cast<std::uint64_t>(turn));
         at.measure(reads, [&] {
           std::vector<std::jthread> readers;
+          readers.reserve(static_cast<std::size_t>(threads));
           for (int thread = 0; thread < threads; ++thread)
             readers.emplace_back([&, thread] {
               for (std::size_t read = static_cast<std::size_t>(thread); read < faces.size();

@@ -47,8 +47,8 @@ struct Store::Implementation {
   Implementation& operator=(const Implementation&) = delete;
 
   bool is_part() const { return only_shard != kNoId; }
-  /// Opens the version, whose levels are not written to unless `options` says so.
-  void open_version(const StoredVersion& version, const OpenOptions& options,
+  /// Opens the version, whose levels are not written to unless `wanted` says so.
+  void open_version(const StoredVersion& version, const OpenOptions& wanted,
                     const BackendRegistry& backends);
   /// Where the slots and blocks of a level are, before it is known which shards are here.
   LevelGeometry whole_geometry(std::size_t record_bytes, int level,
