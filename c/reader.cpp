@@ -9,9 +9,9 @@
 #include <span>
 #include <string>
 
-#include "base/huge_pages.h"
 #include "guard.h"
 #include "handles.h"
+#include "io/huge_pages.h"
 #include "plait.h"
 #include "sized.h"
 #include "statistics.h"

@@ -7,7 +7,6 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void wish_huge_pages(void* memory, std::size_t bytes) noexcept {
-  constexpr std::size_t kHugePage = std::size_t{2} << 20;
   const std::size_t ahead = -reinterpret_cast<std::uintptr_t>(memory) % kHugePage;
   if (bytes < ahead + kHugePage) return;
   ::madvise(static_cast<std::byte*>(memory) + ahead, (bytes - ahead) / kHugePage * kHugePage,

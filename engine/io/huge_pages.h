@@ -1,14 +1,18 @@
-// Large arrays in huge pages. A walk over a large mesh in no particular order then misses the
-// processor's tables of pages less often, and the first touch of an array costs one page fault for
-// two megabytes.
+// Large arrays in huge pages, and copies into those of a caller. A walk over a large mesh in no
+// particular order then misses the processor's tables of pages less often, and the first touch of
+// an array costs one page fault for two megabytes.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
+
+inline constexpr std::uintptr_t kHugePage = std::uintptr_t{2} << 20;
 
 /// Asks the system for huge pages for the part of this memory that they can cover. A wish: if the
 /// system does not grant it, nothing is different.
@@ -28,6 +32,20 @@ std::vector<Element> huge_vector(std::size_t count, Element value = {}) {
   reserve_huge(vector, count);
   vector.resize(count, value);
   return vector;
+}
+
+/// Writes the last byte of each huge page that begins in the `size` bytes from array[at] on, before
+/// a copy from front to back gets there. Does nothing for arrays of less than two huge pages, and
+/// for a huge page that ends behind the array. Linux clears a new huge page towards the byte that
+/// is written first: from back to front for a copy that comes to its front, but from front to back
+/// for this byte. Copies of blocks into a new array of 77 MB then take as long as one memcpy, and
+/// not 1.15 times as long.
+inline void touch_huge_pages(std::span<std::byte> array, std::size_t at, std::size_t size) {
+  if (array.size() < 2 * kHugePage) return;
+  const auto start = reinterpret_cast<std::uintptr_t>(array.data());
+  std::uintptr_t last = (start + at + kHugePage - 1) | (kHugePage - 1);
+  for (; last - start < at + size + kHugePage - 1 && last - start < array.size(); last += kHugePage)
+    array[last - start] = {};
 }
 
 PLAIT_END_NAMESPACE

@@ -7,10 +7,12 @@
 #include <new>
 #include <utility>
 
+#include "io/huge_pages.h"
+
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-constexpr std::size_t kHugePage = std::size_t{2} << 20, kMostSlabBytes = std::size_t{8} << 20;
+constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
 constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the capacity must have room
 /// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.

@@ -4,8 +4,8 @@
 #include <limits>
 #include <unordered_map>
 
-#include "base/huge_pages.h"
 #include "execution/reader/reader_state.h"
+#include "io/huge_pages.h"
 #include "plait/error.h"
 #include "plait/extend/base_relative_level.h"
 
