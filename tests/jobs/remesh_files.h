@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <vector>
 
 #include "plait/mesh_io.h"
@@ -57,6 +58,14 @@ inline void write_with_attributes(const std::filesystem::path& path, const Index
          << std::lround(std::abs(p.y)) << " 7 " << 2 * p.x - p.y << ' ' << (p.x < 10 ? -5 : 9)
          << " 1\n";
   for (const auto& f : mesh.faces) file << "3 " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+}
+
+inline IndexedMesh with_noise(IndexedMesh mesh, double amplitude) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> number(-amplitude, amplitude);
+  for (Vector3<double>& p : mesh.positions)
+    p = p + Vector3<double>{number(random), number(random), number(random)};
+  return mesh;
 }
 
 inline IndexedMesh flat_sheet(std::uint32_t columns, std::uint32_t rows) {

@@ -1,5 +1,5 @@
-// A scan becomes a store: its points, its attributes, its topology; for every shape, any number of
-// threads, and with nothing left after an error.
+// A scan becomes a store: its points, its attributes, its topology; for every shape, and with
+// nothing left after an error.
 #include "remesh/remesh.h"
 
 #include <array>
@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <fstream>
-#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -44,14 +43,6 @@ IndexedMesh spiked_sphere() {
     const double near = p.x / std::sqrt(dot(p, p));
     p = (1 + 4 * std::pow(std::max(0.0, near), 60)) * p;
   }
-  return mesh;
-}
-
-IndexedMesh with_noise(IndexedMesh mesh, double amplitude) {
-  std::mt19937 random(6);
-  std::uniform_real_distribution<double> number(-amplitude, amplitude);
-  for (Vector3<double>& p : mesh.positions)
-    p = p + Vector3<double>{number(random), number(random), number(random)};
   return mesh;
 }
 
@@ -343,43 +334,6 @@ TEST_CASE("Remesh_CoordinatesThatAreNoNumbers_AreCountedInEveryFormat") {
     CHECK(report.repairs.not_finite_faces == 18);
     CHECK(report.scan.borders == 3);
     CHECK(keeps_topology(report));
-  }
-}
-
-TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
-  const RemeshFiles files;
-  write_with_attributes(files.scan, with_noise(torus_grid(60, 40), 0.01));
-  std::vector<std::string> digests;
-  for (const int threads : {1, 2, 3}) {
-    RemeshRequest request = files.request(200);
-    request.threads = threads;
-    request.digest = true;
-    digests.push_back(files.run(request).digest);
-  }
-  CHECK(!digests[0].empty());
-  CHECK(digests[1] == digests[0]);
-  CHECK(digests[2] == digests[0]);
-}
-
-TEST_CASE("Remesh_EveryCancelledPhase_LeavesNothing") {
-  const RemeshFiles files;
-  write_with_attributes(files.scan, flat_sheet(20, 20));
-  std::vector<std::string> phases;
-  files.run(files.request(40), {.progress = [&](const Progress& now) {
-              if (phases.empty() || phases.back() != now.phase) phases.emplace_back(now.phase);
-              return true;
-            }});
-  CHECK(phases.size() > 8);
-  fs::remove_all(files.store);
-  for (const std::string& phase : phases) {
-    CAPTURE(phase);
-    const Error error = error_of([&] {
-      files.run(files.request(40),
-                {.progress = [&](const Progress& now) { return now.phase != phase; }});
-    });
-    CHECK(error.code() == ErrorCode::kCancelled);
-    CHECK(std::distance(fs::directory_iterator(files.directory.path()), fs::directory_iterator()) ==
-          1);
   }
 }
 

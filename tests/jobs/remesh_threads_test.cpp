@@ -1,0 +1,57 @@
+// A scan becomes a store by any number of threads, which stop in every phase if they are asked to.
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "plait/error.h"
+#include "remesh/remesh.h"
+#include "remesh_files.h"
+#include "support/error_of.h"
+#include "support/test_meshes.h"
+
+namespace plait::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+TEST_CASE("Remesh_AnyNumberOfThreads_GivesTheSameDigest") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, with_noise(torus_grid(60, 40), 0.01));
+  std::vector<std::string> digests;
+  for (const int threads : {1, 2, 3}) {
+    RemeshRequest request = files.request(200);
+    request.threads = threads;
+    request.digest = true;
+    digests.push_back(files.run(request).digest);
+  }
+  CHECK(!digests[0].empty());
+  CHECK(digests[1] == digests[0]);
+  CHECK(digests[2] == digests[0]);
+}
+
+TEST_CASE("Remesh_EveryCancelledPhase_LeavesNothing") {
+  const RemeshFiles files;
+  write_with_attributes(files.scan, flat_sheet(20, 20));
+  std::vector<std::string> phases;
+  files.run(files.request(40), {.progress = [&](const Progress& now) {
+              if (phases.empty() || phases.back() != now.phase) phases.emplace_back(now.phase);
+              return true;
+            }});
+  CHECK(phases.size() > 8);
+  fs::remove_all(files.store);
+  for (const std::string& phase : phases) {
+    CAPTURE(phase);
+    const Error error = error_of([&] {
+      files.run(files.request(40),
+                {.progress = [&](const Progress& now) { return now.phase != phase; }});
+    });
+    CHECK(error.code() == ErrorCode::kCancelled);
+    CHECK(std::distance(fs::directory_iterator(files.directory.path()), fs::directory_iterator()) ==
+          1);
+  }
+}
+
+}  // namespace plait::test
