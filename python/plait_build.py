@@ -22,6 +22,7 @@ Name: {NAME}
 Version: {VERSION}
 Summary: Meshes far larger than memory, as numpy arrays
 License: Apache-2.0
+License-File: LICENSE
 Requires-Python: >=3.9
 Requires-Dist: numpy
 """
@@ -46,6 +47,14 @@ def _sources():
                   if path.suffix in (".py", ".pyi", ".typed") or path.name == "py.typed")
 
 
+def _license():
+    """Beside this file in a source archive, one folder up in plait's own."""
+    for path in (HERE / "LICENSE", HERE.parent / "LICENSE"):
+        if path.exists():
+            return path
+    raise FileNotFoundError(f"LICENSE was not found in {HERE} or in the folder above it")
+
+
 def _info_directory():
     return f"{NAME}-{VERSION}.dist-info"
 
@@ -59,6 +68,7 @@ def _write_wheel(file, contents):
     info = _info_directory()
     contents = dict(contents)
     contents[f"{info}/METADATA"] = METADATA.encode()
+    contents[f"{info}/LICENSE"] = _license().read_bytes()
     contents[f"{info}/entry_points.txt"] = ENTRY_POINTS.encode()
     contents[f"{info}/WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: {NAME}\nRoot-Is-Purelib: false\n"
                                  f"Tag: {_tag()}\n").encode()
@@ -92,6 +102,7 @@ def build_sdist(sdist_directory, config_settings=None):
         for path in [*_sources(), HERE / "pyproject.toml", HERE / "plait_build.py"]:
             archive.add(path, f"{top}/{path.relative_to(HERE)}")
         archive.add(_library(), f"{top}/{NAME}/{LIBRARY}")
+        archive.add(_license(), f"{top}/LICENSE")
         _add_text(archive, f"{top}/PKG-INFO", METADATA)
     return name
 

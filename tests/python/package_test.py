@@ -48,6 +48,8 @@ def test_wheel_works_where_nothing_else_is(builder, tmp_path):
         wheel.extractall(tmp_path / "installed")
     for file in ("libplait.so.0", "py.typed", "__init__.pyi", "store.py"):
         assert (tmp_path / "installed" / "plait" / file).exists()
+    licence = tmp_path / "installed" / "plait-0.1.0.dist-info" / "LICENSE"
+    assert licence.read_bytes() == (SOURCE.parent / "LICENSE").read_bytes()
     code = ("import plait, numpy as np; s = plait.create(np.eye(4, 3) - .2, "
             "[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]); s.subdivide(2); "
             "print(plait.__file__, len(s.mesh().vertices))")
@@ -81,6 +83,7 @@ def test_the_usual_programs_make_the_package_without_a_network(how, tmp_path):
                       check=False).returncode:
         pytest.skip(f"{how} is not installed")
     shutil.copytree(SOURCE, tmp_path / "python", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(SOURCE.parent / "LICENSE", tmp_path)
     environment = {**os.environ, "PIP_NO_INDEX": "1", "HOME": str(tmp_path)}
     out = tmp_path / "out"
     if how == "pip":  # numpy is there already
