@@ -29,7 +29,7 @@ struct BenchQuickArguments {
   bench::PlanRequest request;
   std::vector<std::filesystem::path> directories;
   std::filesystem::path out, mesh, html = "report.html";
-  double seconds = 105;  ///< a run that has begun ends, and the page is written
+  double seconds = 110;  ///< a run that has begun ends, and the page is written
   bool force = false;
 };
 
@@ -94,7 +94,7 @@ std::function<int()> add_bench_quick_options(CommandLine& bench, CommandContext&
       ->type_name("FILE");
   bench.add_parsed_option(
       "--time", [arguments](const std::string& text) { arguments->seconds = parse_seconds(text); },
-      "After this no run begins; default 105s");
+      "After this no run begins; default 110s");
   bench.add_option("--out", arguments->out,
                    "Append the records to this file, or continue it; default: a new file beside\n"
                    "the page, named as the page with .jsonl");

@@ -14,6 +14,7 @@ namespace plait::bench {
 namespace {
 
 using instrument::Estimate;
+using instrument::Spread;
 
 /// The label whose cells are ranked: cold ones if there are any; warm ones never.
 std::string ranked_label(const std::vector<CellFigures>& cells,
@@ -53,6 +54,7 @@ struct Open {
   Contest* contest;
   Rival* rival;
   Pairs pairs;
+  const Spread* common;
 };
 
 /// The fastest is chosen among many, so that its rivals look slower than they are: as if each pair
@@ -69,7 +71,7 @@ Answer answer_of(const Estimate& factor) {
 
 /// Until the interval leaves 1 or shrinks into 5 %, if the noise stays as it is.
 std::optional<double> more_seconds(const instrument::Comparison& found, double confidence,
-                                   double seconds_of_round) {
+                                   double common_degrees, double seconds_of_round) {
   constexpr std::size_t kMostRounds = 10'000;
   const double difference = std::abs(std::log(found.factor.value));
   const double target = std::max(difference, std::log(kEqualWithin) - difference);
@@ -77,7 +79,9 @@ std::optional<double> more_seconds(const instrument::Comparison& found, double c
   for (std::size_t rounds = std::max(now + 1, kLeastRounds); rounds < kMostRounds;
        rounds += 1 + rounds / 10) {
     const auto n = static_cast<double>(rounds);
-    if (instrument::student_factor(n - 1, confidence) * found.spread / std::sqrt(n) < target)
+    if (instrument::student_factor(n - 1 + common_degrees, confidence) * found.spread /
+            std::sqrt(n) <
+        target)
       return static_cast<double>(rounds - now) * seconds_of_round;
   }
   return std::nullopt;
@@ -160,6 +164,24 @@ Pairs pairs_of(const RunSet& set, const std::vector<CellFigures>& cells, const C
   return pairs_of(rounds_of(set, cells[contest.cells.front()]), rounds_of(set, cells[rival.cell]));
 }
 
+/// How noisy pairs are on each disk. With three rounds a pair alone says little of its noise.
+std::map<std::string, Spread> spreads_by_disk(const RunSet& set,
+                                              const std::vector<CellFigures>& cells,
+                                              const std::vector<Contest>& contests) {
+  std::map<std::string, std::vector<Spread>> of_pairs;
+  for (const Contest& contest : contests)
+    for (const Rival& rival : contest.rivals) {
+      const Pairs pairs = pairs_of(set, cells, contest, rival);
+      if (pairs.first.empty()) continue;
+      const double spread = instrument::compare_paired(pairs.first, pairs.second).spread;
+      of_pairs[cells[rival.cell].cell.disk].push_back(
+          {spread * spread, static_cast<double>(pairs.first.size()) - 1});
+    }
+  std::map<std::string, Spread> common;
+  for (const auto& [disk, spreads] : of_pairs) common[disk] = instrument::common_spread(spreads);
+  return common;
+}
+
 std::string why_undecided(const std::vector<CellFigures>& cells, const Contest& contest) {
   std::vector<std::string> open;
   double seconds = 0;
@@ -191,28 +213,30 @@ std::string answer_text(const Rival& rival) {
 
 std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells) {
   std::vector<Contest> contests = ranked_contests(set, cells);
+  const std::map<std::string, Spread> spreads = spreads_by_disk(set, cells, contests);
   std::vector<Open> open;
   std::vector<double> p_values;
   for (Contest& contest : contests)
     for (Rival& rival : contest.rivals) {
       Pairs pairs = pairs_of(set, cells, contest, rival);
       if (pairs.first.empty()) continue;
+      const Spread& common = spreads.at(cells[rival.cell].cell.disk);
       const double p = pairs_for_each_rival(contest) *
-                       instrument::compare_paired(pairs.first, pairs.second).p_value;
+                       instrument::compare_paired(pairs.first, pairs.second, 0.95, common).p_value;
       p_values.push_back(std::min(1.0, p));
-      open.push_back({&contest, &rival, std::move(pairs)});
+      open.push_back({&contest, &rival, std::move(pairs), &common});
     }
   constexpr double kWrong = 0.05;
   const double error = 1 - instrument::confidence_among(p_values, kWrong);
   for (const Open& one : open) {
     const double confidence = 1 - error / pairs_for_each_rival(*one.contest);
     const instrument::Comparison found =
-        instrument::compare_paired(one.pairs.first, one.pairs.second, confidence);
+        instrument::compare_paired(one.pairs.first, one.pairs.second, confidence, *one.common);
     one.rival->factor = found.factor;
     one.rival->answer = answer_of(found.factor);
     if (one.rival->answer == Answer::kUndecided)
-      one.rival->more_seconds =
-          more_seconds(found, confidence, seconds_of_round(set, cells, *one.contest));
+      one.rival->more_seconds = more_seconds(found, confidence, one.common->degrees,
+                                             seconds_of_round(set, cells, *one.contest));
   }
   for (Contest& contest : contests) {
     if (contest.ranked < 2) continue;
@@ -224,8 +248,10 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
 
 std::set<std::string> settled_keys(const RunSet& set) {
   const std::vector<CellFigures> cells = cells_of(set);
+  const std::vector<Contest> contests = ranked_contests(set, cells);
+  const std::map<std::string, Spread> spreads = spreads_by_disk(set, cells, contests);
   std::set<std::string> keys;
-  for (const Contest& contest : ranked_contests(set, cells)) {
+  for (const Contest& contest : contests) {
     std::set<std::size_t> done;
     bool all = true;
     for (const Rival& rival : contest.rivals) {
@@ -233,7 +259,8 @@ std::set<std::string> settled_keys(const RunSet& set) {
       const Estimate factor =
           pairs.first.empty() ? Estimate{}
                               : instrument::compare_paired(pairs.first, pairs.second,
-                                                           1 - 0.05 / pairs_for_each_rival(contest))
+                                                           1 - 0.05 / pairs_for_each_rival(contest),
+                                                           spreads.at(cells[rival.cell].cell.disk))
                                     .factor;
       if (is_outpaced(factor)) done.insert(rival.cell);
       all = all && is_settled(factor);

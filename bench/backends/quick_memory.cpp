@@ -12,7 +12,7 @@ namespace {
 
 using instrument::FloorKind;
 
-constexpr int kRounds = 4;
+constexpr int kRounds = 3;
 constexpr std::array<std::uint64_t, 3> kMemory = {64u << 20, 32u << 20, 16u << 20};
 constexpr std::uint64_t kProbeBytes = 32u << 20;
 
@@ -21,17 +21,17 @@ constexpr std::uint64_t kProbeBytes = 32u << 20;
 /// the bytes.
 constexpr double kLevelsOverMemory = 2;
 constexpr double kWrittenBefore = 6, kWrittenInRound = 6, kReadInRound = 16;
-/// A round computes so long for a byte of the levels on one disk, mostly in the codecs, and its 15
-/// runs take so long to begin and to end.
-constexpr double kSecondsPerByte = 4e-8, kSecondsOfStarts = 2;
+/// A round computes so long for a byte of the levels on one disk, mostly in the codecs. The rest of
+/// its 15 runs takes so long whatever is moved, because each run lasts 0.3 s at least.
+constexpr double kSecondsPerByte = 4e-8, kSecondsOfRuns = 7.5;
 
 double seconds_with(std::uint64_t memory, std::span<const DiskSpeed> disks) {
   const double levels = kLevelsOverMemory * static_cast<double>(memory);
   double seconds = 0;
   for (const DiskSpeed& disk : disks) {
-    const double computing = levels * kSecondsPerByte + kSecondsOfStarts;
-    const double round =
-        levels * (kWrittenInRound / disk.write + kReadInRound / disk.read) + computing;
+    const double computing = levels * kSecondsPerByte;
+    const double round = levels * (kWrittenInRound / disk.write + kReadInRound / disk.read) +
+                         computing + kSecondsOfRuns;
     seconds += levels * kWrittenBefore / disk.write + computing + kRounds * round;
   }
   return seconds;

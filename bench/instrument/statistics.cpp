@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>
+#include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/polygamma.hpp>
+#include <boost/math/special_functions/trigamma.hpp>
 #include <cmath>
 #include <numeric>
+#include <vector>
 
 #include "plait/error.h"
 
@@ -57,6 +61,18 @@ Comparison compared(double difference, double error, double degrees, std::size_t
   return found;
 }
 
+/// The x > 0 with trigamma(x) = y, by Newton's method as in Smyth's appendix.
+double inverse_trigamma(double y) {
+  double x = 0.5 + 1 / y;
+  for (int step = 0; step < 50; ++step) {
+    const double here = boost::math::trigamma(x);
+    const double change = here * (1 - here / y) / boost::math::polygamma(2, x);
+    x += change;
+    if (-change < 1e-8 * x) break;
+  }
+  return x;
+}
+
 }  // namespace
 
 double Estimate::relative_half_width() const {
@@ -95,23 +111,49 @@ Estimate geometric_interval(std::span<const double> values, double confidence) {
   return found;
 }
 
+Spread common_spread(std::span<const Spread> spreads) {
+  constexpr std::size_t kFewest = 4;
+  constexpr double kMostDegrees = 20;
+  // Logarithms of variances, without what few degrees of freedom add to them.
+  std::vector<double> logarithms;
+  double noise_of_estimates = 0;
+  for (const auto& [variance, degrees] : spreads) {
+    if (!(variance > 0) || !(degrees > 0)) continue;
+    logarithms.push_back(std::log(variance) - boost::math::digamma(degrees / 2) +
+                         std::log(degrees / 2));
+    noise_of_estimates += boost::math::trigamma(degrees / 2);
+  }
+  if (logarithms.size() < kFewest) return {};
+  const Moments found = moments_of(logarithms);
+  const double differences =
+      found.variance - noise_of_estimates / static_cast<double>(logarithms.size());
+  const double degrees =
+      differences > 0 ? std::min(kMostDegrees, 2 * inverse_trigamma(differences)) : kMostDegrees;
+  return {std::exp(found.mean + boost::math::digamma(degrees / 2) - std::log(degrees / 2)),
+          degrees};
+}
+
 Comparison compare_paired(std::span<const double> first, std::span<const double> second,
-                          double confidence) {
+                          double confidence, const Spread& common) {
   if (first.size() != second.size())
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("statistics: expected a partner for each of {} values, found {}",
                             first.size(), second.size()));
   std::vector<double> factors(second.begin(), second.end());
   for (std::size_t at = 0; at < factors.size(); ++at) factors[at] /= first[at];
-  return compare_with_one(factors, confidence);
+  return compare_with_one(factors, confidence, common);
 }
 
-Comparison compare_with_one(std::span<const double> factors, double confidence) {
+Comparison compare_with_one(std::span<const double> factors, double confidence,
+                            const Spread& common) {
   const Moments found = moments_of(logarithms(factors));
   const auto n = static_cast<double>(factors.size());
+  const double degrees = n - 1 + common.degrees;
+  const double variance =
+      degrees > 0 ? ((n - 1) * found.variance + common.degrees * common.variance) / degrees : 0;
   Comparison result =
-      compared(found.mean, std::sqrt(found.variance / n), n - 1, factors.size(), confidence);
-  result.spread = std::sqrt(found.variance);
+      compared(found.mean, std::sqrt(variance / n), degrees, factors.size(), confidence);
+  result.spread = std::sqrt(variance);
   return result;
 }
 

@@ -2,7 +2,8 @@
 // logarithms: noise is a share of a time, and a difference is a factor. What drifts from round to
 // round cancels where two things were measured in the same rounds. There is one interval,
 // Student's: it holds for two values as for twenty, and an outlier widens it, so that it hides a
-// difference rather than making one. Nothing is drawn at random.
+// difference rather than making one. Where there are many comparisons, their noise in common
+// narrows the intervals of few values. Nothing is drawn at random.
 //
 // All functions are pure. REQUIRES: no value is a NaN; values of which logarithms are taken are
 // positive. Errors: kInvalidArgument for an empty sample, and for samples that have to be equally
@@ -53,9 +54,23 @@ struct Comparison {
   double spread = 0;   ///< the standard deviation of the logarithms of a single pair's factors
 };
 
-/// first[i] and second[i] were measured in the same round.
+/// A variance of logarithms, and the degrees of freedom that it was estimated with.
+struct Spread {
+  double variance = 0, degrees = 0;
+};
+
+/// What several comparisons have in common: how noisy pairs are on the whole, and how many degrees
+/// of freedom that is worth for each of them, 0 to 20: many if they are about equally noisy, none
+/// if they differ much, or if there are fewer than four. Spreads without variance or degrees do not
+/// count. Source: G. Smyth, "Linear models and empirical Bayes methods for assessing differential
+/// expression in microarray experiments", Statistical Applications in Genetics and Molecular
+/// Biology 3 (2004), section 6.2. Pinned by tests/bench/instrument/statistics_test.cpp.
+Spread common_spread(std::span<const Spread> spreads);
+
+/// first[i] and second[i] were measured in the same round. The variance is that of their factors
+/// and `common`, each weighted with its degrees of freedom.
 Comparison compare_paired(std::span<const double> first, std::span<const double> second,
-                          double confidence = 0.95);
+                          double confidence = 0.95, const Spread& common = {});
 
 /// The samples have nothing in common, and may have different spreads. Source: B. Welch, "The
 /// generalization of Student's problem when several different population variances are involved",
@@ -64,7 +79,8 @@ Comparison compare_unpaired(std::span<const double> first, std::span<const doubl
                             double confidence = 0.95);
 
 /// Whether factors are 1 on the whole: compare_paired() of each with 1.
-Comparison compare_with_one(std::span<const double> factors, double confidence = 0.95);
+Comparison compare_with_one(std::span<const double> factors, double confidence = 0.95,
+                            const Spread& common = {});
 
 /// Adjusts the p values of several tests: of those that are then at most q, a share of at most q is
 /// expected to be wrong, and if there is no difference anywhere, the probability that any is at

@@ -465,7 +465,7 @@ TEST_CASE("an error of a process keeps its code and message") {
 
 TEST_CASE("QuickMemory_SlowDisks_MovesLess") {
   constexpr DiskSpeed kFast{2e9, 2e9}, kMedium{2e8, 2e8}, kSlow{5e7, 5e7};
-  constexpr double kTwoMinutes = 105;
+  constexpr double kTwoMinutes = 110;
   const auto memory = [](std::vector<DiskSpeed> disks, double seconds) {
     return quick_memory(disks, seconds) >> 20;
   };

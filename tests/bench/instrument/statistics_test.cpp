@@ -117,6 +117,77 @@ TEST_CASE("intervals contain the truth as often as they say, and cancel what dri
   }
 }
 
+/// Spreads of `count` comparisons with `rounds` rounds, as Smyth's model draws them: a variance
+/// that is 0.01 * degrees / chi²(degrees), or just 0.01, and its estimate from the rounds.
+std::vector<Spread> drawn_spreads(std::mt19937_64& random, int count, int rounds, double degrees) {
+  std::vector<Spread> spreads;
+  for (int at = 0; at < count; ++at) {
+    const double truth =
+        degrees == 0 ? 0.01
+                     : 0.01 * degrees / std::chi_squared_distribution<double>(degrees)(random);
+    const double of_rounds = rounds - 1;
+    spreads.push_back(
+        {truth * std::chi_squared_distribution<double>(of_rounds)(random) / of_rounds, of_rounds});
+  }
+  return spreads;
+}
+
+TEST_CASE("spreads in common are those that they were drawn from") {
+  std::mt19937_64 random(3);
+  for (const int rounds : {3, 6}) {
+    const Spread found = common_spread(drawn_spreads(random, 20000, rounds, 6));
+    CHECK(found.variance == Approx(0.01).epsilon(0.03));
+    CHECK(found.degrees == Approx(6).epsilon(0.08));
+    const Spread equal = common_spread(drawn_spreads(random, 20000, rounds, 0));
+    CHECK(equal.variance == Approx(0.01).epsilon(0.1));
+    CHECK(equal.degrees == 20);
+  }
+  // What differs by a factor of a hundred lends nothing.
+  std::vector<Spread> different;
+  for (int at = 0; at < 40; ++at) different.push_back({at % 2 == 0 ? 1e-4 : 1.0, 30.0});
+  CHECK(common_spread(different).degrees < 0.5);
+  // Three spreads are too few, and what has no variance or no degrees is none.
+  std::vector<Spread> few(3, Spread{0.01, 2});
+  CHECK(common_spread(few).degrees == 0);
+  few.insert(few.end(), {{0, 2}, {0.01, 0}});
+  CHECK(common_spread(few).degrees == 0);
+  few.push_back({0.01, 2});
+  CHECK(common_spread(few).degrees == 20);
+}
+
+TEST_CASE("a spread in common makes intervals of three rounds narrow, and they still hold") {
+  Noise noise(17);
+  constexpr int kTrials = 1500, kPairs = 12;
+  constexpr double kConfidence = 0.99;
+  // Equally noisy pairs; and four of twelve with three times the noise of the others.
+  for (const double noisy : {0.1, 0.3}) {
+    int alone = 0, together = 0;
+    double width_alone = 0, width_together = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      std::vector<std::vector<double>> pairs(kPairs);
+      std::vector<Spread> spreads;
+      for (int at = 0; at < kPairs; ++at) {
+        for (int round = 0; round < 3; ++round)
+          pairs[at].push_back(2 * noise.factor(at < kPairs / 3 ? noisy : 0.1));
+        const double spread = compare_with_one(pairs[at]).spread;
+        spreads.push_back({spread * spread, 2});
+      }
+      const Spread common = common_spread(spreads);
+      for (const std::vector<double>& pair : pairs) {
+        const Estimate one = compare_with_one(pair, kConfidence).factor;
+        const Estimate all = compare_with_one(pair, kConfidence, common).factor;
+        alone += one.low <= 2 && 2 <= one.high;
+        together += all.low <= 2 && 2 <= all.high;
+        width_alone += std::log(one.high / one.low);
+        width_together += std::log(all.high / all.low);
+      }
+    }
+    CAPTURE(noisy, alone, together, width_alone, width_together);
+    CHECK(together > (kConfidence - 0.015) * kTrials * kPairs);
+    CHECK(width_together < 0.6 * width_alone);
+  }
+}
+
 TEST_CASE("p values are adjusted as in the paper, and intervals agree with them") {
   // Benjamini and Hochberg (1995), section 4: 15 tests, of which their procedure rejects four at 5
   // %.
