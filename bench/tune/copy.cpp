@@ -8,6 +8,7 @@
 #include "plait/error.h"
 #include "plait/extend/copy_levels.h"
 #include "plait/extend/store_access.h"
+#include "plait/extend/sweep.h"
 
 namespace plait::tune {
 namespace {
@@ -51,21 +52,22 @@ void count_blocks(const Store& copy, CopyRun& run) {
   }
 }
 
-/// The seconds of each attribute.
+/// The seconds of each attribute, which a sweep reads: all levels side by side, in the order of the
+/// edges.
 std::vector<double> read_levels(const fs::path& path, std::uint64_t budget_bytes,
                                 const BackendRegistry& backends) {
   OpenOptions open;
   open.budget_bytes = budget_bytes;
-  const Store store = Store::open(path, open, backends);
+  Store store = Store::open(path, open, backends);
   std::vector<double> seconds;
   for (const AttributeId id : refined_attributes(store)) {
     const Stopwatch clock;
-    for (int level = store.base_level() + 1; level <= store.attributes()[id].finest_level;
-         ++level) {
-      LevelCursor cursor(StoreAccess::open_session(store),
-                         StoreAccess::level_file(store, id, level));
-      for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge) cursor.slot(edge);
-    }
+    SweepPass pass;
+    pass.name = "read";
+    pass.accesses = {{id, store.base_level() + 1, store.attributes()[id].finest_level,
+                      Access::kRead, Reach::kOwn}};
+    pass.kernel = [](const SweepView&, EdgeId, int) {};
+    sweep(store, pass, {.threads = 1});
     seconds.push_back(clock.seconds());
   }
   return seconds;

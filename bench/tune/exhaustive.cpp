@@ -1,6 +1,7 @@
 // plait_bench_tune: holds the advice of `plait tune` against an exhaustive run. It stores a surface
 // in full with every candidate, reads all of them, and then measures the choices of `plait tune`
-// and the best combinations once more, in the same rounds. Prints a row of a table.
+// and the best combinations once more, in the same rounds, and at last the pick beside the best of
+// all. Prints a row of a table.
 // bench/tune/check.sh runs it for surfaces and disks.
 
 #include <fmt/format.h>
@@ -72,27 +73,36 @@ int run(const Arguments& arguments) {
       choice.name += fmt::format(", {} KiB", block_bytes >> 10);
       add(choice);
     }
+  const auto store_once = [&](const Choice& choice) {
+    return store_and_read(store, choice, scratch.path() / "final.plait", Reads::kCold,
+                          default_backends(), always);
+  };
   const Stopwatch clock;
   measure_rounds(
-      finalists, Goal::kRead, 2 * arguments.seconds, [&] { return clock.seconds(); },
-      [&](const Choice& choice) {
-        return store_and_read(store, choice, scratch.path() / "final.plait", Reads::kCold,
-                              default_backends(), always);
-      });
+      finalists, Goal::kRead, 2 * arguments.seconds, [&] { return clock.seconds(); }, store_once);
   std::size_t best = 0;
   for (std::size_t at = 1; at < finalists.size(); ++at)
     if (!finalists[at].runs.empty() && estimate(finalists[at], &CopyRun::read_seconds).value <
                                            estimate(finalists[best], &CopyRun::read_seconds).value)
       best = at;
+  // The best of a dozen is partly the luckiest, so it meets the pick once more in rounds of their
+  // own.
+  std::vector<Measured> duel = {{finalists[0].choice}, {finalists[best].choice}};
+  if (best == 0) {
+    duel = {finalists[0], finalists[0]};
+  } else {
+    const Stopwatch clock_of_duel;
+    measure_rounds(
+        duel, Goal::kRead, arguments.seconds, [&] { return clock_of_duel.seconds(); }, store_once);
+  }
   const auto seconds = [&](std::size_t at) {
-    return estimate(finalists[at], &CopyRun::read_seconds).value;
+    return estimate(duel[at], &CopyRun::read_seconds).value;
   };
-  const double behind = seconds(0) / seconds(best) - 1;
+  const double behind = seconds(0) / seconds(1) - 1;
   fmt::print("| {} | {} | {:.2f} | {} | {} | {:.2f} | {} | {:.1f} % |\n",
-             arguments.store.stem().string(), pick.name, finalists[0].stored_bytes() / 1048576,
-             instrument::seconds_text(seconds(0)), finalists[best].choice.name,
-             finalists[best].stored_bytes() / 1048576, instrument::seconds_text(seconds(best)),
-             100 * behind);
+             arguments.store.stem().string(), pick.name, duel[0].stored_bytes() / 1048576,
+             instrument::seconds_text(seconds(0)), duel[1].choice.name,
+             duel[1].stored_bytes() / 1048576, instrument::seconds_text(seconds(1)), 100 * behind);
   return behind <= 0.05 ? 0 : 1;
 }
 
