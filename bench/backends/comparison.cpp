@@ -64,6 +64,9 @@ std::vector<std::string> strata_of(const MeasuredCell& cell) {
 
 using Strata = std::map<std::string, std::vector<double>>;
 
+/// The interval of two cells would span a dozen powers of ten.
+constexpr std::size_t kFewestOfStratum = 3;
+
 /// A shift whose interval waits until it is known how many there are.
 struct Pending {
   Shift shift;
@@ -108,7 +111,7 @@ void compare_cell(const Side& before, const Side& after, SetComparison& comparis
 std::vector<Pending> compare_strata(const Strata& strata) {
   std::vector<Pending> shifts;
   for (const auto& [name, factors] : strata) {
-    if (factors.size() < 2) continue;
+    if (factors.size() < kFewestOfStratum) continue;
     Shift stratum;
     stratum.name = name;
     stratum.cells = factors.size();
