@@ -25,7 +25,7 @@ struct PartOfCopy {
 struct CopyRun {
   double stored_bytes = 0;   ///< as `plait convert` and `plait info` count them
   double write_seconds = 0;  ///< until it is on the disk; reading the source is in it
-  double read_seconds = 0;   ///< of all levels, front to back, out of the page cache
+  double read_seconds = 0;   ///< of a sweep over all levels, out of the page cache
   double warm_seconds = 0;   ///< the same from the page cache: what is not the disk
   bool is_cold = true;       ///< false on a file system in memory
   bool can_change = true;    ///< records can be changed in place: no block is coded from another

@@ -143,8 +143,8 @@ TEST_CASE("spreads in common are those that they were drawn from") {
     CHECK(equal.degrees == 20);
   }
   // What differs by a factor of a hundred lends nothing.
-  std::vector<Spread> different;
-  for (int at = 0; at < 40; ++at) different.push_back({at % 2 == 0 ? 1e-4 : 1.0, 30.0});
+  std::vector<Spread> different(20, Spread{1e-4, 30});
+  different.insert(different.end(), 20, Spread{1, 30});
   CHECK(common_spread(different).degrees < 0.5);
   // Three spreads are too few, and what has no variance or no degrees is none.
   std::vector<Spread> few(3, Spread{0.01, 2});
