@@ -157,7 +157,8 @@ TEST_CASE("spreads in common are those that they were drawn from") {
 
 TEST_CASE("a spread in common makes intervals of three rounds narrow, and they still hold") {
   Noise noise(17);
-  constexpr int kTrials = 1500, kPairs = 12;
+  constexpr int kTrials = 1500;
+  constexpr std::size_t kPairs = 12;
   constexpr double kConfidence = 0.99;
   // Equally noisy pairs; and four of twelve with three times the noise of the others.
   for (const double noisy : {0.1, 0.3}) {
@@ -166,7 +167,7 @@ TEST_CASE("a spread in common makes intervals of three rounds narrow, and they s
     for (int trial = 0; trial < kTrials; ++trial) {
       std::vector<std::vector<double>> pairs(kPairs);
       std::vector<Spread> spreads;
-      for (int at = 0; at < kPairs; ++at) {
+      for (std::size_t at = 0; at < kPairs; ++at) {
         for (int round = 0; round < 3; ++round)
           pairs[at].push_back(2 * noise.factor(at < kPairs / 3 ? noisy : 0.1));
         const double spread = compare_with_one(pairs[at]).spread;
