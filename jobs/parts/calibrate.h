@@ -11,7 +11,24 @@
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// Makes small parts of the plan beside `final_path` and removes them, for about two seconds.
+/// What a small part has and takes.
+struct Trial {
+  double points = 0, bytes = 0;
+  double begin_seconds = 0, compute_seconds = 0, write_seconds = 0;
+
+  double seconds() const { return compute_seconds + write_seconds; }
+  Trial operator-(const Trial& other) const {
+    return {points - other.points, bytes - other.bytes, begin_seconds - other.begin_seconds,
+            compute_seconds - other.compute_seconds, write_seconds - other.write_seconds};
+  }
+};
+
+/// The rates are of what `most` has and takes over `least`; the rest is the same for every part. At
+/// least a tenth of the seconds counts, because `least` may have been slowed by another program.
+MachineRates rates_of(const Trial& least, const Trial& most);
+
+/// Makes small parts of the plan beside `final_path` and removes them. Takes about two seconds, and
+/// what a few parts take whatever their size.
 /// `plan` has everything but its parts, and base.mesh is in `plan_directory`. Errors: as
 /// make_part().
 MachineRates measure_machine(const Directory& plan_directory, const PlanFile& plan,

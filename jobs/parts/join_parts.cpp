@@ -16,13 +16,12 @@
 #include "parts/done_file.h"
 #include "parts/join_pass.h"
 #include "parts/link_or_copy.h"
+#include "parts/part_blocks.h"
 #include "parts/plan_file.h"
 #include "parts/sealed_file.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 #include "plait/extend/parts.h"
-#include "plait/extend/store_access.h"
-#include "plait/verify.h"
 #include "store/joined_store.h"
 #include "store/left_overs.h"
 #include "store/lock.h"
@@ -107,12 +106,7 @@ class Join {
       link_or_copy(inside, tables_file_name(1, done.part), store);
       description.shards.push_back({plan_.plan.parts[done.part].first_edge, done.tables_checksum});
     }
-    const BaseMesh mesh =
-        read_base_mesh_file(base_, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
-    if (mesh.edge_count() != plan_.edge_count)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("join {}: expected {} edges, found {}", path_.native(),
-                              plan_.edge_count, mesh.edge_count()));
+    const BaseMesh mesh = read_base_mesh();
     std::vector<std::size_t> record_bytes;
     for (const AttributeRecord& attribute : description.attributes)
       record_bytes.push_back(attribute.schema.record_bytes());
@@ -127,6 +121,7 @@ class Join {
                    JoinResult& result) {
     const PassTarget target(path, plan_, path_);
     look_at_parts(result, target.description_seal());
+    if (options_.verify && !target.is_later()) verify_parts(target.blocks(backends), result);
     if (!result.missing.empty() || !result.bad.empty()) return;
     if (target.is_later()) {
       if (!target.is_made_of(parts_))
@@ -135,49 +130,60 @@ class Join {
                                 path_.native(), path.native(), plan_.version()));
       return;
     }
-    if (options_.verify)
-      for (const DoneFile& done : parts_) {
-        tell("verify", done.part);
-        try {
-          target.verify_part(directory_, done, backends);
-        } catch (const Error& error) {
-          if (error.code() != ErrorCode::kCorruption) throw;
-          bad(result, done.part, error.what());
-        }
-      }
-    if (!result.bad.empty()) return;
     target.commit(directory_, parts_, [&](std::uint32_t part) { tell("files", part); });
   }
 
-  /// Reads every block of the store.
-  void verify_store(const std::filesystem::path& path, const BackendRegistry& backends,
-                    JoinResult& result) {
+  /// Reads every block of the parts of a subdivision that are there.
+  void verify_parts(const BackendRegistry& backends, JoinResult& result) {
+    if (parts_.empty()) return;
+    const VersionDescription description =
+        decode_description(parts_.front().description, 1, directory_.path());
+    const RegisteredBackend& backend = backends.find(plan_.plan.backend);
+    backend.check_machine();
+    const EdgeShards shards(plan_.starts(), plan_.edge_count);
+    const BaseMesh mesh = read_base_mesh();
+    verify_parts(PartBlocks(plan_, mesh, description, shards, backend), result);
+  }
+
+  /// Compares the records of the store with the digests of the parts.
+  void compare_digest(const std::filesystem::path& path, const BackendRegistry& backends,
+                      const JoinResult& result) const {
     OpenOptions open;
     open.budget_bytes = options_.budget_bytes;
-    const Store store = Store::open(path, open, backends);
-    std::vector<std::uint32_t> parts;
-    const VerifyReport report = verify(store, options_.progress, [&](const BlockAddress& block) {
-      parts.push_back(StoreAccess::level_file(store, block.attribute, block.level)
-                          .geometry.shard_of_block(block.block));
-    });
-    std::ranges::sort(parts);
-    parts.erase(std::unique(parts.begin(), parts.end()), parts.end());
-    for (const std::uint32_t part : parts)
-      bad(result, part,
-          fmt::format("part {} has damaged blocks; plait part --again makes it anew", part));
-    if (!parts.empty()) return;
     DigestOptions how;
     how.progress = options_.progress;
-    if (const std::string found = digest(store, how).to_string(); found != result.digest)
+    if (const std::string found = digest(Store::open(path, open, backends), how).to_string();
+        found != result.digest)
       throw Error(ErrorCode::kCorruption,
                   fmt::format("join {}: the parts add up to digest {}, and the store has {}",
                               path_.native(), result.digest, found));
   }
 
  private:
+  BaseMesh read_base_mesh() const {
+    BaseMesh mesh =
+        read_base_mesh_file(base_, plan_.base_mesh, plan_.vertex_count, plan_.face_count);
+    if (mesh.edge_count() != plan_.edge_count)
+      throw Error(ErrorCode::kCorruption,
+                  fmt::format("join {}: expected {} edges, found {}", path_.native(),
+                              plan_.edge_count, mesh.edge_count()));
+    return mesh;
+  }
+  void verify_parts(const PartBlocks& blocks, JoinResult& result) const {
+    for (const DoneFile& done : parts_) {
+      tell("verify", done.part);
+      try {
+        blocks.read_all(directory_, done);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kIo) throw;
+        bad(result, done.part, error.what());
+      }
+    }
+  }
   static void bad(JoinResult& result, std::uint32_t part, std::string reason) {
-    result.bad.push_back(part);
-    result.reasons.push_back(std::move(reason));
+    const auto at = std::ranges::lower_bound(result.bad, part);
+    result.reasons.insert(result.reasons.begin() + (at - result.bad.begin()), std::move(reason));
+    result.bad.insert(at, part);
   }
   void tell(const char* phase, std::uint32_t part) const {
     if (options_.progress && !options_.progress({phase, part, plan_.plan.parts.size()}))
@@ -243,13 +249,13 @@ JoinResult join_parts(const std::filesystem::path& plan, const std::filesystem::
   const Existing existing = options.replace ? Existing::kReplace : Existing::kRefuse;
   PartialStore output(store, existing);
   join.look_at_parts(result);
+  if (options.verify) join.verify_parts(backends, result);
   if (!result.missing.empty() || !result.bad.empty()) return result;
   remove_left_overs_of(store, warn);
   build_output(output, [&] {
     join.make_store(output.make());
-    if (options.verify) join.verify_store(output.path(), backends, result);
+    if (options.verify) join.compare_digest(output.path(), backends, result);
   });
-  if (!result.bad.empty()) return result;
   if (options.concat) {
     ConversionRequest request;
     request.from = output.path();

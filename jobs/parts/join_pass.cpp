@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
-#include <memory>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -14,12 +11,9 @@
 #include "parts/link_or_copy.h"
 #include "parts/pass_store.h"
 #include "plait/error.h"
-#include "plait/extend/backend.h"
-#include "plait/extend/base_relative_level.h"
 #include "plait/extend/block_maker.h"
 #include "store/joined_store.h"
 #include "store/recovery.h"
-#include "store/shard_tables.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -46,16 +40,7 @@ PassTarget::PassTarget(const std::filesystem::path& store, const PlanFile& plan,
   next_ = check_pass_fits(plan_, version_, path);
   seal_ = seal_of(encode_description(next_));
   mesh_ = version_.read_base_mesh();
-  const EdgeShards shards = version_.shards();
-  for (const AttributeRecord& attribute : next_.attributes)
-    for (std::size_t at = 0; at < attribute.levels.size(); ++at) {
-      const BaseRelativeLevel level(static_cast<int>(at) + 1);
-      levels_.push_back(mesh_
-                            .geometry(level, attribute.schema.record_bytes(),
-                                      block_bytes_of_level(attribute.levels[at].pipeline,
-                                                           level.refinements, next_.block_bytes))
-                            .in_shards(shards));
-    }
+  shards_ = version_.shards();
 }
 
 bool PassTarget::is_made_of(const std::vector<DoneFile>& parts) const {
@@ -63,38 +48,8 @@ bool PassTarget::is_made_of(const std::vector<DoneFile>& parts) const {
                             &ShardRecord::tables_checksum);
 }
 
-void PassTarget::verify_part(const Directory& plan_directory, const DoneFile& part,
-                             const BackendRegistry& backends) const {
-  constexpr std::uint64_t kScratchBytes = 64u << 20;
-  const Directory inside(plan_directory, part.directory);
-  const std::unique_ptr<Volume> volume = version_.find_backend(backends).open({kScratchBytes, 1});
-  std::vector<LevelGeometry> alone;
-  for (const LevelGeometry& level : levels_) alone.push_back(level.shard(part.part));
-  const auto tables = read_shard_tables(inside, tables_file_name(plan_.version(), part.part),
-                                        plan_.plan.uuid, part.part, part.tables_checksum, alone);
-  std::size_t number = 0;
-  for (const AttributeRecord& attribute : next_.attributes) {
-    int level = next_.provenance.base_level;
-    for (const LevelRecord& record : attribute.levels) {
-      const std::size_t at = number++;
-      ++level;
-      if (attribute.number != plan_.of_pass.attribute_number) continue;
-      BlockTable table(plan_.plan.uuid, attribute.number, level, tables[at].size(),
-                       levels_[at].first_block(part.part));
-      std::ranges::copy(tables[at], table.entries().begin());
-      table.set_generations(record.generations);
-      LevelSpec spec{
-          inside,          level_file_name(attribute.number, level, plan_.version(), part.part),
-          OpenMode::kRead, alone[at],
-          table,           attribute.schema,
-          record.pipeline};
-      spec.surroundings = {mesh_.topology(), next_.provenance.base_level, {}, mesh_.positions()};
-      const std::unique_ptr<Backend> backend = volume->open_level(spec);
-      std::vector<std::byte> bytes(alone[at].max_block_bytes());
-      for (std::uint64_t block = 0; block < alone[at].block_count(); ++block)
-        backend->read({block, 1}, std::span(bytes).first(alone[at].block_bytes(block)));
-    }
-  }
+PartBlocks PassTarget::blocks(const BackendRegistry& backends) const {
+  return {plan_, mesh_, next_, shards_, version_.find_backend(backends)};
 }
 
 void PassTarget::commit(const Directory& plan_directory, const std::vector<DoneFile>& parts,

@@ -7,11 +7,12 @@
 
 #include "format/version_description.h"
 #include "parts/done_file.h"
+#include "parts/part_blocks.h"
 #include "parts/plan_file.h"
 #include "plait/base_mesh.h"
+#include "plait/detail/edge_shards.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/directory.h"
-#include "plait/extend/level_geometry.h"
 #include "plait/extend/parts.h"
 #include "store/lock.h"
 #include "store/stored_version.h"
@@ -34,9 +35,9 @@ class PassTarget {
   /// Whether these parts are the shards of the store's version. REQUIRES: is_later().
   bool is_made_of(const std::vector<DoneFile>& parts) const;
 
-  /// Reads all blocks of a part. Errors: kCorruption; kIo.
-  void verify_part(const Directory& plan_directory, const DoneFile& part,
-                   const BackendRegistry& backends) const;
+  /// The blocks that the parts make. This object must outlive them. Errors: as Store::open for the
+  /// backend.
+  PartBlocks blocks(const BackendRegistry& backends) const;
   /// Gives the files of the parts a name in the store, and commits. `tell` is called with the
   /// number of each part. Errors: kCorruption, kBusy, kIo, kNoSpace; those of `tell`.
   void commit(const Directory& plan_directory, const std::vector<DoneFile>& parts,
@@ -50,7 +51,7 @@ class PassTarget {
   VersionDescription next_;
   std::vector<std::byte> seal_;
   BaseMesh mesh_;
-  std::vector<LevelGeometry> levels_;  ///< of all attributes of the next version, in shards
+  EdgeShards shards_;
 };
 
 PLAIT_END_NAMESPACE

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "parts/calibrate.h"
 #include "plait/base_mesh.h"
 #include "plait/extend/edge_index.h"
 #include "support/test_meshes.h"
@@ -104,6 +105,21 @@ TEST_CASE("CutEdges_AMillionParts_HaveOneOrTwoEdges") {
   for (std::size_t at = 1; at < starts.size(); ++at)
     longest = std::max(longest, starts[at] - starts[at - 1]);
   CHECK(longest == 2);
+}
+
+// A part of one edge over a large base mesh takes seconds that say nothing of larger parts.
+TEST_CASE("RatesOf_AMachineThatTakesTheSameForEachPart_TellItApart") {
+  constexpr double kBegin = 0.4, kSame = 0.5, kPointsPerSecond = 3e7, kBytesPerSecond = 4e8;
+  const auto trial = [&](double points, double bytes) {
+    return Trial{points, bytes, kBegin, kSame + points / kPointsPerSecond, bytes / kBytesPerSecond};
+  };
+  const MachineRates rates = rates_of(trial(1e6, 4e6), trial(4e7, 2e8));
+  CHECK(rates.points_per_second == Approx(kPointsPerSecond));
+  CHECK(rates.bytes_per_second == Approx(kBytesPerSecond));
+  CHECK(rates.begin_seconds == Approx(kBegin + kSame));
+  Trial slowed = trial(1e6, 4e6);
+  slowed.compute_seconds = slowed.write_seconds = 100;
+  CHECK(rates_of(slowed, trial(4e7, 2e8)).points_per_second <= 4e7 / (kSame / 10));
 }
 
 }  // namespace plait::test

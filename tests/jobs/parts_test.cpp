@@ -471,6 +471,15 @@ TEST_CASE("Join_PartsMissingOrWrong_NamesThemByNumber") {
     const JoinResult joined = join(plan, here.path() / "s.plait", options);
     CHECK(joined.bad == Numbers{5});
     CHECK_FALSE(fs::exists(here.path() / "s.plait"));
+    SECTION("while other parts are missing or bad") {
+      fs::remove(plan / "done.2");
+      forge(plan / "done.3", "part.3-", "part.3/");
+      const JoinResult early = join(plan, here.path() / "s.plait", options);
+      CHECK(early.missing == Numbers{2});
+      REQUIRE(early.bad == Numbers{3, 5});
+      CHECK_THAT(early.reasons[0], Catch::Contains("the directory is part."));
+      CHECK_THAT(early.reasons[1], Catch::Contains("attribute0.level02.1.shard5"));
+    }
   }
   SECTION("the base mesh is another one") {
     std::string bytes = bytes_of(plan / "base.mesh");

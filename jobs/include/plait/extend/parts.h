@@ -61,7 +61,7 @@ struct PartsRequest {
 struct MachineRates {
   double points_per_second = 0;  ///< vertices of refined faces; one counts in each of its faces
   double bytes_per_second = 0;   ///< written to the plan's file system and synced
-  double begin_seconds = 0;      ///< that each part takes to read the base mesh
+  double begin_seconds = 0;      ///< that each part takes whatever its size, e.g. for the base mesh
 };
 
 /// One part of a plan. Seconds are an estimate for one thread.
