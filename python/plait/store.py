@@ -500,20 +500,26 @@ def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout=No
         raise InvalidArgument(f"dtype: expected float32 or float64, found {np.dtype(dtype)}")
     if path is None and backend is None:
         backend = "memory"
-    with Watch("create") as watch:
-        options = types.plait_store_options(
-            backend=text(backend), pipeline=text(pipeline), layout=text(layout),
-            block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
-            warn=watch.warning(warn), base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
-            position_type=position, durability=0)
-        address = c_void_p()
-        LIBRARY.plait_store_create(b"" if path is None else _functions.path(path),
-                                   vertices.ctypes.data, len(vertices), faces.ctypes.data,
-                                   len(faces), byref(options), byref(address))
-        store = Store(_handles.store(address.value))
-    if path is not None:
-        store.commit()
-    return store
+    store = None
+    try:
+        with Watch("create") as watch:
+            options = types.plait_store_options(
+                backend=text(backend), pipeline=text(pipeline), layout=text(layout),
+                block_bytes=_memory.bytes_of(block_bytes), budget_bytes=_memory.bytes_of(memory),
+                warn=watch.warning(warn), base_level=base_level, io_threads=types.AUTOMATIC_THREADS,
+                position_type=position, durability=0)
+            address = c_void_p()
+            LIBRARY.plait_store_create(b"" if path is None else _functions.path(path),
+                                       vertices.ctypes.data, len(vertices), faces.ctypes.data,
+                                       len(faces), byref(options), byref(address))
+            store = Store(_handles.store(address.value))
+        if path is not None:
+            store.commit()
+        return store
+    except BaseException:  # what warn() raises comes when there is a store already
+        if store is not None:
+            store.close()  # removes the directory, which has no commit
+        raise
 
 
 def triangles(level, base_level=0):

@@ -173,8 +173,10 @@ def test_what_changes_in_a_mesh_is_a_warning_and_exceptions_of_warn_come_out(tmp
     with pytest.raises(KeyboardInterrupt):
         plait.subdivide(mesh, tmp_path / "n.plait", 4, warn=interrupt)
     assert sorted(os.listdir(tmp_path)) == ["m.ply", "o.plait"]
-    with pytest.raises(KeyboardInterrupt):
-        plait.create(np.concatenate([vertices, [[5, 5, 5]]]), faces, warn=interrupt)
+    for path in (None, tmp_path / "c.plait"):
+        with pytest.raises(KeyboardInterrupt):
+            plait.create(np.concatenate([vertices, [[5, 5, 5]]]), faces, path, warn=interrupt)
+    assert sorted(os.listdir(tmp_path)) == ["m.ply", "o.plait"]
 
 
 def test_verify_reports_damage_with_its_place(tmp_path):
