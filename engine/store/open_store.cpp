@@ -156,7 +156,7 @@ void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) 
 void Store::Implementation::make_ready() {
   const auto processors =
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-  const int io_threads = options.io_threads.value_or(backend.traits.compressed ? processors : 1);
+  const int io_threads = options.io_threads.value_or(processors);
   open_volume(std::max(processors, io_threads));
   StoreEvents of_blocks = options.events;
   if (of_blocks.call)

@@ -43,8 +43,7 @@ struct StoreOptions {
   /// For frames and for scratch memory of the backend; at least 64 KiB.
   std::uint64_t budget_bytes = 256u << 20;
   /// The number of threads that prefetch blocks and write dirty ones, 0 to 64. With 0, each
-  /// transfer runs in the thread that needs it. Not set: one thread, or one for each processor if
-  /// the backend compresses.
+  /// transfer runs in the thread that needs it. Not set: one for each processor.
   std::optional<int> io_threads = {};
   /// If it is set, `budget_bytes` are a part of it (plait/extend/budget.h).
   std::shared_ptr<Budget> budget = {};
