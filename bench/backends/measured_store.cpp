@@ -108,24 +108,24 @@ SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int leve
           (difference & 1) != 0};
 }
 
-std::string sweep_digest(Store& store, int first, int last, int threads) {
+std::string sweep_digest(Store& store, const Cell& cell) {
   struct alignas(64) Sum {
     std::uint64_t value = 0;
     bool torn = false;
   };
-  std::vector<Sum> sums(static_cast<std::size_t>(threads));
+  std::vector<Sum> sums(static_cast<std::size_t>(cell.threads));
   SweepPass pass;
   pass.name = "read";
-  pass.accesses = {{store.attribute(kAttribute), first, last, Access::kRead, Reach::kOwn}};
+  pass.accesses = {{store.attribute(kAttribute), 1, cell.levels, Access::kRead, Reach::kOwn}};
   pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
     Sum& sum = sums[static_cast<std::size_t>(worker)];
-    for (int level = first; level <= last; ++level) {
+    for (int level = 1; level <= cell.levels; ++level) {
       const SlotHash hash = slot_hash(view.slot(0, level, edge).bytes, edge, level);
       sum.value += hash.value;
       sum.torn = sum.torn || hash.torn;
     }
   };
-  sweep(store, pass, {.threads = threads});
+  sweep(store, pass, {.threads = cell.threads});
   Sum all;
   for (const Sum& sum : sums) {
     all.value += sum.value;
@@ -181,24 +181,6 @@ nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, doubl
     object["device_written"] = device.bytes_written;
   }
   return object;
-}
-
-nlohmann::ordered_json update_all(Store& store, const WorkloadRun& run, const Stopwatch& clock) {
-  SweepPass pass;
-  pass.name = "update";
-  pass.accesses = {{store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
-  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-    for (int level = 1; level <= run.cell.levels; ++level)
-      for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
-  };
-  sweep(store, pass, {.threads = run.cell.threads});
-  const double swept = clock.seconds();
-  store.commit();
-  const double seconds = clock.seconds();
-  nlohmann::ordered_json result = counted(store, run, seconds, seconds - swept);
-  result["needed_read"] = run.cell.raw_bytes();
-  result["needed_written"] = run.cell.raw_bytes();
-  return result;
 }
 
 }  // namespace plait::bench

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "backends/workloads.h"
-#include "base/stopwatch.h"
 #include "plait/extend/sweep.h"
 #include "plait/store.h"
 
@@ -40,12 +39,9 @@ struct SlotHash {
 };
 SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level);
 
-/// Turns the lowest bit of each number of all levels in a sweep, and commits. `clock` has run since
-/// the work began. Returns what counted() does.
-nlohmann::ordered_json update_all(Store& store, const WorkloadRun& run, const Stopwatch& clock);
-
-/// Adds up the hashes of the slots of levels `first` to `last` in a sweep.
-std::string sweep_digest(Store& store, int first, int last, int threads);
+/// The digest of all slots of the cell's levels, whichever way the lowest bits are turned, by a
+/// sweep; "torn" if they are turned in one part of a slot and not in another.
+std::string sweep_digest(Store& store, const Cell& cell);
 
 /// The member `latencies` of a record: count and quantiles. null if there was no request.
 nlohmann::ordered_json latencies_to_json(std::vector<double> seconds);

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "backends/measured_store.h"
+#include "base/stopwatch.h"
 #include "instrument/random_faces.h"
 #include "plait/reader.h"
 
@@ -17,7 +18,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Position = Vector3<float>;
-using instrument::draw_faces;
 
 /// A slow disk serves so many in a second or two; on a fast one the run is repeated.
 constexpr std::size_t kRequests = 160;
@@ -88,74 +88,23 @@ nlohmann::ordered_json result_of(const Store& store, const WorkloadRun& run, dou
   return result;
 }
 
-nlohmann::ordered_json read_drawn(const WorkloadRun& run, bool zipf) {
+}  // namespace
+
+nlohmann::ordered_json patch_random(const WorkloadRun& run) {
   const Store store = open_for_reading(run);
   const Reader reader(store, {.attributes = {kAttribute}});
   const std::size_t count =
       run.cell.rate > 0
           ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
           : kRequests;
-  const Requests done =
-      read_patches(reader, draw_faces(zipf, store.base().face_count(), count, run.seed), run.cell);
+  const Requests done = read_patches(
+      reader, instrument::draw_faces(false, store.base().face_count(), count, run.seed), run.cell);
   nlohmann::ordered_json result = result_of(store, run, done.seconds);
   result["latencies"] = latencies_to_json(done.latencies);
   if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
-  result["digest"] = {
-      {"of", fmt::format("{} {} patches of {}, seed {}", count, zipf ? "Zipf" : "uniform",
-                         surface_name(run.cell), run.seed)},
-      {"value", fmt::format("{:016x}", done.sum)}};
-  return result;
-}
-
-}  // namespace
-
-nlohmann::ordered_json patch_random(const WorkloadRun& run) { return read_drawn(run, false); }
-nlohmann::ordered_json patch_zipf(const WorkloadRun& run) { return read_drawn(run, true); }
-
-nlohmann::ordered_json box(const WorkloadRun& run) {
-  constexpr int kBoxes = 10;
-  const Store store = open_for_reading(run);
-  const Reader reader(store, {.attributes = {kAttribute}});
-  Vector3<double> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const auto& position : store.base().positions()) {
-    low = {std::min<double>(low.x, position.x), std::min<double>(low.y, position.y),
-           std::min<double>(low.z, position.z)};
-    high = {std::max<double>(high.x, position.x), std::max<double>(high.y, position.y),
-            std::max<double>(high.z, position.z)};
-  }
-  const Vector3<double> half{(high.x - low.x) / 40, (high.y - low.y) / 40, (high.z - low.z) / 40};
-  const std::vector<FaceId> centres =
-      draw_faces(false, store.base().positions().size(), kBoxes, run.seed);
-  std::vector<double> latencies;
-  std::uint64_t sum = 0;
-  const Stopwatch clock;
-  for (const FaceId vertex : centres) {
-    const Clock::time_point since = Clock::now();
-    const auto& c = store.base().positions()[vertex];
-    double seconds = 0;
-    for (const FaceId face : reader.faces_in_box({{c.x - half.x, c.y - half.y, c.z - half.z},
-                                                  {c.x + half.x, c.y + half.y, c.z + half.z}}))
-      sum += read_and_hash(reader, face, run.cell.levels, seconds, since);
-    latencies.push_back(std::chrono::duration<double>(Clock::now() - since).count());
-  }
-  nlohmann::ordered_json result = result_of(store, run, clock.seconds());
-  result["latencies"] = latencies_to_json(latencies);
-  result["digest"] = {
-      {"of", fmt::format("{} boxes of {}, seed {}", kBoxes, surface_name(run.cell), run.seed)},
-      {"value", fmt::format("{:016x}", sum)}};
-  return result;
-}
-
-nlohmann::ordered_json open_store(const WorkloadRun& run) {
-  const Clock::time_point since = Clock::now();
-  const Store store = open_for_reading(run);
-  const Reader reader(store, {.attributes = {kAttribute}});
-  double seconds = 0;
-  const FaceId face = draw_faces(false, store.base().face_count(), 1, run.seed)[0];
-  const std::uint64_t sum = read_and_hash(reader, face, run.cell.levels, seconds, since);
-  nlohmann::ordered_json result = result_of(store, run, seconds);
-  result["digest"] = {{"of", fmt::format("face {} of {}", face, surface_name(run.cell))},
-                      {"value", fmt::format("{:016x}", sum)}};
+  result["digest"] = {{"of", fmt::format("{} uniform patches of {}, seed {}", count,
+                                         surface_name(run.cell), run.seed)},
+                      {"value", fmt::format("{:016x}", done.sum)}};
   return result;
 }
 
@@ -178,46 +127,6 @@ nlohmann::ordered_json scan_export(const WorkloadRun& run) {
   result["needed_read"] = needed;
   result["digest"] = {{"of", "export of " + surface_name(run.cell)},
                       {"value", fmt::format("{:016x}", sum)}};
-  return result;
-}
-
-nlohmann::ordered_json mixed(const WorkloadRun& run) {
-  OpenOptions options;
-  options.writable = true;
-  options.budget_bytes = run.cell.budget_bytes / 2;
-  WorkloadRun half = run;
-  half.cell.budget_bytes = options.budget_bytes;
-  const Store read = open_for_reading(half);
-  const Reader reader(read, {.attributes = {kAttribute}});
-  const std::vector<FaceId> faces = draw_faces(false, read.base().face_count(), 4096, run.seed);
-  std::vector<double> latencies;
-  std::exception_ptr failure;
-  std::atomic<bool> written = false;
-  const Stopwatch clock;
-  nlohmann::ordered_json result;
-  {
-    Store store = Store::open(run.store, options, *run.backends);
-    const std::jthread other([&] {
-      try {
-        double seconds = 0;
-        for (std::size_t at = 0; !written; at = (at + 1) % faces.size()) {
-          read_and_hash(reader, faces[at], run.cell.levels, seconds, Clock::now());
-          latencies.push_back(seconds);
-        }
-      } catch (...) {
-        failure = std::current_exception();
-      }
-    });
-    struct End {
-      std::atomic<bool>& flag;
-      ~End() { flag = true; }
-    } const end{written};
-    result = update_all(store, run, clock);
-  }
-  if (failure) std::rethrow_exception(failure);
-  result["latencies"] = latencies_to_json(latencies);
-  result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
-                      {"value", surface_digest(run.store, run)}};
   return result;
 }
 

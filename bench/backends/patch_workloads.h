@@ -12,10 +12,6 @@ namespace plait::bench {
 /// one, requests are due at fixed instants, and a latency counts from there: a stall is in the
 /// latency of all requests that waited behind it.
 nlohmann::ordered_json patch_random(const WorkloadRun& run);
-nlohmann::ordered_json patch_zipf(const WorkloadRun& run);
-nlohmann::ordered_json box(const WorkloadRun& run);
-nlohmann::ordered_json open_store(const WorkloadRun& run);
 nlohmann::ordered_json scan_export(const WorkloadRun& run);
-nlohmann::ordered_json mixed(const WorkloadRun& run);
 
 }  // namespace plait::bench

@@ -226,9 +226,7 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
                   cell.mesh = request.mesh->name;
                   cell.mesh_file = request.mesh->file;
                 }
-                cell.durable = true;
-                if (workload == "patch-random" || workload == "patch-zipf")
-                  cell.rate = request.rate;
+                if (workload == "patch-random") cell.rate = request.rate;
                 cells.add(std::move(cell));
               }
   add_costs(request, plan);

@@ -180,7 +180,6 @@ class Runner {
       if (const Workload& workload = workload_from_name(cell.workload);
           workload.changes_store || workload.makes_store) {
         prepared_.erase(run.store);
-        bounded_.erase(run.store);
         std::error_code ignored;
         fs::remove_all(run.store, ignored);
       }
@@ -234,8 +233,7 @@ class Runner {
   }
 
   void prepare(const WorkloadRun& run) {
-    const bool has_bounds = run.cell.workload == "box";
-    if (prepared_.contains(run.store) && (!has_bounds || bounded_.contains(run.store))) return;
+    if (prepared_.contains(run.store)) return;
     fs::remove_all(run.store);
     instrument::in_own_process([&]() -> nlohmann::json {
       WorkloadRun unlimited = run;
@@ -245,7 +243,6 @@ class Runner {
       return true;
     });
     prepared_.insert(run.store);
-    if (has_bounds) bounded_.insert(run.store);
   }
 
   void add_floor_of(const Cell& cell, const Workload& workload,
@@ -279,7 +276,7 @@ class Runner {
   std::map<std::uint64_t, ControlledLimit> limits_;
   std::set<std::pair<std::string, int>> done_;
   std::set<std::string> settled_;  ///< keys that need no more rounds
-  std::set<fs::path> prepared_, bounded_;
+  std::set<fs::path> prepared_;
   RoundFloors floors_;
 };
 

@@ -7,24 +7,24 @@
 
 #include "backends/measured_store.h"
 #include "backends/patch_workloads.h"
-#include "plait/bounds.h"
+#include "base/stopwatch.h"
 #include "plait/digest.h"
 #include "plait/error.h"
-#include "plait/extend/file.h"
 #include "plait/extend/store_access.h"
+#include "plait/extend/sweep.h"
 #include "plait/subdivide.h"
 
 namespace plait::bench {
 namespace {
 
-namespace fs = std::filesystem;
-
-nlohmann::ordered_json build_by(const WorkloadRun& run, ExecutorKind executor) {
+nlohmann::ordered_json build(const WorkloadRun& run) {
   const LaidOutMesh base = base_mesh(run.cell);
   const Stopwatch clock;
   Store store = Store::create(run.store, base, options_of_new_store(run), *run.backends);
   add_base_positions(store);
-  subdivide(store, {.executor = executor, .levels = run.cell.levels, .threads = run.cell.threads});
+  subdivide(
+      store,
+      {.executor = ExecutorKind::kFused, .levels = run.cell.levels, .threads = run.cell.threads});
   encode_anew(run, store);
   const double made = clock.seconds();
   store.commit();
@@ -40,37 +40,22 @@ nlohmann::ordered_json build_by(const WorkloadRun& run, ExecutorKind executor) {
   return result;
 }
 
-nlohmann::ordered_json build(const WorkloadRun& run) { return build_by(run, ExecutorKind::kFused); }
-nlohmann::ordered_json passes(const WorkloadRun& run) {
-  return build_by(run, ExecutorKind::kSweep);
-}
-
-nlohmann::ordered_json read_levels(const WorkloadRun& run, int last) {
+nlohmann::ordered_json sweep_read(const WorkloadRun& run) {
   const Stopwatch clock;
   Store store = open_for_reading(run);
+  const std::string digest = sweep_digest(store, run.cell);
+  nlohmann::ordered_json result = counted(store, run, clock.seconds());
   std::uint64_t needed = 0;
-  for (int level = 1; level <= last; ++level)
+  for (int level = 1; level <= run.cell.levels; ++level)
     needed +=
         StoreAccess::level_file(store, store.attribute(kAttribute), level).geometry.total_bytes();
-  const std::string digest = sweep_digest(store, 1, last, run.cell.threads);
-  nlohmann::ordered_json result = counted(store, run, clock.seconds());
   result["needed_read"] = needed;
   result["needed_written"] = 0;
-  result["digest"] = {
-      {"of", last == run.cell.levels ? "surface of " + surface_name(run.cell)
-                                     : fmt::format("levels 1 to {} of the surface of {}", last,
-                                                   surface_name(run.cell))},
-      {"value", digest}};
+  result["digest"] = {{"of", "surface of " + surface_name(run.cell)}, {"value", digest}};
   return result;
 }
 
-nlohmann::ordered_json sweep_read(const WorkloadRun& run) {
-  return read_levels(run, run.cell.levels);
-}
-nlohmann::ordered_json coarse(const WorkloadRun& run) {
-  return read_levels(run, std::max(1, run.cell.levels - 2));
-}
-
+/// Turns the lowest bit of each number of all levels, and commits.
 nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
   OpenOptions options;
   options.writable = true;
@@ -79,10 +64,24 @@ nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
   {
     const Stopwatch clock;
     Store store = Store::open(run.store, options, *run.backends);
-    result = update_all(store, run, clock);
+    SweepPass pass;
+    pass.name = "update";
+    pass.accesses = {
+        {store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
+    pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
+      for (int level = 1; level <= run.cell.levels; ++level)
+        for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
+    };
+    sweep(store, pass, {.threads = run.cell.threads});
+    const double swept = clock.seconds();
+    store.commit();
+    const double seconds = clock.seconds();
+    result = counted(store, run, seconds, seconds - swept);
   }
+  result["needed_read"] = result["needed_written"] = run.cell.raw_bytes();
+  Store written = open_for_reading(run);
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
-                      {"value", surface_digest(run.store, run)}};
+                      {"value", sweep_digest(written, run.cell)}};
   return result;
 }
 
@@ -90,26 +89,14 @@ using instrument::FloorKind;
 constexpr std::array kWorkloads = {
     Workload{"build", "make all levels from the base mesh (fused), durable", FloorKind::kWrite,
              true, false, false, build},
-    Workload{"passes", "the same in several passes a level, as in the paper", FloorKind::kWrite,
-             true, false, false, passes},
     Workload{"sweep-read", "read all levels in order", FloorKind::kRead, false, true, false,
              sweep_read},
     Workload{"sweep-update", "read and overwrite all levels, durable", FloorKind::kUpdate, false,
              true, true, sweep_update},
     Workload{"scan-export", "read all vertices level by level, as an export does", FloorKind::kRead,
              false, true, false, scan_export},
-    Workload{"coarse", "read the levels up to the last but two", FloorKind::kRead, false, false,
-             false, coarse},
     Workload{"patch-random", "read patches, all equally likely; with --rate an open loop",
              FloorKind::kRandomRead, false, false, false, patch_random},
-    Workload{"patch-zipf", "the same, few of them often (Zipf)", FloorKind::kRandomRead, false,
-             false, false, patch_zipf},
-    Workload{"box", "find and read the patches in boxes", FloorKind::kRandomRead, false, false,
-             false, box},
-    Workload{"open", "open the store and read the first patch", FloorKind::kRandomRead, false,
-             false, false, open_store},
-    Workload{"mixed", "read patches while a writer updates all levels and commits",
-             FloorKind::kUpdate, false, false, true, mixed},
 };
 
 }  // namespace
@@ -150,14 +137,6 @@ void prepare_store(const WorkloadRun& run) {
   encode_anew(run, store);
   store.commit();
   store.close();
-  if (run.cell.workload == "box") write_bounds(open_for_reading(run));
-}
-
-std::string surface_digest(const fs::path& path, const WorkloadRun& run) {
-  WorkloadRun of = run;
-  of.store = path;
-  Store store = open_for_reading(of);
-  return sweep_digest(store, 1, run.cell.levels, run.cell.threads);
 }
 
 }  // namespace plait::bench

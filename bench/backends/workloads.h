@@ -18,7 +18,7 @@ namespace plait::bench {
 
 struct WorkloadRun {
   Cell cell;
-  std::filesystem::path store;  ///< prepared; of `build` and `passes`, the place of a new one
+  std::filesystem::path store;  ///< prepared; of `build`, the place of a new one
   std::uint64_t seed = 1;       ///< draws patches; the same for all cells of a round
   const BackendRegistry* backends = nullptr;
   std::uint64_t codec_before_ns = 0;            ///< codec_nanoseconds() when the run began
@@ -47,9 +47,5 @@ const Workload& workload_from_name(std::string_view name);
 /// last bits of the positions, as scans have it. The bits are equal for all backends. The lowest
 /// bit of each number is 0: `sweep-update` turns it. Errors: those of Store::create() and sweep().
 void prepare_store(const WorkloadRun& run);
-
-/// The digest of all slots, whichever way the lowest bits are turned; "torn" if they are turned in
-/// one part of a slot and not in another.
-std::string surface_digest(const std::filesystem::path& path, const WorkloadRun& run);
 
 }  // namespace plait::bench

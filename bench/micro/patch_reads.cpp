@@ -1,6 +1,6 @@
 // How long does a program wait for a patch that is in memory, compared with a plain copy of as many
 // bytes out of a mapped file? (Patches that come from a disk: plait bench run --workload
-// patch-random,patch-zipf.)
+// patch-random.)
 //
 //   plait_bench_patch_reads [--level 5] [--refinements 5] [--backend pread,mmap] [--threads 1,2,8]
 //                           [--budget MIB] [--reads 20000] [--runs 5] [--directory .]
