@@ -18,7 +18,6 @@
 #include "instrument/environment.h"
 #include "instrument/scratch_directory.h"
 #include "interrupt.h"
-#include "plait/error.h"
 
 namespace plait {
 namespace {
@@ -34,12 +33,7 @@ int run_floors(const BenchFloorsArguments& arguments, const CommandContext& cont
   if (directories.empty()) directories = {"."};
   std::vector<nlohmann::ordered_json> floors;
   for (const std::filesystem::path& directory : directories) {
-    const instrument::DiskFacts facts = instrument::disk_facts(directory);
-    if (2 * arguments.floor_bytes > instrument::usable_bytes(facts))
-      throw Error(ErrorCode::kNoSpace,
-                  fmt::format("measure {}: a tenth of the disk must stay free; give a smaller "
-                              "--bytes",
-                              directory.native()));
+    instrument::require_space(directory, 2 * arguments.floor_bytes);
     const instrument::ScratchDirectory scratch(directory);
     for (nlohmann::ordered_json& floor :
          bench::measure_floors(scratch.path(), arguments.floor_bytes, arguments.block_bytes,

@@ -30,7 +30,6 @@ struct PaperArguments {
   paper::ReportRequest request;
   std::vector<std::string> memory;
   fs::path markdown, pictures;
-  std::string remark;
   bool no_runs = false, force = false;
 };
 
@@ -71,19 +70,18 @@ int run_paper(const PaperArguments& arguments, const CommandContext& context) {
       },
       scratch.path());
   progress.clear();
-  report["remark"] = arguments.remark;
 
   const instrument::Page chapter = paper::make_chapter(report);
   const bool interrupted = report["interrupted"].get<bool>();
   if (!arguments.markdown.empty()) {
     const fs::path directory = arguments.markdown.parent_path();
-    const std::string text = chapter.markdown(directory.empty() ? "." : directory);
+    const std::string text = to_markdown(chapter, directory.empty() ? "." : directory);
     PartialFile output(arguments.markdown,
                        arguments.force ? Existing::kReplace : Existing::kRefuse);
     build_output(output, [&] { output.file().write_at(0, std::as_bytes(std::span(text))); });
     output.publish();
   }
-  print(context.json ? report.dump(2) + "\n" : chapter.text());
+  print(context.json ? report.dump(2) + "\n" : to_text(chapter));
   if (interrupted) return kExitSignalBase + interrupt_signal();
   return report["failed"].get<bool>() ? kExitFailed : kExitDone;
 }
@@ -132,7 +130,6 @@ void add_output(CommandLine& command, PaperArguments& arguments) {
           "--pictures", arguments.pictures,
           "Draw the figures into DIR; default with --markdown: images beside it, made if absent")
       ->type_name("DIR");
-  command.add_option("--remark", arguments.remark, "A sentence for the chapter, about the machine");
   command.add_flag("--force", arguments.force, "Replace NAME.md if it exists");
 }
 

@@ -175,7 +175,11 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   report["made_by"] = command_text();
   report["date"] = instrument::date_text();
   report["environment"] = instrument::environment(instrument::disk_facts(directory_of(arguments)));
-  if (!arguments.html.empty()) write_page(arguments, tune::to_html(findings, decision, report));
+  if (!arguments.html.empty())
+    write_page(arguments, tune::to_html(findings, decision,
+                                        fmt::format("{} · {} · {}", instrument::date_text(),
+                                                    instrument::machine_text(report["environment"]),
+                                                    command_text())));
   if (!context.json) print(tune::to_text(findings, decision));
   if (arguments.apply && !findings.is_interrupted)
     report["applied"] = apply(arguments, context, findings.choices[decision.pick]);

@@ -19,7 +19,7 @@ nlohmann::ordered_json to_json(const Cell& cell) {
                                    {"ratio", ratio},
                                    {"block_bytes", cell.block_bytes},
                                    {"threads", cell.threads},
-                                   {"durable", cell.durable},
+                                   {"durable", true},
                                    {"rate", nullptr}};
   if (!cell.mesh.empty()) object["mesh"] = cell.mesh;
   if (cell.rate > 0) object["rate"] = cell.rate;

@@ -68,14 +68,13 @@ ordered_json to_json(const SetComparison& comparison) {
 }
 
 std::string to_text(const SetComparison& comparison) {
-  std::string text;
-  if (!comparison.strata.empty()) text += to_text(table_of(comparison.strata, "stratum")) + "\n";
-  text += to_text(table_of(comparison.cells, "cell")) + "\n";
-  text += instrument::printable(comparison.verdict) + "\n";
-  if (!comparison.doubts.empty()) text += "doubts:\n";
-  for (const std::string& doubt : comparison.doubts)
-    text += "  - " + instrument::printable(doubt) + "\n";
-  return text;
+  using instrument::Tone;
+  instrument::Page page;
+  if (!comparison.strata.empty()) page.add(table_of(comparison.strata, "stratum"));
+  page.add(table_of(comparison.cells, "cell"));
+  page.add(instrument::Verdict{comparison.verdict, Tone::kPlain});
+  page.add(instrument::List{comparison.doubts, Tone::kDoubt});
+  return to_text(page);
 }
 
 }  // namespace plait::bench

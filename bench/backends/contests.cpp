@@ -1,5 +1,3 @@
-#include "backends/contests.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +7,8 @@
 #include <optional>
 #include <span>
 #include <tuple>
+
+#include "backends/findings.h"
 
 namespace plait::bench {
 namespace {

@@ -1,5 +1,3 @@
-#include "backends/doubts.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "backends/findings.h"
 #include "instrument/surroundings.h"
 
 namespace plait::bench {

@@ -6,8 +6,6 @@
 #include <map>
 #include <unordered_map>
 
-#include "backends/contests.h"
-#include "backends/doubts.h"
 #include "backends/first_screen.h"
 #include "base/byte_text.h"
 
@@ -148,7 +146,6 @@ Findings find(const RunSet& set) {
   findings.doubts.insert(findings.doubts.end(), doubts.spoiling.begin(), doubts.spoiling.end());
   findings.spoiling = findings.doubts.size();
   findings.doubts.insert(findings.doubts.end(), doubts.others.begin(), doubts.others.end());
-  findings.doubtful = !findings.doubts.empty();
   return findings;
 }
 

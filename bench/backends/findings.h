@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -63,7 +64,6 @@ struct Findings {
   std::vector<Contest> contests;
   std::string verdict;  ///< one sentence
   bool failed = false;  ///< digests differ: no figure counts
-  bool doubtful = false;
   std::vector<std::string> doubts;
   /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold.
   std::size_t spoiling = 0;
@@ -71,6 +71,28 @@ struct Findings {
 
 /// The runs by key, in the order in which the keys first come.
 std::vector<CellFigures> cells_of(const RunSet& set);
+
+/// The cells grouped by disk, work, size and memory, ranked, and compared with the fastest of their
+/// group: paired by round, on the logarithms of seconds. The three answers are corrected for how
+/// many comparisons there are, and for the choice of the fastest among many. A cell of which a run
+/// failed is not ranked: its outcome is in the table, and nobody should use it. Pinned by
+/// tests/bench/backends/report_test.cpp.
+std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells);
+
+/// The keys of cells that need no more rounds: those shown to be slower than the fastest by a fifth
+/// after four rounds, and those of groups in which each other cell is such a one, or known within 5
+/// %. Nothing here depends on which answer came out, so leaving early makes no answer likelier.
+std::set<std::string> settled_keys(const RunSet& set);
+
+/// What limits the trust in a set of runs. Records hold figures and proofs, and no judgement: each
+/// doubt, with its threshold, is found in doubts.cpp and nowhere else.
+struct DoubtLines {
+  /// Those that spoil every figure: the page cache may have served the runs. They stand before a
+  /// table, the others after it.
+  std::vector<std::string> spoiling, others;
+};
+
+DoubtLines doubts_of(const RunSet& set, const std::vector<CellFigures>& cells);
 
 /// REQUIRES: `set` has a run.
 Findings find(const RunSet& set);
@@ -84,12 +106,8 @@ std::string survival_of(const CellFigures& figures);
 /// "1.4 to 1.7 times as long", "equal within 5 %", or "not decided".
 std::string answer_text(const Rival& rival);
 
-/// Findings as JSON: {verdict, failed, doubts, cells, comparisons, runs, skipped}.
+/// Findings as JSON: {verdict, advice, failed, doubts, cells, comparisons, runs, skipped}.
 nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings);
-
-/// What a terminal shows: the doubts that spoil everything, the first screen (first_screen.h), the
-/// other doubts, and the figures of the cells if they are few.
-std::string to_text(const RunSet& set, const Findings& findings);
 
 /// Pairs of runs whose digests have to be equal and are not, as lines. `set` may hold the runs of
 /// several files.

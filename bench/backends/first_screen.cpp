@@ -147,8 +147,7 @@ std::string verdict_of(const Findings& findings) {
   const auto all = std::ranges::count_if(findings.contests, has_something_to_compare);
   const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
   if (all == 0) return "There is one way only, and nothing to compare it with.";
-  return fmt::format("{} of {} comparison{} decided. {}{}", decided, all,
-                     all == 1 ? " is" : "s are", fmt::join(advice_of(findings), " "),
+  return fmt::format("{} of {} comparison{} decided.{}", decided, all, all == 1 ? " is" : "s are",
                      text_about_auto(findings));
 }
 

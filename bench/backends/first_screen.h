@@ -23,7 +23,7 @@ std::vector<std::string> advice_of(const Findings& findings);
 /// scan-export on ext4 (uring)." Empty if no run was of `auto`'s choice.
 std::string text_about_auto(const Findings& findings);
 
-/// "41 of 60 comparisons are decided." and the advice.
+/// "41 of 60 comparisons are decided.", and how good `auto` is.
 std::string verdict_of(const Findings& findings);
 
 }  // namespace plait::bench

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 
+#include "backends/round_floors.h"
 #include "instrument/disk.h"
-#include "instrument/disk_floors.h"
 #include "instrument/page.h"
-#include "instrument/process.h"
 #include "instrument/statistics.h"
 #include "plait/error.h"
 
@@ -35,16 +34,12 @@ nlohmann::ordered_json json_of(const std::vector<double>& rates) {
           {"rounds", rates.size()}};
 }
 
-void measure_once(const FloorRequest& request, bool fio, Rates& rates) {
+void measure_once(const FloorRequest& request, RoundFloors& floors, Rates& rates) {
   try {
-    const nlohmann::json both = instrument::in_own_process([&]() -> nlohmann::json {
-      const instrument::FloorResult own = own_floor(request);
-      const auto other = fio ? fio_floor(request) : std::nullopt;
-      return {own.bytes_per_second(), own.method, other ? other->bytes_per_second() : 0.0};
-    });
-    rates.own.push_back(both[0].get<double>());
-    rates.method = both[1].get<std::string>();
-    if (both[2] != 0.0) rates.fio.push_back(both[2].get<double>());
+    const RoundFloor& found = floors.floor(request, nullptr);
+    rates.own.push_back(found.own.bytes_per_second());
+    rates.method = found.own.method;
+    if (found.by_fio) rates.fio.push_back(found.by_fio->bytes_per_second());
   } catch (const Error& error) {
     rates.failure = error.what();
   }
@@ -74,11 +69,14 @@ std::vector<nlohmann::ordered_json> measure_floors(const std::filesystem::path& 
                           .direct = direct});
   // Round by round, so that a disk that becomes slow does so for all.
   std::vector<Rates> rates(requests.size());
-  for (int round = 0; round < kFloorRounds; ++round)
+  RoundFloors round_floors(fio);
+  for (int round = 0; round < kFloorRounds; ++round) {
+    round_floors.begin_round(0);  // fio measures in first rounds
     for (std::size_t at = 0; at < requests.size(); ++at) {
       before_each();
-      if (rates[at].failure.empty()) measure_once(requests[at], fio, rates[at]);
+      if (rates[at].failure.empty()) measure_once(requests[at], round_floors, rates[at]);
     }
+  }
   instrument::remove_floor_files(directory);
   const std::string disk = instrument::disk_facts(directory).name();
   std::vector<nlohmann::ordered_json> floors;

@@ -64,7 +64,6 @@ StoreOptions options_of_new_store(const WorkloadRun& run) {
   }
   options.block_bytes = run.cell.block_bytes;
   options.budget_bytes = run.cell.budget_bytes;
-  options.durability = run.cell.durable ? Durability::kCommit : Durability::kNone;
   return options;
 }
 
@@ -148,7 +147,7 @@ nlohmann::ordered_json latencies_to_json(std::vector<double> seconds) {
 }
 
 nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
-                               double sync_seconds) {
+                               const Needed& needed, double sync_seconds) {
   const PagingStatistics paging = store.statistics();
   const double wait = 1e-9 * static_cast<double>(paging.read_wait_ns + paging.write_wait_ns);
   const double compute = seconds - sync_seconds - wait / run.cell.threads;
@@ -157,30 +156,24 @@ nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, doubl
   if (compute >= 0) split["compute"] = compute;
   if (store.backend_traits().compressed)
     split["codec"] = 1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns);
-  const instrument::ProcessTraffic traffic = instrument::process_traffic();
-  const instrument::DiskCounters device =
-      run.disk ? instrument::disk_counters(*run.disk) - run.disk_before
-               : instrument::DiskCounters{};
-  nlohmann::ordered_json object = {{"seconds", seconds},
-                                   {"moved_read", paging.bytes_read},
-                                   {"moved_written", paging.bytes_written},
-                                   {"blocks_read", paging.blocks_read},
-                                   {"split", split},
-                                   {"stored", store.stored_bytes()},
-                                   {"mode", effective_mode(store.path())},
-                                   {"process_read", nullptr},
-                                   {"process_written", nullptr},
-                                   {"device_read", nullptr},
-                                   {"device_written", nullptr}};
-  if (traffic.known) {
-    object["process_read"] = traffic.bytes_read;
-    object["process_written"] = traffic.bytes_written;
-  }
-  if (device.known) {
-    object["device_read"] = device.bytes_read;
-    object["device_written"] = device.bytes_written;
-  }
-  return object;
+  nlohmann::ordered_json bytes;
+  const auto add = [&](const std::string& what, const instrument::Traffic& traffic) {
+    bytes[what + "_read"] = bytes[what + "_written"] = nullptr;
+    if (!traffic.known) return;
+    bytes[what + "_read"] = traffic.bytes_read;
+    bytes[what + "_written"] = traffic.bytes_written;
+  };
+  add("needed", {true, needed.read.value_or(paging.bytes_read), needed.written});
+  add("moved", {true, paging.bytes_read, paging.bytes_written});
+  add("device",
+      run.disk ? instrument::device_traffic(*run.disk) - run.disk_before : instrument::Traffic{});
+  add("process", instrument::process_traffic());
+  bytes["blocks_read"] = paging.blocks_read;
+  bytes["stored"] = store.stored_bytes();
+  return {{"seconds", seconds},
+          {"bytes", bytes},
+          {"split", split},
+          {"mode", effective_mode(store.path())}};
 }
 
 }  // namespace plait::bench

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,9 +47,16 @@ std::string sweep_digest(Store& store, const Cell& cell);
 /// The member `latencies` of a record: count and quantiles. null if there was no request.
 nlohmann::ordered_json latencies_to_json(std::vector<double> seconds);
 
+/// Raw bytes that a workload asked for. What a request needs beyond its patch depends on the
+/// blocks; without `read`, what the pager read counts.
+struct Needed {
+  std::optional<std::uint64_t> read;
+  std::uint64_t written = 0;
+};
 /// The members of a record that follow from the counters of a store since it was opened, and from
-/// those of the codecs since the run began. `run.codec_before_ns` is the latter's beginning.
+/// those of the codecs since the run began: {seconds, bytes, split, mode}. `run.codec_before_ns` is
+/// the latter's beginning.
 nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
-                               double sync_seconds = 0);
+                               const Needed& needed, double sync_seconds = 0);
 
 }  // namespace plait::bench

@@ -18,15 +18,16 @@ ColdLabel cold_label(const instrument::DiskFacts& disk, const Observed& observed
   if (!observed.asked_cold) return {"warm", "the page cache was left as it was"};
   if (!instrument::is_cold(observed.before))
     return {"warm", "the page cache had files of the store before the run"};
-  if (result["process_read"].is_null())
+  const nlohmann::ordered_json& bytes = result["bytes"];
+  if (bytes["process_read"].is_null())
     return {"warm", "the kernel does not count what the disk read, so cold is not proved"};
-  const auto read = result["process_read"].get<std::uint64_t>();
-  const auto stored = result["stored"].get<std::uint64_t>();
+  const auto read = bytes["process_read"].get<std::uint64_t>();
+  const auto stored = bytes["stored"].get<std::uint64_t>();
   // Where a part of the store is enough, what the pager moved says how much; stored bytes of
   // compressed blocks are not known one by one, so a tenth of it is asked for.
-  const std::uint64_t least =
-      observed.reads_all ? stored / 2
-                         : std::min(stored, result["moved_read"].get<std::uint64_t>()) / 10;
+  const std::uint64_t least = observed.reads_all
+                                  ? stored / 2
+                                  : std::min(stored, bytes["moved_read"].get<std::uint64_t>()) / 10;
   if (read < least) return {"warm", "the disk read too little, so a cache gave the rest"};
   return {"cold", ""};
 }
@@ -54,14 +55,8 @@ nlohmann::ordered_json empty_record(const Cell& cell, int round, int order, std:
 void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& result,
                 const Observed& observed, const instrument::DiskFacts& disk) {
   record["outcome"] = "ok";
-  for (const char* name : {"seconds", "split", "latencies", "open_loop", "digest"})
+  for (const char* name : {"seconds", "bytes", "split", "latencies", "open_loop", "digest"})
     if (result.contains(name)) record[name] = result[name];
-  record["bytes"] = {
-      {"needed_read", result["needed_read"]},   {"needed_written", result["needed_written"]},
-      {"moved_read", result["moved_read"]},     {"moved_written", result["moved_written"]},
-      {"device_read", result["device_read"]},   {"device_written", result["device_written"]},
-      {"process_read", result["process_read"]}, {"process_written", result["process_written"]},
-      {"blocks_read", result["blocks_read"]},   {"stored", result["stored"]}};
   record["faults"] = {{"minor", observed.process.minor_faults},
                       {"major", observed.process.major_faults}};
   record["peak_rss"] = observed.process.peak_rss_bytes;
@@ -71,20 +66,21 @@ void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& re
   proofs["checksums"] = true;
   proofs["mode"] = result["mode"];
   proofs["cold"] = nullptr;
-  if (result["needed_read"] != 0) {
+  const nlohmann::ordered_json& bytes = result["bytes"];
+  if (bytes["needed_read"] != 0) {
     const ColdLabel label = cold_label(disk, observed, result);
     proofs["cold"] = {{"asked", observed.asked_cold},
                       {"label", label.label},
                       {"why", nullptr},
                       {"resident_before", observed.before.share()},
-                      {"device_read", result["process_read"]},
-                      {"needed_read", result["needed_read"]}};
+                      {"device_read", bytes["process_read"]},
+                      {"needed_read", bytes["needed_read"]}};
     if (!label.why.empty()) proofs["cold"]["why"] = label.why;
   }
   proofs["others"] = nullptr;
-  if (!result["device_read"].is_null() && !result["process_read"].is_null()) {
+  if (!bytes["device_read"].is_null() && !bytes["process_read"].is_null()) {
     const auto others = [&](const char* device, const char* process) {
-      return beyond(result[device].get<std::uint64_t>(), result[process].get<std::uint64_t>());
+      return beyond(bytes[device].get<std::uint64_t>(), bytes[process].get<std::uint64_t>());
     };
     proofs["others"] = {{"device_read", others("device_read", "process_read")},
                         {"device_written", others("device_written", "process_written")}};
@@ -94,13 +90,13 @@ void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& re
 void add_floor(nlohmann::ordered_json& record, const instrument::FloorRequest& request,
                const instrument::FloorResult& floor,
                const std::optional<instrument::FloorResult>& by_fio) {
-  nlohmann::ordered_json object = instrument::to_json(floor);
+  nlohmann::ordered_json object = nlohmann::json(floor);
   object["kind"] = instrument::to_string(request.kind);
   object["direct"] = request.direct;
   object["block_bytes"] = request.block_bytes;
   object["threads"] = request.threads;
   record["floor"] = object;
-  if (by_fio) record["floor_by_fio"] = instrument::to_json(*by_fio);
+  if (by_fio) record["floor_by_fio"] = nlohmann::json(*by_fio);
   if (!record["seconds"].is_number()) return;
   const nlohmann::ordered_json& cold = record["proofs"]["cold"];
   const bool run_is_warm = cold.is_object() && cold["label"] == "warm";

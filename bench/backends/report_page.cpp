@@ -14,20 +14,21 @@ namespace plait::bench {
 namespace {
 
 using instrument::IntervalPlot;
-using instrument::kMissing;
 using instrument::Page;
 using instrument::seconds_text;
 using instrument::Table;
 using instrument::table_with;
-using instrument::TableCell;
 using instrument::Tone;
+
+/// Fewer are no plot.
+constexpr std::size_t kLeastPoints = 20;
 
 /// A figure that is missing is a dash.
 template <class Text>
-TableCell figure_cell(const std::optional<double>& value, Text text) {
-  return value ? TableCell(text(*value), *value) : TableCell("–", kMissing);
+std::string figure_cell(const std::optional<double>& value, Text text) {
+  return value ? text(*value) : "–";
 }
-TableCell seconds_cell(const std::optional<double>& value) {
+std::string seconds_cell(const std::optional<double>& value) {
   return figure_cell(value, seconds_text);
 }
 
@@ -62,7 +63,7 @@ std::string subtitle(const RunSet& set, const Findings& findings) {
   return text;
 }
 
-/// Ratios to the floor, a plot for each workload.
+/// Ratios to the floor, a plot for each workload with enough points.
 void add_ratios(Page& page, const Findings& findings, const std::string& command) {
   std::map<std::string, IntervalPlot> plots;
   for_each_measured(findings, [&](const CellFigures& figures) {
@@ -74,33 +75,18 @@ void add_ratios(Page& page, const Findings& findings, const std::string& command
                                          seconds_text(figures.seconds->value)),
                              figures.label == "warm" || figures.label == "memory"});
   });
+  std::erase_if(plots, [](const auto& each) { return each.second.points.size() < kLeastPoints; });
+  if (!plots.empty()) page.add(instrument::Section{"Ratio to the floor"});
   for (auto& [work, plot] : plots) {
     plot.caption = {work,
                     "Left is better: 1 is the floor, a plain program that moves the same bytes in "
                     "the same round. Lines are 95 % intervals; outlines are warm or memory, and no "
                     "figures of a disk.",
                     command};
-    plot.x = {"seconds, in those of the floor", "x", instrument::Scale::kLog};
+    plot.x = {"seconds, in those of the floor", "×"};
     plot.reference = 1;
-    page.plot(std::move(plot));
+    page.add(std::move(plot));
   }
-}
-
-Table latencies_table(const RunSet& set, const Findings& findings, const std::string& command) {
-  Table table = table_with(
-      "disk|workload|backend|#p50|#p90|#p99|#p99.9|#longest",
-      {"How long requests took",
-       "In the run of the median time: half of the requests took at most p50, all but one "
-       "in a hundred p99.",
-       command});
-  for_each_measured(findings, [&](const CellFigures& figures) {
-    const MeasuredRun& run = set.runs[figures.middle];
-    if (run.p50)
-      table.rows.push_back({{place_of(figures.cell), work_of(figures.cell), figures.name,
-                             seconds_cell(run.p50), seconds_cell(run.p90), seconds_cell(run.p99),
-                             seconds_cell(run.p999), seconds_cell(run.longest)}});
-  });
-  return table;
 }
 
 Table splits_table(const RunSet& set, const Findings& findings, const std::string& command) {
@@ -154,11 +140,10 @@ Table environments_table(const RunSet& set) {
   return table;
 }
 
-}  // namespace
-
+/// The figures of each cell; how long requests took is of the run of the median time.
 Table figures_table(const RunSet& set, const Findings& findings) {
-  Table table =
-      table_with("#ratio|#95 %|#seconds|#MB/s|#p99|#rounds|backend|workload|size|disk|state");
+  Table table = table_with(
+      "#ratio|#95 %|#seconds|#MB/s|#p50|#p99|#p99.9|#rounds|backend|workload|size|disk|state");
   for (const Contest& contest : findings.contests)
     for (const std::size_t at : contest.cells) {
       const CellFigures& figures = findings.cells[at];
@@ -174,38 +159,63 @@ Table figures_table(const RunSet& set, const Findings& findings) {
                           : "–",
             run ? seconds_text(figures.seconds->value) : "–",
             needed > 0 ? fmt::format("{:.0f}", 1e-6 * needed / run->seconds) : "–",
-            run && run->p99 ? seconds_text(*run->p99) : "–", fmt::format("{}", figures.runs.size()),
+            seconds_cell(run ? run->p50 : std::nullopt),
+            seconds_cell(run ? run->p99 : std::nullopt),
+            seconds_cell(run ? run->p999 : std::nullopt), fmt::format("{}", figures.runs.size()),
             figures.name, work_of(figures.cell), size_of(figures.cell), figures.cell.disk, state}});
     }
   return table;
 }
 
+/// What a reader needs first, on a terminal and on a page: the verdict, the doubts that spoil
+/// everything, the matrix with the advice, and the other doubts.
+void add_first_screen(Page& page, const Findings& findings) {
+  const Tone tone_of_doubts = findings.failed ? Tone::kFailed : Tone::kDoubt;
+  page.add(instrument::Verdict{findings.verdict,
+                               findings.doubts.empty() ? Tone::kGood : tone_of_doubts});
+  const auto others = findings.doubts.begin() + static_cast<std::ptrdiff_t>(findings.spoiling);
+  if (findings.spoiling > 0)
+    page.add(instrument::List{{findings.doubts.begin(), others}, tone_of_doubts});
+  if (Table matrix = matrix_table(findings); !matrix.rows.empty()) page.add(std::move(matrix));
+  page.add(instrument::List{advice_of(findings), Tone::kPlain});
+  if (others == findings.doubts.end()) return;
+  page.add(instrument::Section{"Doubts"});
+  page.add(instrument::List{{others, findings.doubts.end()}, tone_of_doubts});
+}
+
+}  // namespace
+
+std::string to_text(const RunSet& set, const Findings& findings) {
+  /// More cells than a screen has lines are on the page and in the JSON only.
+  constexpr std::size_t kMostCells = 40;
+  Page page;
+  add_first_screen(page, findings);
+  const bool shows_all = findings.cells.size() <= kMostCells;
+  if (shows_all) page.add(figures_table(set, findings));
+  page.add(instrument::Paragraph{
+      shows_all
+          ? fmt::format("ratio: seconds over those of the floor, the same bytes moved by a plain "
+                        "program; {} runs",
+                        set.runs.size())
+          : fmt::format("the figures of {} cells are on the page (--html) and in --json",
+                        findings.cells.size())});
+  return to_text(page);
+}
+
 std::string to_page(const RunSet& set, const Findings& findings, const std::string& command) {
-  Page page("plait bench", subtitle(set, findings));
-  page.verdict(findings.verdict, findings.failed     ? Tone::kFailed
-                                 : findings.doubtful ? Tone::kDoubt
-                                                     : Tone::kGood);
-  if (Table matrix = matrix_table(findings); !matrix.rows.empty()) page.table(std::move(matrix));
-  page.list(advice_of(findings), Tone::kPlain);
-  if (findings.doubtful) {
-    page.section("Doubts");
-    page.list(findings.doubts, findings.failed ? Tone::kFailed : Tone::kDoubt);
-  }
-  page.section("Ratio to the floor");
+  Page page{"plait bench", subtitle(set, findings)};
+  add_first_screen(page, findings);
   add_ratios(page, findings, command);
   const std::pair<const char*, Table> tables[] = {
-      {"Latency", latencies_table(set, findings, command)},
+      {"Figures", figures_table(set, findings)},
       {"Time and bytes", splits_table(set, findings, command)},
       {"Environment", environments_table(set)}};
   for (const auto& [heading, table] : tables) {
-    page.section(heading);
-    if (table.rows.empty())
-      page.paragraph("No run says anything of this.");
-    else
-      page.table(table);
+    if (table.rows.empty()) continue;
+    page.add(instrument::Section{heading});
+    page.add(table);
   }
-  page.embed("report", to_json(set, findings));
-  return page.html();
+  return to_html(page);
 }
 
 }  // namespace plait::bench

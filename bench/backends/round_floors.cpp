@@ -7,21 +7,11 @@
 #include "instrument/process.h"
 
 namespace plait::bench {
-namespace {
 
 namespace fs = std::filesystem;
 using instrument::FloorKind;
 using instrument::FloorRequest;
 using instrument::FloorResult;
-
-nlohmann::json to_child_json(const FloorResult& floor) { return instrument::to_json(floor); }
-FloorResult from_child_json(const nlohmann::json& json) {
-  return {json["seconds"].get<double>(), json["bytes_read"].get<std::uint64_t>(),
-          json["bytes_written"].get<std::uint64_t>(), json["method"].get<std::string>(),
-          json["cold"].get<bool>()};
-}
-
-}  // namespace
 
 const RoundFloor& RoundFloors::floor(const FloorRequest& request,
                                      const instrument::MemoryLimit* limit) {
@@ -43,25 +33,21 @@ RoundFloor RoundFloors::measure(const FloorRequest& request,
       if (!fs::exists(file) || fs::file_size(file) < bytes) prepare_floor_file(request);
       return true;
     });
+  const auto in_limit = [&](const std::function<nlohmann::json()>& work) {
+    return instrument::run_in_own_process(work, limit).result;
+  };
   const auto once = [&] {
-    return from_child_json(
-        instrument::run_in_own_process([&] { return to_child_json(own_floor(request)); }, limit)
-            .result);
+    return in_limit([&]() -> nlohmann::json { return own_floor(request); }).get<FloorResult>();
   };
   RoundFloor floor{once(), {}, {}};
   if (!is_first_) return floor;
   if (request.kind == FloorKind::kRead) floor.second_cold = floor.own.seconds / once().seconds;
-  if (fio_ && instrument::have_fio()) {
-    const nlohmann::json by_fio =
-        instrument::run_in_own_process(
-            [&]() -> nlohmann::json {
-              const auto result = fio_floor(request);
-              return result ? to_child_json(*result) : nlohmann::json(nullptr);
-            },
-            limit)
-            .result;
-    if (by_fio.is_object()) floor.by_fio = from_child_json(by_fio);
-  }
+  if (!fio_ || !instrument::have_fio()) return floor;
+  const nlohmann::json by_fio = in_limit([&]() -> nlohmann::json {
+    const auto result = fio_floor(request);
+    return result ? nlohmann::json(*result) : nullptr;
+  });
+  if (by_fio.is_object()) floor.by_fio = by_fio.get<FloorResult>();
   return floor;
 }
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-#include "backends/contests.h"
+#include "backends/findings.h"
 #include "backends/read_runs.h"
 #include "backends/record.h"
 #include "backends/round_floors.h"
@@ -201,7 +201,7 @@ class Runner {
     }
     if (limit != nullptr) limit->reset_figures();
     run.codec_before_ns = codec_nanoseconds();
-    run.disk_before = instrument::disk_counters(*run.disk);
+    run.disk_before = instrument::device_traffic(*run.disk);
     const instrument::ProcessResult got =
         instrument::run_in_own_process([&] { return nlohmann::json(workload.run(run)); }, limit);
     observed.process = got.figures;
@@ -251,11 +251,10 @@ class Runner {
     FloorRequest request{.directory = work,
                          .kind = workload.floor,
                          .bytes = workload.floor == FloorKind::kWrite
-                                      ? result["needed_written"].get<std::uint64_t>()
-                                      : result["needed_read"].get<std::uint64_t>(),
+                                      ? result["bytes"]["needed_written"].get<std::uint64_t>()
+                                      : result["bytes"]["needed_read"].get<std::uint64_t>(),
                          .block_bytes = cell.block_bytes,
                          .direct = result["mode"]["direct"].get<bool>(),
-                         .durable = true,
                          .threads = cell.threads + 1};  // a store has a thread for transfers
     if (request.bytes == 0) return;
     // Other kinds move all bytes of their file.

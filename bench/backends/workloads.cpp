@@ -1,21 +1,79 @@
 #include "backends/workloads.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <xxhash.h>
 
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
 
 #include "backends/measured_store.h"
-#include "backends/patch_workloads.h"
+#include "base/name_table.h"
 #include "base/stopwatch.h"
+#include "instrument/in_threads.h"
+#include "instrument/random_faces.h"
 #include "plait/digest.h"
-#include "plait/error.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
+#include "plait/reader.h"
 #include "plait/subdivide.h"
 
 namespace plait::bench {
 namespace {
+
+using Clock = std::chrono::steady_clock;
+using Position = Vector3<float>;
+
+/// A slow disk serves so many in a second or two; on a fast one the run is repeated.
+constexpr std::size_t kRequests = 160;
+constexpr double kOpenLoopSeconds = 3;
+
+/// Reads one patch and adds its hash, without the lowest bits, to `sum`.
+std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds,
+                            Clock::time_point since) {
+  thread_local std::vector<Position> records;
+  const PatchView patch = reader.read_patch(face, level);
+  records.resize(patch_vertex_count(patch.size()));
+  patch.attribute<Position>(kAttribute).copy_to(records);
+  seconds = std::chrono::duration<double>(Clock::now() - since).count();
+  auto* const words = reinterpret_cast<std::uint32_t*>(records.data());
+  for (std::size_t at = 0; at < 3 * records.size(); ++at) words[at] &= ~1u;
+  return XXH3_64bits_withSeed(words, records.size() * sizeof(Position), face);
+}
+
+struct Requests {
+  std::vector<double> latencies;
+  std::uint64_t sum = 0;
+  double seconds = 0;
+};
+
+Requests read_patches(const Reader& reader, const std::vector<FaceId>& faces, const Cell& cell) {
+  const auto threads = static_cast<std::size_t>(cell.threads);
+  std::vector<std::vector<double>> latencies(threads);
+  std::atomic<std::uint64_t> sum = 0;
+  const Clock::time_point start = Clock::now();
+  instrument::in_threads(cell.threads, [&](std::size_t worker) {
+    for (std::size_t at = worker; at < faces.size(); at += threads) {
+      Clock::time_point since = Clock::now();
+      if (cell.rate > 0) {
+        since = start + std::chrono::duration_cast<Clock::duration>(
+                            std::chrono::duration<double>(static_cast<double>(at) / cell.rate));
+        std::this_thread::sleep_until(since);
+      }
+      double seconds = 0;
+      sum += read_and_hash(reader, faces[at], cell.levels, seconds, since);
+      latencies[worker].push_back(seconds);
+    }
+  });
+  Requests done;
+  done.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  for (const std::vector<double>& of_worker : latencies)
+    done.latencies.insert(done.latencies.end(), of_worker.begin(), of_worker.end());
+  done.sum = sum;
+  return done;
+}
 
 nlohmann::ordered_json build(const WorkloadRun& run) {
   const LaidOutMesh base = base_mesh(run.cell);
@@ -29,9 +87,8 @@ nlohmann::ordered_json build(const WorkloadRun& run) {
   const double made = clock.seconds();
   store.commit();
   const double seconds = clock.seconds();
-  nlohmann::ordered_json result = counted(store, run, seconds, seconds - made);
-  result["needed_read"] = 0;
-  result["needed_written"] = run.cell.raw_bytes();
+  nlohmann::ordered_json result =
+      counted(store, run, seconds, {0, run.cell.raw_bytes()}, seconds - made);
   store.close();
   // What was written is read back, outside the time.
   Store written = open_for_reading(run);
@@ -44,13 +101,12 @@ nlohmann::ordered_json sweep_read(const WorkloadRun& run) {
   const Stopwatch clock;
   Store store = open_for_reading(run);
   const std::string digest = sweep_digest(store, run.cell);
-  nlohmann::ordered_json result = counted(store, run, clock.seconds());
+  const double seconds = clock.seconds();
   std::uint64_t needed = 0;
   for (int level = 1; level <= run.cell.levels; ++level)
     needed +=
         StoreAccess::level_file(store, store.attribute(kAttribute), level).geometry.total_bytes();
-  result["needed_read"] = needed;
-  result["needed_written"] = 0;
+  nlohmann::ordered_json result = counted(store, run, seconds, {needed});
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)}, {"value", digest}};
   return result;
 }
@@ -76,12 +132,54 @@ nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
     const double swept = clock.seconds();
     store.commit();
     const double seconds = clock.seconds();
-    result = counted(store, run, seconds, seconds - swept);
+    result =
+        counted(store, run, seconds, {run.cell.raw_bytes(), run.cell.raw_bytes()}, seconds - swept);
   }
-  result["needed_read"] = result["needed_written"] = run.cell.raw_bytes();
   Store written = open_for_reading(run);
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
                       {"value", sweep_digest(written, run.cell)}};
+  return result;
+}
+
+/// Without a rate each thread reads the next patch when it has the last one (a closed loop). With
+/// one, requests are due at fixed instants, and a latency counts from there: a stall is in the
+/// latency of all requests that waited behind it.
+nlohmann::ordered_json patch_random(const WorkloadRun& run) {
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}});
+  const std::size_t count =
+      run.cell.rate > 0
+          ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
+          : kRequests;
+  const Requests done = read_patches(
+      reader, instrument::draw_faces(false, store.base().face_count(), count, run.seed), run.cell);
+  nlohmann::ordered_json result = counted(store, run, done.seconds, {});
+  result["latencies"] = latencies_to_json(done.latencies);
+  if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
+  result["digest"] = {{"of", fmt::format("{} uniform patches of {}, seed {}", count,
+                                         surface_name(run.cell), run.seed)},
+                      {"value", fmt::format("{:016x}", done.sum)}};
+  return result;
+}
+
+nlohmann::ordered_json scan_export(const WorkloadRun& run) {
+  const Stopwatch clock;
+  const Store store = open_for_reading(run);
+  const Reader reader(store, {.attributes = {kAttribute}, .policy = EvictionPolicy::kLayoutOrder});
+  std::uint64_t sum = 0, needed = 0;
+  for (int level = 1; level <= run.cell.levels; ++level)
+    reader.for_each_block<Position>(
+        kAttribute, level, 0, reader.vertex_count(level),
+        [&](std::uint64_t first, std::span<const Position> records) {
+          needed += records.size_bytes();
+          const auto* const words = reinterpret_cast<const std::uint32_t*>(records.data());
+          // Neither the blocks' sizes nor the lowest bits change the sum.
+          for (std::size_t at = 0; at < 3 * records.size(); ++at)
+            sum += (words[at] | 1) * (2 * (3 * first + at) + static_cast<std::uint64_t>(level));
+        });
+  nlohmann::ordered_json result = counted(store, run, clock.seconds(), {needed});
+  result["digest"] = {{"of", "export of " + surface_name(run.cell)},
+                      {"value", fmt::format("{:016x}", sum)}};
   return result;
 }
 
@@ -109,9 +207,7 @@ const Workload& workload_from_name(std::string_view name) {
     if (workload.name == name) return workload;
     names.push_back(workload.name);
   }
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("find a workload: expected one of {}, found \"{}\"",
-                          fmt::join(names, ", "), name));
+  throw unknown_name("workload", name, names);
 }
 
 void prepare_store(const WorkloadRun& run) {

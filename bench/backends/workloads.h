@@ -23,7 +23,7 @@ struct WorkloadRun {
   const BackendRegistry* backends = nullptr;
   std::uint64_t codec_before_ns = 0;            ///< codec_nanoseconds() when the run began
   const instrument::DiskFacts* disk = nullptr;  ///< where the store is
-  instrument::DiskCounters disk_before;         ///< of this disk, when the run began
+  instrument::Traffic disk_before;              ///< of this disk, when the run began
 };
 
 struct Workload {
@@ -32,10 +32,8 @@ struct Workload {
   bool makes_store;    ///< it makes a store instead of reading one
   bool reads_all;      ///< it needs every block of the store, so the device must have read them
   bool changes_store;  ///< it writes to a store that is there
-  /// Returns {seconds, needed_read, needed_written, moved_read, moved_written, blocks_read, split,
-  /// latencies, open_loop, digest, mode, stored, process_read, process_written,
-  /// device_read, device_written}; the last four without what the digest reads afterwards. Errors:
-  /// those of a store.
+  /// Returns {seconds, bytes, split, latencies, open_loop, digest, mode}; `bytes` without what the
+  /// digest reads afterwards. Errors: those of a store.
   nlohmann::ordered_json (*run)(const WorkloadRun&);
 };
 

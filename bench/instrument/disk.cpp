@@ -1,17 +1,21 @@
 #include "instrument/disk.h"
 
 #include <fmt/format.h>
+#include <mntent.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/sysmacros.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <fstream>
-#include <sstream>
+#include <memory>
 #include <string_view>
 #include <system_error>
 
+#include "base/byte_text.h"
 #include "plait/error.h"
 
 namespace plait::instrument {
@@ -27,40 +31,25 @@ std::string line_of(const fs::path& path) {
   return line;
 }
 
-/// Mount points have octal escapes: "\040" is a space.
-std::string unescaped(const std::string& text) {
-  std::string plain;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    const bool escape = text[at] == '\\' && at + 3 < text.size();
-    plain += escape ? static_cast<char>(std::stoi(text.substr(at + 1, 3), nullptr, 8)) : text[at];
-    if (escape) at += 3;
-  }
-  return plain;
-}
-
 bool is_inside(const std::string& path, const std::string& directory) {
   return directory == "/" || path == directory || path.starts_with(directory + "/");
 }
 
-/// Fills in what /proc/self/mountinfo says of the mount that has the directory: the longest mount
-/// point, and the last of equal ones, which hides the others.
+/// Fills in what the kernel says of the mount that has the directory: the longest mount point, and
+/// the last of equal ones, which hides the others.
 void find_mount(const std::string& path, DiskFacts& facts) {
-  std::ifstream mounts("/proc/self/mountinfo");
-  for (std::string line; std::getline(mounts, line);) {
-    std::istringstream words(line);
-    std::string id, parent, numbers, root, point, options, word;
-    words >> id >> parent >> numbers >> root >> point >> options;
-    while (words >> word && word != "-") {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> mounts(
+      ::setmntent("/proc/self/mounts", "r"), ::endmntent);
+  if (!mounts) return;
+  mntent entry{};
+  std::array<char, 4096> text;
+  while (::getmntent_r(mounts.get(), &entry, text.data(), static_cast<int>(text.size())) != nullptr)
+    if (is_inside(path, entry.mnt_dir) && std::strlen(entry.mnt_dir) >= facts.mount_point.size()) {
+      facts.mount_point = entry.mnt_dir;
+      facts.mount_options = entry.mnt_opts;
+      facts.file_system = entry.mnt_type;
+      facts.source = entry.mnt_fsname;
     }
-    std::string type, source;
-    words >> type >> source;
-    point = unescaped(point);
-    if (!is_inside(path, point) || point.size() < facts.mount_point.size()) continue;
-    facts.mount_point = point;
-    facts.mount_options = options;
-    facts.file_system = type;
-    facts.source = unescaped(source);
-  }
 }
 
 /// /sys/dev/block/M:N of the device. btrfs and others give a directory the number of no device;
@@ -147,7 +136,7 @@ nlohmann::ordered_json to_json(const DiskFacts& facts) {
           {"free_bytes", facts.free_bytes}};
 }
 
-DiskCounters disk_counters(const DiskFacts& facts) {
+Traffic device_traffic(const DiskFacts& facts) {
   // Fields of Documentation/block/stat.rst; a sector is 512 bytes on every device.
   if (facts.device.empty()) return {};
   std::ifstream file(fs::path("/sys/class/block") / facts.device / "stat");
@@ -157,13 +146,13 @@ DiskCounters disk_counters(const DiskFacts& facts) {
   return {true, fields[2] * 512, fields[6] * 512};
 }
 
-DiskCounters operator-(const DiskCounters& after, const DiskCounters& before) {
+Traffic operator-(const Traffic& after, const Traffic& before) {
   if (!after.known || !before.known) return {};
   return {true, after.bytes_read - before.bytes_read, after.bytes_written - before.bytes_written};
 }
 
-ProcessTraffic process_traffic() {
-  ProcessTraffic traffic;
+Traffic process_traffic() {
+  Traffic traffic;
   std::ifstream file("/proc/self/io");
   for (std::string word; file >> word;) {
     if (word == "read_bytes:" && file >> traffic.bytes_read) traffic.known = true;
@@ -175,6 +164,14 @@ ProcessTraffic process_traffic() {
 std::uint64_t usable_bytes(const DiskFacts& facts) {
   const std::uint64_t kept = facts.bytes / 10;
   return facts.free_bytes > kept ? facts.free_bytes - kept : 0;
+}
+
+void require_space(const fs::path& directory, std::uint64_t bytes) {
+  if (const std::uint64_t usable = usable_bytes(disk_facts(directory)); usable < bytes)
+    throw Error(ErrorCode::kNoSpace,
+                fmt::format("measure under {}: needs {}, and {} may be used so that a tenth of the "
+                            "disk stays free",
+                            directory.native(), format_bytes(bytes), format_bytes(usable)));
 }
 
 }  // namespace plait::instrument

@@ -29,23 +29,21 @@ struct DiskFacts {
 DiskFacts disk_facts(const std::filesystem::path& directory);
 nlohmann::ordered_json to_json(const DiskFacts& facts);
 
-/// Counters of a block device, for all programs together (/sys/dev/block/M:N/stat).
-struct DiskCounters {
+/// Bytes that a disk read and wrote.
+struct Traffic {
   bool known = false;
   std::uint64_t bytes_read = 0, bytes_written = 0;
 };
-DiskCounters disk_counters(const DiskFacts& facts);
-DiskCounters operator-(const DiskCounters& after, const DiskCounters& before);
-
-/// Bytes that this process and its children that have ended made a disk read and write
-/// (/proc/self/io): a second opinion, and what remains where there is no block device.
-struct ProcessTraffic {
-  bool known = false;
-  std::uint64_t bytes_read = 0, bytes_written = 0;
-};
-ProcessTraffic process_traffic();
+Traffic operator-(const Traffic& after, const Traffic& before);
+/// Of the block device, for all programs together (/sys/dev/block/M:N/stat).
+Traffic device_traffic(const DiskFacts& facts);
+/// For this process and its children that have ended (/proc/self/io): a second opinion, and what
+/// remains where there is no block device.
+Traffic process_traffic();
 
 /// How many bytes a measurement may use in `directory`: what is free less a tenth of the disk.
 std::uint64_t usable_bytes(const DiskFacts& facts);
+/// Throws kNoSpace unless it may use `bytes`.
+void require_space(const std::filesystem::path& directory, std::uint64_t bytes);
 
 }  // namespace plait::instrument

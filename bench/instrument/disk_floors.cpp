@@ -6,15 +6,14 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
-#include <exception>
 #include <memory>
 #include <new>
 #include <random>
 #include <span>
-#include <thread>
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "instrument/in_threads.h"
 #include "instrument/page_cache.h"
 #include "instrument/process.h"
 #include "plait/error.h"
@@ -62,31 +61,12 @@ void check(const FloorRequest& request) {
                             request.block_bytes, request.threads));
 }
 
-/// Calls work(thread) in each thread and rethrows an error of one of them.
-template <class Work>
-void in_threads(int count, Work work) {
-  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(count));
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t thread = 0; thread < failures.size(); ++thread)
-      threads.emplace_back([&, thread] {
-        try {
-          work(thread);
-        } catch (...) {
-          failures[thread] = std::current_exception();
-        }
-      });
-  }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
-}
-
 /// Moves the blocks of one thread: every `threads`-th one, so that all threads stay close together.
 void move_share(const FloorRequest& request, File& file, std::size_t thread,
                 std::span<std::byte> memory) {
   const std::uint64_t blocks = moved_blocks(request);
   const std::uint64_t in_file = file_bytes(request) / request.block_bytes;
-  std::mt19937_64 random(request.seed * 1000 + thread);
+  std::mt19937_64 random(1000 + thread);
   for (std::uint64_t block = thread; block < blocks;
        block += static_cast<std::uint64_t>(request.threads)) {
     const std::uint64_t at =
@@ -121,14 +101,6 @@ fs::path make_ready(const FloorRequest& request, FloorResult& result) {
 std::string_view to_string(FloorKind kind) noexcept {
   constexpr std::string_view kNames[] = {"write", "read", "random-read", "update"};
   return kNames[static_cast<std::size_t>(kind)];
-}
-
-nlohmann::ordered_json to_json(const FloorResult& result) {
-  return {{"seconds", result.seconds},
-          {"bytes_read", result.bytes_read},
-          {"bytes_written", result.bytes_written},
-          {"method", result.method},
-          {"cold", result.cold}};
 }
 
 void prepare_floor_file(const FloorRequest& request) {
@@ -170,7 +142,7 @@ FloorResult own_floor(const FloorRequest& request) {
     in_threads(request.threads, [&](std::size_t thread) {
       move_share(request, file, thread, {memory[thread].get(), request.block_bytes});
     });
-    if (writes(request.kind) && request.durable) file.sync();
+    if (writes(request.kind)) file.sync();
     file.close();
   }
   result.seconds = clock.seconds();
@@ -179,7 +151,7 @@ FloorResult own_floor(const FloorRequest& request) {
                   request.kind == FloorKind::kWrite    ? "pwrite"
                   : request.kind == FloorKind::kUpdate ? "pread + pwrite"
                                                        : "pread",
-                  writes(request.kind) && request.durable ? " + fdatasync" : "",
+                  writes(request.kind) ? " + fdatasync" : "",
                   request.threads > 1 ? fmt::format(", {} threads", request.threads) : "",
                   result.cold ? "" : ", WARM");
   if (fresh) fs::remove(path);
@@ -218,7 +190,7 @@ std::optional<FloorResult> fio_floor(const FloorRequest& request) {
       "--numjobs={} --group_reporting --io_size={} --fadvise_hint=0 --fallocate={} {} "
       "--output-format=json 2>/dev/null",
       path.native(), pattern, request.block_bytes, request.direct ? 1 : 0, threads, share,
-      fresh && request.direct ? "native" : "none", fresh && request.durable ? "--end_fsync=1" : "");
+      fresh && request.direct ? "native" : "none", fresh ? "--end_fsync=1" : "");
   const std::string text = output_of(command);
   if (fresh) fs::remove(path);
   const std::size_t start = text.find('{');

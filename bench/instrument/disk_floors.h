@@ -28,9 +28,7 @@ struct FloorRequest {
   std::uint64_t file_bytes = 0;         ///< of kRandomRead: the file to draw from; 0: `bytes`
   std::uint64_t block_bytes = 1 << 20;  ///< a multiple of 4096
   bool direct = false;                  ///< past the page cache (O_DIRECT)
-  bool durable = true;                  ///< fdatasync inside the time, where bytes are written
   int threads = 1;                      ///< each moves its share with one block in flight
-  std::uint64_t seed = 1;               ///< of kRandomRead
 };
 
 struct FloorResult {
@@ -43,7 +41,7 @@ struct FloorResult {
     return static_cast<double>(bytes_read + bytes_written) / seconds;
   }
 };
-nlohmann::ordered_json to_json(const FloorResult& result);
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FloorResult, seconds, bytes_read, bytes_written, method, cold)
 
 /// Makes or renews the file that kRead, kRandomRead and kUpdate read; costs its bytes once.
 /// Errors: kIo, kNoSpace.

@@ -2,12 +2,11 @@
 # Runs a command with directories on several types of disk, made for the run and removed after it.
 #
 #   bench/instrument/disktypes.sh run [OPTION...] -- COMMAND [ARGUMENT...]
-#   bench/instrument/disktypes.sh plan [OPTION...]      says what `run` would make, and makes nothing
 #   bench/instrument/disktypes.sh clean                 removes what killed runs left, if anything is left
 #
 #   --kinds LIST    kinds, with commas: ext4, xfs, btrfs (on a loop device with direct I/O), with @RATE in
-#                   MB/s if the device shall be throttled; tmpfs; zram (ext4 on compressed memory).
-#                   Default: ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs,zram
+#                   MB/s if the device shall be throttled; tmpfs.
+#                   Default: ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs
 #   --size SIZE     of each disk, with K, M, G or T; at least 512M; default 4G
 #   --images DIR    where the files behind the loop devices are made; default /var/tmp
 #   --floor-seconds N   how long a floor writes, and reads, at the wanted rate; default 2
@@ -20,20 +19,18 @@
 # the reason, and the run goes on with the rest. Without root only tmpfs is left.
 #
 # Mounts are in a mount namespace of the run, loop devices detach themselves, and their files have no name,
-# so nothing of them outlives the run, even if it is killed. zram devices, limits and cgroups are removed at
-# the end, also after a signal; after a SIGKILL, by the next run or by `clean`.
+# so nothing of them outlives the run, even if it is killed. Limits and cgroups are removed at the end, also after a signal; after a SIGKILL, by the next run or by `clean`.
 #
 # Exit status: that of the command; 1 if no disk could be made; 2 for
 # bad usage; 128 + N after signal N.
 #
 # Examples:
-#   bench/instrument/disktypes.sh plan
 #   sudo bench/instrument/disktypes.sh run -- plait bench run --dir={kind}={} --out runs.jsonl
 #   sudo bench/instrument/disktypes.sh run --kinds ext4@200,tmpfs --size 8G -- df -h {}
 set -euo pipefail
 
 readonly state_root=${PLAIT_DISKTYPES_STATE:-/run/plait-disktypes}
-kinds=ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs,zram
+kinds=ext4@200,ext4@300,ext4@1000,xfs@300,btrfs@300,tmpfs
 size_text=4G images=/var/tmp floor_seconds=2
 state='' work='' child='' signal=0 blkio='' group=''
 made_kinds=() made_directories=()
@@ -59,8 +56,8 @@ check_kinds() {
   IFS=, read -ra list <<<"$kinds"
   [ "${#list[@]}" -gt 0 ] || refuse_usage "--kinds names no kind"
   for kind in "${list[@]}"; do
-    [[ $kind =~ ^((ext4|xfs|btrfs)(@[1-9][0-9]{0,4})?|tmpfs|zram)$ ]] ||
-      refuse_usage "--kinds: expected ext4, xfs or btrfs, with or without @RATE, tmpfs or zram, found '$kind'"
+    [[ $kind =~ ^((ext4|xfs|btrfs)(@[1-9][0-9]{0,4})?|tmpfs)$ ]] ||
+      refuse_usage "--kinds: expected ext4, xfs or btrfs, with or without @RATE, or tmpfs, found '$kind'"
   done
 }
 
@@ -98,10 +95,6 @@ undo() {
     case ${line[0]:-} in
       limit) echo "${line[2]} 0" >"${line[1]}" || true ;;
       group) move_out "${line[1]}"; rmdir "${line[1]}" || true ;;
-      zram)
-        umount "/dev/zram${line[1]}" || true
-        echo 1 >"/sys/block/zram${line[1]}/reset" || true
-        echo "${line[1]}" >/sys/class/zram-control/hot_remove || true ;;
       directory) rm -rf --one-file-system -- "${line[1]}" ;;
     esac 2>/dev/null
   done < <(tac -- "$1")
@@ -211,15 +204,6 @@ make_tmpfs() {
   reason=$shared
   return 1
 }
-make_zram() {
-  local number
-  number=$(cat /sys/class/zram-control/hot_add 2>/dev/null) || { reason="the kernel has no zram, or refuses a new one"; return 1; }
-  note "zram $number"
-  echo "$size" >"/sys/block/zram$number/disksize" || { reason="zram$number refused its size"; return 1; }
-  { mkfs.ext4 -q "/dev/zram$number" && mount "/dev/zram$number" "$1"; } >"$work/said" 2>&1 ||
-    { reason="$(first_line "$work/said")"; return 1; }
-}
-
 # move LANE_MEBIBYTES write|read DIRECTORY: MB/s past the page cache, of data that do not compress. Eight
 # processes, so that the device has work while one of them waits for a processor.
 move() {
@@ -272,7 +256,6 @@ make() {
   mkdir "$directory"
   if ! case $type in
     tmpfs) make_tmpfs "$directory" ;;
-    zram) [ "$(id -u)" -eq 0 ] || { reason="it needs root"; false; } && make_zram "$directory" ;;
     *) [ "$(id -u)" -eq 0 ] || { reason="it needs root"; false; } && make_loop "$type" "$(rate_of "$kind")" "$directory" ;;
   esac; then
     say "$kind: refused: $reason"
@@ -308,21 +291,6 @@ run_command() {
   return "$status"
 }
 
-plan() {
-  local kind list
-  IFS=, read -ra list <<<"$kinds"
-  for kind in "${list[@]}"; do
-    case $(type_of "$kind") in
-      tmpfs) echo "$kind: a tmpfs of $size_text" ;;
-      zram) echo "$kind: ext4 on a zram device of $size_text" ;;
-      *)
-        echo "$kind: $(type_of "$kind") on a loop device with direct I/O, on a file of $size_text in $images$(
-          [ "$(rate_of "$kind")" = 0 ] || echo ", throttled to $(rate_of "$kind") MB/s each way")" ;;
-    esac
-  done
-  [ "$(id -u)" -eq 0 ] || echo "This user is not root: only tmpfs could be used, in /dev/shm."
-}
-
 run_all() {
   local kind list status=0
   trap clean_up EXIT
@@ -353,7 +321,6 @@ run_all() {
 
 case ${1:-} in
   -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "$0" ;;
-  plan) shift; parse "$@"; [ "${#command[@]}" -eq 0 ] || refuse_usage "plan runs no command"; plan ;;
   clean) [ $# -eq 1 ] || refuse_usage "clean takes no argument"; undo_dead_runs ;;
   run)
     parse "${@:2}"
@@ -365,6 +332,6 @@ case ${1:-} in
     fi
     unset PLAIT_DISKTYPES_INSIDE
     run_all ;;
-  '') refuse_usage "expected run, plan or clean" ;;
-  *) refuse_usage "expected run, plan or clean, found '$1'" ;;
+  '') refuse_usage "expected run or clean" ;;
+  *) refuse_usage "expected run or clean, found '$1'" ;;
 esac

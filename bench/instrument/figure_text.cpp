@@ -28,11 +28,6 @@ std::string clock_text(double seconds) {
                       : fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-std::string rate_text(double bytes_per_second) {
-  return bytes_per_second < 0.9995e9 ? digits(bytes_per_second * 1e-6) + " MB/s"
-                                     : digits(bytes_per_second * 1e-9) + " GB/s";
-}
-
 nlohmann::ordered_json to_json(const Estimate& estimate) {
   return {{"value", estimate.value},
           {"low", estimate.low},

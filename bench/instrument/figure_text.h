@@ -12,8 +12,6 @@ namespace plait::instrument {
 std::string seconds_text(double seconds);
 /// "8:27", "1:55:24".
 std::string clock_text(double seconds);
-/// Bytes a second: "85.0 MB/s", "1.25 GB/s".
-std::string rate_text(double bytes_per_second);
 
 /// {value, low, high, confidence, count}.
 nlohmann::ordered_json to_json(const Estimate& estimate);

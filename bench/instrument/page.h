@@ -1,8 +1,8 @@
 // bench/instrument/page.h: a page of measurements: text, tables, plots and pictures in their order.
 // As HTML it is one file that refers to nothing outside: its style is ours (instrument/page), its
-// plots are drawn in it, and its policy forbids the browser to load anything. It follows the
-// reader's light or dark setting and prints; a script only sorts tables. As Markdown or as text it
-// has the same parts without the plots.
+// plots are drawn in it, nothing in it is a program, and its policy forbids the browser to load
+// anything. It follows the reader's light or dark setting and prints. As Markdown or as text it has
+// the same parts without the plots.
 //
 // Every text may be hostile (names from a foreign file): it is escaped where it goes. Text that is
 // not UTF-8 gets replacement characters; numbers that are not finite are shown as missing.
@@ -12,11 +12,9 @@
 
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -32,17 +30,12 @@ enum class Tone : std::uint8_t {
   kFailed,  ///< red; as the tone of the verdict it turns the whole page red
 };
 
-enum class Scale : std::uint8_t {
-  kLinear,
-  kLog,
-};
-
+/// Logarithmic, so values that are not positive are not shown.
 struct Axis {
   std::string label;
-  /// How numbers are written: "s", "B" (powers of 1024), "B/s" (powers of 1000), "x" (a factor), or
-  /// any other text, which follows the number.
+  /// How numbers are written: "s", "B" (powers of 1024), or any other text, which follows the
+  /// number.
   std::string unit = {};
-  Scale scale = Scale::kLinear;
 };
 
 /// The text around a plot or a table.
@@ -52,24 +45,13 @@ struct Caption {
   std::string command = {};      ///< reproduces the numbers; empty: none is shown
 };
 
-/// A cell of a table: what is shown, and the number that it sorts by. Cells are written as their
-/// text, so the first two constructors are implicit.
-struct TableCell {
-  TableCell(std::string shown) : text(std::move(shown)) {}  // NOLINT
-  TableCell(const char* shown) : text(shown) {}             // NOLINT
-  TableCell(std::string shown, double number) : text(std::move(shown)), value(number) {}
-
-  std::string text;
-  std::optional<double> value = {};
-};
-
 struct Table {
   struct Column {
     std::string name;
     bool number = true;  ///< right-aligned
   };
   struct Row {
-    std::vector<TableCell> cells;
+    std::vector<std::string> cells;
     Tone tone = Tone::kPlain;
   };
   Caption caption = {};
@@ -90,7 +72,7 @@ struct IntervalPlot {
   struct Point {
     std::string group, name;  ///< the group may be empty
     double value = kMissing, low = kMissing, high = kMissing;
-    std::string note = {};  ///< shown with the numbers
+    std::string note = {};  ///< under the pointer
     bool hollow = false;    ///< drawn as an outline: not to be relied on
   };
   Caption caption = {};
@@ -112,83 +94,49 @@ struct ScatterPlot {
   std::vector<Point> points = {};
 };
 
-/// A plot of fewer points is a table, unless it is a ScatterPlot.
-constexpr std::size_t kLeastPoints = 20;
-
-class Page {
- public:
-  explicit Page(std::string title, std::string subtitle = {});
-
-  /// One sentence in a box. kFailed turns the page red, and is put before the title in the tab.
-  void verdict(std::string sentence, Tone tone) {
-    parts_.emplace_back(Verdict{std::move(sentence), tone});
-  }
-  void section(std::string heading) { parts_.emplace_back(Section{std::move(heading)}); }
-  void paragraph(std::string text) { parts_.emplace_back(Paragraph{std::move(text)}); }
-  void list(std::vector<std::string> items, Tone tone) {
-    parts_.emplace_back(List{std::move(items), tone});
-  }
-  /// A command to paste, in a box.
-  void command(std::string text) { parts_.emplace_back(Command{std::move(text)}); }
-  void table(Table table) { parts_.emplace_back(std::move(table)); }
-  /// A plot without anything to draw is left out, and a line says so; one of fewer points than a
-  /// table shows at a glance is a table.
-  void plot(IntervalPlot plot) { parts_.emplace_back(std::move(plot)); }
-  void plot(ScatterPlot plot) { parts_.emplace_back(std::move(plot)); }
-  /// Not in HTML.
-  void picture(std::filesystem::path file, std::string caption) {
-    parts_.emplace_back(Picture{std::move(file), std::move(caption)});
-  }
-  /// Puts data into the HTML, for programs that read it: <script type="application/json" id="ID">.
-  /// REQUIRES: `id` is made of letters.
-  void embed(std::string id, nlohmann::ordered_json data) {
-    parts_.emplace_back(Data{std::move(id), std::move(data)});
-  }
-
-  std::string html() const;
-  /// Lines of at most 110 characters where words allow it. Pictures are linked relative to
-  /// `directory`, where the page will be.
-  std::string markdown(const std::filesystem::path& directory) const;
-  std::string text() const;
-
- private:
-  friend class HtmlWriter;
-  struct Verdict {
-    std::string text;
-    Tone tone;
-  };
-  struct Section {
-    std::string text;
-  };
-  struct Paragraph {
-    std::string text;
-  };
-  struct List {
-    std::vector<std::string> items;
-    Tone tone;
-  };
-  struct Command {
-    std::string text;
-  };
-  struct Picture {
-    std::filesystem::path file;
-    std::string caption;
-  };
-  struct Data {
-    std::string id;
-    nlohmann::ordered_json data;
-  };
-  using Part = std::variant<Verdict, Section, Paragraph, List, Command, Table, IntervalPlot,
-                            ScatterPlot, Picture, Data>;
-
-  std::string title_, subtitle_;
-  std::vector<Part> parts_;
+/// One sentence in a box. kFailed turns the page red, and is put before the title in the tab.
+struct Verdict {
+  std::string text;
+  Tone tone;
 };
+struct Section {
+  std::string heading;
+};
+struct Paragraph {
+  std::string text;
+};
+struct List {
+  std::vector<std::string> items;
+  Tone tone;
+};
+/// A command to paste, in a box.
+struct Command {
+  std::string text;
+};
+/// Not in HTML.
+struct Picture {
+  std::filesystem::path file;
+  std::string caption;
+};
+/// A plot without points is left out.
+using Part = std::variant<Verdict, Section, Paragraph, List, Command, Picture, Table, IntervalPlot,
+                          ScatterPlot>;
+
+struct Page {
+  std::string title;  ///< as text, an empty one is left out
+  std::string subtitle = {};
+  std::vector<Part> parts = {};
+
+  void add(Part part) { parts.push_back(std::move(part)); }
+};
+std::string to_html(const Page& page);
+/// Lines of at most 110 characters where words allow it. Pictures are linked relative to
+/// `directory`, where the page will be.
+std::string to_markdown(const Page& page, const std::filesystem::path& directory);
+/// For a terminal.
+std::string to_text(const Page& page);
 
 /// `text` for HTML: the characters & < > " ' become entities. Pinned by page_test.cpp.
 std::string escape_html(std::string_view text);
-
-/// `data` for a <script>: no text in it can end the script.
-std::string script_json(const nlohmann::ordered_json& data);
 
 }  // namespace plait::instrument

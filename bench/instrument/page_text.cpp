@@ -21,8 +21,7 @@ std::size_t width_of(const std::string& text) {
 std::vector<std::vector<std::string>> texts_of(const Table& table) {
   std::vector<std::vector<std::string>> rows(1);
   for (const Table::Column& column : table.columns) rows[0].push_back(column.name);
-  for (const Table::Row& row : table.rows)
-    for (rows.emplace_back(); const TableCell& cell : row.cells) rows.back().push_back(cell.text);
+  for (const Table::Row& row : table.rows) rows.push_back(row.cells);
   return rows;
 }
 
@@ -86,66 +85,54 @@ std::string to_markdown(const Table& table) {
 
 namespace {
 
-template <class... Cases>
-struct Overloaded : Cases... {
-  using Cases::operator()...;
+/// Parts as lines.
+struct TextWriter {
+  bool markdown;
+  std::filesystem::path here;  ///< where links begin
+  const char* gap = markdown ? "\n" : "";
+
+  std::string operator()(const Section& of) const {
+    return markdown ? fmt::format("## {}\n", of.heading)
+                    : fmt::format("\n{}\n{:-<{}}\n", of.heading, "", of.heading.size());
+  }
+  std::string operator()(const Verdict& of) const { return (*this)(Paragraph{of.text}); }
+  std::string operator()(const Paragraph& of) const {
+    return wrapped(printable(of.text), kLineWidth) + gap;
+  }
+  std::string operator()(const List& of) const {
+    std::string lines;
+    for (const std::string& item : of.items)
+      lines += wrapped("- " + printable(item), kLineWidth, "  ");
+    return lines + gap;
+  }
+  std::string operator()(const Command& of) const {
+    return fmt::format("    {}\n{}", of.text, gap);
+  }
+  std::string operator()(const Picture& of) const {
+    if (!markdown) return fmt::format("{}: {}\n", of.file.native(), of.caption);
+    const auto file = std::filesystem::absolute(of.file).lexically_normal();
+    return fmt::format("![{}]({})\n\n", of.caption, file.lexically_relative(here).generic_string());
+  }
+  std::string operator()(const Table& of) const {
+    return markdown ? to_markdown(of) + "\n" : fmt::format("\n{}\n", to_text(of));
+  }
+  std::string operator()(const auto&) const { return {}; }  // plots
 };
-template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;
 
 }  // namespace
 
-std::string Page::markdown(const std::filesystem::path& directory) const {
-  namespace fs = std::filesystem;
-  const fs::path here = fs::absolute(directory).lexically_normal();
-  std::string text = fmt::format("# {}\n", title_);
-  for (const Part& part : parts_)
-    text += std::visit(
-        Overloaded{[](const Section& of) { return fmt::format("## {}\n", of.text); },
-                   [](const Command& of) { return fmt::format("    {}\n\n", of.text); },
-                   [](const Table& of) { return to_markdown(of) + "\n"; },
-                   [&](const Picture& of) {
-                     return fmt::format("![{}]({})\n\n", of.caption,
-                                        fs::absolute(of.file)
-                                            .lexically_normal()
-                                            .lexically_relative(here)
-                                            .generic_string());
-                   },
-                   [](const Verdict& of) { return wrapped(of.text, kLineWidth) + "\n"; },
-                   [](const Paragraph& of) { return wrapped(of.text, kLineWidth) + "\n"; },
-                   [](const List& of) {
-                     std::string items;
-                     for (const std::string& item : of.items)
-                       items += wrapped("- " + item, kLineWidth, "  ");
-                     return items + "\n";
-                   },
-                   [](const auto&) { return std::string(); }},
-        part);
+std::string to_markdown(const Page& page, const std::filesystem::path& directory) {
+  const TextWriter writer{true, std::filesystem::absolute(directory).lexically_normal()};
+  std::string text = fmt::format("# {}\n", page.title);
+  for (const Part& part : page.parts) text += std::visit(writer, part);
   while (text.ends_with("\n\n")) text.pop_back();
   return text;
 }
 
-std::string Page::text() const {
-  std::string text = title_.empty() ? "" : title_ + "\n";
-  for (const Part& part : parts_)
-    text += std::visit(
-        Overloaded{
-            [](const Section& of) {
-              return fmt::format("\n{}\n{:-<{}}\n", of.text, "", of.text.size());
-            },
-            [](const Command& of) { return fmt::format("    {}\n", of.text); },
-            [](const Table& of) { return fmt::format("\n{}\n", to_text(of)); },
-            [](const Picture& of) { return fmt::format("{}: {}\n", of.file.native(), of.caption); },
-            [](const Verdict& of) { return wrapped(printable(of.text), kLineWidth); },
-            [](const Paragraph& of) { return wrapped(printable(of.text), kLineWidth); },
-            [](const List& of) {
-              std::string items;
-              for (const std::string& item : of.items)
-                items += wrapped("- " + printable(item), kLineWidth, "  ");
-              return items;
-            },
-            [](const auto&) { return std::string(); }},
-        part);
+std::string to_text(const Page& page) {
+  const TextWriter writer{false, {}};
+  std::string text = page.title.empty() ? "" : page.title + "\n";
+  for (const Part& part : page.parts) text += std::visit(writer, part);
   return text;
 }
 

@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <fstream>
 
-#include "base/stopwatch.h"
 #include "instrument/memory_limit.h"
 #include "plait/error.h"
 
@@ -72,7 +71,6 @@ ProcessResult run_in_own_process(const std::function<nlohmann::json()>& work,
   int ends[2];
   if (::pipe(ends) != 0) throw system_error("make", "a pipe", errno);
   std::fflush(nullptr);
-  const Stopwatch clock;
   const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child < 0) {
@@ -93,8 +91,7 @@ ProcessResult run_in_own_process(const std::function<nlohmann::json()>& work,
   while (::wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {
   }
   ProcessResult got;
-  got.figures = {.seconds = clock.seconds(),
-                 .user_seconds = seconds_of(usage.ru_utime),
+  got.figures = {.user_seconds = seconds_of(usage.ru_utime),
                  .system_seconds = seconds_of(usage.ru_stime),
                  .minor_faults = static_cast<std::uint64_t>(usage.ru_minflt),
                  .major_faults = static_cast<std::uint64_t>(usage.ru_majflt)};

@@ -13,7 +13,6 @@ class MemoryLimit;
 
 /// What the kernel counted for a process, from its start to its end.
 struct ProcessFigures {
-  double seconds = 0;  ///< from start to end, with the start itself
   double user_seconds = 0, system_seconds = 0;
   std::uint64_t peak_rss_bytes = 0;  ///< VmHWM since the work began; 0 if not known
   std::uint64_t minor_faults = 0, major_faults = 0;

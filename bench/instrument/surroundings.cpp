@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <string>
+#include <utility>
 
 namespace plait::instrument {
 namespace {
@@ -24,16 +24,13 @@ std::optional<double> waited_for(const std::string& what) {
 }  // namespace
 
 nlohmann::ordered_json to_json(const Surroundings& surroundings) {
-  const auto json_of = [](const std::optional<double>& value) {
-    return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
-  };
+  nlohmann::ordered_json pressure;
+  for (const auto& [name, value] : surroundings.pressure)
+    pressure[name] = value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
   return {{"load", surroundings.load},
           {"others", surroundings.others},
           {"stolen", surroundings.stolen},
-          {"pressure",
-           {{"cpu", json_of(surroundings.pressure_cpu)},
-            {"io", json_of(surroundings.pressure_io)},
-            {"memory", json_of(surroundings.pressure_memory)}}}};
+          {"pressure", std::move(pressure)}};
 }
 
 SurroundingsWatch::SurroundingsWatch() : start_(now()) {}
@@ -74,11 +71,11 @@ Surroundings SurroundingsWatch::since(double own_seconds) const {
     found.others = std::max(0.0, end.user - start_.user - own) / all;
     found.stolen = std::max(0.0, end.stolen - start_.stolen) / all;
   }
-  std::optional<double>* const pressures[] = {&found.pressure_cpu, &found.pressure_io,
-                                              &found.pressure_memory};
-  for (std::size_t at = 0; at < kPressures.size(); ++at)
+  for (std::size_t at = 0; at < kPressures.size(); ++at) {
+    std::optional<double>& pressure = found.pressure[kPressures[at]];
     if (start_.waited[at] && end.waited[at] && seconds > 0)
-      *pressures[at] = (*end.waited[at] - *start_.waited[at]) / seconds;
+      pressure = (*end.waited[at] - *start_.waited[at]) / seconds;
+  }
   return found;
 }
 

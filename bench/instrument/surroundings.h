@@ -2,9 +2,10 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 
 namespace plait::instrument {
 
@@ -15,7 +16,7 @@ struct Surroundings {
   double stolen = 0;  ///< of other machines on the same host
   /// Shares of the time in which something waited for a processor, the disk, or memory (PSI), our
   /// own work included; empty where the kernel does not tell.
-  std::optional<double> pressure_cpu, pressure_io, pressure_memory;
+  std::map<std::string, std::optional<double>> pressure = {};  ///< of "cpu", "io", "memory"
 
   /// Of `others` and `stolen`: how much of the machine was not there for what was measured.
   double disturbance() const { return others + stolen; }

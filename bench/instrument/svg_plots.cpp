@@ -15,6 +15,7 @@ namespace plait::instrument {
 namespace {
 
 constexpr double kWidth = 900, kLetter = 7.4;
+constexpr const char* kLogarithmic = " (log scale)";
 
 /// A number as a person reads it; page.h lists the units.
 std::string readable(double value, const std::string& unit) {
@@ -22,9 +23,7 @@ std::string readable(double value, const std::string& unit) {
   if (unit == "s" && value > 0) return seconds_text(value);
   if (unit == "B" && value >= 0 && value < 1e18)
     return format_bytes(static_cast<std::uint64_t>(std::llround(value)));
-  if (unit == "B/s" && value > 0) return rate_text(value);
-  if (unit == "x") return fmt::format("{:.3g} ×", value);
-  return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
+  return fmt::format("{:.3g} {}", value, unit);
 }
 
 /// Round numbers from low to high, about as many as wanted: 1, 2 or 5 times a power of ten.
@@ -40,23 +39,23 @@ std::vector<double> round_numbers(double low, double high, double wanted) {
   return numbers;
 }
 
-/// From values to places on the drawing.
+/// From values to places on the drawing, by their logarithms.
 class AxisScale {
  public:
   AxisScale(const Axis& axis, const std::vector<double>& values, double from, double to,
             double wanted)
-      : log_(axis.scale == Scale::kLog), from_(from), to_(to) {
-    double low = INFINITY, high = -INFINITY;
+      : from_(from), to_(to) {
+    double low = INFINITY, high = 0;
     for (const double value : values)
       if (shows(value)) {
         low = std::min(low, value);
         high = std::max(high, value);
       }
     if (low > high) low = high = 1;
-    const double room = low == high ? (low == 0 ? 1 : std::abs(low) / 2) : (high - low) * 0.04;
-    low_ = log_ ? low / (low == high ? 2 : 1.08) : low - room;
-    high_ = log_ ? high * (low == high ? 2 : 1.08) : high + room;
-    if (log_) add_powers_of_ten();
+    const double room = low == high ? 2 : 1.08;
+    low_ = low / room;
+    high_ = high * room;
+    add_powers_of_ten();
     if (ticks.size() > 2) return;
     // Bytes are counted in powers of 1024.
     const double unit =
@@ -66,14 +65,13 @@ class AxisScale {
   }
 
   double at(double value) const {
-    return from_ + (place(value) - place(low_)) / (place(high_) - place(low_)) * (to_ - from_);
+    return from_ + std::log(value / low_) / std::log(high_ / low_) * (to_ - from_);
   }
-  bool shows(double value) const { return std::isfinite(value) && (!log_ || value > 0); }
+  static bool shows(double value) { return std::isfinite(value) && value > 0; }
 
   std::vector<double> ticks;
 
  private:
-  double place(double value) const { return log_ ? std::log(value) : value; }
   void add_powers_of_ten() {
     const double decades = std::log10(high_ / low_);
     const auto stride = std::max(1, static_cast<int>(decades / 8));
@@ -88,8 +86,7 @@ class AxisScale {
       }
   }
 
-  bool log_;
-  double from_, to_, low_ = 0, high_ = 1;
+  double from_, to_, low_, high_;
 };
 
 /// Writes elements of a drawing.
@@ -150,10 +147,7 @@ class Drawing {
       last = x;
       label("tick", x, bottom + 15, readable(tick, axis.unit), "middle");
     }
-    label("axis-label", (from + to) / 2, bottom + 33, title_of(axis), "middle");
-  }
-  static std::string title_of(const Axis& axis) {
-    return axis.label + (axis.scale == Scale::kLog ? " (log scale)" : "");
+    label("axis-label", (from + to) / 2, bottom + 33, axis.label + kLogarithmic, "middle");
   }
 
  private:
@@ -198,7 +192,7 @@ std::string svg_plot(const IntervalPlot& plot, SeriesNames& series) {
   const AxisScale scale(plot.x, values, left, kRight, 8);
   Drawing drawing(bottom + 42, plot.caption.title, series);
   drawing.x_axis(plot.x, scale, 4, bottom, left, kRight);
-  if (plot.reference && scale.shows(*plot.reference))
+  if (plot.reference && AxisScale::shows(*plot.reference))
     drawing.line("reference", scale.at(*plot.reference), 4, scale.at(*plot.reference), bottom);
   double y = 8;
   for (const std::string& group : groups) {
@@ -208,8 +202,8 @@ std::string svg_plot(const IntervalPlot& plot, SeriesNames& series) {
       const double middle = y + kRow / 2;
       y += kRow;
       drawing.label("name", left - 10, middle + 4, point.name, "end", left - 10);
-      if (!scale.shows(point.value)) continue;
-      if (scale.shows(point.low) && scale.shows(point.high))
+      if (!AxisScale::shows(point.value)) continue;
+      if (AxisScale::shows(point.low) && AxisScale::shows(point.high))
         drawing.line("interval", scale.at(point.low), middle, scale.at(point.high), middle,
                      fmt::format(" style=\"stroke:{}\"", drawing.colour_of(point.name)));
       drawing.mark(
@@ -238,11 +232,11 @@ std::string svg_plot(const ScatterPlot& plot, SeriesNames& series) {
     drawing.label("tick", kLeft - 7, y.at(tick) + 4, readable(tick, plot.y.unit), "end");
   }
   drawing.x_axis(plot.x, x, kTop - 4, kBottom, kLeft, kRight);
-  drawing.label("axis-label", 0, 11, Drawing::title_of(plot.y));
+  drawing.label("axis-label", 0, 11, plot.y.label + kLogarithmic);
   for (const ScatterPlot::Point& point : plot.points) {
-    if (!x.shows(point.x) || !y.shows(point.y)) continue;
+    if (!AxisScale::shows(point.x) || !AxisScale::shows(point.y)) continue;
     const double px = x.at(point.x), py = y.at(point.y);
-    if (y.shows(point.y_low) && y.shows(point.y_high))
+    if (AxisScale::shows(point.y_low) && AxisScale::shows(point.y_high))
       drawing.line("interval", px, y.at(point.y_low), px, y.at(point.y_high),
                    fmt::format(" style=\"stroke:{}\"", drawing.colour_of(point.series)));
     drawing.mark(

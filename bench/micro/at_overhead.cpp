@@ -87,7 +87,6 @@ Store resident_store(const BaseMesh& base, const Settings& settings, const std::
 struct Subject {
   std::string name;
   std::function<void()> work;
-  std::vector<double> seconds, ratios;  ///< ratios to the first subject of the same turn
 };
 
 int run(const Settings& settings) {
@@ -107,16 +106,19 @@ int run(const Settings& settings) {
   const auto refine = [&](auto& mesh) {
     return [&] { refine_from_base(mesh, base, settings.levels); };
   };
-  std::vector<Subject> subjects = {{"InCoreMesh", refine(in_core), {}, {}},
-                                   {"store, memory", refine(memory_patches), {}, {}},
-                                   {"store, warm pread window", refine(disk_patches), {}, {}}};
+  const Subject subjects[] = {{"InCoreMesh", refine(in_core)},
+                              {"store, memory", refine(memory_patches)},
+                              {"store, warm pread window", refine(disk_patches)}};
+  const std::uint64_t vertices = counts_at_level(base, settings.levels).vertices;
+  Measurements table("at() over",
+                     {{"seconds", 3, true}, {"ns a vertex", 1}, {"over InCoreMesh", 2, true}});
   for (int turn = 0; turn <= settings.runs; ++turn)
-    for (Subject& subject : subjects) {
+    for (double first = 0; const Subject& subject : subjects) {
       say_progress(fmt::format("turn {} of {}: {}", turn, settings.runs, subject.name));
       const double time = seconds(subject.work);
-      if (turn == 0) continue;  // the first turn only touches the memory
-      subject.seconds.push_back(time);
-      subject.ratios.push_back(time / subjects.front().seconds.back());
+      if (first == 0) first = time;
+      if (turn > 0)  // the first turn only touches the memory
+        table.add({subject.name}, {time, 1e9 * time / static_cast<double>(vertices), time / first});
     }
   const std::uint64_t read = on_disk.statistics().blocks_read;
   const std::uint64_t differences = count_differences(in_core, memory_patches, settings.levels) +
@@ -126,16 +128,8 @@ int run(const Settings& settings) {
   if (read > 0)
     throw Error(ErrorCode::kBadState,
                 fmt::format("{} blocks were read: not all blocks are resident", read));
-  const std::uint64_t vertices = counts_at_level(base, settings.levels).vertices;
-  instrument::Table table =
-      instrument::table_with("at() over|#seconds|#ns a vertex|#over InCoreMesh");
-  for (const Subject& of : subjects)
-    table.rows.push_back(
-        {{of.name, spread(of.seconds, 1, 3),
-          middle(of.seconds, 1e9 / static_cast<double>(vertices), 1), spread(of.ratios)}});
-  print_table(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.levels,
-                          settings.runs),
-              table);
+  table.print(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.levels,
+                          settings.runs));
   return 0;
 }
 
@@ -143,14 +137,11 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_at_overhead",
-      "The cost of at(level, i, j) of a store, compared with plain arrays", count, words,
-      [&](CommandLine& app) {
-        add_mesh_option(app, settings.mesh, "an octahedron refined to 2,048 faces");
-        add_number_option(app, "--levels", settings.levels, 1, 12, "The level to refine to");
-        add_runs_option(app, settings.runs);
-        add_directory_option(app, settings.directory);
-      },
-      [&] { return run(settings); }, &settings.directory);
+  Program program("plait_bench_at_overhead",
+                  "The cost of at(level, i, j) of a store, compared with plain arrays");
+  program.mesh(settings.mesh, "an octahedron refined to 2,048 faces")
+      .number("--levels", settings.levels, 1, 12, "The level to refine to")
+      .runs(settings.runs)
+      .directory(settings.directory);
+  return program.run(count, words, [&] { return run(settings); });
 }

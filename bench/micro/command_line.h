@@ -1,11 +1,13 @@
-// The command line of a measurement: options, each with its help; errors in one line; exit
-// status 0 done, 1 failed, 2 bad usage; a temporary directory for its files.
+// bench/micro/command_line.h: the command line of a measurement: options, each with its help;
+// errors in one line; exit status 0 done, 1 failed, 2 bad usage; a temporary directory for its
+// files.
 #pragma once
 
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -15,60 +17,69 @@
 
 namespace plait::bench {
 
-// Options of several measurements, with the same words in each.
-inline void add_mesh_option(CommandLine& app, std::string& mesh, const char* otherwise) {
-  app.add_option("--mesh", mesh, fmt::format("PLY, OBJ or OFF; default: {}", otherwise));
-}
-inline Option* add_number_option(CommandLine& app, const char* name, int& value, int first,
-                                 int last, const std::string& description) {
-  return app.add_option(name, value, description)->range(first, last)->capture_default_str();
-}
-/// Of a surface that is made from an octahedron.
-inline void add_surface_options(CommandLine& app, int& refinements, int& level) {
-  add_number_option(app, "--refinements", refinements, 0, 9,
-                    "How often an octahedron is refined to be the base mesh");
-  add_number_option(app, "--level", level, 1, 10, "The finest level");
-}
-inline void add_backends_option(CommandLine& app, std::vector<std::string>& backends) {
-  app.add_option("--backend", backends, "Backends, several with commas")->delimiter(',');
-}
-inline void add_threads_option(CommandLine& app, std::vector<int>& threads) {
-  app.add_option("--threads", threads, "Numbers of threads, several with commas")
-      ->delimiter(',')
-      ->range(1, 64);
-}
-inline void add_runs_option(CommandLine& app, int& runs) {
-  add_number_option(app, "--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
-}
-inline void add_directory_option(CommandLine& app, std::string& directory) {
-  app.add_option("--directory", directory, "Where to make temporary files: on the disk to measure")
-      ->capture_default_str();
-}
+/// A measurement with its options. Those of several measurements have the same words in each.
+class Program {
+ public:
+  Program(const char* name, const char* description) : name_(name), options_(description, name) {}
 
-/// declare(app) adds the options. run() measures and returns the exit status. `directory` is where
-/// the measurement makes files, as for in_work_directory(); nullptr if it makes none.
-template <class Declare, class Run>
-int run_program(const char* name, const char* description, int count, char** words, Declare declare,
-                Run run, std::string* directory = nullptr) {
-  const auto fail = [&](const std::string& why, int status) {
-    std::fputs(fmt::format("{}: {}\n", name, why).c_str(), stderr);
-    return status;
-  };
-  const auto run_and_report = [&] {
-    try {
-      return run();
-    } catch (const std::exception& error) {
-      return fail(error.what(), 1);
-    }
-  };
-  try {
-    CommandLine app(description, name);
-    declare(app);
-    if (app.parse(count, words) == CommandLine::Outcome::kAnswered) {
-      std::fputs(app.answer().c_str(), stdout);
+  Program& number(const char* option, int& value, int first, int last, const std::string& help) {
+    options_.add_option(option, value, help)->range(first, last)->capture_default_str();
+    return *this;
+  }
+  Program& mesh(std::string& mesh, const char* otherwise) {
+    options_.add_option("--mesh", mesh, std::string("PLY, OBJ or OFF; default: ") + otherwise);
+    return *this;
+  }
+  /// Of a surface that is made from an octahedron.
+  Program& surface(int& refinements, int& level) {
+    return number("--refinements", refinements, 0, 9,
+                  "How often an octahedron is refined to be the base mesh")
+        .number("--level", level, 1, 10, "The finest level");
+  }
+  Program& levels(int& first, int& last) {
+    return number("--first", first, 1, 12, "The first level measured")
+        .number("--last", last, 1, 12, "The last level measured");
+  }
+  Program& backends(std::vector<std::string>& backends) {
+    options_.add_option("--backend", backends, "Backends, several with commas")->delimiter(',');
+    return *this;
+  }
+  Program& threads(std::vector<int>& threads) {
+    options_.add_option("--threads", threads, "Numbers of threads, several with commas")
+        ->delimiter(',')
+        ->range(1, 64);
+    return *this;
+  }
+  Program& runs(int& runs) {
+    return number("--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
+  }
+  /// Where the measurement makes files, as for in_work_directory(). Without it, it makes none.
+  Program& directory(std::string& directory) {
+    options_
+        .add_option("--directory", directory,
+                    "Where to make temporary files: on the disk to measure")
+        ->capture_default_str();
+    directory_ = &directory;
+    return *this;
+  }
+  /// For options of one measurement.
+  CommandLine& options() { return options_; }
+
+  /// `measure` returns the exit status, which this returns too.
+  int run(int count, char** words, const std::function<int()>& measure) try {
+    if (options_.parse(count, words) == CommandLine::Outcome::kAnswered) {
+      std::fputs(options_.answer().c_str(), stdout);
       return 0;
     }
-    return directory != nullptr ? in_work_directory(*directory, run_and_report) : run_and_report();
+    const auto measure_and_report = [&] {
+      try {
+        return measure();
+      } catch (const std::exception& error) {
+        return fail(error.what(), 1);
+      }
+    };
+    return directory_ == nullptr ? measure_and_report()
+                                 : in_work_directory(*directory_, measure_and_report);
   } catch (const UsageError& error) {
     return fail(fmt::format("{} (see --help)", error.what()), 2);
   } catch (const std::exception& error) {
@@ -76,6 +87,16 @@ int run_program(const char* name, const char* description, int count, char** wor
   } catch (...) {
     return 1;
   }
-}
+
+ private:
+  int fail(const std::string& why, int status) const {
+    std::fputs(fmt::format("{}: {}\n", name_, why).c_str(), stderr);
+    return status;
+  }
+
+  const char* name_;
+  CommandLine options_;
+  std::string* directory_ = nullptr;
+};
 
 }  // namespace plait::bench

@@ -83,13 +83,6 @@ struct Query {
   Point origin, direction;
 };
 
-struct Row {
-  std::string layout, what;
-  double side = 0;                            ///< of the box; 0: a ray
-  std::vector<double> tree = {}, floor = {};  ///< microseconds of a query
-  double found = 0;                           ///< faces of a query
-};
-
 std::vector<Query> make_queries(const std::vector<FaceBox>& bounds, double side, int count,
                                 unsigned seed) {
   std::mt19937_64 random(seed);
@@ -105,93 +98,71 @@ std::vector<Query> make_queries(const std::vector<FaceBox>& bounds, double side,
   return queries;
 }
 
-void measure(Row& row, const Reader& reader, const std::vector<FaceBox>& bounds, int count,
-             unsigned seed) {
-  const std::vector<Query> queries = make_queries(bounds, row.side, count, seed);
-  std::uint64_t found = 0, found_by_floor = 0;
-  row.tree.push_back(1e6 / count * seconds([&] {
-                       for (const Query& query : queries)
-                         found +=
-                             row.side > 0
-                                 ? reader.faces_in_box(query.box).size()
-                                 : reader.faces_along_ray(query.origin, query.direction).size();
-                     }));
+/// Faces found, microseconds of a query, and those of the loop. `side` is 0 for rays.
+void measure(Measurements& table, const std::string& layout, double side, const Reader& reader,
+             const std::vector<FaceBox>& bounds, int count, unsigned seed) {
+  const std::vector<Query> queries = make_queries(bounds, side, count, seed);
+  const auto find = [&](const Query& query) {
+    return side > 0 ? reader.faces_in_box(query.box).size()
+                    : reader.faces_along_ray(query.origin, query.direction).size();
+  };
+  std::uint64_t found = 0, found_of_fewer = 0, found_by_floor = 0;
+  const double tree = 1e6 / count * seconds([&] {
+                        for (const Query& query : queries) found += find(query);
+                      });
   // The loop takes long, so it has fewer queries.
   const auto fewer = std::span(queries).first(std::max<std::size_t>(1, queries.size() / 20));
-  std::uint64_t found_of_fewer = 0;
-  for (const Query& query : fewer)
-    found_of_fewer += row.side > 0 ? reader.faces_in_box(query.box).size()
-                                   : reader.faces_along_ray(query.origin, query.direction).size();
-  row.floor.push_back(1e6 / static_cast<double>(fewer.size()) * seconds([&] {
-                        for (const Query& query : fewer) {
-                          std::vector<FaceId> faces;
-                          for (FaceId face = 0; face < bounds.size(); ++face)
-                            if (row.side > 0
-                                    ? meet(bounds[face], query.box)
-                                    : meets_ray(bounds[face], query.origin, query.direction))
-                              faces.push_back(face);
-                          found_by_floor += faces.size();
-                        }
-                      }));
+  for (const Query& query : fewer) found_of_fewer += find(query);
+  const double floor = 1e6 / static_cast<double>(fewer.size()) * seconds([&] {
+                         for (const Query& query : fewer) {
+                           std::vector<FaceId> faces;
+                           for (FaceId face = 0; face < bounds.size(); ++face)
+                             if (side > 0 ? meet(bounds[face], query.box)
+                                          : meets_ray(bounds[face], query.origin, query.direction))
+                               faces.push_back(face);
+                           found_by_floor += faces.size();
+                         }
+                       });
+  const std::string what = side > 0 ? fmt::format("box, side {}", side) : "ray";
   if (found_of_fewer != found_by_floor)
-    throw Error(ErrorCode::kBadState,
-                fmt::format("{} {}: found {} faces, the loop found {}", row.layout, row.what,
-                            found_of_fewer, found_by_floor));
-  row.found = static_cast<double>(found) / count;
+    throw Error(ErrorCode::kBadState, fmt::format("{} {}: found {} faces, the loop found {}",
+                                                  layout, what, found_of_fewer, found_by_floor));
+  table.add({layout, what}, {static_cast<double>(found) / count, tree, floor, floor / tree});
 }
 
 int run(const Settings& settings) {
   const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
-  std::vector<Row> rows;
-  std::vector<double> without_file, with_file;
+  Measurements table("layout|query",
+                     {{"faces found", 1}, {"us", 1, true}, {"loop, us", 0}, {"loop / query", 0}});
+  Measurements first_queries("first query of a reader", {{"ms", 1}});
   std::uint64_t face_count = 0;
   for (const std::string& layout : settings.layouts) {
     say_progress(fmt::format("{}: making a store", layout));
-    fs::remove_all(path);
-    {
-      Store store =
-          Store::create(path, lay_out(octahedron(settings.refinements), layout_from_name(layout)),
-                        {}, default_backends());
-      add_base_positions(store);
-      subdivide(store, {.levels = settings.level});
-      store.commit();
-    }
-    const Store store = Store::open(path, {}, default_backends());
+    const Store store =
+        refined_store(path, lay_out(octahedron(settings.refinements), layout_from_name(layout)),
+                      settings.level, {});
     face_count = store.base().face_count();
-    const auto first_query = [&] {
-      const Reader reader(store);
-      return seconds([&] { static_cast<void>(reader.faces_in_box({})); });
-    };
-    for (int turn = 0; turn < settings.runs; ++turn) without_file.push_back(first_query());
-    write_bounds(store);
-    for (int turn = 0; turn < settings.runs; ++turn) with_file.push_back(first_query());
-
+    for (const char* file : {"without a file of bounds", "with one"}) {
+      for (int turn = 0; turn < settings.runs; ++turn) {
+        const Reader reader(store);
+        first_queries.add({file},
+                          {1e3 * seconds([&] { static_cast<void>(reader.faces_in_box({})); })});
+      }
+      write_bounds(store);
+    }
     const Reader reader(store);
     const std::vector<FaceBox> bounds = bounds_of(reader, face_count, settings.level);
     static_cast<void>(reader.faces_in_box({}));
-    const std::size_t first = rows.size();
-    for (const double side : {0.02, 0.1, 0.5})
-      rows.push_back({layout, fmt::format("box, side {}", side), side});
-    rows.push_back({layout, "ray"});
     for (int turn = 0; turn < settings.runs; ++turn)
-      for (std::size_t at = first; at < rows.size(); ++at) {
+      for (const double side : {0.02, 0.1, 0.5, 0.0}) {
         say_progress(fmt::format("{}: run {} of {}", layout, turn + 1, settings.runs));
-        measure(rows[at], reader, bounds, settings.queries, static_cast<unsigned>(turn));
+        measure(table, layout, side, reader, bounds, settings.queries, static_cast<unsigned>(turn));
       }
   }
   fs::remove_all(path);
-
-  instrument::Table table =
-      instrument::table_with("layout|query|#faces found|#us|#loop, us|#loop / query");
-  for (const Row& row : rows)
-    table.rows.push_back(
-        {{row.layout, row.what, number(row.found, 1), spread(row.tree, 1, 1),
-          middle(row.floor, 1, 0), number(*middle(row.floor).value / *middle(row.tree).value, 0)}});
-  print_table(fmt::format("{} faces, level {}, {} queries, {} runs; first query of a reader: {} ms "
-                          "without a file of bounds, {} ms with one",
-                          face_count, settings.level, settings.queries, settings.runs,
-                          middle(without_file, 1e3, 1).text, middle(with_file, 1e3, 1).text),
-              table);
+  table.print(fmt::format("{} faces, level {}, {} queries, {} runs", face_count, settings.level,
+                          settings.queries, settings.runs));
+  first_queries.print("\nThe first query of a reader gets the bounds of all faces");
   return 0;
 }
 
@@ -199,15 +170,13 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_face_queries", "Faces in a box and along a ray", count, words,
-      [&](CommandLine& app) {
-        add_surface_options(app, settings.refinements, settings.level);
-        app.add_option("--layouts", settings.layouts, "Orders of the faces, several with commas")
-            ->delimiter(',');
-        add_number_option(app, "--queries", settings.queries, 1, 100000000, "Queries of a run");
-        add_runs_option(app, settings.runs);
-        add_directory_option(app, settings.directory);
-      },
-      [&] { return run(settings); }, &settings.directory);
+  Program program("plait_bench_face_queries", "Faces in a box and along a ray");
+  program.surface(settings.refinements, settings.level)
+      .number("--queries", settings.queries, 1, 100000000, "Queries of a run")
+      .runs(settings.runs)
+      .directory(settings.directory);
+  program.options()
+      .add_option("--layouts", settings.layouts, "Orders of the faces, several with commas")
+      ->delimiter(',');
+  return program.run(count, words, [&] { return run(settings); });
 }

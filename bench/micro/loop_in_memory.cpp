@@ -15,9 +15,8 @@
 
 #include <cstring>
 #include <string>
-#include <thread>
-#include <vector>
 
+#include "instrument/in_threads.h"
 #include "micro/command_line.h"
 #include "micro/recycled_memory.h"
 #include "micro/support.h"
@@ -26,7 +25,6 @@
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/store.h"
-#include "plait/subdivide.h"
 
 namespace {
 
@@ -38,16 +36,12 @@ struct Settings {
   int first = 3, last = 6, runs = 5, threads = 2;
 };
 
-/// Runs work(offset, bytes) on every thread, each with its share of [0, bytes). Returns the
-/// seconds.
+/// The seconds of work(offset, bytes) on every thread, each with its share of [0, bytes).
 template <class Work>
 double on_threads(int threads, std::uint64_t bytes, Work work) {
+  const std::uint64_t share = bytes / static_cast<std::uint64_t>(threads) / 64 * 64;
   return seconds([&] {
-    std::vector<std::jthread> helpers;
-    const std::uint64_t share = bytes / static_cast<std::uint64_t>(threads) / 64 * 64;
-    for (int i = 1; i < threads; ++i)
-      helpers.emplace_back([&, i] { work(static_cast<std::uint64_t>(i) * share, share); });
-    work(0, share);
+    instrument::in_threads(threads, [&](std::size_t thread) { work(thread * share, share); });
   });
 }
 
@@ -65,40 +59,42 @@ void fill(std::byte* to, std::uint64_t bytes) {
 struct Case {
   int level, threads;
   bool normals;
-  std::uint64_t vertices = 0, bytes = 0;
-  std::vector<double> plait = {}, copy = {}, stream = {};
-  std::string digest = {};
+};
+struct Times {
+  double plait, copy, stream;
 };
 
-void run_case(Case& at, const LaidOutMesh& base, RecycledPages& pages,
-              const BackendRegistry& backends, bool check) {
-  StoreOptions options;
-  options.backend = "recycled";
-  options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
-  SubdivideOptions how;
-  how.executor = ExecutorKind::kFused;
-  how.levels = at.level;
-  how.normals = at.normals;
-  how.threads = at.threads;
+/// `digest_of` gets the digest of the surface, unless it is nullptr.
+Times run_case(const Case& at, const LaidOutMesh& base, RecycledPages& pages,
+               const BackendRegistry& backends, std::string* digest_of) {
+  Times times{};
   {
+    StoreOptions options;
+    options.backend = "recycled";
+    options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
     Store store = Store::create({}, base.mesh, options, backends);
     add_base_positions(store);
-    at.plait.push_back(seconds([&] { subdivide(store, how); }));
-    if (check) at.digest = digest(store).to_string();
+    const SubdivideOptions how{.executor = ExecutorKind::kFused,
+                               .levels = at.level,
+                               .normals = at.normals,
+                               .threads = at.threads};
+    times.plait = seconds([&] { subdivide(store, how); });
+    if (digest_of != nullptr) *digest_of = digest(store).to_string();
   }
-  at.vertices = counts_at_level(base.mesh, at.level).vertices;
-  at.bytes = at.vertices * (at.normals ? 24 : 12);
-  std::byte* to = pages.take(at.bytes);
+  const std::uint64_t bytes =
+      counts_at_level(base.mesh, at.level).vertices * (at.normals ? 24 : 12);
+  std::byte* to = pages.take(bytes);
   std::byte* from = pages.take(64 << 20);
-  at.copy.push_back(on_threads(at.threads, at.bytes, [&](std::uint64_t first, std::uint64_t count) {
+  times.copy = on_threads(at.threads, bytes, [&](std::uint64_t first, std::uint64_t count) {
     for (std::uint64_t done = 0; done < count; done += 64 << 20)
       std::memcpy(to + first + done, from, std::min<std::uint64_t>(64 << 20, count - done));
-  }));
-  at.stream.push_back(
-      on_threads(at.threads, at.bytes,
-                 [&](std::uint64_t first, std::uint64_t count) { fill(to + first, count); }));
-  pages.give_back(to, at.bytes);
+  });
+  times.stream = on_threads(at.threads, bytes, [&](std::uint64_t first, std::uint64_t count) {
+    fill(to + first, count);
+  });
+  pages.give_back(to, bytes);
   pages.give_back(from, 64 << 20);
+  return times;
 }
 
 int run(const Settings& settings) {
@@ -106,28 +102,27 @@ int run(const Settings& settings) {
       settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh), LayoutKind::kHilbert);
   RecycledPages pages;
   const BackendRegistry backends = recycled_memory(pages);
-  instrument::Table table = instrument::table_with(
-      "#level|#vertices|attributes|#threads|#ns a vertex|#memcpy|#non-temporal fill|#over "
-      "memcpy|digest");
+  Measurements table(
+      "#level|#vertices|attributes|#threads|digest",
+      {{"ns a vertex", 2, true}, {"memcpy"}, {"non-temporal fill"}, {"over memcpy"}});
   for (int level = settings.first; level <= settings.last; ++level)
     for (const bool normals : {false, true})
       for (int threads = 1; threads <= settings.threads; ++threads) {
-        Case at{level, threads, normals};
+        const std::uint64_t vertices = counts_at_level(base.mesh, level).vertices;
+        const double scale = 1e9 / static_cast<double>(vertices);
         say_progress(
             fmt::format("level {}, {} threads{}", level, threads, normals ? ", with normals" : ""));
-        run_case(at, base, pages, backends, true);
-        at.plait.clear(), at.copy.clear(), at.stream.clear();
-        for (int turn = 0; turn < settings.runs; ++turn) run_case(at, base, pages, backends, false);
-        const double scale = 1e9 / static_cast<double>(at.vertices);
-        table.rows.push_back(
-            {{number(level, 0), number(static_cast<double>(at.vertices), 0),
-              normals ? "position, normal" : "position", number(threads, 0),
-              spread(at.plait, scale), middle(at.copy, scale), middle(at.stream, scale),
-              number(*middle(at.plait).value / *middle(at.copy).value), at.digest}});
+        std::string digest;
+        run_case({level, threads, normals}, base, pages, backends, &digest);
+        for (int turn = 0; turn < settings.runs; ++turn) {
+          const Times of = run_case({level, threads, normals}, base, pages, backends, nullptr);
+          table.add({fmt::format("{}", level), fmt::format("{}", vertices),
+                     normals ? "position, normal" : "position", fmt::format("{}", threads), digest},
+                    {scale * of.plait, scale * of.copy, scale * of.stream, of.plait / of.copy});
+        }
       }
-  print_table(fmt::format("{} base vertices, fused executor, layout hilbert, {} runs",
-                          base.mesh.vertex_count(), settings.runs),
-              table);
+  table.print(fmt::format("{} base vertices, fused executor, layout hilbert, {} runs",
+                          base.mesh.vertex_count(), settings.runs));
   return 0;
 }
 
@@ -135,16 +130,12 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_loop_in_memory", "Loop surfaces in memory, compared with copying as many bytes",
-      count, words,
-      [&](CommandLine& app) {
-        add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
-        add_number_option(app, "--first", settings.first, 1, 12, "The first level measured");
-        add_number_option(app, "--last", settings.last, 1, 12, "The last level measured");
-        add_runs_option(app, settings.runs);
-        add_number_option(app, "--threads", settings.threads, 1, 64,
-                          "The largest number of threads; measures from one thread up");
-      },
-      [&] { return run(settings); });
+  Program program("plait_bench_loop_in_memory",
+                  "Loop surfaces in memory, compared with copying as many bytes");
+  program.mesh(settings.mesh, "an octahedron refined to 8,192 faces")
+      .levels(settings.first, settings.last)
+      .runs(settings.runs)
+      .number("--threads", settings.threads, 1, 64,
+              "The largest number of threads; measures from one thread up");
+  return program.run(count, words, [&] { return run(settings); });
 }

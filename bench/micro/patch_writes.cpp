@@ -16,10 +16,10 @@
 #include <filesystem>
 #include <span>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <vector>
 
+#include "instrument/in_threads.h"
 #include "micro/command_line.h"
 #include "micro/support.h"
 #include "plait/extend/pager.h"
@@ -27,8 +27,6 @@
 #include "plait/extend/vertex_numbering.h"
 #include "plait/patch_writer.h"
 #include "plait/reader.h"
-#include "plait/registry.h"
-#include "plait/store.h"
 #include "plait/visit_vertices.h"
 
 namespace {
@@ -42,14 +40,8 @@ struct Settings {
   int level = 5, refinements = 5, runs = 5;
   std::vector<int> threads = {1, 2};
   std::vector<std::string> backends = {"pread"};
-  std::uint64_t budget_mebibytes = 16;
+  int budget_mebibytes = 16;
   std::string directory = ".";
-};
-
-struct Row {
-  std::string backend;
-  int threads;
-  std::vector<double> writer = {}, sweep = {}, share = {};  ///< GB/s; writer / sweep
 };
 
 void write_patches(Store& store, int level, int threads, const std::vector<Record>& records) {
@@ -57,16 +49,11 @@ void write_patches(Store& store, int level, int threads, const std::vector<Recor
   const auto faces = static_cast<FaceId>(store.base().face_count());
   PatchWriter writer(store, {.attributes = {"record"}});
   std::atomic<FaceId> next = 0;
-  const auto work = [&] {
+  instrument::in_threads(threads, [&](std::size_t) {
     for (FaceId face = next.fetch_add(1); face < faces; face = next.fetch_add(1))
       writer.write_patch<Record>("record", face, level,
                                  std::span(records).subspan(face * count, count));
-  };
-  {
-    std::vector<std::jthread> helpers;
-    for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
-    work();
-  }
+  });
   writer.finish();
   StoreAccess::pager(store).flush();
 }
@@ -89,39 +76,32 @@ int run(const Settings& settings) {
   const std::vector<Record> records(
       base.face_count() * patch_vertex_count(std::int64_t{1} << settings.level), Record{1, 2, 3});
   const double gigabytes = static_cast<double>(vertices * sizeof(Record)) * 1e-9;
-  std::vector<Row> rows;
+  Measurements table("backend|#threads", {{"patch writer, GB/s", 2, true},
+                                          {"sweep, GB/s", 2, true},
+                                          {"patch writer / sweep", 2, true}});
   for (const std::string& backend : settings.backends) {
     // Each time a new store, so that no block is there before. Making the store is not measured.
     const auto rate_of = [&](const auto& write, int threads) {
       fs::remove_all(path);
       StoreOptions options;
       options.backend = backend;
-      options.budget_bytes = settings.budget_mebibytes << 20;
+      options.budget_bytes = static_cast<std::uint64_t>(settings.budget_mebibytes) << 20;
       options.durability = Durability::kNone;
       Store store = Store::create(path, base, options, default_backends());
       store.add_attribute(schema_of<Record>("record"), settings.level);
       return gigabytes / seconds([&] { write(store, settings.level, threads, records); });
     };
-    const std::size_t first = rows.size();
-    for (const int threads : settings.threads) rows.push_back({backend, threads});
     for (int turn = 0; turn < settings.runs; ++turn)
-      for (std::size_t at = first; at < rows.size(); ++at) {
-        Row& row = rows[at];
+      for (const int threads : settings.threads) {
         say_progress(fmt::format("{}: run {} of {}", backend, turn + 1, settings.runs));
-        row.writer.push_back(rate_of(write_patches, row.threads));
-        row.sweep.push_back(rate_of(sweep, row.threads));
-        row.share.push_back(row.writer.back() / row.sweep.back());
+        const double writer = rate_of(write_patches, threads);
+        const double swept = rate_of(sweep, threads);
+        table.add({backend, fmt::format("{}", threads)}, {writer, swept, writer / swept});
       }
   }
   fs::remove_all(path);
-  instrument::Table table = instrument::table_with(
-      "backend|#threads|#patch writer, GB/s|#sweep, GB/s|#patch writer / sweep");
-  for (const Row& row : rows)
-    table.rows.push_back({{row.backend, number(row.threads, 0), spread(row.writer),
-                           spread(row.sweep), spread(row.share)}});
-  print_table(fmt::format("{} patches, {} vertices, float32 x 3, {} runs, budget {} MiB",
-                          base.face_count(), vertices, settings.runs, settings.budget_mebibytes),
-              table);
+  table.print(fmt::format("{} patches, {} vertices, float32 x 3, {} runs, budget {} MiB",
+                          base.face_count(), vertices, settings.runs, settings.budget_mebibytes));
   return 0;
 }
 
@@ -129,16 +109,12 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_patch_writes", "A patch writer beside a sweep", count, words,
-      [&](CommandLine& app) {
-        add_surface_options(app, settings.refinements, settings.level);
-        add_backends_option(app, settings.backends);
-        add_threads_option(app, settings.threads);
-        app.add_option("--budget", settings.budget_mebibytes, "Budget for blocks in memory, MiB")
-            ->range(1, 1 << 20);
-        add_runs_option(app, settings.runs);
-        add_directory_option(app, settings.directory);
-      },
-      [&] { return run(settings); }, &settings.directory);
+  Program program("plait_bench_patch_writes", "A patch writer beside a sweep");
+  program.surface(settings.refinements, settings.level)
+      .backends(settings.backends)
+      .threads(settings.threads)
+      .number("--budget", settings.budget_mebibytes, 1, 1 << 20, "Budget for blocks in memory, MiB")
+      .runs(settings.runs)
+      .directory(settings.directory);
+  return program.run(count, words, [&] { return run(settings); });
 }

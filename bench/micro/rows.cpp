@@ -173,39 +173,25 @@ std::function<void()> copy_as_many(const Subject& subject) {
   };
 }
 
-struct Times {
-  std::vector<double> ns = {}, over_narrower = {}, over_copy = {};
-};
-
 int run(const Settings& settings) {
   std::vector<Subject> all = subjects<float>(settings.points, ", float32");
   std::ranges::move(subjects<double>(settings.points, ", float64"), std::back_inserter(all));
-  instrument::Table table = instrument::table_with(
-      "row|instruction set|#ns a vertex|#over the narrower set|#over memcpy");
+  Measurements table("row|instruction set",
+                     {{"ns a vertex", 2, true}, {"over the narrower set"}, {"over memcpy"}});
   for (const Subject& subject : all) {
     if (subject.name.find(settings.only) == std::string::npos) continue;
-    std::vector<std::pair<std::string, Times>> targets;
     for (int turn = 0; turn < settings.runs; ++turn) {
       const double copy = ns_a_vertex(subject, copy_as_many(subject));
-      double narrower = 0;
-      std::size_t number = 0;
+      double narrower = Measurements::kNone;
       fused_rows::on_every_target([&](const char* target) {
-        if (turn == 0) targets.push_back({target, {}});
-        Times& times = targets[number++].second;
-        times.ns.push_back(ns_a_vertex(subject, subject.make()));
-        times.over_copy.push_back(times.ns.back() / copy);
-        if (narrower > 0) times.over_narrower.push_back(times.ns.back() / narrower);
-        narrower = times.ns.back();
+        const double ns = ns_a_vertex(subject, subject.make());
+        table.add({subject.name, target}, {ns, ns / narrower, ns / copy});
+        narrower = ns;
       });
     }
-    for (const auto& [target, times] : targets)
-      table.rows.push_back({{subject.name, target, spread(times.ns),
-                             times.over_narrower.empty() ? "-" : middle(times.over_narrower),
-                             middle(times.over_copy)}});
   }
-  print_table(fmt::format("rows of {} points in {} lanes, {} runs", settings.points, kPatchLanes,
-                          settings.runs),
-              table);
+  table.print(fmt::format("rows of {} points in {} lanes, {} runs", settings.points, kPatchLanes,
+                          settings.runs));
   return 0;
 }
 
@@ -213,12 +199,8 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_rows", "Rows of the fused executor on every instruction set", count, words,
-      [&](CommandLine& app) {
-        app.add_option("--only", settings.only, "Only rows whose name contains this text");
-        add_number_option(app, "--points", settings.points, 1, 1024, "Points of a row");
-        add_runs_option(app, settings.runs);
-      },
-      [&] { return run(settings); });
+  Program program("plait_bench_rows", "Rows of the fused executor on every instruction set");
+  program.number("--points", settings.points, 1, 1024, "Points of a row").runs(settings.runs);
+  program.options().add_option("--only", settings.only, "Only rows whose name contains this text");
+  return program.run(count, words, [&] { return run(settings); });
 }

@@ -5,10 +5,14 @@
 
 #include <chrono>
 #include <cstdint>
-#include <span>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
 #include <string>
+#include <vector>
 
-#include "instrument/page.h"
+#include "plait/registry.h"
+#include "plait/store.h"
 #include "plait/subdivide.h"
 
 namespace plait::bench {
@@ -33,15 +37,35 @@ double thread_seconds(Work work) {
   return now() - start;
 }
 
-/// "1.23".
-instrument::TableCell number(double value, int digits = 2);
-/// "1.23", the median of `values` times `scale`. REQUIRES: there is a value; also for spread().
-instrument::TableCell middle(std::span<const double> values, double scale = 1, int digits = 2);
-/// "1.23 (1.20 to 1.31)": with the smallest and the largest.
-instrument::TableCell spread(std::span<const double> values, double scale = 1, int digits = 2);
+/// A column of a table of measurements.
+struct Figure {
+  std::string name;
+  int digits = 2;
+  bool spread = false;  ///< with the smallest and the largest value
+};
 
-/// Prints a line and the table as Markdown.
-void print_table(const std::string& about, const instrument::Table& table);
+/// A table of what runs measured: each figure is the median of the runs of its row.
+class Measurements {
+ public:
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  /// `labels`: the columns before the figures, with '|' between them, and '#' before numbers.
+  Measurements(std::string labels, std::vector<Figure> figures);
+  /// A run of the row with these labels: a value for each figure, or kNone. Rows stand in the order
+  /// in which they were first added to.
+  void add(const std::vector<std::string>& labels, std::initializer_list<double> values);
+  /// Prints a line, and the table as Markdown.
+  void print(const std::string& about) const;
+
+ private:
+  struct Row {
+    std::vector<std::string> labels;
+    std::vector<std::vector<double>> values;  ///< [figure]
+  };
+  std::string labels_;
+  std::vector<Figure> figures_;
+  std::vector<Row> rows_ = {};
+};
 
 /// Prints a line to standard error if it is a terminal.
 void say_progress(const std::string& text);
@@ -53,6 +77,23 @@ inline BaseMesh octahedron(int refinements) {
   mesh.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
                 {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
   return rebase(BaseMesh::build(mesh), refinements, Scheme::kLoop);
+}
+
+/// A store of positions, refined to `level`. It is in memory if `path` is empty, else it was
+/// committed and is open for reading; what was at `path` is removed.
+inline Store refined_store(const std::filesystem::path& path, const LaidOutMesh& base, int level,
+                           const StoreOptions& options) {
+  {
+    std::filesystem::remove_all(path);
+    Store store = Store::create(path, base, options, default_backends());
+    add_base_positions(store);
+    subdivide(store, {.levels = level});
+    if (path.empty()) return store;
+    store.commit();
+  }
+  OpenOptions open;
+  open.budget_bytes = options.budget_bytes;
+  return Store::open(path, open, default_backends());
 }
 
 }  // namespace plait::bench

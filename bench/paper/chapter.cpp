@@ -20,7 +20,10 @@ std::string count(const Json& number) { return format_count(number.get<std::uint
 
 using instrument::clock_text;
 using instrument::Page;
+using instrument::Paragraph;
+using instrument::Picture;
 using instrument::seconds_text;
+using instrument::Section;
 using instrument::Table;
 using instrument::table_with;
 
@@ -30,29 +33,29 @@ std::string share_text(const Json& part, const Json& whole) {
 
 void write_mesh(Page& page, const Json& model) {
   const Json &tables = model["tables"], &paper = model["paper"];
-  page.section(fmt::format("{}: the mesh", model["title"].get<std::string>()));
-  page.paragraph(
+  page.add(Section{fmt::format("{}: the mesh", model["title"].get<std::string>())});
+  page.add(Paragraph{
       fmt::format("Base mesh: {}. It is {}the paper's mesh, which is not distributed with plait.",
                   model["source"].get<std::string>(),
-                  model["is_stand_in"].get<bool>() ? "not " : "what the user named as "));
+                  model["is_stand_in"].get<bool>() ? "not " : "what the user named as ")});
   Table table = table_with("|#vertices|#edges|#faces|#Euler number");
   table.rows.push_back({{"the paper's", count(paper["vertices"]), count(paper["edges"]),
                          format_count(paper["edges"].get<std::uint64_t>() * 2 / 3), "-"}});
   table.rows.push_back({{"this one", count(tables["vertices"]), count(tables["edges"]),
                          count(tables["faces"]), std::to_string(tables["euler"].get<int>())}});
-  page.table(std::move(table));
+  page.add(std::move(table));
 }
 
 void write_shares(Page& page, const Json& model) {
   const Json& tables = model["tables"];
-  page.section(fmt::format("{}: vertices on base edges", model["title"].get<std::string>()));
-  page.paragraph(
+  page.add(Section{fmt::format("{}: vertices on base edges", model["title"].get<std::string>())});
+  page.add(Paragraph{
       "A level creates 4^(k-1) vertices for each base edge of a closed mesh, and 2^(k-1) of them "
       "lie on "
       "the edge: a share of 2^(1-k) (section 2). The last columns say how many vertices there are "
       "up to the level, and how many "
       "more "
-      "a format would store that gives each patch a grid of its own.");
+      "a format would store that gives each patch a grid of its own."});
   Table table = table_with(
       "level|#created|#on base edges|#share|#vertices up to it|#with a grid for each patch|#more");
   for (const Json& row : tables["shares"]) {
@@ -64,19 +67,19 @@ void write_shares(Page& page, const Json& model) {
           share_text(row["on_base_edges"], row["born"]), count(tables["counts"][level]),
           count(tables["replicated"][level]), fmt::format("{:.1f} %", 100 * more)}});
   }
-  page.table(std::move(table));
+  page.add(std::move(table));
 }
 
 void write_spans(Page& page, const Json& model) {
   const Json &tables = model["tables"], &paper = model["paper"];
-  page.section(fmt::format("{}: spans", model["title"].get<std::string>()));
-  page.paragraph(
+  page.add(Section{fmt::format("{}: spans", model["title"].get<std::string>())});
+  page.add(Paragraph{
       "The span of a set of stencils is the largest difference of edge indices inside one (section "
       "5.3): of a face's three edges, and of the five edges of a Loop stencil. It decides the size "
       "of "
       "the buffers. The paper sorts faces along the longest axis, which is the order \"spatial\" "
       "here. "
-      "Its meshes have other shapes and numberings, so only the magnitude can agree.");
+      "Its meshes have other shapes and numberings, so only the magnitude can agree."});
   Table table =
       table_with("order|#span of faces|#of Loop stencils|#median of Loop stencils|#of all edges");
   table.rows.push_back(
@@ -89,7 +92,7 @@ void write_spans(Page& page, const Json& model) {
                                                                            : ""),
           count(row["face"]), count(row["loop"]), count(row["loop_median"]),
           share_text(row["loop"], tables["edges"])}});
-  page.table(std::move(table));
+  page.add(std::move(table));
 }
 
 void write_run(Table& table, const Json& row, double paper_seconds) {
@@ -116,24 +119,24 @@ void write_runs(Page& page, const Json& model) {
   const Json &paper = model["paper"], &runs = model["runs"];
   if (runs.empty()) return;
   const int levels = model["levels"].get<int>();
-  page.section(fmt::format("{}: Loop to level {}", model["title"].get<std::string>(), levels));
-  page.paragraph(
+  page.add(Section{fmt::format("{}: Loop to level {}", model["title"].get<std::string>(), levels)});
+  page.add(Paragraph{
       "Positions and normals in float32, from the file of the mesh to a committed store, with "
       "fdatasync; each row is one run in a process of its own. Memory is the peak of the process, "
       "with "
       "the base mesh; for mmap, mapped pages of files count too. \"The paper's way, here\" is a "
       "recursive function over quadtrees, several passes a level, explicit reads and "
-      "writes, and buffers of twice the span.");
+      "writes, and buffers of twice the span."});
   // Only a run to the paper's level, from as many edges, has its work.
   const bool comparable =
       levels == paper["levels"].get<int>() && model["tables"]["edges"] == paper["edges"];
-  page.paragraph(
+  page.add(Paragraph{
       comparable
           ? "The paper's rows are what it printed, on a machine of its time: times tell the "
             "magnitude, not a ranking of methods. Memory is its main claim, and does not age."
           : fmt::format(
                 "The paper has {} edges and level {}: other work, so its rows are not here.",
-                count(paper["edges"]), paper["levels"].get<int>()));
+                count(paper["edges"]), paper["levels"].get<int>())});
   Table table = table_with(
       "executor|#backend|#order|#budget|#elapsed|#processor|#memory|#disk|#ns a vertex|#paper's "
       "time over it");
@@ -155,40 +158,36 @@ void write_runs(Page& page, const Json& model) {
                                      row["backend"].get<std::string>(),
                                      row["not_run"].get<std::string>()));
   }
-  page.table(std::move(table));
-  for (std::string& refusal : refusals) page.paragraph(std::move(refusal));
+  page.add(std::move(table));
+  for (std::string& refusal : refusals) page.add(Paragraph{std::move(refusal)});
   if (model["digests_equal"].is_boolean())
-    page.paragraph(
+    page.add(Paragraph{
         model["digests_equal"].get<bool>()
             ? fmt::format("All runs have the digest {}.", model["digest"].get<std::string>())
-            : "FAILED: the runs have different digests, so no figure of this table counts.");
+            : "FAILED: the runs have different digests, so no figure of this table counts."});
 }
 
 void write_pictures(Page& page, const Json& model) {
   if (model["pictures"].empty()) return;
-  page.section(fmt::format("{}: pictures", model["title"].get<std::string>()));
+  page.add(Section{fmt::format("{}: pictures", model["title"].get<std::string>())});
   for (const Json& picture : model["pictures"])
-    page.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
+    page.add(Picture{picture["file"].get<std::string>(), picture["caption"].get<std::string>()});
 }
 
 }  // namespace
 
 Page make_chapter(const Json& report) {
-  Page page("The paper again");
-  page.paragraph(
+  Page page{"The paper again"};
+  page.add(Paragraph{
       "I. Guskov, \"Non-replicating indexing for out-of-core processing of semi-regular triangular "
       "surface meshes\", is where plait's index comes from. Here are its tables and figures beside "
-      "those of this program. A command made all of this chapter:");
-  page.command(report["command"].get<std::string>());
-  page.paragraph(fmt::format("{}, {}, {}.", report["date"].get<std::string>(),
-                             report["machine"].get<std::string>(),
-                             report["plait"].get<std::string>()));
-  if (!report["remark"].get<std::string>().empty())
-    page.paragraph(report["remark"].get<std::string>());
+      "those of this program. A command made all of this chapter:"});
+  page.add(instrument::Command{report["command"].get<std::string>()});
+  page.add(Paragraph{fmt::format("{}, {}, {}.", report["date"].get<std::string>(),
+                                 report["machine"].get<std::string>(),
+                                 report["plait"].get<std::string>())});
   if (report["interrupted"].get<bool>())
-    page.paragraph("A signal ended the command: what is missing was not run.");
-  for (const Json& picture : report["pictures"])
-    page.picture(picture["file"].get<std::string>(), picture["caption"].get<std::string>());
+    page.add(Paragraph{"A signal ended the command: what is missing was not run."});
   for (const Json& model : report["models"]) {
     write_mesh(page, model);
     write_shares(page, model);

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "base/name_table.h"
 #include "generate/reduce.h"
-#include "plait/error.h"
 #include "plait/subdivide.h"
 
 namespace plait::paper {
@@ -86,13 +86,12 @@ StandIn stand_in_of(const Model& model, std::uint64_t vertices) {
 std::span<const Model> models() { return table(); }
 
 const Model& model_from_name(std::string_view name) {
-  std::string names;
+  std::vector<std::string_view> names;
   for (const Model& model : table()) {
     if (model.name == name) return model;
-    names += (names.empty() ? "" : ", ") + std::string(model.name);
+    names.push_back(model.name);
   }
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("model \"{}\": expected one of {}", name, names));
+  throw unknown_name("model", name, names);
 }
 
 IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices,

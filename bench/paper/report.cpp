@@ -11,7 +11,6 @@
 #include "interrupt.h"
 #include "io/partial_output.h"
 #include "paper/paper_way.h"
-#include "paper/patch_diagram.h"
 #include "paper/pictures.h"
 #include "paper/tables.h"
 #include "picture/png_file.h"
@@ -27,7 +26,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kFewestBudgetBytes = std::uint64_t{64} << 20;
-constexpr int kPatchLevel = 4, kSurfaceLevel = 3;
+constexpr int kSurfaceLevel = 3;
 constexpr std::size_t kSpanPictureWidth = 1300;
 
 const Model& model_of(const ReportRequest& request, std::size_t at) {
@@ -146,8 +145,8 @@ class ModelReport {
       if (row["layout"] == "spatial") span = row["loop"];
     const std::vector<PlannedRun> runs = runs_of(request_, model_, span, registry_);
     if (runs.empty()) return;
-    require_disk_space(request_.directory,
-                       store_bytes(json["tables"]["counts"].back().get<std::uint64_t>()));
+    instrument::require_space(request_.directory,
+                              store_bytes(json["tables"]["counts"].back().get<std::uint64_t>()));
     const RunSettings settings{.mesh = mesh,
                                .scratch = scratch_,
                                .levels = levels_,
@@ -200,24 +199,6 @@ class ModelReport {
   int levels_;
 };
 
-/// Figure 2 belongs to no mesh.
-Json draw_patch(const ReportRequest& request) {
-  if (request.pictures_directory.empty()) return Json::array();
-  constexpr const char* kName = "paper-patch.svg";
-  PartialFile file(request.pictures_directory / kName, Existing::kReplace);
-  const std::string svg = patch_diagram(kPatchLevel);
-  file.file().write_at(0, std::as_bytes(std::span(svg)));
-  file.publish();
-  Json pictures = Json::array();
-  pictures.push_back(
-      {{"file", (request.pictures_directory / kName).string()},
-       {"caption",
-        fmt::format("As Figure 2: a patch at level {}, covered by three interleaved quadtrees, one "
-                    "for each of its base edges.",
-                    kPatchLevel)}});
-  return pictures;
-}
-
 }  // namespace
 
 Json make_report(const ReportRequest& request, const BackendRegistry& registry,
@@ -229,10 +210,8 @@ Json make_report(const ReportRequest& request, const BackendRegistry& registry,
                  {"machine", instrument::machine_text(environment)},
                  {"environment", environment},
                  {"command", command_text()},
-                 {"remark", ""},
                  {"interrupted", false},
                  {"failed", false},
-                 {"pictures", draw_patch(request)},
                  {"models", Json::array()}};
   for (std::size_t at = 0; at < request.models.size() && !report["interrupted"].get<bool>(); ++at) {
     Json& model = report["models"].emplace_back();

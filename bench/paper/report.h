@@ -34,14 +34,13 @@ struct ReportRequest {
 using StepProgress =
     std::function<void(std::size_t done, std::size_t total, const std::string& next)>;
 
-/// {"plait", "date", "machine", "environment", "command", "remark", "interrupted", "failed",
-/// "pictures", "models":
+/// {"plait", "date", "machine", "environment", "command", "interrupted", "failed", "models":
 /// [{"name", "title", "source", "is_stand_in", "levels", "paper", "tables", "runs",
 /// "digests_equal", "digest", "pictures"}]}. After a signal it returns what there is, with
-/// `interrupted` true. `failed` is true if runs of one mesh have different digests. The stores
-/// and the mesh are made in `scratch`. Errors: kInvalidArgument for a
-/// name that does not exist, a mesh with several models, or files that exist; kNoSpace if the disk
-/// would be more than nine tenths full; kIo. REQUIRES: as instrument::run_in_own_process().
+/// `interrupted` true. `failed` is true if runs of one mesh have different digests. The stores and
+/// the mesh are made in `scratch`. Errors: kInvalidArgument for a name that does not exist, a mesh
+/// with several models, or files that exist; kNoSpace if the disk would be more than nine tenths
+/// full; kIo. REQUIRES: as instrument::run_in_own_process().
 nlohmann::ordered_json make_report(const ReportRequest& request, const BackendRegistry& registry,
                                    const StepProgress& progress,
                                    const std::filesystem::path& scratch);

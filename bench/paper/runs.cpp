@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "base/byte_text.h"
 #include "console.h"
 #include "instrument/memory_limit.h"
 #include "instrument/process.h"
@@ -126,14 +125,6 @@ std::vector<PlannedRun> plan_runs(const std::vector<std::string>& executors,
 
 std::uint64_t store_bytes(std::uint64_t vertices) {
   return vertices * kVertexBytes + vertices * kVertexBytes / 20 + (std::uint64_t{4} << 20);
-}
-
-void require_disk_space(const fs::path& directory, std::uint64_t bytes) {
-  const fs::space_info space = fs::space(directory);
-  if (space.available >= bytes && space.available - bytes >= space.capacity / 10) return;
-  throw Error(ErrorCode::kNoSpace,
-              fmt::format("make stores in {}: expected {} and a tenth of the disk free, found {}",
-                          directory.native(), format_bytes(bytes), format_bytes(space.available)));
 }
 
 json carry_out(const RunSettings& settings, const PlannedRun& run,

@@ -39,8 +39,6 @@ std::vector<PlannedRun> plan_runs(const std::vector<std::string>& executors,
 
 /// Bytes of positions and normals of so many vertices, and of the store's other files.
 std::uint64_t store_bytes(std::uint64_t vertices);
-/// Throws kNoSpace unless a tenth of the disk stays free with a store of `bytes`.
-void require_disk_space(const std::filesystem::path& directory, std::uint64_t bytes);
 
 /// Carries out one run in a child process: reads the mesh, lays it out, makes positions and
 /// normals, commits, and then, outside the measured time, computes the digest. The result has

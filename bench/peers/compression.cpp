@@ -1,7 +1,7 @@
 // How small does a level get, and how fast is it encoded and decoded?
 //
 //   plait_bench_compression [--mesh FILE] [--level 5] [--blocks 32] [--block 256] [--runs 5]
-//                           [--surface NAME]... [--only PIPELINE]... [--every-target]
+//                           [--surface NAME]... [--only PIPELINE]...
 //
 // Four surfaces: a Loop surface; the same with noise of 3e-7 diagonals; with a fractal of 0.005
 // diagonals; and the noisy one with normals that another rule made. Of each, some blocks of the
@@ -26,7 +26,6 @@
 #include "plait/extend/block_makers.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
-#include "rows/every_target.h"
 
 namespace {
 
@@ -38,7 +37,6 @@ struct Settings {
   int runs = 5, refinements = 4;
   std::string mesh;
   std::vector<std::string> surfaces, only;  ///< empty: all
-  bool every_target = false;                ///< with each instruction set of the processor
 
   static bool has(const std::vector<std::string>& chosen, const std::string& name) {
     return chosen.empty() || std::ranges::find(chosen, name) != chosen.end();
@@ -69,14 +67,11 @@ using Way = std::function<void(const MeasuredAttribute&, Sizes&, Times&)>;
 
 void measure(const Settings& settings, const std::string& surface, const std::string& name,
              const std::vector<MeasuredAttribute>& attributes, const Way& way,
-             instrument::Table& table) {
-  std::vector<double> encode, decode;
-  std::vector<double> bytes_a_vertex;
-  Sizes all;
+             Measurements& table) {
   for (int run = 0; run < settings.runs; ++run) {
     Times times;
-    all = {};
-    bytes_a_vertex.clear();
+    Sizes all;
+    std::vector<double> bytes_a_vertex;
     for (const MeasuredAttribute& attribute : attributes) {
       Sizes sizes;
       way(attribute, sizes, times);
@@ -85,23 +80,22 @@ void measure(const Settings& settings, const std::string& surface, const std::st
       all.stored += sizes.stored;
       all.entropy += sizes.entropy;
     }
-    encode.push_back(all.raw / times.encode / 1e9);
-    decode.push_back(all.raw / times.decode / 1e9);
+    table.add({surface, name}, {all.raw / all.stored, bytes_a_vertex[0], bytes_a_vertex[1],
+                                all.entropy > 0 ? all.stored / all.entropy : Measurements::kNone,
+                                all.raw / times.encode / 1e9, all.raw / times.decode / 1e9});
   }
-  table.rows.push_back(
-      {{surface, name, number(all.raw / all.stored), number(bytes_a_vertex[0]),
-        number(bytes_a_vertex[1]),
-        all.entropy > 0 ? number(all.stored / all.entropy) : instrument::TableCell("-"),
-        middle(encode), middle(decode)}});
 }
 
 int run(const Settings& settings) {
   const LaidOutMesh mesh = lay_out(
       settings.mesh.empty() ? octahedron(settings.refinements) : read_base_mesh(settings.mesh),
       LayoutKind::kAutomatic);
-  instrument::Table table = instrument::table_with(
-      "surface|pipeline|#ratio|#bytes a position|#bytes a normal|#over entropy|#encode "
-      "GB/s|#decode GB/s");
+  Measurements table("surface|pipeline", {{"ratio"},
+                                          {"bytes a position"},
+                                          {"bytes a normal"},
+                                          {"over entropy"},
+                                          {"encode GB/s"},
+                                          {"decode GB/s"}});
   for (const std::string surface : {"exact", "noise", "fractal", "noise, other normals"}) {
     if (!Settings::has(settings.surfaces, surface)) continue;
     Store store = make_surface(settings.surface, mesh, surface);
@@ -112,10 +106,7 @@ int run(const Settings& settings) {
     const auto add = [&](const std::string& name, const Way& way) {
       if (name != "memcpy" && !Settings::has(settings.only, name)) return;
       say_progress(fmt::format("{}: {}", surface, name));
-      if (!settings.every_target) return measure(settings, surface, name, attributes, way, table);
-      fused_rows::on_every_target([&](const char* target) {
-        measure(settings, surface, fmt::format("{} with {}", name, target), attributes, way, table);
-      });
+      measure(settings, surface, name, attributes, way, table);
     };
     add("memcpy", [&](const MeasuredAttribute& of, Sizes& sizes, Times& times) {
       run_copies(of, sizes, times);
@@ -133,9 +124,8 @@ int run(const Settings& settings) {
         run_peer(of, peer, sizes, times);
       });
   }
-  print_table(fmt::format("blocks of {} KiB at level {}, {} runs", settings.surface.block_kib,
-                          settings.surface.level, settings.runs),
-              table);
+  table.print(fmt::format("blocks of {} KiB at level {}, {} runs", settings.surface.block_kib,
+                          settings.surface.level, settings.runs));
   return 0;
 }
 
@@ -143,21 +133,17 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_compression", "Size and speed of pipelines and of other libraries", count, words,
-      [&](CommandLine& app) {
-        add_mesh_option(app, settings.mesh, "an octahedron that is refined first");
-        add_surface_options(app, settings.refinements, settings.surface.level);
-        add_number_option(app, "--blocks", settings.surface.blocks, 1, 1000000,
-                          "Blocks of each attribute, at the same distance");
-        add_number_option(app, "--block", settings.surface.block_kib, 4, 65536, "KiB of a block");
-        app.add_option("--surface", settings.surfaces, "Only this surface; may be repeated")
-            ->allow_extra_args(false);
-        app.add_option("--only", settings.only, "Only this way; may be repeated")
-            ->allow_extra_args(false);
-        app.add_flag("--every-target", settings.every_target,
-                     "Measure with each instruction set of this processor");
-        add_runs_option(app, settings.runs);
-      },
-      [&] { return run(settings); });
+  Program program("plait_bench_compression", "Size and speed of pipelines and of other libraries");
+  program.mesh(settings.mesh, "an octahedron that is refined first")
+      .surface(settings.refinements, settings.surface.level)
+      .number("--blocks", settings.surface.blocks, 1, 1000000,
+              "Blocks of each attribute, at the same distance")
+      .number("--block", settings.surface.block_kib, 4, 65536, "KiB of a block")
+      .runs(settings.runs);
+  CommandLine& options = program.options();
+  options.add_option("--surface", settings.surfaces, "Only this surface; may be repeated")
+      ->allow_extra_args(false);
+  options.add_option("--only", settings.only, "Only this way; may be repeated")
+      ->allow_extra_args(false);
+  return program.run(count, words, [&] { return run(settings); });
 }

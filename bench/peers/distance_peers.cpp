@@ -51,8 +51,9 @@ int run(const Settings& settings) {
   const auto samples = static_cast<std::uint64_t>(settings.samples);
   const double diagonal = diagonal_of({first.positions, first.faces});
 
-  instrument::Table table = instrument::table_with(
-      "direction|measured|#plait, % of the diagonal|#CGAL, % of the diagonal|#difference, %");
+  Measurements table(
+      "direction|measured",
+      {{"plait, % of the diagonal", 5}, {"CGAL, % of the diagonal", 5}, {"difference, %"}});
   double most = 0;
   const auto add = [&](const char* direction, const IndexedMesh& from, const IndexedMesh& to) {
     const Distances mine =
@@ -62,8 +63,8 @@ int run(const Settings& settings) {
     const auto row = [&](const char* name, double value, double peer, bool counts) {
       const double difference = std::abs(value - peer) / peer;
       if (counts) most = std::max(most, difference);
-      table.rows.push_back({{direction, name, number(100 * value / diagonal, 5),
-                             number(100 * peer / diagonal, 5), number(100 * difference, 2)}});
+      table.add({direction, name},
+                {100 * value / diagonal, 100 * peer / diagonal, 100 * difference});
     };
     row("root mean square", mine.rms, theirs.rms, true);
     row("mean", mine.mean, theirs.mean, true);
@@ -72,9 +73,8 @@ int run(const Settings& settings) {
   };
   add("mesh to other", first, second);
   add("other to mesh", second, first);
-  print_table(fmt::format("{} points on each surface, {} and {} faces", settings.samples,
-                          first.faces.size(), second.faces.size()),
-              table);
+  table.print(fmt::format("{} points on each surface, {} and {} faces", settings.samples,
+                          first.faces.size(), second.faces.size()));
   if (!(most <= kMostDifference))
     throw Error(ErrorCode::kCorruption,
                 fmt::format("the distances differ by {:.2f} %, expected at most {:.0f} %",
@@ -92,15 +92,11 @@ int run(const Settings&) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_distance_peers", "Distances between two surfaces, by plait and by CGAL", count,
-      words,
-      [&](CommandLine& app) {
-        add_mesh_option(app, settings.mesh, "a sphere of 32,768 triangles");
-        app.add_option("--other", settings.other,
-                       "Another mesh; default: a sphere of 512 triangles");
-        add_number_option(app, "--samples", settings.samples, 1000, 100000000,
-                          "Points on each surface");
-      },
-      [&] { return run(settings); });
+  Program program("plait_bench_distance_peers",
+                  "Distances between two surfaces, by plait and by CGAL");
+  program.mesh(settings.mesh, "a sphere of 32,768 triangles")
+      .number("--samples", settings.samples, 1000, 100000000, "Points on each surface");
+  program.options().add_option("--other", settings.other,
+                               "Another mesh; default: a sphere of 512 triangles");
+  return program.run(count, words, [&] { return run(settings); });
 }

@@ -14,6 +14,7 @@
 
 #include <cmath>
 #include <limits>
+#include <ranges>
 #include <string>
 
 #include "instrument/process.h"
@@ -182,31 +183,27 @@ int run(const Settings& settings) {
   ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
   const LaidOutMesh base = load(settings);
   check_agreement(peers, base.mesh, settings.level);
-  std::vector<std::vector<double>> times(peers.size()), ratios(peers.size());
+  const auto vertices = static_cast<double>(counts_at_level(base.mesh, settings.level).vertices);
+  Measurements table(
+      "library|measured",
+      {{"thread ns a vertex", 2, true}, {"over plait", 1, true}, {"peak bytes a vertex", 0}});
   for (int turn = 0; turn < settings.runs; ++turn)
-    for (std::size_t i = 0; i < peers.size(); ++i) {
+    for (double first = 0; std::size_t i : std::views::iota(std::size_t{0}, peers.size())) {
       say_progress(fmt::format("turn {} of {}: {}, {}", turn + 1, settings.runs, peers[i].name,
                                peers[i].measured));
       // An extra run, not measured: it removes what the library before left in the caches and in
       // the heap.
       peers[i].refine(base.mesh, settings.level, nullptr);
-      times[i].push_back(peers[i].refine(base.mesh, settings.level, nullptr));
-      ratios[i].push_back(times[i].back() / times[0].back());
+      const double time = peers[i].refine(base.mesh, settings.level, nullptr);
+      if (i == 0) first = time;
+      table.add({peers[i].name, peers[i].measured},
+                {1e9 / vertices * time, time / first, static_cast<double>(peaks[i]) / vertices});
     }
-
-  const auto vertices = static_cast<double>(counts_at_level(base.mesh, settings.level).vertices);
-  instrument::Table table = instrument::table_with(
-      "library|measured|#thread ns a vertex|#over plait|#peak bytes a vertex");
-  for (std::size_t i = 0; i < peers.size(); ++i)
-    table.rows.push_back(
-        {{peers[i].name, peers[i].measured, spread(times[i], 1e9 / vertices),
-          spread(ratios[i], 1, 1), number(static_cast<double>(peaks[i]) / vertices, 0)}});
-  print_table(
+  table.print(
       fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout hilbert, "
                   "{} runs; not found: {}",
                   base.mesh.vertex_count(), vertices, settings.level, settings.runs,
-                  PLAIT_BENCH_PEERS_NOT_FOUND),
-      table);
+                  PLAIT_BENCH_PEERS_NOT_FOUND));
   return 0;
 }
 
@@ -214,13 +211,10 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_loop_peers", "Positions of Loop surfaces in memory, plait and other libraries",
-      count, words,
-      [&](CommandLine& app) {
-        add_mesh_option(app, settings.mesh, "an octahedron refined to 8,192 faces");
-        add_number_option(app, "--level", settings.level, 1, 8, "The level to refine to");
-        add_runs_option(app, settings.runs);
-      },
-      [&] { return run(settings); });
+  Program program("plait_bench_loop_peers",
+                  "Positions of Loop surfaces in memory, plait and other libraries");
+  program.mesh(settings.mesh, "an octahedron refined to 8,192 faces")
+      .number("--level", settings.level, 1, 8, "The level to refine to")
+      .runs(settings.runs);
+  return program.run(count, words, [&] { return run(settings); });
 }

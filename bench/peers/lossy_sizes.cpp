@@ -116,8 +116,8 @@ LossySize size_quantised(const LossyMesh& mesh, double bound, int zstd_level) {
 
 int run(const Settings& settings) {
   const LaidOutMesh base = lay_out(octahedron(settings.refinements), LayoutKind::kAutomatic);
-  instrument::Table table = instrument::table_with(
-      "surface|#bound, diagonals|way|#bytes a vertex|#largest error / bound");
+  Measurements table("surface|#bound, diagonals|way",
+                     {{"bytes a vertex", 3}, {"largest error / bound", 3}});
   for (const std::string surface : {"exact", "noise", "fractal"}) {
     Store store = make_surface({.level = settings.level}, base, surface, false);
     const LossyMesh mesh = mesh_of(settings, store);
@@ -130,11 +130,8 @@ int run(const Settings& settings) {
       const double bound = relative * diagonal;
       const auto add = [&](const std::string& way, const LossySize& size) {
         const double vertices = static_cast<double>(mesh.numbers.size()) / 3;
-        table.rows.push_back({{surface,
-                               {fmt::format("{:g}", relative), relative},
-                               way,
-                               number(static_cast<double>(size.bytes) / vertices, 3),
-                               number(size.largest_error / bound, 3)}});
+        table.add({surface, fmt::format("{:g}", relative), way},
+                  {static_cast<double>(size.bytes) / vertices, size.largest_error / bound});
       };
       for (const char* preset : {"fast", "default", "small"}) {
         say_progress(fmt::format("{} {} {}", surface, relative, preset));
@@ -148,7 +145,7 @@ int run(const Settings& settings) {
       }
     }
   }
-  print_table(fmt::format("positions to level {}", settings.level), table);
+  table.print(fmt::format("positions to level {}", settings.level));
   return 0;
 }
 
@@ -156,11 +153,7 @@ int run(const Settings& settings) {
 
 int main(int count, char** words) {
   Settings settings;
-  return run_program(
-      "plait_bench_lossy_sizes", "Size of rounded positions, beside other libraries", count, words,
-      [&](CommandLine& app) {
-        add_surface_options(app, settings.refinements, settings.level);
-        add_directory_option(app, settings.directory);
-      },
-      [&] { return run(settings); }, &settings.directory);
+  Program program("plait_bench_lossy_sizes", "Size of rounded positions, beside other libraries");
+  program.surface(settings.refinements, settings.level).directory(settings.directory);
+  return program.run(count, words, [&] { return run(settings); });
 }

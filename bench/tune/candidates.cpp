@@ -1,12 +1,10 @@
-#include "tune/candidates.h"
-
 #include <algorithm>
 #include <cstdint>
 
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/registry.h"
-#include "tune/choice.h"
+#include "tune/sample.h"
 
 namespace plait::tune {
 namespace {

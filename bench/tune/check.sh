@@ -9,7 +9,7 @@
 #   --ram DIR          a file system in memory, also for the surfaces themselves; default /dev/shm
 #   --disks LIST       of bare, ext4@300 (MB/s; or another kind of bench/instrument/disktypes.sh) and ram, with
 #                      commas; default: these three. Throttled disks need root
-#   --surfaces LIST    of exact, noise1e-7, noise3e-7, fractal, white, sphere, scan and remeshed; default: all
+#   --surfaces LIST    of exact, noise1e-7, noise3e-7, fractal, white, scan and remeshed; default: all
 #                      but scan and remeshed, which need --mesh (a scan) and --remeshed (a store)
 #   --levels L         of 2,000 base vertices; default 5: 50 MB of positions and normals
 #   --seconds N        for each run of `plait tune`; default 60
@@ -19,7 +19,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$here/build/release directory=/var/tmp ram=/dev/shm disks=bare,ext4@300,ram levels=5 seconds=60
-surfaces=exact,noise1e-7,noise3e-7,fractal,white,sphere mesh='' remeshed='' rows=0 missed=0
+surfaces=exact,noise1e-7,noise3e-7,fractal,white mesh='' remeshed='' rows=0 missed=0
 
 refuse_usage() {
   echo "bench/tune/check.sh: $* (see bench/tune/check.sh --help)" >&2
@@ -48,9 +48,9 @@ make() {
   case $1 in
     remeshed) cp -r "$remeshed" "$made/remeshed.plait"; return ;;
     scan) "$plait" subdivide "$mesh" "$made/scan.plait" --levels 3 --normals --json >/dev/null; return ;;
-    exact | sphere)
-      "$plait" generate "$([ "$1" = exact ] && echo molecule || echo icosphere)" "$base" --vertices 2000 >/dev/null
-      "$plait" subdivide "$base" "$made/$1.plait" --levels "$levels" --normals --json >/dev/null
+    exact)
+      "$plait" generate molecule "$base" --vertices 2000 >/dev/null
+      "$plait" subdivide "$base" "$from" --levels "$levels" --normals --json >/dev/null
       rm "$base"
       return ;;
     fractal) kind=fractal amplitude=0.005 ;;

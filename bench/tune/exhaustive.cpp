@@ -110,15 +110,12 @@ int run(const Arguments& arguments) {
 
 int main(int count, char** words) {
   Arguments arguments;
-  return bench::run_program(
-      "plait_bench_tune", "Holds plait tune against an exhaustive run", count, words,
-      [&](CommandLine& app) {
-        app.add_option("STORE", arguments.store, "A store")->required();
-        app.add_option("--dir", arguments.directory, "On the disk to measure")
-            ->capture_default_str();
-        app.add_option("--seconds", arguments.seconds, "For plait tune; twice as long for the rest")
-            ->range(0.1, 86400.0)
-            ->capture_default_str();
-      },
-      [&] { return run(arguments); });
+  bench::Program program("plait_bench_tune", "Holds plait tune against an exhaustive run");
+  CommandLine& options = program.options();
+  options.add_option("STORE", arguments.store, "A store")->required();
+  options.add_option("--dir", arguments.directory, "On the disk to measure")->capture_default_str();
+  options.add_option("--seconds", arguments.seconds, "For plait tune; twice as long for the rest")
+      ->range(0.1, 86400.0)
+      ->capture_default_str();
+  return program.run(count, words, [&] { return run(arguments); });
 }

@@ -1,44 +1,30 @@
 #include "tune/goal.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "plait/error.h"
+#include "base/name_table.h"
 
 namespace plait::tune {
 namespace {
 
-struct Described {
-  Goal goal;
-  std::string_view name, words;
-};
-constexpr std::array<Described, 5> kGoals = {
-    {{Goal::kRead, "read", "For a full read"},
-     {Goal::kWrite, "write", "For a full write"},
-     {Goal::kUpdate, "update", "For reading, changing and writing all records"},
-     {Goal::kSize, "size", "For size"},
-     {Goal::kBalanced, "balanced", "For reading, writing and size together"}}};
-
-const Described& description_of(Goal goal) noexcept {
-  return *std::ranges::find(kGoals, goal, &Described::goal);
-}
+constexpr NameTable<Goal, 5> kGoals("goal", {{Goal::kRead, "read"},
+                                             {Goal::kWrite, "write"},
+                                             {Goal::kUpdate, "update"},
+                                             {Goal::kSize, "size"},
+                                             {Goal::kBalanced, "balanced"}});
+constexpr NameTable<Goal, 5> kWords("goal",
+                                    {{Goal::kRead, "For a full read"},
+                                     {Goal::kWrite, "For a full write"},
+                                     {Goal::kUpdate,
+                                      "For reading, changing and writing all records"},
+                                     {Goal::kSize, "For size"},
+                                     {Goal::kBalanced, "For reading, writing and size together"}});
 
 }  // namespace
 
-std::string_view to_string(Goal goal) noexcept { return description_of(goal).name; }
-std::string_view words_for(Goal goal) noexcept { return description_of(goal).words; }
-
-Goal goal_from_name(std::string_view name) {
-  if (const auto found = std::ranges::find(kGoals, name, &Described::name); found != kGoals.end())
-    return found->goal;
-  throw Error(ErrorCode::kInvalidArgument,
-              fmt::format("choose a goal: expected read, write, update, size or balanced, found "
-                          "\"{}\"",
-                          name));
-}
+std::string_view to_string(Goal goal) noexcept { return kGoals.name_of(goal); }
+std::string_view words_for(Goal goal) noexcept { return kWords.name_of(goal); }
+Goal goal_from_name(std::string_view name) { return kGoals.find(name); }
 
 double cost(Goal goal, const Costs& costs) {
   switch (goal) {

@@ -83,10 +83,8 @@ instrument::Table table_of(const TuneFindings& findings, const Decision& decisio
     } else {
       const Estimate read = estimate(one, &CopyRun::read_seconds);
       const Estimate write = estimate(one, &CopyRun::write_seconds);
-      row.cells = {{bytes_text(one.stored_bytes()), one.stored_bytes()},
-                   {fmt::format("{:.2f}", ratio_of(findings, one)), ratio_of(findings, one)},
-                   {interval_text(read), read.value},
-                   {interval_text(write), write.value}};
+      row.cells = {bytes_text(one.stored_bytes()), fmt::format("{:.2f}", ratio_of(findings, one)),
+                   interval_text(read), interval_text(write)};
     }
     row.cells.emplace_back(remark_on(findings, decision, at));
     row.cells.emplace_back((is_pick ? "* " : "  ") + one.choice.name);
@@ -140,6 +138,24 @@ std::string method_text(const TuneFindings& findings) {
       findings.choices.size(), findings.directory.native(), rounds, findings.seconds);
 }
 
+/// How it was measured, and what a reader must know before believing the figures.
+void add_method(instrument::Page& page, const TuneFindings& findings) {
+  page.add(instrument::Paragraph{method_text(findings)});
+  if (!findings.note.empty()) page.add(instrument::Paragraph{findings.note});
+  page.add(instrument::List{doubts_of(findings), instrument::Tone::kDoubt});
+}
+
+instrument::Table disks_table(const TuneFindings& findings, const Decision& decision) {
+  instrument::Table table = instrument::table_with("disk|#the pick|#the best|which");
+  for (const DiskClass& disk : kDisks) {
+    const Measured& best = findings.choices[best_at(findings, disk.speed)];
+    table.rows.push_back(
+        {{disk.name, seconds_text(read_seconds_at(findings.choices[decision.pick], disk.speed)),
+          seconds_text(read_seconds_at(best, disk.speed)), best.choice.name}});
+  }
+  return table;
+}
+
 }  // namespace
 
 double read_seconds_at(const Measured& measured, double bytes_per_second) {
@@ -167,22 +183,14 @@ std::string advised_command(const TuneFindings& findings, const Decision& decisi
 }
 
 std::string to_text(const TuneFindings& findings, const Decision& decision) {
-  constexpr std::size_t kWidth = 118;
-  std::string text = instrument::wrapped(method_text(findings), kWidth);
-  if (!findings.note.empty()) text += instrument::wrapped(findings.note, kWidth);
-  for (const std::string& line : doubts_of(findings))
-    text += instrument::wrapped("- " + line, kWidth, "  ");
-  text += "\n" + to_text(table_of(findings, decision));
-  text += "\nFull reads of other disks, by the formula max(stored / speed, seconds from memory):\n";
-  for (const DiskClass& disk : kDisks) {
-    const std::size_t best = best_at(findings, disk.speed);
-    text += fmt::format("  {:<22}the pick {}, the best {} ({})\n", disk.name,
-                        seconds_text(read_seconds_at(findings.choices[decision.pick], disk.speed)),
-                        seconds_text(read_seconds_at(findings.choices[best], disk.speed)),
-                        findings.choices[best].choice.name);
-  }
-  return text + "\n" + instrument::wrapped(advice_text(findings, decision), kWidth) +
-         advised_command(findings, decision) + "\n";
+  instrument::Page page;
+  add_method(page, findings);
+  page.add(table_of(findings, decision));
+  page.add(instrument::Paragraph{
+      "Full reads of other disks, by the formula max(stored / speed, seconds from memory):"});
+  page.add(disks_table(findings, decision));
+  page.add(instrument::Paragraph{advice_text(findings, decision)});
+  return to_text(page) + advised_command(findings, decision) + "\n";
 }
 
 Json to_json(const TuneFindings& findings, const Decision& decision) {
@@ -239,12 +247,11 @@ Json to_json(const TuneFindings& findings, const Decision& decision) {
           {"command", advised_command(findings, decision)}};
 }
 
-std::string to_html(const TuneFindings& findings, const Decision& decision, const Json& report) {
-  using instrument::Tone;
-  instrument::Page page(fmt::format("plait tune {}", findings.input), method_text(findings));
-  page.verdict(advice_text(findings, decision), Tone::kGood);
-  if (!findings.note.empty()) page.paragraph(findings.note);
-  if (const auto doubts = doubts_of(findings); !doubts.empty()) page.list(doubts, Tone::kDoubt);
+std::string to_html(const TuneFindings& findings, const Decision& decision,
+                    const std::string& about) {
+  instrument::Page page{fmt::format("plait tune {}", findings.input), about};
+  page.add(instrument::Verdict{advice_text(findings, decision), instrument::Tone::kGood});
+  add_method(page, findings);
   instrument::ScatterPlot plot{
       {"Bytes and seconds", "Down and to the left is better; the pick is filled and named."},
       {"stored", "B"},
@@ -259,11 +266,10 @@ std::string to_html(const TuneFindings& findings, const Decision& decision, cons
                            (is_pick ? "pick: " : "") + one.choice.name, one.stored_bytes(),
                            read.value, is_pick, read.low, read.high});
   }
-  page.plot(plot);
-  page.table(table_of(findings, decision));
-  page.command(advised_command(findings, decision));
-  page.embed("tune", report);
-  return page.html();
+  page.add(std::move(plot));
+  page.add(table_of(findings, decision));
+  page.add(instrument::Command{advised_command(findings, decision)});
+  return to_html(page);
 }
 
 }  // namespace plait::tune

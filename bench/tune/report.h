@@ -19,9 +19,9 @@ double read_seconds_at(const Measured& measured, double bytes_per_second);
 
 std::string to_text(const TuneFindings& findings, const Decision& decision);
 nlohmann::ordered_json to_json(const TuneFindings& findings, const Decision& decision);
-/// One plot, one table and one command, in a page that refers to nothing outside of itself. It
-/// contains `report`.
+/// One plot, one table and one command, in a page that refers to nothing outside of itself. `about`
+/// says when, where and how it was measured.
 std::string to_html(const TuneFindings& findings, const Decision& decision,
-                    const nlohmann::ordered_json& report);
+                    const std::string& about);
 
 }  // namespace plait::tune

@@ -11,7 +11,6 @@
 
 #include "plait/error.h"
 #include "plait/registry.h"
-#include "tune/candidates.h"
 
 namespace plait::tune {
 namespace {
@@ -92,18 +91,18 @@ PartOfCopy scaled(const PartOfCopy& part, const PartOfCopy& sampled, const PartO
 
 /// What each pipeline of an attribute would cost, the least first.
 std::vector<Priced> priced(const Sample& sample, std::size_t attribute,
-                           const std::vector<MeasuredOnce>& measured, Goal goal, double read_speed,
+                           const std::vector<Measured>& measured, Goal goal, double read_speed,
                            double write_speed) {
   const auto& sampled = sample.pipelines[attribute];
   const AttributeSchema& schema = sample.attributes[attribute];
   std::vector<Priced> all;
   // How much the whole is beside the sample: as a measured pipeline says that both have.
   const PartOfCopy *of_sample = nullptr, *of_whole = nullptr;
-  for (const MeasuredOnce& one : measured) {
+  for (const Measured& one : measured) {
     if (one.choice.compress.empty()) continue;
     const Pipeline pipeline = pipeline_of(one.choice, schema);
-    const PartOfCopy& part = one.run.parts[attribute];
-    if (goal != Goal::kUpdate || one.run.can_change)
+    const PartOfCopy& part = one.runs.front().parts[attribute];
+    if (goal != Goal::kUpdate || one.runs.front().can_change)
       all.push_back({pipeline, goal_cost(goal, part, read_speed, write_speed)});
     const auto same = std::ranges::find(sampled, pipeline, &SampledPipeline::pipeline);
     if (same == sampled.end() || part.made_blocks > 0 || of_sample != nullptr) continue;
@@ -170,10 +169,10 @@ Sample take_sample(const Store& source, std::uint64_t most_bytes,
   return sample;
 }
 
-std::vector<Choice> propose(const Sample& sample, const std::vector<MeasuredOnce>& measured,
-                            Goal goal, std::size_t most) {
+std::vector<Choice> propose(const Sample& sample, const std::vector<Measured>& measured, Goal goal,
+                            std::size_t most) {
   constexpr std::size_t kOfAttribute = 4;
-  const CopyRun& none = measured.front().run;
+  const CopyRun& none = measured.front().runs.front();
   const double read_speed = none.stored_bytes / none.read_seconds;
   const double write_speed = none.stored_bytes / none.write_seconds;
   std::vector<std::pair<double, std::vector<Pipeline>>> combinations = {{0, {}}};
@@ -193,7 +192,7 @@ std::vector<Choice> propose(const Sample& sample, const std::vector<MeasuredOnce
   std::vector<Choice> proposed;
   for (const auto& combination : combinations) {
     const auto& pipelines = combination.second;
-    const bool is_measured = std::ranges::any_of(measured, [&](const MeasuredOnce& one) {
+    const bool is_measured = std::ranges::any_of(measured, [&](const Measured& one) {
       for (std::size_t at = 0; at < pipelines.size(); ++at)
         if (pipeline_of(one.choice, sample.attributes[at]) != pipelines[at]) return false;
       return true;

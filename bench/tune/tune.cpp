@@ -4,10 +4,9 @@
 
 #include <algorithm>
 
-#include "base/byte_text.h"
 #include "base/stopwatch.h"
+#include "instrument/disk.h"
 #include "instrument/scratch_directory.h"
-#include "io/machine.h"
 #include "plait/compression.h"
 #include "plait/error.h"
 #include "plait/registry.h"
@@ -27,22 +26,22 @@ std::vector<Choice> presets() {
 
 /// The presets that store what others make again from other blocks, so that they make it again too.
 /// Says in `notes` what was made again and what was not.
-std::vector<Choice> made_again(const std::vector<MeasuredOnce>& measured,
+std::vector<Choice> made_again(const std::vector<Measured>& measured,
                                const std::vector<AttributeSchema>& attributes,
                                std::vector<std::string>& notes) {
   std::vector<Choice> choices;
   for (std::size_t at = 0; at < attributes.size(); ++at) {
-    const auto maker = std::ranges::find_if(measured, [&](const MeasuredOnce& one) {
+    const auto maker = std::ranges::find_if(measured, [&](const Measured& one) {
       return pipeline_of(one.choice, attributes[at]).has_predicted_stage();
     });
     if (maker == measured.end()) continue;
-    const PartOfCopy& part = maker->run.parts[at];
+    const PartOfCopy& part = maker->runs.front().parts[at];
     notes.push_back(fmt::format(
         "{}: {} of {} blocks equal what is made again bit by bit, and take no bytes with the "
         "presets default and small",
         attributes[at].name, part.made_blocks, part.blocks));
     if (2 * part.made_blocks < part.blocks) continue;
-    for (const MeasuredOnce& one : measured) {
+    for (const Measured& one : measured) {
       Pipeline pipeline = pipeline_of(one.choice, attributes[at]);
       if (one.choice.compress.empty() || pipeline.has_predicted_stage()) continue;
       pipeline.recipe = "";
@@ -74,13 +73,10 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
   findings.finest_level = store.finest_level();
   findings.raw_bytes = raw_bytes(store);
   findings.block_bytes = store.options().block_bytes;
-  // A copy takes at most what the records take, and its tables.
-  const std::uint64_t needed = findings.raw_bytes + findings.raw_bytes / 8 + (1u << 20);
   const instrument::ScratchDirectory scratch(options.directory);
-  if (const std::uint64_t free = free_disk_bytes(options.directory); free < needed)
-    throw Error(ErrorCode::kNoSpace,
-                fmt::format("tune under {}: expected {} free for a copy, found {}",
-                            options.directory.native(), format_bytes(needed), format_bytes(free)));
+  // A copy takes at most what the records take, and its tables.
+  instrument::require_space(options.directory,
+                            findings.raw_bytes + findings.raw_bytes / 8 + (1u << 20));
   const BackendRegistry backends = default_backends(registry);
   std::string phase = "presets";
   const auto proceed = [&] {
@@ -91,8 +87,8 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
                           proceed);
   };
 
-  std::vector<MeasuredOnce> once;
-  for (const Choice& choice : presets()) once.push_back({choice, run(choice)});
+  std::vector<Measured> once;
+  for (const Choice& choice : presets()) once.push_back({choice, {run(choice)}});
   phase = "sample";
   // What the presets took says how long a round takes.
   const double seconds_of_choice = clock.seconds() / static_cast<double>(once.size());
@@ -105,7 +101,7 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
         return !is_cancelled && clock.seconds() < end_of_sample;
       });
   if (is_cancelled) throw Error(ErrorCode::kCancelled, "tune: cancelled before the first round");
-  for (const MeasuredOnce& one : once) findings.choices.push_back({one.choice});
+  for (const Measured& one : once) findings.choices.push_back({one.choice});
   for (const Choice& choice : made_again(once, findings.sample.attributes, findings.notes))
     if (findings.choices.size() < kMostChoices) findings.choices.push_back({choice});
   for (const Choice& choice :
@@ -116,8 +112,7 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
   const double seconds_of_round = seconds_of_choice * static_cast<double>(findings.choices.size());
   const instrument::SurroundingsWatch watch;
   if (clock.seconds() + seconds_of_round > options.seconds)
-    for (std::size_t at = 0; at < once.size(); ++at)
-      findings.choices[at].runs.push_back(once[at].run);
+    for (std::size_t at = 0; at < once.size(); ++at) findings.choices[at].runs = once[at].runs;
   else
     findings.is_interrupted = !measure_rounds(
         findings.choices, options.goal, options.seconds, [&] { return clock.seconds(); }, run);

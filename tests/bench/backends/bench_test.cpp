@@ -246,13 +246,13 @@ TEST_CASE("cold needs both proofs") {
   Observed observed;
   observed.reads_all = observed.asked_cold = true;
   observed.before = {1000, 0};
-  Json result = {{"process_read", 1000}, {"stored", 1000}, {"moved_read", 1000}};
+  Json result = {{"bytes", {{"process_read", 1000}, {"stored", 1000}, {"moved_read", 1000}}}};
   CHECK(cold_label(disk, observed, result).label == "cold");
-  result["process_read"] = 400;  // a cache below the page cache, or pages that came back
+  result["bytes"]["process_read"] = 400;  // a cache below the page cache, or pages that came back
   CHECK(cold_label(disk, observed, result).label == "warm");
-  result["process_read"] = nullptr;
+  result["bytes"]["process_read"] = nullptr;
   CHECK(cold_label(disk, observed, result).label == "warm");
-  result["process_read"] = 1000;
+  result["bytes"]["process_read"] = 1000;
   observed.before.resident_bytes = 20;
   CHECK(cold_label(disk, observed, result).label == "warm");
   observed.before.resident_bytes = 0;

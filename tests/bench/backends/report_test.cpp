@@ -6,7 +6,6 @@
 #include <set>
 
 #include "backends/comparison.h"
-#include "backends/contests.h"
 #include "backends/findings.h"
 #include "backends/first_screen.h"
 #include "backends/read_runs.h"
@@ -197,7 +196,11 @@ TEST_CASE("a backend that dies is an outcome, and never the fastest") {
   }
   const std::string text = to_text(set, findings);
   CHECK_THAT(text, Catch::Contains("never pread (2 of 5 survived)"));
-  CHECK_THAT(to_page(set, findings, "c"), Catch::Contains("2 of 5 survived"));
+  // Four cells are a table, and no plot.
+  CHECK_THAT(to_page(set, findings, "c"),
+             Catch::Contains("2 of 5 survived") && !Catch::Contains("<svg"));
+  const RunSet full = set_of(SimulatedRuns(1).runs(full_report(), 3));
+  CHECK_THAT(to_page(full, find(full), "c"), !Catch::Contains("FAILED") && Catch::Contains("<svg"));
 }
 
 TEST_CASE("auto is held against the fastest that does not compress") {

@@ -5,6 +5,6 @@
 
 int main(int count, char** arguments) {
   if (count != 2) return 2;
-  std::ofstream(arguments[1], std::ios::binary) << plait::test::sample_page().html();
+  std::ofstream(arguments[1], std::ios::binary) << to_html(plait::test::sample_page());
   return 0;
 }

@@ -15,7 +15,6 @@
 #include "paper/chapter.h"
 #include "paper/models.h"
 #include "paper/paper_way.h"
-#include "paper/patch_diagram.h"
 #include "paper/pictures.h"
 #include "paper/tables.h"
 #include "plait/digest.h"
@@ -59,13 +58,6 @@ paper::LevelShare naive_share(const BaseMesh& mesh, int level) {
     if (place.size() == 2) ++share.on_base_edges;
   }
   return share;
-}
-
-std::size_t occurrences(const std::string& text, const std::string& part) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
-    ++count;
-  return count;
 }
 
 Store memory_store(const BaseMesh& mesh) {
@@ -163,13 +155,8 @@ TEST_CASE("Models_CountsOfThePaper_SatisfyTheEulerNumber") {
 TEST_CASE("Chapter_ThePapersWork_HasItsMemoryBesideOurs") {
   const auto chapter_at = [](int levels) {
     const paper::Model& model = paper::model_from_name("deo");
-    nlohmann::ordered_json report = {{"command", "c"},
-                                     {"date", "d"},
-                                     {"machine", "m"},
-                                     {"plait", "p"},
-                                     {"remark", ""},
-                                     {"interrupted", false},
-                                     {"pictures", nlohmann::json::array()}};
+    nlohmann::ordered_json report = {
+        {"command", "c"}, {"date", "d"}, {"machine", "m"}, {"plait", "p"}, {"interrupted", false}};
     nlohmann::ordered_json one = {
         {"title", "Deo"},           {"source", "s"},
         {"is_stand_in", true},      {"levels", levels},
@@ -192,7 +179,7 @@ TEST_CASE("Chapter_ThePapersWork_HasItsMemoryBesideOurs") {
     one["runs"] = {
         {{"executor", "fused"}, {"backend", "pread"}, {"budget_bytes", 1}, {"not_run", "x"}}};
     report["models"] = {one};
-    return paper::make_chapter(report).markdown(".");
+    return to_markdown(paper::make_chapter(report), ".");
   };
   const std::string same = chapter_at(5), other = chapter_at(3);
   CHECK(same.find("| 8:27 | 2:00 | 180 MB | 1 GB |") != std::string::npos);
@@ -204,25 +191,6 @@ TEST_CASE("StandIn_FacesInRandomOrder_LeaveSomethingToOrdering") {
   const BaseMesh mesh = BaseMesh::build(paper::make_stand_in(paper::model_from_name("deo"), 2000));
   const nlohmann::json spans = paper::mesh_tables(mesh, 1)["spans"];
   CHECK(spans[0]["face"].get<int>() > 4 * spans[1]["face"].get<int>());  // given, spatial
-}
-
-TEST_CASE("PatchDiagram_EachLevel_HasEveryVertexOfThePatch") {
-  for (int level = 1; level <= 5; ++level) {
-    const std::string svg = paper::patch_diagram(level);
-    std::size_t of_side = 0, linked = 0;
-    for (int born = 1; born <= level; ++born) {
-      const std::size_t n = std::size_t{1} << (born - 1);
-      of_side += n * (n + 1) / 2;
-      if (born > 1) linked += n * (n + 1) / 2;
-    }
-    for (const char* side : {"ab", "bc", "ca"}) {
-      CHECK(occurrences(svg, std::string("<circle class=\"") + side) == of_side);
-      CHECK(occurrences(svg, std::string("<path class=\"") + side) == linked);
-    }
-    const std::size_t size = std::size_t{1} << level;
-    CHECK(occurrences(svg, "<circle") + occurrences(svg, "<rect x") == (size + 1) * (size + 2) / 2);
-  }
-  CHECK_THROWS_AS(paper::patch_diagram(0), Error);
 }
 
 TEST_CASE("Halved_FourPixels_AreTheirMean") {
@@ -263,12 +231,11 @@ TEST_CASE("PaperCommand_Pages_HaveTablesAndPictures") {
   INFO(outcome.errors);
   REQUIRE(outcome.status == 0);
   CHECK(names_in(here.path()) == Names{"images", "own.ply", "paper.md"});
-  CHECK(names_in(here.path() / "images") == Names{"paper-deo-spans-given.png",
-                                                  "paper-deo-spans-spatial.png",
-                                                  "paper-deo-surface.png", "paper-patch.svg"});
+  CHECK(names_in(here.path() / "images") ==
+        Names{"paper-deo-spans-given.png", "paper-deo-spans-spatial.png", "paper-deo-surface.png"});
   const std::string page = content_of(here.path() / "paper.md");
   for (const char* part :
-       {"Base mesh: own.ply.", "](images/paper-patch.svg)", "](images/paper-deo-surface.png)",
+       {"Base mesh: own.ply.", "](images/paper-deo-surface.png)",
         "| 3 | 480 | 120 | 25.00 % | 642 |", "other work, so its rows are not here", "| fused |",
         "plait paper --mesh own.ply"}) {
     CAPTURE(part);

@@ -232,7 +232,7 @@ TEST_CASE("Report_SentenceTableAndCommand_AreOfOneChoice") {
   CHECK(report["pick"] == pick.name);
   CHECK(report["command"].get<std::string>().ends_with(pick.options()));
   CHECK(report["choices"][decision.pick]["pick"] == true);
-  const std::string page = to_html(findings, decision, report);
+  const std::string page = to_html(findings, decision, "today");
   CHECK(page.find("pick: " + pick.name) != std::string::npos);
   const auto times = [&](const std::string& word) {
     int count = 0;

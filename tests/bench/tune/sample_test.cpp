@@ -9,7 +9,6 @@
 #include "plait/error.h"
 #include "plait/extend/copy_levels.h"
 #include "support/temporary_directory.h"
-#include "tune/candidates.h"
 
 namespace plait::tune {
 namespace {
@@ -140,16 +139,16 @@ TEST_CASE("Proposals_AreNew_AndFewerBytesForSize") {
   Store store = smooth_store(3);
   fill_with_random_bits(store, 1);
   const Sample sample = sample_of(store, 1 << 30);
-  std::vector<MeasuredOnce> measured;
+  std::vector<Measured> measured;
   for (const char* preset : {"none", "fast", "default", "small"})
-    measured.push_back({choice_of_preset(preset), run_of(store, choice_of_preset(preset))});
+    measured.push_back({choice_of_preset(preset), {run_of(store, choice_of_preset(preset))}});
   // Nothing is smaller than the positions that the scheme makes and the raw normals.
   const std::vector<Choice> proposed = propose(sample, measured, Goal::kSize, 2);
   REQUIRE(proposed.size() == 2);
   CHECK(proposed[0] != proposed[1]);
   CHECK(proposed[0].compress[0].find("position=predicted") == 0);
   for (const Choice& choice : proposed)
-    CHECK(run_of(store, choice).stored_bytes <= 1.01 * measured[2].run.stored_bytes);
+    CHECK(run_of(store, choice).stored_bytes <= 1.01 * measured[2].stored_bytes());
 }
 
 TEST_CASE("Copy_OfAChoice_IsWhatItsOptionsMake") {

@@ -1,16 +1,11 @@
-// Findings for the terminal and as JSON.
-#include <fmt/format.h>
-
+// Findings as JSON.
 #include "backends/findings.h"
 #include "backends/first_screen.h"
-#include "backends/report_page.h"
 #include "instrument/figure_text.h"
 
 namespace plait::bench {
 namespace {
 
-using instrument::printable;
-using instrument::wrapped;
 using nlohmann::ordered_json;
 
 ordered_json json_of(const std::optional<double>& value) {
@@ -70,36 +65,14 @@ ordered_json to_json(const RunSet& set, const Findings& findings) {
          {"why_not", contest.why_not},
          {"cells", contest.cells}});
   }
-  return {{"verdict", findings.verdict}, {"failed", findings.failed},
-          {"doubts", findings.doubts},   {"runs", set.runs.size()},
-          {"skipped", set.skipped},      {"comparisons", std::move(comparisons)},
+  return {{"verdict", findings.verdict},
+          {"advice", advice_of(findings)},
+          {"failed", findings.failed},
+          {"doubts", findings.doubts},
+          {"runs", set.runs.size()},
+          {"skipped", set.skipped},
+          {"comparisons", std::move(comparisons)},
           {"cells", std::move(cells)}};
-}
-
-std::string to_text(const RunSet& set, const Findings& findings) {
-  constexpr std::size_t kWidth = 118;
-  /// More cells than a screen has lines are on the page and in the JSON only.
-  constexpr std::size_t kMostCells = 40;
-  const auto line_of = [](const std::string& text) {
-    return wrapped("- " + printable(text), kWidth, "  ");
-  };
-  std::string text;
-  if (findings.failed) text += findings.verdict + "\n";
-  for (std::size_t at = 0; at < findings.spoiling; ++at) text += line_of(findings.doubts[at]);
-  if (!text.empty()) text += "\n";
-  if (const instrument::Table matrix = matrix_table(findings); !matrix.rows.empty())
-    text += to_text(matrix) + "\n";
-  if (!findings.failed) text += wrapped(printable(findings.verdict), kWidth);
-  if (findings.spoiling < findings.doubts.size()) text += "doubts:\n";
-  for (std::size_t at = findings.spoiling; at < findings.doubts.size(); ++at)
-    text += line_of(findings.doubts[at]);
-  if (findings.cells.size() > kMostCells)
-    return text + fmt::format("the figures of {} cells are on the page (--html) and in --json\n",
-                              findings.cells.size());
-  return fmt::format(
-      "{}\n{}ratio: seconds over those of the floor, the same bytes moved by a plain program; {} "
-      "runs\n",
-      text, to_text(figures_table(set, findings)), set.runs.size());
 }
 
 }  // namespace plait::bench
