@@ -5,23 +5,28 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "plait/error.h"
+#include "sample/oriented_scan.h"
 #include "sample/sample_ring.h"
-#include "sample/untangle.h"
+#include "sample/walk.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 /// A triangle may lean so far from the scan (cosine of the angle), or as far as it did.
 constexpr double kLeastTurn = 0.3;
-constexpr double kLeastGain = 0.02;  ///< of the estimate: smaller gains are no move
-/// Parts of the ways to the middle of the neighbours, and to each neighbour, that a sample tries.
+constexpr double kLeastGain = 0.005;  ///< of the estimate: smaller gains are no move
+/// Parts of the ways to the middle of the neighbours, in full rounds, and to each neighbour, that a
+/// sample tries.
 constexpr std::array<double, 2> kPartsToMiddle = {1.0, 0.4};
-constexpr double kPartToNeighbour = 0.2;
+constexpr double kFirstPartToNeighbour = 0.2;
+/// In each round, the way to a neighbour is so much of that in the round before.
+constexpr double kShorter = 0.85;
 constexpr std::size_t kFacesOfTask = 64;
 
 /// A small triangle as one of its corners sees it.
@@ -41,13 +46,14 @@ class Relaxation {
         options_(options),
         samples_(samples),
         places_(samples.size()),
+        errors_(samples.size(), 0),
         first_(samples.size() + 1, 0),
         mean_areas_(base.face_count(), 0),
         fixed_(samples.size(), 0),
         moved_before_(samples.size(), 1),
         moved_now_(samples.size(), 0),
         moved_ever_(samples.size(), 0) {
-    set_normals();
+    set_places();
     gather();
     find_borders();
   }
@@ -57,18 +63,17 @@ class Relaxation {
       if (options_.progress && !options_.progress({"relax", static_cast<std::uint64_t>(round),
                                                    static_cast<std::uint64_t>(options_.rounds)}))
         throw Error(ErrorCode::kCancelled, "remesh: cancelled, relax");
+      if (round == options_.full_rounds) {
+        full_ = false;
+        least_error_ = mean_error();
+      }
       relax_round();
+      part_to_neighbour_ *= kShorter;
     }
     return static_cast<std::uint64_t>(std::count(moved_ever_.begin(), moved_ever_.end(), 1));
   }
 
  private:
-  OrientedPoint place_of(const SurfacePoint& at) const {
-    const auto& [a, b, c] = scan_.faces[at.face];
-    return {position_of(scan_, at),
-            normalized(at.weights[0] * normals_[a] + at.weights[1] * normals_[b] +
-                       at.weights[2] * normals_[c])};
-  }
   template <class Work>
   void for_faces(Work work) const {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, base_.face_count(), kFacesOfTask),
@@ -91,20 +96,26 @@ class Relaxation {
     }
   }
 
-  void set_normals();
+  void set_places();
   void gather();
   void find_borders();
+  double mean_error() const {
+    return std::accumulate(errors_.begin(), errors_.end(), 0.0) /
+           static_cast<double>(errors_.size());
+  }
   void relax_round();
   void relax_sample(std::uint64_t sample, SampleRing& ring);
 
-  const Surface& scan_;
+  const OrientedScan scan_;
   const BaseMesh& base_;
   const Topology topology_;
   const SampleNumbers numbers_;
   const RelaxOptions& options_;
+  double part_to_neighbour_ = kFirstPartToNeighbour, least_error_ = 0;
+  bool full_ = true;  ///< the round
   std::vector<SurfacePoint>& samples_;
-  std::vector<Point> normals_;         ///< [vertex of the scan]
   std::vector<OrientedPoint> places_;  ///< [sample]
+  std::vector<double> errors_;         ///< [sample] of the ring, when it was last looked at
   std::vector<std::uint32_t> first_;
   std::vector<RingTriangle> around_;  ///< sample s has those from first_[s] to first_[s + 1]
   std::vector<double> mean_areas_;    ///< [base face] twice the area, as area_vector() has it
@@ -114,18 +125,11 @@ class Relaxation {
   std::vector<std::uint8_t> moved_ever_;
 };
 
-void Relaxation::set_normals() {
-  normals_.assign(scan_.positions.size(), {0, 0, 0});
-  for (FaceId face = 0; face < scan_.faces.size(); ++face) {
-    const Point normal =
-        area_vector(scan_.corner(face, 0), scan_.corner(face, 1), scan_.corner(face, 2));
-    for (const VertexId vertex : scan_.faces[face]) normals_[vertex] = normals_[vertex] + normal;
-  }
-  for (Point& normal : normals_) normal = normalized(normal);
+void Relaxation::set_places() {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples_.size(), 1024),
                     [&](const tbb::blocked_range<std::size_t>& part) {
                       for (std::size_t i = part.begin(); i < part.end(); ++i)
-                        places_[i] = place_of(samples_[i]);
+                        places_[i] = scan_.at(samples_[i]);
                     });
 }
 
@@ -171,7 +175,7 @@ void Relaxation::find_borders() {
 void Relaxation::relax_sample(std::uint64_t sample, SampleRing& ring) {
   const std::span<const RingTriangle> triangles(around_.data() + first_[sample],
                                                 first_[sample + 1] - first_[sample]);
-  if (fixed_[sample] != 0) return;
+  if (fixed_[sample] != 0 || errors_[sample] < least_error_) return;
   if (moved_before_[sample] == 0 && std::ranges::none_of(triangles, [&](const RingTriangle& t) {
         return moved_before_[t.second] != 0;
       }))
@@ -184,25 +188,28 @@ void Relaxation::relax_sample(std::uint64_t sample, SampleRing& ring) {
     middle = middle + places_[t.second].position;
   }
   const RingEstimate first = ring.estimate(now);
-  double least = (1 - kLeastGain) * first.error;
+  errors_[sample] = first.error;
+  RingLimits limits = {(1 - kLeastGain) * first.error, std::min(kLeastTurn, first.least_turn),
+                       std::max(options_.most_ratio, first.most_ratio)};
+  const Walk from(scan_.surface(), samples_[sample]);
   SurfacePoint best;
   OrientedPoint best_place;
   const auto offer = [&](Point way) {
-    const SurfacePoint there = walk(scan_, samples_[sample], way);
-    const OrientedPoint place = place_of(there);
-    const RingEstimate found = ring.estimate(place);
-    if (!(found.error < least) || found.least_turn < std::min(kLeastTurn, first.least_turn) ||
-        found.most_ratio > std::max(options_.most_ratio, first.most_ratio))
-      return;
-    least = found.error;
+    const SurfacePoint there = from.along(way);
+    const OrientedPoint place = scan_.at(there);
+    const std::optional<double> error = ring.error_within(place, limits);
+    if (!error) return;
+    limits.error = *error;
     best = there;
     best_place = place;
   };
-  const Point to_middle = (1 / static_cast<double>(triangles.size())) * middle - now.position;
-  const Point along = to_middle - dot(to_middle, now.normal) * now.normal;
-  for (const double part : kPartsToMiddle) offer(part * along);
+  if (full_) {
+    const Point to_middle = (1 / static_cast<double>(triangles.size())) * middle - now.position;
+    const Point along = to_middle - dot(to_middle, now.normal) * now.normal;
+    for (const double part : kPartsToMiddle) offer(part * along);
+  }
   for (const RingTriangle& t : triangles)
-    offer(kPartToNeighbour * (places_[t.second].position - now.position));
+    offer(part_to_neighbour_ * (places_[t.second].position - now.position));
   if (best.face == kNoId) return;
   samples_[sample] = best;
   places_[sample] = best_place;

@@ -13,20 +13,24 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct RelaxOptions {
-  int rounds = 3;
+  int rounds = 6;
+  /// After so many rounds, samples try fewer places, and stay if the estimate around them is less
+  /// than the mean one.
+  int full_rounds = 3;
   /// A small triangle has at most so many times the mean area of its base face's small triangles,
   /// and at least that part of it, unless it was beyond before.
   double most_ratio = 2;
   ProgressCallback progress = {};  ///< counts rounds
 };
 
-/// Moves samples along the faces of the scan. A sample moves if the estimated squared distances
-/// between the scan and the small triangles around it fall (sample_ring.h). No triangle turns over
-/// in exchange. Samples on the border of the base mesh stay. Returns how many samples moved.
+/// Moves samples along the faces of the scan, in each round by shorter ways. A sample moves if the
+/// estimated squared distances between the scan and the small triangles around it fall
+/// (sample_ring.h). No triangle turns over in exchange. Samples on the border of the base mesh
+/// stay. Returns how many samples moved.
 ///
 /// `samples` are those of sample_scan(). All threads of the present arena, with the same result for
-/// each number. Memory: 170 bytes a sample. Errors: kCancelled. Pinned by
-/// tests/scans/relax_test.cpp.
+/// each number. Memory: 180 bytes a sample, and 48 bytes a vertex of the scan. Errors: kCancelled.
+/// Pinned by tests/scans/relax_test.cpp.
 std::uint64_t relax(const Surface& scan, const BaseMesh& base, int level,
                     const RelaxOptions& options, std::vector<SurfacePoint>& samples);
 

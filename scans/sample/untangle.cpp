@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sample/turned.h"
+#include "sample/walk.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

@@ -31,8 +31,4 @@ struct Untangled {
 Untangled untangle(const Surface& scan, const BaseMesh& base, int level,
                    const UntangleOptions& options, std::vector<SurfacePoint>& samples);
 
-/// The point that is reached from `start` by going straight along the scan by the vector `way`:
-/// from face to face, the rest of the way turned into the next face's plane. It ends at a border.
-SurfacePoint walk(const Surface& scan, const SurfacePoint& start, Point way);
-
 PLAIT_END_NAMESPACE

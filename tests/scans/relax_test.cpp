@@ -180,6 +180,28 @@ TEST_CASE("Relax_BentSurfaces_AreCloserToTheScan") {
   }
 }
 
+TEST_CASE("Relax_RoundsAfterTheFullOnes_MoveFewerSamplesAndComeCloser") {
+  for (const IndexedMesh& mesh : {torus_grid(60, 40), waves()}) {
+    const RelaxCase first(mesh, 60, 3);
+    RelaxCase full = first, later = first, all = first;
+    full.relax({.rounds = 3, .full_rounds = 3});
+    later.relax({.rounds = 10, .full_rounds = 3});
+    all.relax({.rounds = 10, .full_rounds = 10});
+    const auto moved_since = [&](const RelaxCase& other) {
+      std::size_t count = 0;
+      for (std::size_t i = 0; i < full.samples.size(); ++i)
+        count += full.samples[i].face != other.samples[i].face ||
+                         full.samples[i].weights != other.samples[i].weights
+                     ? 1u
+                     : 0u;
+      return count;
+    };
+    CHECK(moved_since(later) > 0);
+    CHECK(2 * moved_since(later) < moved_since(all));
+    CHECK(later.distance() < full.distance());
+  }
+}
+
 TEST_CASE("Relax_EveryMesh_TurnsNoTriangleOverAndKeepsBorders") {
   for (const IndexedMesh& mesh :
        {waves(), torus_grid(40, 30), random_sphere(5, 900), random_sheet(5, 900),

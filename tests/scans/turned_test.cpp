@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "collapse/collapse_history.h"
-#include "sample/untangle.h"
+#include "sample/walk.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
 

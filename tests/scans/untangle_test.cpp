@@ -1,10 +1,10 @@
 #include "sample/untangle.h"
 
 #include <catch2/catch.hpp>
-#include <cmath>
 
 #include "collapse/decimate.h"
 #include "sample/turned.h"
+#include "sample/walk.h"
 #include "support/test_meshes.h"
 #include "surface/repair.h"
 
@@ -31,31 +31,6 @@ struct Sampled {
 };
 
 }  // namespace
-
-TEST_CASE("Walk_OnFlatScan_EndsWhereTheVectorPoints") {
-  const Surface scan = flat_scan();
-  const SurfacePoint start{static_cast<FaceId>(scan.faces.size() / 2 + 10), {0.2, 0.3, 0.5}};
-  const Point from = position_of(scan, start);
-  const double edge = length(scan.corner(0, 1) - scan.corner(0, 0));
-  for (int i = 0; i < 16; ++i) {
-    const double angle = 0.4 * i;
-    const Point way{3.3 * edge * std::cos(angle), 3.3 * edge * std::sin(angle), 0};
-    CHECK(length(position_of(scan, walk(scan, start, way)) - (from + way)) < 1e-9 * edge);
-  }
-  const SurfacePoint stopped = walk(scan, start, {1000 * edge, 0, 0});
-  CHECK(std::min({stopped.weights[0], stopped.weights[1], stopped.weights[2]}) ==
-        Approx(0).margin(1e-9));
-}
-
-TEST_CASE("Walk_OverAnEdge_KeepsItsLength") {
-  // Two faces at a right angle.
-  const Surface scan =
-      repair({{{0, 0, 0}, {0, 4, 0}, {4, 2, 0}, {0, 2, 4}}, {{0, 2, 1}, {0, 1, 3}}}, {}, "mesh")
-          .surface;
-  const SurfacePoint start{0, {0.25, 0.5, 0.25}};  // (2, 2, 0)
-  const Point end = position_of(scan, walk(scan, start, {-3, 0, 0}));
-  CHECK(length(end - Point{0, 2, 1}) < 1e-9);
-}
 
 TEST_CASE("Untangle_GoodSamples_StayWhereTheyAre") {
   Sampled sampled(1);
