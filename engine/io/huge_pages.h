@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -33,6 +34,33 @@ std::vector<Element> huge_vector(std::size_t count, Element value = {}) {
   vector.resize(count, value);
   return vector;
 }
+
+/// Allocates in huge pages, and leaves new elements without a value.
+template <class Element>
+struct HugeAllocator {
+  using value_type = Element;
+  HugeAllocator() = default;
+  template <class Other>
+  explicit HugeAllocator(const HugeAllocator<Other>&) noexcept {}
+
+  Element* allocate(std::size_t count) {
+    Element* const memory = std::allocator<Element>().allocate(count);
+    wish_huge_pages(memory, count * sizeof(Element));
+    return memory;
+  }
+  void deallocate(Element* memory, std::size_t count) noexcept {
+    std::allocator<Element>().deallocate(memory, count);
+  }
+  template <class Other>
+  void construct(Other* at) noexcept {
+    ::new (static_cast<void*>(at)) Other;
+  }
+  friend bool operator==(const HugeAllocator&, const HugeAllocator&) { return true; }
+};
+
+/// An array that its owner writes before he reads it.
+template <class Element>
+using HugeArray = std::vector<Element, HugeAllocator<Element>>;
 
 /// Writes the last byte of each huge page that begins in the `size` bytes from array[at] on, before
 /// a copy from front to back gets there. Does nothing for arrays of less than two huge pages, and

@@ -56,11 +56,12 @@ struct MatchedSides {
 constexpr std::size_t kMostInPlainFan = 32;
 
 /// Finds all twins: sorts the corners by their vertices, and then compares the sides at each vertex
-/// with each other. O(V + F + sum of d log d); 12 F + 4 V bytes of memory beside the result.
+/// with each other. O(V + F + sum of d log d); 12 F + 4 V bytes of memory beside the result. `room`
+/// becomes the result if its size fits.
 /// REQUIRES: indices below `vertex_count`, three different ones per face.
 /// Errors: kInvalidArgument for an edge of more than two faces, and for a face given twice.
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                         std::string_view source);
+                         std::string_view source, std::vector<SideCodes> room = {});
 
 /// The vertices that have faces but no plain fan, ascending. O(V + F); 12 F + 4 V bytes of memory.
 /// REQUIRES: indices below `vertex_count`.

@@ -22,7 +22,7 @@ constexpr std::size_t kFacesAhead = 16, kCornersAhead = 64;
 /// The corners at all vertices: those of vertex v from after[v - 1] to after[v].
 struct CornerLists {
   std::vector<std::uint32_t> after;
-  std::vector<std::uint32_t> codes;  ///< FaceSide
+  HugeArray<std::uint32_t> codes;  ///< FaceSide
 
   /// Calls visit(vertex, corners) for these vertices. Begins to load ahead[FaceSide::code] of the
   /// corners of later ones.
@@ -44,7 +44,7 @@ struct CornerLists {
 
 CornerLists corners_by_vertex(std::span<const FaceVertices> faces, std::uint64_t vertex_count) {
   CornerLists lists{huge_vector<std::uint32_t>(vertex_count),
-                    huge_vector<std::uint32_t>(3 * faces.size())};
+                    HugeArray<std::uint32_t>(3 * faces.size())};
   std::vector<std::uint32_t>& after = lists.after;
   for (std::size_t face = 0; face < faces.size(); ++face) {
     if (face + kFacesAhead < faces.size())
@@ -89,9 +89,14 @@ struct MatchedPart {
 class PlainFan {
  public:
   /// Returns whether the faces are a plain fan (connectivity.h). Without branches that depend on
-  /// the order of the faces, which the processor could not predict.
-  bool find(std::span<const FaceVertices> faces, VertexId vertex,
-            std::span<const std::uint32_t> corners);
+  /// the order of the faces, which the processor could not predict. `vertices` are those of the
+  /// faces, [FaceSide::code].
+  bool find(const VertexId* vertices, VertexId vertex, std::span<const std::uint32_t> corners) {
+    count_ = corners.size();
+    is_on_border_ = false;
+    if (count_ == 6) return find_among<6>(vertices, vertex, corners);  // nearly always
+    return count_ == 0 || (count_ <= kMostInPlainFan && find_among<0>(vertices, vertex, corners));
+  }
   /// Matches the sides that begin at the vertex. REQUIRES: find() returned true.
   void match(std::uint32_t* twins) const {
     for (std::size_t at = 0; at < count_; ++at) twins[outgoing_[at]] = incoming_[beyond_[at]];
@@ -99,7 +104,11 @@ class PlainFan {
   bool is_on_border() const { return is_on_border_; }
 
  private:
-  bool is_one_fan(std::uint64_t reached) const;
+  /// `kCount` is the number of corners, or 0 if the compiler does not know it.
+  template <std::size_t kCount>
+  bool find_among(const VertexId* vertices, VertexId vertex,
+                  std::span<const std::uint32_t> corners);
+  bool is_one_fan(std::size_t count, std::uint64_t reached) const;
 
   std::size_t count_ = 0;
   bool is_on_border_ = false;
@@ -109,54 +118,49 @@ class PlainFan {
   std::array<std::uint32_t, kMostInPlainFan> beyond_;  ///< the corner that follows, or count_
 };
 
-bool PlainFan::find(std::span<const FaceVertices> faces, VertexId vertex,
-                    std::span<const std::uint32_t> corners) {
-  count_ = corners.size();
-  is_on_border_ = false;
-  if (count_ == 0) return true;
-  if (count_ > kMostInPlainFan) return false;
+template <std::size_t kCount>
+bool PlainFan::find_among(const VertexId* vertices, VertexId vertex,
+                          std::span<const std::uint32_t> corners) {
+  const std::size_t count = kCount != 0 ? kCount : count_;
   bool once = true;
-  for (std::size_t at = 0; at < count_; ++at) {
-    const FaceSide corner = from_code(corners[at]);
-    const FaceVertices& face = faces[corner.face()];
-    const int one = (corner.side() + 1) % 3, two = (corner.side() + 2) % 3;
-    next_[at] = face[static_cast<std::size_t>(one)];
-    before_[at] = face[static_cast<std::size_t>(two)];
-    outgoing_[at] = FaceSide(corner.face(), two).code;
-    incoming_[at] = FaceSide(corner.face(), one).code;
+  for (std::size_t at = 0; at < count; ++at) {
+    const std::uint32_t corner = corners[at], side = corner % 3;
+    const std::uint32_t one = corner + 1 - 3 * (side >> 1);
+    const std::uint32_t two = corner + 2 - 3 * ((side + 1) >> 1);
+    next_[at] = vertices[one];
+    before_[at] = vertices[two];
+    outgoing_[at] = two;
+    incoming_[at] = one;
     once &= next_[at] != vertex;
   }
-  incoming_[count_] = kNoId;
+  incoming_[count] = kNoId;
   std::uint64_t reached = 0;
-  for (std::size_t at = 0; at < count_; ++at) {
-    std::uint32_t found = static_cast<std::uint32_t>(count_), hits = 0;
-    for (std::uint32_t other = 0; other < count_; ++other) {
-      const bool hit = before_[other] == next_[at];
-      found = hit ? other : found;
-      hits += hit ? 1 : 0;
-    }
-    beyond_[at] = found;
-    once &= hits <= 1;
-    reached |= std::uint64_t{1} << found;
+  for (std::size_t at = 0; at < count; ++at) {
+    std::uint64_t hits = 0;
+    for (std::size_t other = 0; other < count; ++other)
+      hits |= std::uint64_t{before_[other] == next_[at]} << other;
+    once &= (hits & (hits - 1)) == 0;
+    hits |= std::uint64_t{1} << count;
+    beyond_[at] = static_cast<std::uint32_t>(std::countr_zero(hits));
+    reached |= hits & -hits;
   }
-  is_on_border_ = (reached >> count_ & 1) != 0;
-  return once && is_one_fan(reached);
+  is_on_border_ = (reached >> count & 1) != 0;
+  return once && is_one_fan(count, reached);
 }
 
 /// From its first corner on, each corner of a fan leads to another one, and the last to the first
-/// or to the border. `reached` has a bit for each corner that follows another one.
-bool PlainFan::is_one_fan(std::uint64_t reached) const {
-  const std::uint64_t all = (std::uint64_t{1} << count_) - 1;
-  const std::size_t followers = count_ - (is_on_border_ ? 1 : 0);
-  if (static_cast<std::size_t>(std::popcount(reached & all)) != followers) return false;
-  const std::size_t first =
-      is_on_border_ ? static_cast<std::size_t>(std::countr_zero(all & ~reached)) : 0;
-  std::size_t length = 0, corner = first;
-  do {
+/// or to the border. `reached` has a bit for each corner that follows another one, and for the
+/// border.
+bool PlainFan::is_one_fan(std::size_t count, std::uint64_t reached) const {
+  std::size_t first = 0;  // the corner that follows none, if one leads to the border
+  if (is_on_border_)
+    while ((reached >> first & 1) != 0) ++first;
+  std::size_t corner = beyond_[first], length = 1;
+  while (corner != count && corner != first && length < count) {
     ++length;
     corner = beyond_[corner];
-  } while (corner != count_ && corner != first);
-  return length == count_;
+  }
+  return length == count && (corner == count || corner == first);
 }
 
 class SideMatcher {
@@ -167,7 +171,7 @@ class SideMatcher {
 
   /// Matches the sides that begin at a vertex. Errors: those of match_sides().
   void match(VertexId vertex, std::span<const std::uint32_t> corners) {
-    if (!fan_.find(faces_, vertex, corners)) {
+    if (!fan_.find(faces_[0].data(), vertex, corners)) {
       found_.has_plain_fans = false;
       return match_any(vertex, corners);
     }
@@ -233,11 +237,12 @@ void SideMatcher::match_edge(VertexId vertex, std::span<const std::uint64_t> sam
 }  // namespace
 
 MatchedSides match_sides(std::span<const FaceVertices> faces, std::uint64_t vertex_count,
-                         std::string_view source) {
+                         std::string_view source, std::vector<SideCodes> room) {
   MatchedSides result;
   if (faces.empty()) return result;
   const CornerLists lists = corners_by_vertex(faces, vertex_count);
-  result.twins = huge_vector<SideCodes>(faces.size());
+  if (room.size() != faces.size()) room = huge_vector<SideCodes>(faces.size());
+  result.twins = std::move(room);
   std::uint32_t* const twins = result.twins[0].data();
   const std::array<const std::uint32_t*, 2> ahead = {faces[0].data(), twins};
   std::vector<MatchedPart> parts(part_count(vertex_count));
@@ -266,7 +271,7 @@ std::vector<VertexId> without_plain_fan(std::span<const FaceVertices> faces,
     PlainFan fan;
     lists.for_each(first, last, ahead,
                    [&](VertexId vertex, std::span<const std::uint32_t> corners) {
-                     if (!fan.find(faces, vertex, corners)) parts[part].push_back(vertex);
+                     if (!fan.find(ahead[0], vertex, corners)) parts[part].push_back(vertex);
                    });
   });
   std::vector<VertexId> result;

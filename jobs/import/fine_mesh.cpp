@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <numeric>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -54,6 +55,32 @@ Vector3<double> position_of(const MeshAttribute& positions, VertexId vertex) {
   return {narrow.x, narrow.y, narrow.z};
 }
 
+HugeArray<std::uint32_t> cells_of(const MeshAttribute& positions, std::uint64_t vertex_count) {
+  PlaceGrid grid;
+  for (VertexId vertex = 0; vertex < vertex_count; ++vertex)
+    grid.include(position_of(positions, vertex));
+  HugeArray<std::uint32_t> cells(vertex_count);
+  for (VertexId vertex = 0; vertex < vertex_count; ++vertex)
+    cells[vertex] = grid.cell(position_of(positions, vertex));
+  return cells;
+}
+
+/// Returns false, and leaves the mesh as it was, if there is an error, which has to name elements
+/// of the file, or if the faces do not agree in orientation.
+bool connect_in_local_order(FineMesh& mesh) {
+  mesh.local = local_mesh(mesh.faces, cells_of(mesh.attributes[0], mesh.vertex_count));
+  try {
+    MatchedSides sides =
+        match_sides(mesh.local.faces, mesh.vertex_count, "", std::exchange(mesh.faces, {}));
+    mesh.twins = std::move(sides.twins);
+    if (sides.oriented && sides.has_plain_fans) return true;
+  } catch (const Error&) {  // said again in the order of the file
+  }
+  mesh.twins = {};
+  mesh.faces = faces_of_file(std::exchange(mesh.local, {}));
+  return false;
+}
+
 }  // namespace
 
 std::uint64_t expected_vertices(const std::filesystem::path& path) {
@@ -92,6 +119,7 @@ void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("{}: expected at least one face, found none", source));
   check_faces(mesh.faces, mesh.vertex_count, source);
+  if (connect_in_local_order(mesh)) return;
   MatchedSides sides = match_sides(mesh.faces, mesh.vertex_count, source);
   if (!sides.oriented) {
     const std::uint64_t flipped = make_orientation_consistent(mesh.faces, sides.twins, source);
@@ -128,13 +156,13 @@ ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level,
                            const std::string& source) {
   const FinestMesh finest = mesh.view();
   const LevelView view(finest, level);
-  std::vector<VertexId> vertices;  // of the base mesh, ascending
+  std::vector<VertexId> vertices;  // of the base mesh as the file names them, ascending
   vertices.reserve(3 * view.face_count());
-  const auto for_each_corner_of = [&](FaceId face, auto visit) {
-    for (int corner = 0; corner < 3; ++corner) visit(corner, view.vertex({face, corner}));
-  };
-  for (FaceId face = 0; face < view.face_count(); ++face)
-    for_each_corner_of(face, [&](int, VertexId vertex) { vertices.push_back(vertex); });
+  std::vector<FaceId> faces(view.face_count());
+  std::iota(faces.begin(), faces.end(), FaceId{0});
+  view.sort_as_in_file(faces);
+  for (const FaceId face : faces)
+    for (int corner = 0; corner < 3; ++corner) vertices.push_back(view.file_vertex({face, corner}));
   std::ranges::sort(vertices);
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
 
@@ -142,12 +170,11 @@ ImportedBase imported_base(const FineMesh& mesh, const LevelMesh& level,
   ImportedBase result;
   for (const VertexId vertex : vertices)
     base.positions.push_back(position_of(mesh.attributes[0], vertex));
-  for (FaceId face = 0; face < view.face_count(); ++face) {
+  for (const FaceId face : faces) {
     FaceVertices& corners = base.faces.emplace_back();
-    for_each_corner_of(face, [&](int corner, VertexId vertex) {
-      corners[static_cast<std::size_t>(corner)] =
-          static_cast<VertexId>(std::ranges::lower_bound(vertices, vertex) - vertices.begin());
-    });
+    for (int corner = 0; corner < 3; ++corner)
+      corners[static_cast<std::size_t>(corner)] = static_cast<VertexId>(
+          std::ranges::lower_bound(vertices, view.file_vertex({face, corner})) - vertices.begin());
     result.corners.push_back(view.finest_corner({face, 0}));
   }
   result.mesh = BaseMesh::build(std::move(base), source);

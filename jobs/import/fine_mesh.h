@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "import/local_order.h"
 #include "mesh/connectivity.h"
 #include "mesh/recovery/recover_levels.h"
 #include "plait/base_mesh.h"
@@ -17,19 +18,24 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Its arrays take the memory of the import. The positions are the first attribute.
 struct FineMesh {
-  std::vector<FaceVertices> faces;
+  std::vector<FaceVertices> faces;  ///< of the file; empty if `local` has them
+  LocalMesh local;
   std::vector<SideCodes> twins;
-  std::vector<MeshAttribute> attributes;
+  std::vector<MeshAttribute> attributes;  ///< of the vertices as the file numbers them
   std::uint64_t vertex_count = 0;
 
-  FinestMesh view() const { return {faces, twins, vertex_count}; }
+  FinestMesh view() const {
+    if (local.faces.empty()) return {faces, twins, vertex_count};
+    return {local.faces, twins, vertex_count, local.file_vertices, local.file_faces};
+  }
 };
 
 /// Bytes for each vertex, of an import that has `attribute_bytes` for each: read as numbers of
 /// float64, and then connected.
 constexpr std::uint64_t import_bytes_per_vertex(std::uint64_t attribute_bytes) {
-  // Two faces for each vertex: 24 bytes of corners, 24 of sides, and 28 to find them.
-  return 76 + attribute_bytes;
+  // Two faces for each vertex: 24 bytes of corners, 24 of sides, and 28 to find them; 12 bytes of
+  // the order.
+  return 88 + attribute_bytes;
 }
 
 /// Vertices of the file as its header or its size tell; 0 if that is not known.
@@ -37,7 +43,8 @@ std::uint64_t expected_vertices(const std::filesystem::path& path);
 
 /// Errors: kInvalidArgument if a coordinate is beyond `precision`.
 FineMesh fine_mesh(AttributedMesh read, ComponentType precision, const std::string& source);
-/// Finds the sides. Errors: kInvalidArgument unless the mesh is an oriented manifold.
+/// Finds the sides, and gives the mesh a local order. Errors: kInvalidArgument unless the mesh is
+/// an oriented manifold.
 void connect(FineMesh& mesh, const std::string& source, std::vector<std::string>& warnings);
 
 /// Sets `records` to the attribute's records of these vertices.

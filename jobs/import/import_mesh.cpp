@@ -268,11 +268,14 @@ void Import::write_patches(Store& store, std::span<const FaceSide> corners) {
         const std::span<const FaceSide> some =
             corners.subspan(first, std::min(faces_at_once, faces - first));
         walk_patches(mesh, some, refinements, vertices.data());
-        for (FaceId at = 0; at < some.size(); ++at)
+        for (FaceId at = 0; at < some.size(); ++at) {
+          const std::span<VertexId> of_patch = std::span(vertices).subspan(at * count, count);
+          for (VertexId& vertex : of_patch) vertex = mesh.file_vertex(vertex);
           for (const MeshAttribute& attribute : mesh_.attributes) {
-            gather_records(attribute, std::span(vertices).subspan(at * count, count), records);
+            gather_records(attribute, of_patch, records);
             writer.write_patch_of_bytes(attribute.schema.name, first + at, result_.levels, records);
           }
+        }
         report(first);
       }
     } catch (...) {

@@ -174,6 +174,25 @@ TEST_CASE("ImportMesh_FewerLevelsOrSmallSlots_AreAFinerBaseMesh") {
   }
 }
 
+TEST_CASE("ImportMesh_FacesOfBothOrientations_AgreeWithTheFirst") {
+  const Store original = loop_store(random_sphere(3, 60), 2);
+  const Files files, turned;
+  IndexedMesh mesh = shuffled(triangles_of(original), 5);
+  write_ply(files.mesh, mesh);
+  for (std::size_t face = 1; face < mesh.faces.size(); face += 3)
+    std::swap(mesh.faces[face][1], mesh.faces[face][2]);
+  write_ply(turned.mesh, mesh);
+  std::vector<std::string> warnings;
+  ImportWatch watch;
+  watch.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  import_mesh(files.request(), default_backends(), watch);
+  CHECK(warnings.empty());
+  import_mesh(turned.request(), default_backends(), watch);
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0].find("flipped") != std::string::npos);
+  CHECK(patches_of(turned.open(), 2) == patches_of(files.open(), 2));
+}
+
 TEST_CASE("ImportMesh_Pipelines_ArePredictedInTheEnd") {
   const Store original = loop_store(random_sphere(3, 60), 3);
   const Files files;
@@ -222,6 +241,22 @@ TEST_CASE("ImportMesh_WhatIsNoManifold_IsRefusedByName") {
   mesh.faces.push_back(mesh.faces[0]);
   refused(mesh, "face");
   refused({{{0, 0, 0}}, {}}, "at least one face");
+  // Places in shuffled files have the names that BaseMesh::build() gives them.
+  const IndexedMesh level = triangles_of(loop_store(icosahedron(), 2));
+  for (unsigned seed = 1; seed < 8; ++seed) {
+    IndexedMesh broken = level;
+    const VertexId apex = broken.faces[50][0], start = broken.faces[50][1];
+    broken.positions.push_back({3, 0, 0});
+    broken.positions.push_back({3, 1, 0});
+    const auto end = static_cast<VertexId>(broken.positions.size() - 1);
+    if (seed % 2 == 0)
+      broken.faces.push_back({apex, start, end});  // an edge of three faces
+    else
+      broken.faces.push_back({apex, end - 1, end});  // two fans at a vertex
+    broken = shuffled(broken, seed);
+    const Error expected = error_of([&] { BaseMesh::build(broken, files.mesh.native()); });
+    refused(broken, expected.what());
+  }
   ImportRequest request = files.request();
   write_ply(files.mesh, triangles_of(loop_store(octahedron(), 1)));
   request.backend = "memory";

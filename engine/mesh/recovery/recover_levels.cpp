@@ -1,8 +1,7 @@
 #include "mesh/recovery/recover_levels.h"
 
+#include <algorithm>
 #include <utility>
-
-#include "io/huge_pages.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
@@ -10,38 +9,44 @@ namespace {
 /// The mesh of the kept vertices. Its faces are those in the middles, in their order; corner x of a
 /// face is across side x of the middle.
 LevelMesh coarser(const LevelView& mesh, const TriangleRoles& roles) {
-  std::vector<FaceId> number =  // of the coarse face around a middle
-      huge_vector<FaceId>(mesh.face_count(), kNoId);
-  FaceId count = 0;
-  for (FaceId face = 0; face < mesh.face_count(); ++face)
-    if (roles.is_middle(face)) number[face] = count++;
+  HugeArray<FaceId> number(mesh.face_count());  // of the coarse face around a middle
+  const std::size_t count = mesh.face_count() / 4;
+  HugeArray<FaceId> middles(count + 1);
+  // Without branches: whether a face is a middle is different from face to face.
+  FaceId before = 0;
+  for (FaceId face = 0; face < mesh.face_count(); ++face) {
+    middles[before] = face;
+    number[face] = before;
+    before += roles.is_middle(face) ? 1u : 0u;
+  }
   LevelMesh result;
-  result.faces = huge_vector<FaceVertices>(count);
-  result.twins = huge_vector<SideCodes>(count);
-  result.corners = huge_vector<SideCodes>(count);
-  constexpr FaceId kMiddlesAhead = 32;
-  for (FaceId middle = 0; middle < mesh.face_count(); ++middle) {
-    if (const FaceId ahead = middle + kMiddlesAhead;
-        ahead < mesh.face_count() && roles.is_middle(ahead))
+  result.faces.resize(count);
+  result.twins.resize(count);
+  result.corners.resize(count);
+  result.middles.resize(count);
+  constexpr std::size_t kMiddlesAhead = 8;
+  for (std::size_t face = 0; face < count; ++face) {
+    if (face + kMiddlesAhead < count)
       for (int side = 0; side < 3; ++side) {
-        const FaceId near = mesh.twin({ahead, side}).face();
+        const FaceSide near = mesh.twin({middles[face + kMiddlesAhead], side});
         mesh.prefetch_twins(near);
         mesh.prefetch_vertices(near);
       }
-    if (!roles.is_middle(middle)) continue;
+    const FaceId middle = middles[face];
+    result.middles[face] = mesh.file_middle(middle);
     for (int side = 0; side < 3; ++side) {
       const auto at = static_cast<std::size_t>(side);
       const FaceSide corner = mesh.twin({middle, side});
-      result.faces[number[middle]][at] = mesh.vertex(corner);
-      result.corners[number[middle]][at] = mesh.finest_corner(corner).code;
+      result.faces[face][at] = mesh.vertex(corner);
+      result.corners[face][at] = mesh.finest_corner(corner).code;
       // The edge from corner side + 1 begins with a side of that corner's small triangle: the one
       // opposite its third vertex.
       const FaceSide kept = mesh.twin({middle, (side + 1) % 3});
       const FaceSide beyond = mesh.twin(turned(kept, 2));
-      std::uint32_t& twin = result.twins[number[middle]][at];
+      std::uint32_t& twin = result.twins[face][at];
       twin = kNoId;
       if (!beyond.exists()) continue;
-      const FaceSide there = mesh.twin(roles.kept_corner(beyond.face()));
+      const FaceSide there = mesh.twin(turned(beyond, 2));  // beyond ends at a kept corner
       twin = FaceSide(number[there.face()], (there.side() + 1) % 3).code;
     }
   }
@@ -60,7 +65,12 @@ std::optional<RecoveryFailure> find_double_edge(const LevelView& mesh, const Lev
     const VertexId neighbour = mesh.vertex(corner);
     return neighbour == vertex || std::exchange(neighbour_of[neighbour], vertex) == vertex;
   };
+  std::vector<FaceId> faces_there;
   for (FaceId face = 0; face < mesh.face_count(); ++face)
+    if (std::ranges::any_of(level.faces[face], [&](VertexId vertex) { return !done[vertex]; }))
+      faces_there.push_back(face);
+  mesh.sort_as_in_file(faces_there);
+  for (const FaceId face : faces_there)
     for (int at = 0; at < 3; ++at) {
       const FaceSide first{face, at};
       const VertexId vertex = mesh.vertex(first);
@@ -89,7 +99,7 @@ std::optional<RecoveryFailure> find_double_edge(const LevelView& mesh, const Lev
         if (corner == begin) break;
       }
       if (found)
-        return RecoveryFailure{vertex, faces, on_border,
+        return RecoveryFailure{mesh.file_vertex(first), faces, on_border,
                                "the next coarser mesh would have two edges between two vertices"};
     }
   return std::nullopt;
@@ -155,12 +165,12 @@ void walk_patches(const FinestMesh& mesh, std::span<const FaceSide> corners, int
     for (Row& row : longer) {
       *row.to++ = view.vertex(turned(row.at, 1));
       row.at = view.twin(row.at);
-      view.prefetch_twins(row.at.face());
+      view.prefetch_twins(row.at);
     }
     for (Row& row : longer) {
       row.at = turned(view.twin(turned(row.at, 1)), 2);
-      view.prefetch_twins(row.at.face());
-      view.prefetch_vertices(row.at.face());
+      view.prefetch_twins(row.at);
+      view.prefetch_vertices(row.at);
     }
   }
 }

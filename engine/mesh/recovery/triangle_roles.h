@@ -23,7 +23,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Where a mesh is not a refined one.
 struct RecoveryFailure {
-  VertexId vertex = kNoId;
+  VertexId vertex = kNoId;  ///< its number in the file
   std::uint32_t faces = 0;  ///< at the vertex
   bool on_border = false;
   std::string reason;  ///< "it would be a new vertex, which has six faces"
@@ -31,6 +31,9 @@ struct RecoveryFailure {
 
 class TriangleRoles {
  public:
+  using Role = std::uint8_t;  ///< kMiddle, or kFirstCorner + the corner that is kept
+  static constexpr Role kMiddle = 0, kFirstCorner = 1;
+
   /// `mesh` must outlive this object.
   explicit TriangleRoles(const LevelView& mesh);
 
@@ -46,8 +49,7 @@ class TriangleRoles {
   FaceSide kept_corner(FaceId face) const { return {face, role(face) - kFirstCorner}; }
 
  private:
-  using Role = std::uint8_t;  ///< kMiddle, or kFirstCorner + the corner that is kept
-  static constexpr Role kMiddle = 0, kFirstCorner = 1, kUnknown = 7;
+  static constexpr Role kUnknown = 7;
   /// A face has its role in the lowest bits, and above them one bit for each corner whose vertex
   /// may be new.
   static constexpr int kFirstMayBeNew = 4;
@@ -64,7 +66,7 @@ class TriangleRoles {
   bool choose(VertexId smallest, FaceSide corner);
   std::optional<VertexId> smallest_kept(FaceId first, Role role);
   bool find_in_regular_components();
-  bool fail(VertexId vertex, const char* reason);
+  bool fail(FaceSide at_vertex, const char* reason);
 
   const LevelView& mesh_;
   /// [vertex] faces at the vertex, 127 at most, and kBorder
@@ -72,6 +74,7 @@ class TriangleRoles {
   std::vector<std::uint8_t> faces_;
   /// Faces that have a role: the neighbours of `front_` are next, then those of `next_front_`.
   std::vector<FaceId> front_, next_front_;
+  std::size_t next_size_ = 0;               ///< of next_front_, which has room for more
   std::vector<FaceId>* reached_ = nullptr;  ///< collects the faces that get a role
   bool had_choice_ = false;
   RecoveryFailure failure_;

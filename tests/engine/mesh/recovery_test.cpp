@@ -5,8 +5,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <random>
 #include <set>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "mesh/recovery/recover_levels.h"
 #include "support/naive_subdivision.h"
@@ -226,4 +231,76 @@ TEST_CASE("RecoverLevels_MeshesWithoutLevels_AreNamed") {
   const RecoveredLevels found = recover_levels(small.view(), 20);
   CHECK(found.meshes.empty());
   CHECK(found.failure->reason.find("two edges") != std::string::npos);
+}
+
+namespace {
+
+/// What recover_levels() found, as the file names it: for each level the corners of its faces, each
+/// with its finest face, in the order of the file; and the failure.
+struct Answer {
+  std::vector<std::vector<std::array<std::uint32_t, 6>>> levels;
+  bool had_choice = false;
+  std::optional<std::tuple<VertexId, std::uint32_t, bool, std::string>> failure;
+  bool operator==(const Answer&) const = default;
+};
+
+Answer answer_of(const FinestMesh& finest) {
+  const RecoveredLevels found = recover_levels(finest, 20);
+  Answer answer{{}, found.had_choice, std::nullopt};
+  if (const auto& failure = found.failure)
+    answer.failure = {failure->vertex, failure->faces, failure->on_border, failure->reason};
+  for (const LevelMesh& level : found.meshes) {
+    const LevelView view(finest, level);
+    std::vector<FaceId> faces(view.face_count());
+    std::iota(faces.begin(), faces.end(), FaceId{0});
+    view.sort_as_in_file(faces);
+    for (auto& of_level = answer.levels.emplace_back(); const FaceId face : faces) {
+      auto& corners = of_level.emplace_back();
+      for (int at = 0; at < 3; ++at) {
+        const auto corner = static_cast<std::size_t>(at);
+        const FaceId fine = view.finest_corner({face, at}).face();
+        corners[corner] = view.file_vertex({face, at});
+        corners[3 + corner] = finest.file_faces.empty() ? fine : finest.file_faces[fine];
+      }
+    }
+  }
+  return answer;
+}
+
+/// The answer for the same file if its vertices and faces get random numbers.
+Answer answer_with_other_numbers(const IndexedMesh& file, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<VertexId> vertices(file.positions.size()), number(vertices.size());
+  std::vector<FaceId> faces(file.faces.size());
+  std::iota(vertices.begin(), vertices.end(), VertexId{0});
+  std::iota(faces.begin(), faces.end(), FaceId{0});
+  std::ranges::shuffle(vertices, random);
+  std::ranges::shuffle(faces, random);
+  for (VertexId vertex = 0; vertex < vertices.size(); ++vertex) number[vertices[vertex]] = vertex;
+  std::vector<FaceVertices> renumbered;
+  for (const FaceId face : faces) {
+    FaceVertices& corners = renumbered.emplace_back(file.faces[face]);
+    for (VertexId& vertex : corners) vertex = number[vertex];
+  }
+  const MatchedSides sides = match_sides(renumbered, vertices.size(), "test");
+  return answer_of({renumbered, sides.twins, vertices.size(), vertices, faces});
+}
+
+}  // namespace
+
+TEST_CASE("RecoverLevels_OtherNumbers_DoNotChangeTheAnswer") {
+  std::vector<NamedMesh> meshes = all_meshes();
+  meshes.push_back({"torus of valence 6", torus_grid(3, 5)});
+  meshes.push_back({"ring", annulus(6)});
+  meshes.push_back({"two tori", side_by_side({torus_grid(4, 4), torus_grid(3, 4), icosahedron()})});
+  const int levels = GENERATE(0, 1, 2);
+  unsigned seed = 0;
+  for (const NamedMesh& each : meshes) {
+    if (each.mesh.faces.size() << 2 * levels > 20000) continue;
+    INFO(each.name << ", " << levels << " levels");
+    const Refined fine(each.mesh, levels, ++seed);
+    const Answer answer = answer_of(fine.view());
+    CHECK(answer.levels.size() >= static_cast<std::size_t>(levels));
+    CHECK(answer_with_other_numbers(fine.mesh, seed + 100) == answer);
+  }
 }
