@@ -10,10 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
-#include <map>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -21,20 +18,17 @@
 #include <tuple>
 #include <vector>
 
-#include "conversion/conversion_job.h"
 #include "displace/displace.h"
-#include "engine/store/format_reader.h"
 #include "format/checksum.h"
 #include "io/file_operations.h"
+#include "jobs/pass_surfaces.h"
 #include "plait/compression.h"
 #include "plait/digest.h"
 #include "plait/error.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/parts.h"
-#include "plait/mesh_io.h"
 #include "plait/reader.h"
 #include "plait/registry.h"
-#include "plait/subdivision_job.h"
 #include "support/error_of.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"
@@ -43,225 +37,21 @@
 namespace plait::test::passes {
 namespace {
 
-namespace fs = std::filesystem;
 using Numbers = std::vector<std::uint32_t>;
-using Point = Vector3<float>;
-
-/// Stores of one surface, in one piece and in shards.
-struct Surfaces {
-  fs::path mesh, directory;
-  int levels = 3;
-  bool normals = false;
-  ComponentType precision = ComponentType::kFloat32;
-  std::optional<std::uint64_t> max_slot_bytes = 100;  // refines the base mesh in memory
-  PipelinesOf pipeline_of = {};
-
-  fs::path whole() const { return directory / "whole.plait"; }
-  fs::path sharded() const { return directory / "s.plait"; }
-
-  void make_whole() const {
-    SubdivisionRequest request;
-    request.mesh = mesh;
-    request.store = whole();
-    request.levels = levels;
-    request.normals = normals;
-    request.precision = precision;
-    request.max_slot_bytes = max_slot_bytes;
-    request.block_bytes = 4 << 10;
-    request.backend = "pread";
-    request.layout = LayoutKind::kHilbert;
-    SubdivisionJob(request, default_backends()).run();
-  }
-  void make_shards(std::uint32_t parts) const {
-    PartsRequest request;
-    request.mesh = mesh;
-    request.plan = directory / "shards";
-    request.parts = parts;
-    request.levels = levels;
-    request.normals = normals;
-    request.precision = precision;
-    request.max_slot_bytes = max_slot_bytes;
-    request.block_bytes = 4 << 10;
-    request.pipeline_of = pipeline_of;
-    plan_parts(request, default_backends());
-    for (std::uint32_t part = 0; part < parts; ++part)
-      make_part(request.plan, part, {}, default_backends());
-    REQUIRE(join_parts(request.plan, sharded(), {}, default_backends()).has_store);
-    fs::remove_all(request.plan);
-  }
-  fs::path plan(const Pass& pass, const std::string& name = "plan") const {
-    PassRequest request;
-    request.store = sharded();
-    request.plan = directory / name;
-    request.pass = pass;
-    plan_pass(request, default_backends());
-    return request.plan;
-  }
-};
-
-Surfaces surfaces_of(const fs::path& directory, const IndexedMesh& mesh) {
-  Surfaces made;
-  made.directory = directory;
-  made.mesh = directory / "mesh.ply";
-  write_ply(made.mesh, mesh);
-  return made;
-}
-
-void make_parts(const fs::path& plan, const Pass& pass = {}, int threads = 1) {
-  PartOptions options;
-  options.threads = threads;
-  options.kernel = pass.kernel;
-  // The last part first: no part needs another one.
-  for (auto part = static_cast<std::uint32_t>(read_parts_plan(plan).parts.size()); part-- > 0;)
-    make_part(plan, part, options, default_backends());
-}
-
-JoinResult join(const fs::path& plan, const fs::path& store, const JoinOptions& options = {}) {
-  return join_parts(plan, store, options, default_backends());
-}
-
-/// One pass in parts.
-void pass_in_parts(const Surfaces& on, const Pass& pass, int threads = 1) {
-  const fs::path plan = on.plan(pass, "one.pass");
-  make_parts(plan, pass, threads);
-  JoinOptions options;
-  options.verify = true;
-  REQUIRE(join(plan, on.sharded(), options).has_store);
-  fs::remove_all(plan);
-}
-
-std::string digest_of(const fs::path& store) {
-  return digest(Store::open(store, {}, default_backends())).to_string();
-}
-
-Store open_to_write(const fs::path& store) {
-  OpenOptions options;
-  options.writable = true;
-  return Store::open(store, options, default_backends());
-}
-
-std::string bytes_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-/// The files of a copy in one piece that say nothing of its UUID.
-std::map<std::string, std::string> converted(const fs::path& from) {
-  const fs::path to = from.native() + ".copy";
-  ConversionRequest request;
-  request.from = from;
-  request.to = to;
-  convert(request, default_backends(), default_backends(), {});
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(to))
-    if (const std::string name = entry.path().filename();
-        name.starts_with("attribute") || name == "base.mesh")
-      files[name] = bytes_of(entry.path());
-  fs::remove_all(to);
-  return files;
-}
-
-/// A program's own smoothing, as simple as it can be: each vertex becomes the mean of its
-/// neighbours' and its own position, on borders of those on the border.
-void smooth_simply(Store& store, double factor) {
-  store.add_attribute(schema_of<Point>("smoother"), store.finest_level());
-  visit_vertices(store, {.name = "smooth"},
-                 std::tuple{rings_of<Point>("position"), overwrites<Point>("smoother")},
-                 [&](const VertexRun& run, const VertexRings<Point>& ring, std::span<Point> to) {
-                   for (std::size_t i = 0; i < run.count; ++i) {
-                     std::array<double, 3> sum{};
-                     int count = 0;
-                     for (int k = 0; k < ring.valence(); ++k) {
-                       if (ring.is_border() && k != 0 && k != ring.valence() - 1) continue;
-                       ++count;
-                       const Point& at = ring.neighbour(i, k);
-                       sum[0] += double{at.x};
-                       sum[1] += double{at.y};
-                       sum[2] += double{at.z};
-                     }
-                     const auto moved = [&](double from, double total) {
-                       return static_cast<float>(from + factor * (1.0 / count * total - from));
-                     };
-                     const Point& from = ring.vertex(i);
-                     to[i] = {moved(double{from.x}, sum[0]), moved(double{from.y}, sum[1]),
-                              moved(double{from.z}, sum[2])};
-                   }
-                 });
-  store.replace_attribute(store.attribute("position"), store.attribute("smoother"));
-}
-
-constexpr int kIterations = 5;
-const Pass kSmooth{.name = "smooth", .factor = 0.4};
-
-/// The digest and the files of one process's five iterations.
-struct Expected {
-  std::string digest;
-  std::map<std::string, std::string> files;
-};
-Expected smoothed_by_one(const Surfaces& on, int iterations = kIterations) {
-  on.make_whole();
-  {
-    Store store = open_to_write(on.whole());
-    for (int pass = 0; pass < iterations; ++pass) smooth_simply(store, kSmooth.factor);
-    store.commit();
-  }
-  return {digest_of(on.whole()), converted(on.whole())};
-}
 
 void check_smoothing(const Surfaces& on, const Expected& expected, std::uint32_t parts,
                      int iterations = kIterations) {
   CAPTURE(parts);
   on.make_shards(parts);
   for (int pass = 0; pass < iterations; ++pass) pass_in_parts(on, kSmooth, pass % 2 + 1);
-  CHECK(digest_of(on.sharded()) == expected.digest);
-  CHECK(converted(on.sharded()) == expected.files);
-  const StoreCheck check = check_store(on.sharded(), default_backends());
-  CHECK(check.damaged.empty());
-  CHECK(check.left_over.empty());
-  // A reader that was written from docs/format.md alone finds the same.
-  const format::Store shards = format::read_store(on.sharded()),
-                      one = format::read_store(on.whole());
-  REQUIRE(shards.attributes.size() == one.attributes.size());
-  for (std::size_t at = 0; at < one.attributes.size(); ++at) {
-    CHECK(shards.attributes[at].levels == one.attributes[at].levels);
-    CHECK(shards.attributes[at].base == one.attributes[at].base);
-  }
+  check_records(on, expected);
   fs::remove_all(on.sharded());
-}
-
-/// Something that no pass of the library makes: it needs the number of a vertex, a ring, and an
-/// attribute beside the positions.
-Pass own_pass() {
-  Pass pass;
-  pass.name = "relief";
-  pass.result = schema_of<float>("relief");
-  pass.parameters = "weight 2";
-  pass.kernel = [](Store& store, const std::string& into, const VisitOptions& options) {
-    visit_vertices(
-        store, options,
-        std::tuple{rings_of<Point>("position"), reads<Point>("normal"), overwrites<float>(into)},
-        [](const VertexRun& run, const VertexRings<Point>& ring, std::span<const Point> normal,
-           std::span<float> to) {
-          for (std::size_t i = 0; i < run.count; ++i)
-            to[i] = 2 * dot(ring.neighbour(i, 0) - ring.vertex(i), normal[i]) +
-                    static_cast<float>((run.first + i) % 1000) + static_cast<float>(run.point(i).i);
-        });
-  };
-  return pass;
 }
 
 Error part_error(const fs::path& plan, std::uint32_t part) {
   PartOptions again;
   again.again = true;
   return error_of([&] { make_part(plan, part, again, default_backends()); });
-}
-
-fs::path directory_of(const fs::path& plan, std::uint32_t part) {
-  for (const auto& entry : fs::directory_iterator(plan))
-    if (entry.path().filename().native().starts_with("part." + std::to_string(part) + "-"))
-      return entry.path();
-  FAIL("part " << part << " has no directory");
-  return {};
 }
 
 void write(const fs::path& path, const std::string& bytes) {
