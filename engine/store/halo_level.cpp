@@ -35,8 +35,9 @@ HaloLevel::HaloLevel(const Directory& directory, std::string name, const LevelFi
 HaloLevel::~HaloLevel() { directory_.remove_if_possible(name_); }
 
 std::span<HaloLevel::Run> HaloLevel::runs_of(std::uint64_t block) {
-  const auto found = std::ranges::equal_range(runs_, block, {}, &Run::block);
-  return {found.begin(), found.end()};
+  const auto first = std::ranges::lower_bound(runs_, block, {}, &Run::block);
+  const auto after = std::ranges::upper_bound(runs_, block, {}, &Run::block);
+  return {first, after};
 }
 
 bool HaloLevel::fills_block(std::span<const Run> runs) const {
