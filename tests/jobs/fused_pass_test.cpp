@@ -176,7 +176,7 @@ TEST_CASE("FusedPass_CompressedShardsAndLittleMemory_GivesTheRecordsOfOneProcess
   const TemporaryDirectory here(Medium::kMemory);
   Surfaces on = surfaces_of(here.path(), random_sheet(5, 60));
   on.max_slot_bytes = std::nullopt;
-  on.levels = 5;
+  on.levels = 4;
   on.pipeline_of = [](const AttributeSchema& schema) {
     return LevelPipelines(preset_pipeline("fast", schema));
   };
@@ -184,8 +184,9 @@ TEST_CASE("FusedPass_CompressedShardsAndLittleMemory_GivesTheRecordsOfOneProcess
       made_by_one(on, 5, [](Store& store) { smooth_simply(store, kSmooth.factor); });
   on.make_shards(3);
   const std::filesystem::path plan = on.plan(kSmooth, "plan", 5);
-  // So most of the halo is in files.
-  CHECK(make_parts_in_little_memory(plan) < read_parts_plan(plan).parts[1].bytes);
+  const Error error = error_of([&] { make_parts(plan, kSmooth, 1, 64 << 10); });
+  CHECK(error.code() == ErrorCode::kBudget);
+  make_parts(plan, kSmooth, 2, 448 << 10);
   REQUIRE(join(plan, on.sharded()).has_store);
   CHECK(digest_of(on.sharded()) == expected.digest);
 }

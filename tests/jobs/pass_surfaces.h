@@ -18,7 +18,6 @@
 #include "conversion/conversion_job.h"
 #include "engine/store/format_reader.h"
 #include "plait/digest.h"
-#include "plait/error.h"
 #include "plait/extend/check_store.h"
 #include "plait/extend/parts.h"
 #include "plait/extend/pass.h"
@@ -108,17 +107,6 @@ inline void make_parts(const fs::path& plan, const Pass& pass = {}, int threads 
   // The last part first: no part needs another one.
   for (auto part = static_cast<std::uint32_t>(read_parts_plan(plan).parts.size()); part-- > 0;)
     make_part(plan, part, options, default_backends());
-}
-
-/// The smallest budget, but for a factor of 2, with which the parts of a plan can be made. Makes
-/// them.
-inline std::uint64_t make_parts_in_little_memory(const fs::path& plan, const Pass& pass = {}) {
-  for (std::uint64_t budget_bytes = 64 << 10;; budget_bytes *= 2) try {
-      make_parts(plan, pass, 1, budget_bytes);
-      return budget_bytes;
-    } catch (const Error& error) {
-      REQUIRE(error.code() == ErrorCode::kBudget);
-    }
 }
 
 inline JoinResult join(const fs::path& plan, const fs::path& store,
