@@ -23,6 +23,7 @@
 #include "instrument/scratch_directory.h"
 #include "instrument/surroundings.h"
 #include "plait/error.h"
+#include "plait/extend/thread_count.h"
 
 namespace plait::bench {
 namespace {
@@ -255,7 +256,8 @@ class Runner {
                                       : result["bytes"]["needed_read"].get<std::uint64_t>(),
                          .block_bytes = cell.block_bytes,
                          .direct = result["mode"]["direct"].get<bool>(),
-                         .threads = cell.threads + 1};  // a store has a thread for transfers
+                         // A store has a thread for transfers for each processor.
+                         .threads = cell.threads + thread_count(0, "floor")};
     if (request.bytes == 0) return;
     // Other kinds move all bytes of their file.
     if (request.kind == FloorKind::kRandomRead) request.file_bytes = cell.raw_bytes();
