@@ -79,6 +79,22 @@ FusedPass hooked(FusedPass pass, const HookedRefiner::Hook& hook) {
   return pass;
 }
 
+/// The error of a pass that is cancelled when it first asks. Only the calling thread asks, so the
+/// others wait until it has: they could otherwise refine all faces before it begins.
+Error cancelled(Store& store, FusedPass pass, int threads) {
+  std::atomic<bool> asked = false;
+  const HookedRefiner::Hook hook = [&, caller = std::this_thread::get_id()](const char*) {
+    if (std::this_thread::get_id() != caller) asked.wait(false);
+  };
+  return error_of([&] {
+    fused(store, hooked(std::move(pass), hook), {threads, [&](const Progress&) {
+                                                   asked = true;
+                                                   asked.notify_all();
+                                                   return false;
+                                                 }});
+  });
+}
+
 /// Refuses the `refused`-th write of all levels together.
 class FullBackend final : public ForwardingBackend {
  public:
@@ -120,9 +136,7 @@ TEST_CASE("Fused_Cancelled_LeavesAStoreThatCanBeRefinedAgain") {
     INFO(threads << " threads");
     Store store = store_in_memory(base);
     NumberingCalls calls(base.face_count());
-    FusedOptions options{threads, [](const Progress&) { return false; }};
-    const Error error =
-        error_of([&] { fused(store, numbering_pass(store, kErrorLevels, calls), options); });
+    const Error error = cancelled(store, numbering_pass(store, kErrorLevels, calls), threads);
     CHECK(error.code() == ErrorCode::kCancelled);
     CHECK(names(error, {"'numbering'"}));
     if (threads == 1)
@@ -144,19 +158,7 @@ TEST_CASE("Fused_CancelledOnDisk_StoreIsDestroyedAndGone") {
       options.budget_bytes = 64 << 20;
       Store store = numbered_store(path, base, options, kSchemas, kErrorLevels, default_backends());
       NumberingCalls calls(base.face_count());
-      // The helper waits, so that the thread that is asked has something to do.
-      std::atomic<bool> asked = false;
-      const HookedRefiner::Hook hook = [&, caller = std::this_thread::get_id()](const char*) {
-        if (std::this_thread::get_id() != caller) asked.wait(false);
-      };
-      const Error error = error_of([&] {
-        fused(store, hooked(numbering_pass(store, kErrorLevels, calls), hook),
-              {2, [&](const Progress&) {
-                 asked = true;
-                 asked.notify_all();
-                 return false;
-               }});
-      });
+      const Error error = cancelled(store, numbering_pass(store, kErrorLevels, calls), 2);
       CHECK(error.code() == ErrorCode::kCancelled);
     }
     CHECK_FALSE(std::filesystem::exists(path));
