@@ -117,7 +117,7 @@ nlohmann::ordered_json apply(const TuneArguments& arguments, const CommandContex
   ConversionRequest request;
   request.from = arguments.input;
   request.to = output_of(arguments);
-  request.backend = pick.choice.backend();
+  request.backend = pick.choice.backend;
   request.compression = tune::compression_of(pick.choice);
   request.budget_bytes = arguments.memory_bytes;
   request.replace = arguments.force;

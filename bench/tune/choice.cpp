@@ -15,15 +15,16 @@ Compression compression_of(const Choice& choice) {
 }
 
 std::string Choice::options() const {
-  std::string text = compress.empty() ? "--backend pread" : "";
+  std::string text = compress.empty() ? "--backend " + backend : "";
   for (const std::string& value : compress)
     text += fmt::format("{}--compress {}", text.empty() ? "" : " ", value);
   return block_bytes == 0 ? text : fmt::format("{} --block {}KiB", text, block_bytes >> 10);
 }
 
-Choice choice_of_preset(const std::string& preset) {
-  if (preset == "none") return {preset, {}, true, 0};
-  return {preset, {preset}, true, 0};
+Choice choice_of_preset(const std::string& preset, const std::string& raw_backend) {
+  if (preset == "none")
+    return {.name = preset, .compress = {}, .is_preset = true, .backend = raw_backend};
+  return {.name = preset, .compress = {preset}, .is_preset = true};
 }
 
 Choice choice_of_pipelines(const std::vector<std::string>& names,
@@ -38,7 +39,7 @@ Choice choice_of_pipelines(const std::vector<std::string>& names,
 
 StoreOptions options_of_copy(const Store& source, const Choice& choice) {
   StoreOptions options = source.options();
-  options.backend = choice.backend();
+  options.backend = choice.backend;
   options.pipeline = {};
   options.pipeline_of = {};
   options.durability = Durability::kCommit;

@@ -13,19 +13,20 @@ namespace plait::tune {
 struct Choice {
   /// "small", "fast, normal made again", or the pipelines.
   std::string name;
-  /// The values of --compress; empty: blocks as they are, with the backend pread.
+  /// The values of --compress; empty: blocks as they are.
   std::vector<std::string> compress;
   bool is_preset = false;
   std::uint64_t block_bytes = 0;  ///< 0: as in the source
+  std::string backend = "compressed";
 
-  const char* backend() const { return compress.empty() ? "pread" : "compressed"; }
   /// "--compress small", or "--backend pread"; and --block, if that is not as in the source.
   std::string options() const;
   friend bool operator==(const Choice&, const Choice&) = default;
 };
 
 Compression compression_of(const Choice& choice);
-Choice choice_of_preset(const std::string& preset);
+/// The preset `none` keeps blocks as they are, with `raw_backend`.
+Choice choice_of_preset(const std::string& preset, const std::string& raw_backend = "pread");
 /// Each attribute of `names` with its own pipeline.
 Choice choice_of_pipelines(const std::vector<std::string>& names,
                            const std::vector<Pipeline>& pipelines);

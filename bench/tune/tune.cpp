@@ -17,8 +17,8 @@ namespace {
 /// Of the time, for the sample.
 constexpr double kSampleShare = 0.3;
 
-std::vector<Choice> presets() {
-  std::vector<Choice> choices = {choice_of_preset("none")};
+std::vector<Choice> presets(const std::string& raw_backend) {
+  std::vector<Choice> choices = {choice_of_preset("none", raw_backend)};
   for (const CompressionPreset& preset : compression_presets())
     if (preset.name != "none") choices.push_back(choice_of_preset(std::string(preset.name)));
   return choices;
@@ -88,7 +88,10 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
   };
 
   std::vector<Measured> once;
-  for (const Choice& choice : presets()) once.push_back({choice, {run(choice)}});
+  // What a user gets who names no backend.
+  const BackendChoice raw =
+      backends.choose({.path = scratch.path(), .level_bytes = findings.raw_bytes});
+  for (const Choice& choice : presets(raw.name)) once.push_back({choice, {run(choice)}});
   phase = "sample";
   // What the presets took says how long a round takes.
   const double seconds_of_choice = clock.seconds() / static_cast<double>(once.size());

@@ -159,6 +159,7 @@ TEST_CASE("Copy_OfAChoice_IsWhatItsOptionsMake") {
   CHECK(none.parts[1].made_blocks == 0);
   CHECK(none.stored_bytes > 5 * made.stored_bytes);
   CHECK(choice_of_preset("none").options() == "--backend pread");
+  CHECK(choice_of_preset("none", "mmap").options() == "--backend mmap");
   CHECK(choice_of_preset("small").options() == "--compress small");
   CHECK(choice_of_pipelines({"position", "normal"}, {"lz4", "none"}).options() ==
         "--compress position=lz4 --compress normal=none");
