@@ -55,6 +55,13 @@ Pipeline pipeline_of(const Choice& choice, const AttributeSchema& schema) {
   return choice.compress.empty() ? Pipeline() : compression_of(choice).pipeline_of(schema).of(0);
 }
 
+bool store_alike(const Choice& a, const Choice& b, const std::vector<AttributeSchema>& attributes) {
+  return a.block_bytes == b.block_bytes &&
+         std::ranges::all_of(attributes, [&](const AttributeSchema& schema) {
+           return pipeline_of(a, schema) == pipeline_of(b, schema);
+         });
+}
+
 bool is_refusal(const Error& error) noexcept {
   return error.code() == ErrorCode::kNotSupported || error.code() == ErrorCode::kInvalidArgument;
 }

@@ -35,6 +35,9 @@ StoreOptions options_of_copy(const Store& source, const Choice& choice);
 /// What the choice does with these records.
 Pipeline pipeline_of(const Choice& choice, const AttributeSchema& schema);
 
+/// Whether both do the same with the blocks of these attributes, whatever their names are.
+bool store_alike(const Choice& a, const Choice& b, const std::vector<AttributeSchema>& attributes);
+
 /// Whether a pipeline cannot store the records, and not another fault.
 bool is_refusal(const Error& error) noexcept;
 

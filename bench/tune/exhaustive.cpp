@@ -62,7 +62,9 @@ int run(const Arguments& arguments) {
                                  Reads::kCold, default_pipelines(), always);
   std::vector<Measured> finalists = {{pick}};
   const auto add = [&](const Choice& choice) {
-    if (std::ranges::find(finalists, choice, &Measured::choice) == finalists.end())
+    if (std::ranges::none_of(finalists, [&](const Measured& one) {
+          return store_alike(one.choice, choice, all.attributes);
+        }))
       finalists.push_back({choice});
   };
   for (const Measured& one : findings.choices) add(one.choice);

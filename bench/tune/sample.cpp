@@ -191,16 +191,11 @@ std::vector<Choice> propose(const Sample& sample, const std::vector<Measured>& m
   for (const AttributeSchema& schema : sample.attributes) names.push_back(schema.name);
   std::vector<Choice> proposed;
   for (const auto& combination : combinations) {
-    const auto& pipelines = combination.second;
+    const Choice choice = choice_of_pipelines(names, combination.second);
     const bool is_measured = std::ranges::any_of(measured, [&](const Measured& one) {
-      for (std::size_t at = 0; at < pipelines.size(); ++at)
-        if (pipeline_of(one.choice, sample.attributes[at]) != pipelines[at]) return false;
-      return true;
+      return store_alike(one.choice, choice, sample.attributes);
     });
-    const bool is_raw = std::ranges::all_of(
-        pipelines, [](const Pipeline& pipeline) { return pipeline == Pipeline(); });
-    if (proposed.size() < most && !is_measured && !is_raw)
-      proposed.push_back(choice_of_pipelines(names, pipelines));
+    if (proposed.size() < most && !is_measured) proposed.push_back(choice);
   }
   return proposed;
 }
