@@ -18,6 +18,9 @@ namespace {
 constexpr char kBoundsMagic[] = "plaitbox";
 constexpr std::uint32_t kFormat = 1;
 constexpr std::uint64_t kBoundsHeaderBytes = 32, kChecksumBytes = 8;
+/// Room for what the file has before and after the bounds.
+constexpr std::uint64_t kEntriesOfFrame = 2;
+static_assert(kEntriesOfFrame * sizeof(FaceBounds) >= kBoundsHeaderBytes + kChecksumBytes);
 
 std::uint64_t bounds_file_bytes(std::uint64_t face_count) {
   return kBoundsHeaderBytes + face_count * sizeof(FaceBounds) + kChecksumBytes;
@@ -42,7 +45,11 @@ std::optional<Stored> read_file(const Directory& store, std::uint32_t attribute,
   if (file.size() != bounds_file_bytes(face_count))
     throw refuse(fmt::format("{} bytes, expected {} for {} faces", file.size(),
                              bounds_file_bytes(face_count), face_count));
-  std::vector<std::byte> bytes(bounds_file_bytes(face_count));
+  // The whole file is read into the memory that its bounds take in the end: a second copy would
+  // leave a hole in the heap that is as large.
+  std::vector<FaceBounds> faces(face_count + kEntriesOfFrame);
+  const std::span<std::byte> bytes =
+      std::as_writable_bytes(std::span(faces)).first(bounds_file_bytes(face_count));
   file.read_at(0, bytes);
   const std::size_t content = bytes.size() - kChecksumBytes;
   const std::uint64_t found = checksum_of(std::span(bytes).first(content));
@@ -51,14 +58,14 @@ std::optional<Stored> read_file(const Directory& store, std::uint32_t attribute,
   if (std::memcmp(bytes.data(), kBoundsMagic, 8) != 0 || load<std::uint32_t>(bytes, 8) != kFormat ||
       load<std::uint64_t>(bytes, 16) != face_count)
     throw refuse("the header is not that of bounds of these faces");
-  Stored stored{load<std::uint64_t>(bytes, 24), std::vector<FaceBounds>(face_count)};
-  if (face_count > 0)
-    std::memcpy(stored.faces.data(), &bytes[kBoundsHeaderBytes], face_count * sizeof(FaceBounds));
+  const auto key = load<std::uint64_t>(bytes, 24);
+  std::memmove(bytes.data(), &bytes[kBoundsHeaderBytes], face_count * sizeof(FaceBounds));
+  faces.resize(face_count);
   for (FaceId face = 0; face < face_count; ++face)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (std::isnan(stored.faces[face].low[axis]) || std::isnan(stored.faces[face].high[axis]))
+      if (std::isnan(faces[face].low[axis]) || std::isnan(faces[face].high[axis]))
         throw refuse(fmt::format("a bound of face {} is not a number", face));
-  return stored;
+  return Stored{key, std::move(faces)};
 }
 
 }  // namespace
