@@ -15,6 +15,8 @@ namespace {
 constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
 constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the capacity must have room
+/// A slab is mapped to the end of a huge page if that wastes no more than one byte of so many.
+constexpr std::size_t kBytesOfWaste = 128;
 /// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
 constexpr std::size_t kMostSlabs = 1024;
 // The address sanitizer would not see accesses beyond a frame.
@@ -26,12 +28,25 @@ constexpr bool kHasSlabs = !__has_feature(address_sanitizer);
 constexpr bool kHasSlabs = true;
 #endif
 
-/// How many frames a slab has: as many as leave the least beyond the last huge page.
-std::size_t frames_of_slab(std::size_t frame_bytes) {
-  std::size_t best = 1;
-  const auto rest = [&](std::size_t frames) { return frames * frame_bytes % kHugePage; };
-  for (std::size_t frames = 1; frames * frame_bytes <= kMostSlabBytes; ++frames)
-    if (rest(frames) * best <= rest(best) * frames) best = frames;
+struct SlabShape {
+  std::size_t frames = 0;
+  std::size_t bytes = 0;        ///< mapped
+  std::size_t other_bytes = 0;  ///< beyond the last huge page, or of it but of no frame
+};
+
+/// The slab of at most `most_bytes` that has the fewest other bytes for each frame. No frame if
+/// none has a huge page.
+SlabShape slab_shape(std::size_t frame_bytes, std::size_t most_bytes) {
+  SlabShape best;
+  for (std::size_t frames = 1; frames * frame_bytes <= most_bytes; ++frames) {
+    const std::size_t bytes = frames * frame_bytes;
+    SlabShape shape{frames, bytes, bytes % kHugePage};
+    const std::size_t missing = (kHugePage - shape.other_bytes) % kHugePage;
+    if (missing <= bytes / kBytesOfWaste) shape = {frames, bytes + missing, missing};
+    if (shape.bytes >= kHugePage &&
+        shape.other_bytes * best.frames <= best.other_bytes * shape.frames)
+      best = shape;
+  }
   return best;
 }
 
@@ -56,14 +71,14 @@ void FramePool::release() noexcept {
 
 std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
   if (!kHasSlabs || bytes < kLeastFrameOfSlab || bytes > kMostSlabBytes) return nullptr;
-  const std::size_t frames = frames_of_slab(bytes), slab_bytes = frames * bytes;
-  if (slab_bytes < kHugePage || slab_bytes * kLeastSlabs > capacity_bytes() ||
-      used_bytes_ + slab_bytes > capacity_bytes() || slabs_.size() == kMostSlabs)
+  const auto [frames, slab_bytes, other_bytes] =
+      slab_shape(bytes, std::min<std::uint64_t>(kMostSlabBytes, capacity_bytes() / kLeastSlabs));
+  if (frames == 0 || used_bytes_ + frames * bytes > capacity_bytes() || slabs_.size() == kMostSlabs)
     return nullptr;
   size.fresh.reserve(frames);
   size.bare.reserve(size.in_slabs + frames);
   slabs_.reserve(slabs_.size() + 1);
-  make_room(slab_bytes);
+  make_room(frames * bytes);
   void* const mapped = ::mmap(nullptr, slab_bytes + kHugePage, PROT_READ | PROT_WRITE,
                               MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (mapped == MAP_FAILED) return nullptr;
@@ -77,7 +92,7 @@ std::byte* FramePool::take_slab(Size& size, std::uint64_t bytes) {
                 Slab{memory, slab_bytes, frames, 0});
   size.in_slabs += frames;
   for (std::size_t frame = frames; frame-- > 1;) size.fresh.push_back(memory + frame * bytes);
-  idle_bytes_ += slab_bytes - bytes;
+  idle_bytes_ += (frames - 1) * bytes;
   return memory;
 }
 
