@@ -64,11 +64,11 @@ PATH=$PATH:/usr/sbin
 munged --foreground --force --key-file="$here/munge/key" --socket="$here/munge/socket" \
   --pid-file="$here/munge/pid" --seed-file="$here/munge/seed" --log-file="$here/munge.log" 2>munged.log &
 daemons+=($!)
-wait_for 10 test -S munge/socket
+wait_for 60 test -S munge/socket
 slurmctld -D 2>slurmctld.log & daemons+=($!)
 slurmd -D 2>slurmd.log & daemons+=($!)
 is_idle() { sinfo --noheader | grep -q idle; }
-wait_for 60 is_idle
+wait_for 120 is_idle
 
 # The first run of part 3 stops in the middle, and stays so until Slurm kills it.
 cat >bin/plait <<END
