@@ -106,7 +106,7 @@ TEST_CASE("StepsThatHaveMadeNothingYet_Interrupted_EndAtOnce") {
       Program program(here.path(), arguments);
       CHECK(program.runs_until_it_handles(signal_number));
       // For it to be in the step. A signal that comes before has the same outcome.
-      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
       ::kill(program.process(), signal_number);
       const Outcome outcome = program.wait();
       CHECK(outcome.status == 128 + signal_number);
