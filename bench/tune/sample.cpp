@@ -45,6 +45,7 @@ class Trier {
  private:
   bool run(const std::vector<std::optional<Pipeline>>& pipelines, std::string* why) try {
     std::vector<Pipeline> all;
+    all.reserve(pipelines.size());
     for (const auto& pipeline : pipelines) all.push_back(pipeline.value_or(Pipeline()));
     const CopyRun run = store_and_read(source_, choice_of_pipelines(names_, all), path_, reads_,
                                        backends_, proceed_);
