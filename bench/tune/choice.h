@@ -26,7 +26,7 @@ struct Choice {
 
 Compression compression_of(const Choice& choice);
 /// The preset `none` keeps blocks as they are, with `raw_backend`.
-Choice choice_of_preset(const std::string& preset, const std::string& raw_backend = "pread");
+Choice choice_of_preset(const std::string& preset, const std::string& raw_backend);
 /// Each attribute of `names` with its own pipeline.
 Choice choice_of_pipelines(const std::vector<std::string>& names,
                            const std::vector<Pipeline>& pipelines);

@@ -20,7 +20,8 @@ constexpr double kSampleShare = 0.3;
 std::vector<Choice> presets(const std::string& raw_backend) {
   std::vector<Choice> choices = {choice_of_preset("none", raw_backend)};
   for (const CompressionPreset& preset : compression_presets())
-    if (preset.name != "none") choices.push_back(choice_of_preset(std::string(preset.name)));
+    if (preset.name != "none")
+      choices.push_back(choice_of_preset(std::string(preset.name), raw_backend));
   return choices;
 }
 

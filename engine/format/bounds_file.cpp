@@ -19,8 +19,8 @@ constexpr char kBoundsMagic[] = "plaitbox";
 constexpr std::uint32_t kFormat = 1;
 constexpr std::uint64_t kBoundsHeaderBytes = 32, kChecksumBytes = 8;
 /// Room for what the file has before and after the bounds.
-constexpr std::uint64_t kEntriesOfFrame = 2;
-static_assert(kEntriesOfFrame * sizeof(FaceBounds) >= kBoundsHeaderBytes + kChecksumBytes);
+constexpr std::uint64_t kEntriesBeside = 2;
+static_assert(kEntriesBeside * sizeof(FaceBounds) >= kBoundsHeaderBytes + kChecksumBytes);
 
 std::uint64_t bounds_file_bytes(std::uint64_t face_count) {
   return kBoundsHeaderBytes + face_count * sizeof(FaceBounds) + kChecksumBytes;
@@ -47,7 +47,7 @@ std::optional<Stored> read_file(const Directory& store, std::uint32_t attribute,
                              bounds_file_bytes(face_count), face_count));
   // The whole file is read into the memory that its bounds take in the end: a second copy would
   // leave a hole in the heap that is as large.
-  std::vector<FaceBounds> faces(face_count + kEntriesOfFrame);
+  std::vector<FaceBounds> faces(face_count + kEntriesBeside);
   const std::span<std::byte> bytes =
       std::as_writable_bytes(std::span(faces)).first(bounds_file_bytes(face_count));
   file.read_at(0, bytes);

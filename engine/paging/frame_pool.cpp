@@ -31,7 +31,7 @@ constexpr bool kHasSlabs = true;
 struct SlabShape {
   std::size_t frames = 0;
   std::size_t bytes = 0;        ///< mapped
-  std::size_t other_bytes = 0;  ///< beyond the last huge page, or of it but of no frame
+  std::size_t other_bytes = 0;  ///< in pages that are not huge, or of no frame
 };
 
 /// The slab of at most `most_bytes` that has the fewest other bytes for each frame. No frame if

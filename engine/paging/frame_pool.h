@@ -5,6 +5,8 @@
 //
 // Large frames come from slabs of huge pages, where the budget has room for many slabs: copies from
 // pages of 4 KiB take up to twice the time, because a processor knows the addresses of few of them.
+// A slab may map a little more than its frames, so that its last page is huge too. This rest, at
+// most one byte of 128, does not count in the budget.
 // An idle frame of a slab gives its pages back where another size needs the memory. It is then
 // bare. A slab whose frames are all bare is unmapped. (Of a huge page that other frames still use,
 // Linux takes back a part not at once, but before it runs out of memory.)

@@ -58,7 +58,7 @@ class MadeUpDisk {
 std::vector<Measured> choices_of(const std::map<std::string, Truth>& truths) {
   std::vector<Measured> choices;
   for (const char* name : {"none", "fast", "default", "small"})
-    if (truths.contains(name)) choices.push_back({choice_of_preset(name)});
+    if (truths.contains(name)) choices.push_back({choice_of_preset(name, "pread")});
   for (const auto& [name, truth] : truths)
     if (name.starts_with("own")) choices.push_back({{name, {"position=lz4"}}});
   return choices;
@@ -245,7 +245,7 @@ TEST_CASE("Report_SentenceTableAndCommand_AreOfOneChoice") {
 }
 
 TEST_CASE("OtherDisks_AreByOneFormula") {
-  const Measured one{choice_of_preset("fast"), {{1e8, 1, 1, 0.25, true, true, {}}}};
+  const Measured one{choice_of_preset("fast", "pread"), {{1e8, 1, 1, 0.25, true, true, {}}}};
   CHECK(read_seconds_at(one, 1e8) == Approx(1));
   CHECK(read_seconds_at(one, 1e9) == Approx(0.25));
 }

@@ -89,7 +89,7 @@ TEST_CASE("Sample_OfASmallStore_StoresWhatTheWholeStores") {
     CAPTURE(why, pipelines);
     for (const std::string& each : pipelines) CHECK(each.starts_with("position=normals"));
   }
-  const CopyRun fast = run_of(store, choice_of_preset("fast"));
+  const CopyRun fast = run_of(store, choice_of_preset("fast", "pread"));
   for (std::size_t at = 0; at < 2; ++at) {
     const auto same = std::ranges::find(sample.pipelines[at], Pipeline("columns,bitpack"),
                                         &SampledPipeline::pipeline);
@@ -141,7 +141,8 @@ TEST_CASE("Proposals_AreNew_AndFewerBytesForSize") {
   const Sample sample = sample_of(store, 1 << 30);
   std::vector<Measured> measured;
   for (const char* preset : {"none", "fast", "default", "small"})
-    measured.push_back({choice_of_preset(preset), {run_of(store, choice_of_preset(preset))}});
+    measured.push_back(
+        {choice_of_preset(preset, "pread"), {run_of(store, choice_of_preset(preset, "pread"))}});
   // Nothing is smaller than the positions that the scheme makes and the raw normals.
   const std::vector<Choice> proposed = propose(sample, measured, Goal::kSize, 2);
   REQUIRE(proposed.size() == 2);
@@ -153,14 +154,14 @@ TEST_CASE("Proposals_AreNew_AndFewerBytesForSize") {
 
 TEST_CASE("Copy_OfAChoice_IsWhatItsOptionsMake") {
   Store store = smooth_store(3);
-  const CopyRun made = run_of(store, choice_of_preset("default"));
+  const CopyRun made = run_of(store, choice_of_preset("default", "pread"));
   CHECK(made.parts[1].made_blocks == made.parts[1].blocks);
-  const CopyRun none = run_of(store, choice_of_preset("none"));
+  const CopyRun none = run_of(store, choice_of_preset("none", "pread"));
   CHECK(none.parts[1].made_blocks == 0);
   CHECK(none.stored_bytes > 5 * made.stored_bytes);
-  CHECK(choice_of_preset("none").options() == "--backend pread");
+  CHECK(choice_of_preset("none", "pread").options() == "--backend pread");
   CHECK(choice_of_preset("none", "mmap").options() == "--backend mmap");
-  CHECK(choice_of_preset("small").options() == "--compress small");
+  CHECK(choice_of_preset("small", "pread").options() == "--compress small");
   CHECK(choice_of_pipelines({"position", "normal"}, {"lz4", "none"}).options() ==
         "--compress position=lz4 --compress normal=none");
 }
