@@ -140,6 +140,19 @@ bool is_settled(const Estimate& factor) {
          (factor.count > kLeastRounds && factor.high / factor.low < kEqualWithin * kEqualWithin);
 }
 
+/// Whether the rival is the fastest cell with another pipeline, while other backends compete too:
+/// which backend to take does not depend on it.
+bool is_other_pipeline(const std::vector<CellFigures>& cells, const Contest& contest,
+                       const Rival& rival) {
+  const MeasuredCell& first = cells[contest.cells.front()].cell;
+  const MeasuredCell& other = cells[rival.cell].cell;
+  return other.backend == first.backend && other.block_bytes == first.block_bytes &&
+         other.threads == first.threads && other.budget == first.budget &&
+         std::ranges::any_of(contest.rivals, [&](const Rival& each) {
+           return cells[each.cell].cell.backend != first.backend;
+         });
+}
+
 using Group =
     std::tuple<std::string, std::string, std::string, double, double, double, double, double, bool>;
 std::vector<Contest> ranked_contests(const RunSet& set, const std::vector<CellFigures>& cells) {
@@ -242,6 +255,10 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
     if (contest.ranked < 2) continue;
     contest.why_not = why_undecided(cells, contest);
     contest.decided = contest.why_not.empty();
+    contest.backend_decided =
+        !contest.decided && std::ranges::all_of(contest.rivals, [&](const Rival& rival) {
+          return rival.answer != Answer::kUndecided || is_other_pipeline(cells, contest, rival);
+        });
   }
   return contests;
 }
@@ -263,7 +280,7 @@ std::set<std::string> settled_keys(const RunSet& set) {
                                                            spreads.at(cells[rival.cell].cell.disk))
                                     .factor;
       if (is_outpaced(factor)) done.insert(rival.cell);
-      all = all && is_settled(factor);
+      all = all && (is_settled(factor) || is_other_pipeline(cells, contest, rival));
     }
     for (const std::size_t at : contest.cells) {
       // Alone, a cell has five rounds to say how long it takes; one that fails is not to be used.

@@ -56,6 +56,9 @@ struct Contest {
   std::size_t ranked = 0;
   std::vector<Rival> rivals;  ///< the ranked cells but the first, in their order
   bool decided = false;       ///< every rival is slower or equal
+  /// Not decided, but only pipelines of the fastest backend are open; other backends are slower or
+  /// equal.
+  bool backend_decided = false;
   std::string why_not;  ///< if not decided: "not decided between A and B, 3 more minutes would"
 };
 
@@ -81,7 +84,9 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
 
 /// The keys of cells that need no more rounds: those shown to be slower than the fastest by a fifth
 /// after four rounds, and those of groups in which each other cell is such a one, or known within 5
-/// %. Nothing here depends on which answer came out, so leaving early makes no answer likelier.
+/// %, or another pipeline of the fastest backend: pipelines are what `plait tune` compares. If all
+/// cells of a group are of one backend, their pipelines are what is asked, and go on. Nothing here
+/// depends on which answer came out, so leaving early makes no answer likelier.
 std::set<std::string> settled_keys(const RunSet& set);
 
 /// What limits the trust in a set of runs. Records hold figures and proofs, and no judgement: each

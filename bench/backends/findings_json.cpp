@@ -60,6 +60,8 @@ ordered_json to_json(const RunSet& set, const Findings& findings) {
          {"workload", work_of(first.cell)},
          {"size", size_of(first.cell)},
          {"decided", contest.decided},
+         {"backend", contest.decided || contest.backend_decided ? ordered_json(first.cell.backend)
+                                                                : ordered_json(nullptr)},
          {"fastest", contest.decided ? ordered_json(first.name) : ordered_json(nullptr)},
          {"rivals", std::move(rivals)},
          {"why_not", contest.why_not},

@@ -28,6 +28,16 @@ std::vector<std::pair<std::string, std::string>> banned(const Findings& findings
   return list;
 }
 
+/// The fastest cell and those that may be it, if they are of one backend.
+std::vector<std::size_t> fastest_of(const Contest& contest) {
+  std::vector<std::size_t> fastest;
+  if (!contest.decided && !contest.backend_decided && contest.ranked != 1) return fastest;
+  fastest.push_back(contest.cells.front());
+  for (const Rival& rival : contest.rivals)
+    if (rival.answer == Answer::kUndecided) fastest.push_back(rival.cell);
+  return fastest;
+}
+
 bool has_something_to_compare(const Contest& contest) { return contest.cells.size() > 1; }
 
 }  // namespace
@@ -51,9 +61,11 @@ instrument::Table matrix_table(const Findings& findings) {
     for (const auto& [name, why] : banned(findings, contest))
       never.push_back(fmt::format("never {} ({})", name, why));
     if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
+    std::vector<std::string> fastest;
+    for (const std::size_t at : fastest_of(contest)) fastest.push_back(findings.cells[at].name);
     table.rows.push_back(
         {{first.cell.disk, work_of(first.cell), size_of(first.cell),
-          contest.decided || contest.ranked == 1 ? first.name : "undecided",
+          fastest.empty() ? "undecided" : fmt::format("{}", fmt::join(fastest, " or ")),
           fmt::format("{}", fmt::join(others, "; ")), fmt::format("{}", fmt::join(never, "; "))},
          findings.failed ? Tone::kFailed : Tone::kPlain});
   }
@@ -62,9 +74,9 @@ instrument::Table matrix_table(const Findings& findings) {
 
 std::vector<std::string> advice_of(const Findings& findings) {
   struct Disk {
-    std::map<std::string, int> good;  ///< how often it is the fastest, or its equal
+    std::map<std::string, int> good;  ///< how often it is among the fastest
     std::map<std::string, std::vector<std::string>> never;
-    int decided = 0, all = 0;
+    int all = 0;
   };
   std::map<std::string, Disk> disks;
   for (const Contest& contest : findings.contests) {
@@ -72,10 +84,10 @@ std::vector<std::string> advice_of(const Findings& findings) {
     const CellFigures& first = findings.cells[contest.cells.front()];
     Disk& disk = disks[first.cell.disk];
     ++disk.all;
-    disk.decided += contest.decided;
-    if (contest.decided) ++disk.good[first.name];
+    const std::vector<std::size_t> fastest = fastest_of(contest);
+    for (const std::size_t at : fastest) ++disk.good[findings.cells[at].name];
     for (const Rival& rival : contest.rivals)
-      if (contest.decided && rival.answer == Answer::kEqual)
+      if (!fastest.empty() && rival.answer == Answer::kEqual)
         ++disk.good[findings.cells[rival.cell].name];
     for (const auto& [name, why] : banned(findings, contest))
       disk.never[name].push_back(fmt::format("{} ({})", work_of(first.cell), why));
@@ -88,8 +100,8 @@ std::vector<std::string> advice_of(const Findings& findings) {
     } else {
       const auto best =
           std::ranges::max_element(disk.good, {}, [](const auto& each) { return each.second; });
-      line += fmt::format("use {}, the fastest or its equal in {} of {}", best->first, best->second,
-                          disk.all);
+      line +=
+          fmt::format("use {}, among the fastest in {} of {}", best->first, best->second, disk.all);
     }
     for (const auto& [backend, reasons] : disk.never)
       line +=
@@ -147,7 +159,9 @@ std::string verdict_of(const Findings& findings) {
   const auto all = std::ranges::count_if(findings.contests, has_something_to_compare);
   const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
   if (all == 0) return "There is one way only, and nothing to compare it with.";
-  return fmt::format("{} of {} comparison{} decided.{}", decided, all, all == 1 ? " is" : "s are",
+  const auto presets = std::ranges::count_if(findings.contests, &Contest::backend_decided);
+  return fmt::format("{} of {} comparison{} decided{}.{}", decided, all, all == 1 ? " is" : "s are",
+                     presets == 0 ? "" : fmt::format(", and {} more but for the pipeline", presets),
                      text_about_auto(findings));
 }
 
