@@ -8,7 +8,7 @@
 #include "backends/findings.h"
 #include "backends/plan.h"
 #include "backends/read_runs.h"
-#include "backends/record_file.h"
+#include "backends/record.h"
 #include "backends/runner.h"
 #include "command.h"
 #include "io/partial_output.h"

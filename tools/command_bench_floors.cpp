@@ -10,7 +10,7 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/floor_table.h"
+#include "backends/floors.h"
 #include "command.h"
 #include "command_bench.h"
 #include "console.h"

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "arguments.h"
-#include "backends/mesh_subject.h"
-#include "backends/quick_memory.h"
 #include "command.h"
 #include "command_bench.h"
 #include "console.h"

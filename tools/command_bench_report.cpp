@@ -10,8 +10,7 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/findings.h"
-#include "backends/read_runs.h"
+#include "backends/report_page.h"
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"

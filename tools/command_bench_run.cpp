@@ -10,7 +10,6 @@
 
 #include "argument_text.h"
 #include "arguments.h"
-#include "backends/mesh_subject.h"
 #include "base/byte_text.h"
 #include "command.h"
 #include "command_bench.h"

@@ -16,7 +16,6 @@
 #include "instrument/scratch_directory.h"
 #include "interrupt.h"
 #include "io/partial_output.h"
-#include "paper/chapter.h"
 #include "paper/report.h"
 #include "progress.h"
 

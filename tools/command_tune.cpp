@@ -164,7 +164,7 @@ int run_tune(const TuneArguments& arguments, const CommandContext& context) {
   if (is_store) {
     findings.command_start = fmt::format("plait convert {} OUT", shell_word(findings.input));
   } else {
-    findings.note = refined->note;
+    findings.notes.push_back(refined->note);
     findings.command_start =
         fmt::format("plait subdivide {} OUT --levels {}{}", shell_word(findings.input),
                     refined->level, arguments.normals ? " --normals" : "");

@@ -25,8 +25,8 @@ struct Shift {
 
 struct SetComparison {
   std::vector<Shift> cells;
-  /// Those of at least two cells: all, each backend with its pipeline, each workload, each disk. A
-  /// shift that no single cell can show is seen here.
+  /// Those of at least three cells: all, each backend with its pipeline, each workload, each disk.
+  /// A shift that no single cell can show is seen here.
   std::vector<Shift> strata;
   bool regression = false;
   bool failed = false;  ///< digests differ, or a cell that worked before fails now
@@ -42,9 +42,6 @@ struct SetComparison {
 /// both. Pinned by tests/bench/backends/report_test.cpp.
 SetComparison compare(const RunSet& before, const RunSet& after, double threshold);
 
-/// "B takes 9 to 12 % longer", "B takes 3 to 5 % less time", "B takes between 2 % less and 1 % more
-/// time".
-std::string shift_text(const instrument::Estimate& factor);
 nlohmann::ordered_json to_json(const SetComparison& comparison);
 std::string to_text(const SetComparison& comparison);
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <span>
 #include <tuple>
 
@@ -36,8 +35,12 @@ Rounds rounds_of(const RunSet& set, const CellFigures& figures) {
   return rounds;
 }
 
+/// Seconds of two cells in the rounds that both have.
 struct Pairs {
   std::vector<double> first, second;
+  instrument::Comparison compare(double confidence = 0.95, const Spread& common = {}) const {
+    return instrument::compare_paired(first, second, confidence, common);
+  }
 };
 Pairs pairs_of(const Rounds& first, const Rounds& second) {
   Pairs pairs;
@@ -49,19 +52,17 @@ Pairs pairs_of(const Rounds& first, const Rounds& second) {
   return pairs;
 }
 
-/// A comparison of a contest, before it is known how many there are in all.
-struct Open {
+/// The fastest cell of a contest and a rival.
+struct Duel {
   Contest* contest;
   Rival* rival;
   Pairs pairs;
-  const Spread* common;
-};
+  Spread common = {};  ///< of all duels on the disk
 
-/// The fastest is chosen among many, so that its rivals look slower than they are: as if each pair
-/// had been compared.
-double pairs_for_each_rival(const Contest& contest) {
-  return static_cast<double>(contest.ranked) / 2;
-}
+  /// The fastest is chosen among many, so that its rivals look slower than they are: as if each
+  /// pair had been compared.
+  double chances() const { return static_cast<double>(contest->ranked) / 2; }
+};
 
 Answer answer_of(const Estimate& factor) {
   if (factor.confidence == 0 || factor.count < kLeastRounds) return Answer::kUndecided;
@@ -121,23 +122,11 @@ void rank(Contest& contest, const RunSet& set, const std::vector<CellFigures>& c
   std::map<std::size_t, double> factors;
   for (const std::size_t at : ranked) {
     const Pairs pairs = pairs_of(reference, rounds_of(set, cells[at]));
-    factors[at] = pairs.first.empty()
-                      ? cells[at].seconds->value / cells[longest].seconds->value
-                      : instrument::compare_paired(pairs.first, pairs.second).factor.value;
+    factors[at] = pairs.first.empty() ? cells[at].seconds->value / cells[longest].seconds->value
+                                      : pairs.compare().factor.value;
   }
   std::ranges::stable_sort(ranked, {}, [&](std::size_t at) { return factors[at]; });
   for (const std::size_t at : ranked.subspan(1)) contest.rivals.emplace_back().cell = at;
-}
-
-/// Whether more rounds would teach nothing of use: it takes a fifth longer, or is known within 5 %.
-bool is_outpaced(const Estimate& factor) {
-  constexpr std::size_t kRoundsToLeave = 4;
-  constexpr double kFifth = 1.2;
-  return factor.count >= kRoundsToLeave && factor.low > kFifth;
-}
-bool is_settled(const Estimate& factor) {
-  return is_outpaced(factor) ||
-         (factor.count > kLeastRounds && factor.high / factor.low < kEqualWithin * kEqualWithin);
 }
 
 /// Whether the rival is the fastest cell with another pipeline, while other backends compete too:
@@ -153,17 +142,16 @@ bool is_other_pipeline(const std::vector<CellFigures>& cells, const Contest& con
          });
 }
 
-using Group =
-    std::tuple<std::string, std::string, std::string, double, double, double, double, double, bool>;
+/// Cells of one contest have this in common.
+auto work_and_place_of(const MeasuredCell& cell) {
+  return std::tuple(cell.disk, cell.mesh, cell.workload, cell.vertices, cell.levels, cell.memory,
+                    cell.ratio, cell.rate, cell.durable);
+}
+
 std::vector<Contest> ranked_contests(const RunSet& set, const std::vector<CellFigures>& cells) {
-  std::map<Group, Contest> contests;
-  for (std::size_t at = 0; at < cells.size(); ++at) {
-    const MeasuredCell& cell = cells[at].cell;
-    contests[{cell.disk, cell.mesh, cell.workload, cell.vertices.value_or(0),
-              cell.levels.value_or(0), cell.memory.value_or(0), cell.ratio.value_or(0),
-              cell.rate.value_or(0), cell.durable}]
-        .cells.push_back(at);
-  }
+  std::map<decltype(work_and_place_of({})), Contest> contests;
+  for (std::size_t at = 0; at < cells.size(); ++at)
+    contests[work_and_place_of(cells[at].cell)].cells.push_back(at);
   std::vector<Contest> result;
   for (auto& [group, contest] : contests) {
     rank(contest, set, cells);
@@ -172,27 +160,27 @@ std::vector<Contest> ranked_contests(const RunSet& set, const std::vector<CellFi
   return result;
 }
 
-Pairs pairs_of(const RunSet& set, const std::vector<CellFigures>& cells, const Contest& contest,
-               const Rival& rival) {
-  return pairs_of(rounds_of(set, cells[contest.cells.front()]), rounds_of(set, cells[rival.cell]));
-}
-
-/// How noisy pairs are on each disk. With three rounds a pair alone says little of its noise.
-std::map<std::string, Spread> spreads_by_disk(const RunSet& set,
-                                              const std::vector<CellFigures>& cells,
-                                              const std::vector<Contest>& contests) {
-  std::map<std::string, std::vector<Spread>> of_pairs;
-  for (const Contest& contest : contests)
-    for (const Rival& rival : contest.rivals) {
-      const Pairs pairs = pairs_of(set, cells, contest, rival);
+/// The result refers to `contests`. How noisy pairs are is also taken from all of a disk: with
+/// three rounds a pair alone says little of its noise.
+std::vector<Duel> duels_of(const RunSet& set, const std::vector<CellFigures>& cells,
+                           std::vector<Contest>& contests) {
+  std::vector<Duel> duels;
+  std::map<std::string, std::vector<Spread>> spreads;
+  const auto disk_of = [&](const Rival& rival) { return cells[rival.cell].cell.disk; };
+  for (Contest& contest : contests)
+    for (Rival& rival : contest.rivals) {
+      Pairs pairs =
+          pairs_of(rounds_of(set, cells[contest.cells.front()]), rounds_of(set, cells[rival.cell]));
       if (pairs.first.empty()) continue;
-      const double spread = instrument::compare_paired(pairs.first, pairs.second).spread;
-      of_pairs[cells[rival.cell].cell.disk].push_back(
+      const double spread = pairs.compare().spread;
+      spreads[disk_of(rival)].push_back(
           {spread * spread, static_cast<double>(pairs.first.size()) - 1});
+      duels.push_back({&contest, &rival, std::move(pairs)});
     }
   std::map<std::string, Spread> common;
-  for (const auto& [disk, spreads] : of_pairs) common[disk] = instrument::common_spread(spreads);
-  return common;
+  for (const auto& [disk, of_disk] : spreads) common[disk] = instrument::common_spread(of_disk);
+  for (Duel& duel : duels) duel.common = common[disk_of(*duel.rival)];
+  return duels;
 }
 
 std::string why_undecided(const std::vector<CellFigures>& cells, const Contest& contest) {
@@ -226,30 +214,21 @@ std::string answer_text(const Rival& rival) {
 
 std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells) {
   std::vector<Contest> contests = ranked_contests(set, cells);
-  const std::map<std::string, Spread> spreads = spreads_by_disk(set, cells, contests);
-  std::vector<Open> open;
+  const std::vector<Duel> duels = duels_of(set, cells, contests);
   std::vector<double> p_values;
-  for (Contest& contest : contests)
-    for (Rival& rival : contest.rivals) {
-      Pairs pairs = pairs_of(set, cells, contest, rival);
-      if (pairs.first.empty()) continue;
-      const Spread& common = spreads.at(cells[rival.cell].cell.disk);
-      const double p = pairs_for_each_rival(contest) *
-                       instrument::compare_paired(pairs.first, pairs.second, 0.95, common).p_value;
-      p_values.push_back(std::min(1.0, p));
-      open.push_back({&contest, &rival, std::move(pairs), &common});
-    }
+  for (const Duel& duel : duels)
+    p_values.push_back(
+        std::min(1.0, duel.chances() * duel.pairs.compare(0.95, duel.common).p_value));
   constexpr double kWrong = 0.05;
   const double error = 1 - instrument::confidence_among(p_values, kWrong);
-  for (const Open& one : open) {
-    const double confidence = 1 - error / pairs_for_each_rival(*one.contest);
-    const instrument::Comparison found =
-        instrument::compare_paired(one.pairs.first, one.pairs.second, confidence, *one.common);
-    one.rival->factor = found.factor;
-    one.rival->answer = answer_of(found.factor);
-    if (one.rival->answer == Answer::kUndecided)
-      one.rival->more_seconds = more_seconds(found, confidence, one.common->degrees,
-                                             seconds_of_round(set, cells, *one.contest));
+  for (const Duel& duel : duels) {
+    const double confidence = 1 - error / duel.chances();
+    const instrument::Comparison found = duel.pairs.compare(confidence, duel.common);
+    duel.rival->factor = found.factor;
+    duel.rival->answer = answer_of(found.factor);
+    if (duel.rival->answer == Answer::kUndecided)
+      duel.rival->more_seconds = more_seconds(found, confidence, duel.common.degrees,
+                                              seconds_of_round(set, cells, *duel.contest));
   }
   for (Contest& contest : contests) {
     if (contest.ranked < 2) continue;
@@ -265,27 +244,27 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
 
 std::set<std::string> settled_keys(const RunSet& set) {
   const std::vector<CellFigures> cells = cells_of(set);
-  const std::vector<Contest> contests = ranked_contests(set, cells);
-  const std::map<std::string, Spread> spreads = spreads_by_disk(set, cells, contests);
+  std::vector<Contest> contests = ranked_contests(set, cells);
+  // More rounds teach nothing of use where one takes a fifth longer, or is known within 5 %.
+  constexpr std::size_t kRoundsToLeave = 4;
+  constexpr double kFifth = 1.2;
+  std::set<std::size_t> outpaced, settled;
+  for (const Duel& duel : duels_of(set, cells, contests)) {
+    const Estimate factor = duel.pairs.compare(1 - 0.05 / duel.chances(), duel.common).factor;
+    if (factor.count < kRoundsToLeave) continue;
+    if (factor.low > kFifth) outpaced.insert(duel.rival->cell);
+    if (factor.low > kFifth || factor.high / factor.low < kEqualWithin * kEqualWithin)
+      settled.insert(duel.rival->cell);
+  }
   std::set<std::string> keys;
   for (const Contest& contest : contests) {
-    std::set<std::size_t> done;
-    bool all = true;
-    for (const Rival& rival : contest.rivals) {
-      const Pairs pairs = pairs_of(set, cells, contest, rival);
-      const Estimate factor =
-          pairs.first.empty() ? Estimate{}
-                              : instrument::compare_paired(pairs.first, pairs.second,
-                                                           1 - 0.05 / pairs_for_each_rival(contest),
-                                                           spreads.at(cells[rival.cell].cell.disk))
-                                    .factor;
-      if (is_outpaced(factor)) done.insert(rival.cell);
-      all = all && (is_settled(factor) || is_other_pipeline(cells, contest, rival));
-    }
+    const bool all = std::ranges::all_of(contest.rivals, [&](const Rival& rival) {
+      return settled.contains(rival.cell) || is_other_pipeline(cells, contest, rival);
+    });
     for (const std::size_t at : contest.cells) {
       // Alone, a cell has five rounds to say how long it takes; one that fails is not to be used.
       const std::size_t rounds = cells[at].runs.size() + cells[at].failed;
-      if (contest.ranked < 2 ? rounds >= 5 : all || done.contains(at) || cells[at].failed >= 2)
+      if (contest.ranked < 2 ? rounds >= 5 : all || outpaced.contains(at) || cells[at].failed >= 2)
         keys.insert(cells[at].key);
     }
   }

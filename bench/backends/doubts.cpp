@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <utility>
 
@@ -27,52 +27,41 @@ constexpr double kNarrow = 0.05;
 
 /// The message without paths and numbers: failures that differ in nothing else are of one kind.
 std::string kind_of(const std::string& message) {
-  std::string kind;
-  std::istringstream words(message);
-  for (std::string word; words >> word;) {
-    if (word.find('/') != std::string::npos) continue;
-    std::erase_if(word, [](unsigned char letter) { return letter >= '0' && letter <= '9'; });
-    kind += word + ' ';
-  }
-  return kind;
+  static const std::regex kPathsAndDigits(R"(\S*/\S*|[0-9])");
+  return std::regex_replace(message, kPathsAndDigits, "");
 }
 
-/// Collects doubts of runs: one line for each kind, with how many runs have it.
+/// Doubts of runs: one line for each kind, with how many runs have it.
 class Doubts {
  public:
-  void add(const std::string& what) { add(what, what); }
   /// The line of a kind shows `what` of the first run that has it.
   void add(const std::string& kind, const std::string& what) {
-    if (kinds_.size() < 100 || kinds_.contains(kind))
-      ++kinds_.try_emplace(kind, what).first->second.count;
+    if (kinds_.size() == 100 && !kinds_.contains(kind)) return;
+    if (Kind& of = kinds_[kind]; of.runs++ == 0) of.what = what;
   }
   void append_to(std::vector<std::string>& lines, std::size_t runs) const {
     for (const auto& [kind, of] : kinds_)
-      lines.push_back(fmt::format("{} ({} of {} runs)", of.what, of.count, runs));
+      lines.push_back(fmt::format("{} ({} of {} runs)", of.what, of.runs, runs));
   }
 
  private:
   struct Kind {
-    explicit Kind(std::string first) : what(std::move(first)) {}
     std::string what;
-    std::uint64_t count = 0;
+    std::uint64_t runs = 0;
   };
   std::map<std::string, Kind> kinds_;
 };
 
 /// Why the page cache may have served a run that was not to be served by it; empty: it did not.
 std::string limit_doubt(const MeasuredRun& run) {
-  if (!run.limit_bytes) return {};
   // Where files are in memory, no page cache stands before a disk.
-  const auto in_memory = run.environment.find("disk.in_memory");
-  if (in_memory != run.environment.end() && in_memory->second == "true") return {};
-  const std::string why =
-      run.limit_why_not.empty() ? std::string() : fmt::format(" ({})", run.limit_why_not);
-  if (*run.limit_bytes == 0)
-    return fmt::format("there was no memory limit{}, so the page cache may have helped", why);
-  if (!run.limit_held.value_or(false))
-    return fmt::format("the memory limit was not held{}, so the page cache may have helped", why);
-  return {};
+  if (!run.limit_bytes || run.environment_at("disk.in_memory") == "true") return {};
+  const bool limited = *run.limit_bytes > 0;
+  if (limited && run.limit_held.value_or(false)) return {};
+  return fmt::format(
+      "{}{}, so the page cache may have helped",
+      limited ? "the memory limit was not held" : "there was no memory limit",
+      run.limit_why_not.empty() ? std::string() : fmt::format(" ({})", run.limit_why_not));
 }
 
 bool floors_differ(const MeasuredRun& run) {
@@ -86,8 +75,7 @@ bool floors_differ(const MeasuredRun& run) {
 
 bool others_used_device(const MeasuredRun& run) {
   const double others = run.others_read.value_or(0) + run.others_written.value_or(0);
-  const double own =
-      run.process_moved.value_or(run.device_read.value_or(0) + run.device_written.value_or(0));
+  const double own = run.device_read.value_or(0) + run.device_written.value_or(0) - others;
   return others > kOtherBytes && others > kOtherPrograms * own;
 }
 
@@ -97,24 +85,25 @@ void add_doubts_of_run(const MeasuredRun& run, Doubts& spoiling, Doubts& doubts)
         run.failure.empty() ? "for a reason that the record does not say" : run.failure;
     return doubts.add("failed: " + kind_of(why), "failed: " + why);
   }
-  if (const std::string limit = limit_doubt(run); !limit.empty()) spoiling.add(limit);
-  if (run.label == "warm")
-    doubts.add(fmt::format("warm: {}, so this is no figure of a disk",
-                           run.why_warm.empty() ? "the page cache held the data" : run.why_warm));
-  if (run.second_cold && *run.second_cold > kFasterSecondCold)
-    doubts.add("a second cold read was faster: there is a cache below this machine");
-  if (floors_differ(run)) doubts.add("our floor and fio's differ by more than 10 %");
-  if (run.others_busy.value_or(0) + run.stolen.value_or(0) > instrument::kDisturbed)
-    doubts.add("other programs or machines had more than a tenth of the processors, twice");
-  if (others_used_device(run)) doubts.add("other programs used the device during the run");
-  if (run.checksums && !*run.checksums) doubts.add("checksums were not verified");
-  for (const std::string& doubt : run.doubts) doubts.add(doubt);
+  if (const std::string limit = limit_doubt(run); !limit.empty()) spoiling.add(limit, limit);
+  const auto check = [&](bool fails, const std::string& doubt) {
+    if (fails) doubts.add(doubt, doubt);
+  };
+  check(run.label == "warm",
+        fmt::format("warm: {}, so this is no figure of a disk",
+                    run.why_warm.empty() ? "the page cache held the data" : run.why_warm));
+  check(run.second_cold.value_or(0) > kFasterSecondCold,
+        "a second cold read was faster: there is a cache below this machine");
+  check(floors_differ(run), "our floor and fio's differ by more than 10 %");
+  check(run.others_busy.value_or(0) + run.stolen.value_or(0) > instrument::kDisturbed,
+        "other programs or machines had more than a tenth of the processors, twice");
+  check(others_used_device(run), "other programs used the device during the run");
+  check(!run.checksums.value_or(true), "checksums were not verified");
+  for (const std::string& doubt : run.doubts) check(true, doubt);
 }
 
 void add_doubts_of_cells(const std::vector<CellFigures>& cells, std::vector<std::string>& lines) {
-  std::size_t few = 0;
-  std::size_t wide = 0;
-  std::size_t no_floor = 0;
+  std::size_t few = 0, wide = 0, no_floor = 0;
   for (const CellFigures& figures : cells) {
     if (!figures.seconds) continue;
     few += figures.seconds->count < kLeastRounds;
@@ -136,10 +125,9 @@ void add_doubts_of_environment(const RunSet& set, std::vector<std::string>& line
        {std::pair("commit", "versions of plait"), std::pair("kernel", "kernels"),
         std::pair("processor", "processors")}) {
     std::set<std::string> values;
-    for (const MeasuredRun& run : set.runs) {
-      const auto found = run.environment.find(name);
-      if (found != run.environment.end() && values.size() < 100) values.insert(found->second);
-    }
+    for (const MeasuredRun& run : set.runs)
+      if (values.size() < 100) values.insert(run.environment_at(name));
+    values.erase("");
     if (values.size() > 1)
       lines.push_back(fmt::format("the runs come from {} {}: {}", values.size(), what,
                                   fmt::join(values, ", ")));
@@ -148,20 +136,20 @@ void add_doubts_of_environment(const RunSet& set, std::vector<std::string>& line
 
 }  // namespace
 
-DoubtLines doubts_of(const RunSet& set, const std::vector<CellFigures>& cells) {
-  Doubts spoiling;
-  Doubts doubts;
-  for (const MeasuredRun& run : set.runs) add_doubts_of_run(run, spoiling, doubts);
-  DoubtLines lines;
-  spoiling.append_to(lines.spoiling, set.runs.size());
-  doubts.append_to(lines.others, set.runs.size());
-  add_doubts_of_cells(cells, lines.others);
-  add_doubts_of_environment(set, lines.others);
-  if (set.skipped > 0) {
-    lines.others.push_back(fmt::format("{} lines are no records and were skipped", set.skipped));
-    lines.others.insert(lines.others.end(), set.skipped_lines.begin(), set.skipped_lines.end());
-  }
-  return lines;
+void add_doubts(const RunSet& set, Findings& findings) {
+  Doubts spoiling, others;
+  for (const MeasuredRun& run : set.runs) add_doubts_of_run(run, spoiling, others);
+  std::vector<std::string>& lines = findings.doubts;
+  lines = digest_failures(set.runs);
+  findings.failed = !lines.empty();
+  spoiling.append_to(lines, set.runs.size());
+  findings.spoiling = lines.size();
+  others.append_to(lines, set.runs.size());
+  add_doubts_of_cells(findings.cells, lines);
+  add_doubts_of_environment(set, lines);
+  if (set.skipped > 0)
+    lines.push_back(fmt::format("{} lines are no records and were skipped", set.skipped));
+  lines.insert(lines.end(), set.skipped_lines.begin(), set.skipped_lines.end());
 }
 
 }  // namespace plait::bench

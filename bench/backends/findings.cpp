@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 #include <unordered_map>
 
-#include "backends/first_screen.h"
+#include "backends/report_page.h"
 #include "base/byte_text.h"
+#include "instrument/figure_text.h"
 
 namespace plait::bench {
 namespace {
@@ -16,38 +18,75 @@ std::string bytes_text(double bytes) {
   return bytes < 1e18 ? size_text(static_cast<std::uint64_t>(bytes)) : fmt::format("{:.3g}", bytes);
 }
 
-/// Which options differ between the cells of a set: only those are worth a place in a name.
-struct Varying {
-  bool block = false, threads = false, budget = false;
-};
-
-Varying varying_of(const std::vector<CellFigures>& cells) {
-  Varying varying;
-  for (const CellFigures& figures : cells) {
-    const MeasuredCell& first = cells.front().cell;
-    varying.block |= figures.cell.block_bytes != first.block_bytes;
-    varying.threads |= figures.cell.threads != first.threads;
-    varying.budget |= figures.cell.budget != first.budget;
+/// Options are worth a place in a name only where they differ between the cells of a set.
+void add_names(std::vector<CellFigures>& cells) {
+  const auto varies = [&](std::optional<double> MeasuredCell::*option) {
+    return std::ranges::any_of(cells, [&](const CellFigures& figures) {
+      return figures.cell.*option != cells.front().cell.*option;
+    });
+  };
+  const bool block = varies(&MeasuredCell::block_bytes), threads = varies(&MeasuredCell::threads),
+             budget = varies(&MeasuredCell::budget);
+  for (CellFigures& figures : cells) {
+    const MeasuredCell& cell = figures.cell;
+    std::string& name = figures.name = way_of(cell);
+    if (block && cell.block_bytes)
+      name += fmt::format(", blocks of {}", bytes_text(*cell.block_bytes));
+    if (threads && cell.threads) name += fmt::format(", {} threads", *cell.threads);
+    if (budget && cell.budget) name += fmt::format(", budget {}", bytes_text(*cell.budget));
   }
-  return varying;
 }
 
-std::string name_of(const MeasuredCell& cell, const Varying& varying) {
-  std::string name = cell.backend;
-  if (!cell.pipeline.empty() && cell.pipeline != "none") name += ", " + cell.pipeline;
-  if (varying.block && cell.block_bytes)
-    name += fmt::format(", blocks of {}", bytes_text(*cell.block_bytes));
-  if (varying.threads && cell.threads) name += fmt::format(", {} threads", *cell.threads);
-  if (varying.budget && cell.budget) name += fmt::format(", budget {}", bytes_text(*cell.budget));
-  return name;
+void add_intervals(const RunSet& set, CellFigures& figures) {
+  std::vector<double> seconds, ratios;
+  for (const std::size_t at : figures.runs) {
+    seconds.push_back(set.runs[at].seconds);
+    if (set.runs[at].ratio) ratios.push_back(*set.runs[at].ratio);
+  }
+  figures.seconds = instrument::geometric_interval(seconds);
+  if (!ratios.empty()) figures.ratio = instrument::geometric_interval(ratios);
+  std::vector<std::size_t> ordered = figures.runs;
+  std::ranges::sort(ordered, {}, [&](std::size_t at) { return set.runs[at].seconds; });
+  figures.middle = ordered[(ordered.size() - 1) / 2];
 }
 
-std::vector<double> values_of(const RunSet& set, const std::vector<std::size_t>& runs,
-                              std::optional<double> MeasuredRun::*figure) {
-  std::vector<double> values;
-  for (const std::size_t at : runs)
-    if (set.runs[at].*figure) values.push_back(*(set.runs[at].*figure));
-  return values;
+nlohmann::ordered_json json_of(const std::optional<instrument::Estimate>& estimate) {
+  return estimate ? instrument::to_json(*estimate) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json json_of(const CellFigures& figures) {
+  nlohmann::ordered_json object = {{"name", figures.name}};
+  const MeasuredCell& cell = figures.cell;
+  for (const auto& [name, member] : kTextsOfCell) object[name] = cell.*member;
+  if (cell.mesh.empty()) object["mesh"] = nullptr;
+  for (const auto& [name, member] : kNumbersOfCell)
+    object[std::string_view(name) == "ratio" ? "times_memory" : name] = or_null(cell.*member);
+  object["durable"] = cell.durable;
+  object["label"] = figures.label;
+  object["failed"] = figures.failed;
+  object["ratio"] = json_of(figures.ratio);
+  object["seconds"] = json_of(figures.seconds);
+  return object;
+}
+
+nlohmann::ordered_json json_of(const Findings& findings, const Contest& contest) {
+  constexpr const char* kAnswers[] = {"slower", "equal", "undecided"};
+  nlohmann::ordered_json rivals = nlohmann::ordered_json::array();
+  for (const Rival& rival : contest.rivals)
+    rivals.push_back({{"backend", findings.cells[rival.cell].name},
+                      {"answer", kAnswers[static_cast<std::size_t>(rival.answer)]},
+                      {"factor", instrument::to_json(rival.factor)},
+                      {"more_seconds", or_null(rival.more_seconds)}});
+  const CellFigures& first = findings.cells[contest.cells.front()];
+  return {{"disk", first.cell.disk},
+          {"workload", work_of(first.cell)},
+          {"size", size_of(first.cell)},
+          {"decided", contest.decided},
+          {"backend", or_null(contest.decided || contest.backend_decided, first.cell.backend)},
+          {"fastest", or_null(contest.decided, first.name)},
+          {"rivals", std::move(rivals)},
+          {"why_not", contest.why_not},
+          {"cells", contest.cells}};
 }
 
 }  // namespace
@@ -59,8 +98,7 @@ std::vector<CellFigures> cells_of(const RunSet& set) {
     const MeasuredRun& run = set.runs[at];
     const auto [place, is_new] = by_key.try_emplace(run.key, cells.size());
     if (is_new) {
-      cells.emplace_back();
-      cells.back().cell = run.cell;
+      cells.emplace_back().cell = run.cell;
       cells.back().key = run.key;
     }
     CellFigures& figures = cells[place->second];
@@ -72,21 +110,9 @@ std::vector<CellFigures> cells_of(const RunSet& set) {
     figures.runs.push_back(at);
     if (figures.label.empty() || run.label == "warm") figures.label = run.label;
   }
-  const Varying varying = varying_of(cells);
-  for (CellFigures& figures : cells) {
-    figures.name = name_of(figures.cell, varying);
-    if (figures.runs.empty()) continue;
-    std::vector<std::size_t> ordered = figures.runs;
-    std::sort(ordered.begin(), ordered.end(), [&](std::size_t a, std::size_t b) {
-      return set.runs[a].seconds < set.runs[b].seconds;
-    });
-    figures.middle = ordered[(ordered.size() - 1) / 2];
-    std::vector<double> seconds;
-    for (const std::size_t at : figures.runs) seconds.push_back(set.runs[at].seconds);
-    figures.seconds = instrument::geometric_interval(seconds);
-    const std::vector<double> ratios = values_of(set, figures.runs, &MeasuredRun::ratio);
-    if (!ratios.empty()) figures.ratio = instrument::geometric_interval(ratios);
-  }
+  add_names(cells);
+  for (CellFigures& figures : cells)
+    if (!figures.runs.empty()) add_intervals(set, figures);
   return cells;
 }
 
@@ -94,6 +120,11 @@ std::string survival_of(const CellFigures& figures) {
   if (figures.failed == 0) return {};
   const std::uint64_t all = figures.failed + figures.runs.size();
   return fmt::format("{} of {} survived", figures.runs.size(), all);
+}
+
+std::string way_of(const MeasuredCell& cell) {
+  return cell.pipeline.empty() || cell.pipeline == "none" ? cell.backend
+                                                          : cell.backend + ", " + cell.pipeline;
 }
 
 std::string size_of(const MeasuredCell& cell) {
@@ -108,26 +139,24 @@ std::string size_of(const MeasuredCell& cell) {
 }
 
 std::string work_of(const MeasuredCell& cell) {
-  std::string work = cell.workload;
-  if (cell.rate) work += fmt::format(" at {:g}/s", *cell.rate);
-  return work;
+  return cell.workload + (cell.rate ? fmt::format(" at {:g}/s", *cell.rate) : "");
 }
 
 std::vector<std::string> digest_failures(const std::vector<MeasuredRun>& runs) {
+  const auto place_of = [](const MeasuredRun& run) {
+    return fmt::format("{}:{} ({}, {})", run.file, run.line, run.cell.workload, run.cell.backend);
+  };
   std::map<std::string, const MeasuredRun*> first_with;
   std::vector<std::string> failures;
   for (const MeasuredRun& run : runs) {
     if (run.digest_of.empty() || run.digest.empty() || failures.size() == 10) continue;
     if (run.digest == "torn")
-      failures.push_back(fmt::format("{}:{} ({}, {}) has a slot of the {} that is torn", run.file,
-                                     run.line, run.cell.workload, run.cell.backend, run.digest_of));
-    const auto [place, is_new] = first_with.try_emplace(run.digest_of, &run);
-    const MeasuredRun& first = *place->second;
-    if (first.digest == run.digest) continue;
-    failures.push_back(fmt::format("{}:{} ({}, {}) has digest {} of {}, but {}:{} ({}, {}) has {}",
-                                   run.file, run.line, run.cell.workload, run.cell.backend,
-                                   run.digest, run.digest_of, first.file, first.line,
-                                   first.cell.workload, first.cell.backend, first.digest));
+      failures.push_back(
+          fmt::format("{} has a slot of the {} that is torn", place_of(run), run.digest_of));
+    const MeasuredRun& first = *first_with.try_emplace(run.digest_of, &run).first->second;
+    if (first.digest != run.digest)
+      failures.push_back(fmt::format("{} has digest {} of {}, but {} has {}", place_of(run),
+                                     run.digest, run.digest_of, place_of(first), first.digest));
   }
   return failures;
 }
@@ -136,17 +165,28 @@ Findings find(const RunSet& set) {
   Findings findings;
   findings.cells = cells_of(set);
   findings.contests = contests_of(set, findings.cells);
-  findings.verdict = verdict_of(findings);
-  findings.doubts = digest_failures(set.runs);
-  findings.failed = !findings.doubts.empty();
-  if (findings.failed)
-    findings.verdict =
-        "FAILED: runs that did the same work left different data, so no figure here counts.";
-  const DoubtLines doubts = doubts_of(set, findings.cells);
-  findings.doubts.insert(findings.doubts.end(), doubts.spoiling.begin(), doubts.spoiling.end());
-  findings.spoiling = findings.doubts.size();
-  findings.doubts.insert(findings.doubts.end(), doubts.others.begin(), doubts.others.end());
+  add_doubts(set, findings);
+  findings.verdict =
+      findings.failed
+          ? "FAILED: runs that did the same work left different data, so no figure here counts."
+          : verdict_of(findings);
   return findings;
+}
+
+nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings) {
+  nlohmann::ordered_json cells = nlohmann::ordered_json::array();
+  nlohmann::ordered_json comparisons = nlohmann::ordered_json::array();
+  for (const CellFigures& figures : findings.cells) cells.push_back(json_of(figures));
+  for (const Contest& contest : findings.contests)
+    comparisons.push_back(json_of(findings, contest));
+  return {{"verdict", findings.verdict},
+          {"advice", advice_of(findings)},
+          {"failed", findings.failed},
+          {"doubts", findings.doubts},
+          {"runs", set.runs.size()},
+          {"skipped", set.skipped},
+          {"comparisons", std::move(comparisons)},
+          {"cells", std::move(cells)}};
 }
 
 }  // namespace plait::bench

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -68,7 +67,9 @@ struct Findings {
   std::string verdict;  ///< one sentence
   bool failed = false;  ///< digests differ: no figure counts
   std::vector<std::string> doubts;
-  /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold.
+  /// The first so many doubts spoil all figures: digests that differ, and limits that did not hold,
+  /// so that the page cache may have served the runs. They stand before a table, the others after
+  /// it.
   std::size_t spoiling = 0;
 };
 
@@ -89,30 +90,24 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
 /// depends on which answer came out, so leaving early makes no answer likelier.
 std::set<std::string> settled_keys(const RunSet& set);
 
-/// What limits the trust in a set of runs. Records hold figures and proofs, and no judgement: each
-/// doubt, with its threshold, is found in doubts.cpp and nowhere else.
-struct DoubtLines {
-  /// Those that spoil every figure: the page cache may have served the runs. They stand before a
-  /// table, the others after it.
-  std::vector<std::string> spoiling, others;
-};
-
-DoubtLines doubts_of(const RunSet& set, const std::vector<CellFigures>& cells);
+/// Finds what limits the trust in a set of runs: `doubts`, with `spoiling` and `failed`. Records
+/// hold figures and proofs, and no judgement: each doubt, with its threshold, is found in
+/// doubts.cpp and nowhere else.
+void add_doubts(const RunSet& set, Findings& findings);
 
 /// REQUIRES: `set` has a run.
 Findings find(const RunSet& set);
 
+/// "pread", or "compressed, fast".
+std::string way_of(const MeasuredCell& cell);
 /// "4 × memory", "12.6 million vertices", or "spot.ply, 4 × memory".
 std::string size_of(const MeasuredCell& cell);
-/// "sweep-read" with its rate and durability.
+/// "sweep-read", "patch-random at 100/s".
 std::string work_of(const MeasuredCell& cell);
 /// "3 of 5 survived" of a cell with failures; empty without any.
 std::string survival_of(const CellFigures& figures);
 /// "1.4 to 1.7 times as long", "equal within 5 %", or "not decided".
 std::string answer_text(const Rival& rival);
-
-/// Findings as JSON: {verdict, advice, failed, doubts, cells, comparisons, runs, skipped}.
-nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings);
 
 /// Pairs of runs whose digests have to be equal and are not, as lines. `set` may hold the runs of
 /// several files.

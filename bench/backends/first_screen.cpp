@@ -1,5 +1,4 @@
-#include "backends/first_screen.h"
-
+// What a reader needs first: how much is decided, who wins where, and advice.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,12 +6,21 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <ranges>
 #include <span>
+
+#include "backends/report_page.h"
 
 namespace plait::bench {
 namespace {
 
 constexpr double kNever = 2;  // times as long
+
+/// Those in which there is something to compare.
+auto contests_in(const Findings& findings) {
+  return findings.contests |
+         std::views::filter([](const Contest& contest) { return contest.cells.size() > 1; });
+}
 
 /// Who must not be used in a contest, and why.
 std::vector<std::pair<std::string, std::string>> banned(const Findings& findings,
@@ -29,16 +37,21 @@ std::vector<std::pair<std::string, std::string>> banned(const Findings& findings
 }
 
 /// The fastest cell and those that may be it, if they are of one backend.
-std::vector<std::size_t> fastest_of(const Contest& contest) {
-  std::vector<std::size_t> fastest;
+std::vector<std::string> fastest_of(const Findings& findings, const Contest& contest) {
+  std::vector<std::string> fastest;
   if (!contest.decided && !contest.backend_decided && contest.ranked != 1) return fastest;
-  fastest.push_back(contest.cells.front());
+  fastest.push_back(findings.cells[contest.cells.front()].name);
   for (const Rival& rival : contest.rivals)
-    if (rival.answer == Answer::kUndecided) fastest.push_back(rival.cell);
+    if (rival.answer == Answer::kUndecided) fastest.push_back(findings.cells[rival.cell].name);
   return fastest;
 }
 
-bool has_something_to_compare(const Contest& contest) { return contest.cells.size() > 1; }
+/// How many times as long as the fastest one a cell took; infinite if runs of it failed.
+double factor_of(const Findings& findings, const Contest& contest, std::size_t cell) {
+  if (findings.cells[cell].failed > 0) return std::numeric_limits<double>::infinity();
+  const auto rival = std::ranges::find(contest.rivals, cell, &Rival::cell);
+  return rival == contest.rivals.end() ? 1 : rival->factor.value;
+}
 
 }  // namespace
 
@@ -50,21 +63,19 @@ instrument::Table matrix_table(const Findings& findings) {
        "Compared in pairs by round, on the logarithm of seconds, with intervals "
        "that are corrected for how many comparisons there are. Never: twice the "
        "time of the fastest or more, or runs that died."});
-  for (const Contest& contest : findings.contests) {
-    if (!has_something_to_compare(contest)) continue;
-    const CellFigures& first = findings.cells[contest.cells.front()];
+  for (const Contest& contest : contests_in(findings)) {
     std::vector<std::string> others, never;
     for (const Rival& rival : contest.rivals)
       if (rival.answer == Answer::kEqual ||
           (rival.answer == Answer::kSlower && rival.factor.low < kNever))
         others.push_back(fmt::format("{} {}", findings.cells[rival.cell].name, answer_text(rival)));
+    if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
     for (const auto& [name, why] : banned(findings, contest))
       never.push_back(fmt::format("never {} ({})", name, why));
-    if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
-    std::vector<std::string> fastest;
-    for (const std::size_t at : fastest_of(contest)) fastest.push_back(findings.cells[at].name);
+    const std::vector<std::string> fastest = fastest_of(findings, contest);
+    const MeasuredCell& first = findings.cells[contest.cells.front()].cell;
     table.rows.push_back(
-        {{first.cell.disk, work_of(first.cell), size_of(first.cell),
+        {{first.disk, work_of(first), size_of(first),
           fastest.empty() ? "undecided" : fmt::format("{}", fmt::join(fastest, " or ")),
           fmt::format("{}", fmt::join(others, "; ")), fmt::format("{}", fmt::join(never, "; "))},
          findings.failed ? Tone::kFailed : Tone::kPlain});
@@ -79,44 +90,34 @@ std::vector<std::string> advice_of(const Findings& findings) {
     int all = 0;
   };
   std::map<std::string, Disk> disks;
-  for (const Contest& contest : findings.contests) {
-    if (!has_something_to_compare(contest)) continue;
-    const CellFigures& first = findings.cells[contest.cells.front()];
-    Disk& disk = disks[first.cell.disk];
+  for (const Contest& contest : contests_in(findings)) {
+    const MeasuredCell& first = findings.cells[contest.cells.front()].cell;
+    Disk& disk = disks[first.disk];
     ++disk.all;
-    const std::vector<std::size_t> fastest = fastest_of(contest);
-    for (const std::size_t at : fastest) ++disk.good[findings.cells[at].name];
+    const std::vector<std::string> fastest = fastest_of(findings, contest);
+    for (const std::string& name : fastest) ++disk.good[name];
     for (const Rival& rival : contest.rivals)
       if (!fastest.empty() && rival.answer == Answer::kEqual)
         ++disk.good[findings.cells[rival.cell].name];
     for (const auto& [name, why] : banned(findings, contest))
-      disk.never[name].push_back(fmt::format("{} ({})", work_of(first.cell), why));
+      disk.never[name].push_back(fmt::format("{} ({})", work_of(first), why));
   }
   std::vector<std::string> lines;
   for (const auto& [name, disk] : disks) {
-    std::string line = fmt::format("On {}: ", name.empty() ? "a disk without a name" : name);
-    if (disk.good.empty()) {
-      line += "nothing is decided";
-    } else {
-      const auto best =
-          std::ranges::max_element(disk.good, {}, [](const auto& each) { return each.second; });
-      line +=
-          fmt::format("use {}, among the fastest in {} of {}", best->first, best->second, disk.all);
-    }
+    const auto best =
+        std::ranges::max_element(disk.good, {}, [](auto& each) { return each.second; });
+    std::string& line = lines.emplace_back(
+        fmt::format("On {}: {}", name.empty() ? "a disk without a name" : name,
+                    disk.good.empty() ? "nothing is decided"
+                                      : fmt::format("use {}, among the fastest in {} of {}",
+                                                    best->first, best->second, disk.all)));
     for (const auto& [backend, reasons] : disk.never)
       line +=
           fmt::format("; never {} for {}{}", backend, reasons.front(),
                       reasons.size() > 1 ? fmt::format(" and {} more", reasons.size() - 1) : "");
-    lines.push_back(line + ".");
+    line += ".";
   }
   return lines;
-}
-
-/// How many times as long as the fastest one a cell took; infinite if runs of it failed.
-double factor_of(const Findings& findings, const Contest& contest, std::size_t cell) {
-  if (findings.cells[cell].failed > 0) return std::numeric_limits<double>::infinity();
-  const auto rival = std::ranges::find(contest.rivals, cell, &Rival::cell);
-  return rival == contest.rivals.end() ? 1 : rival->factor.value;
 }
 
 /// `auto` compresses nothing by itself, so it is held against what stores with the same pipeline.
@@ -125,8 +126,7 @@ std::string text_about_auto(const Findings& findings) {
   int near = 0, all = 0;
   double farthest = 0;
   std::string where;
-  for (const Contest& contest : findings.contests) {
-    if (!has_something_to_compare(contest)) continue;
+  for (const Contest& contest : contests_in(findings)) {
     const std::span ranked = std::span(contest.cells).first(contest.ranked);
     for (const std::size_t at : contest.cells) {
       const CellFigures& figures = findings.cells[at];
@@ -156,9 +156,9 @@ std::string text_about_auto(const Findings& findings) {
 }
 
 std::string verdict_of(const Findings& findings) {
-  const auto all = std::ranges::count_if(findings.contests, has_something_to_compare);
-  const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
+  const auto all = std::ranges::distance(contests_in(findings));
   if (all == 0) return "There is one way only, and nothing to compare it with.";
+  const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
   const auto presets = std::ranges::count_if(findings.contests, &Contest::backend_decided);
   return fmt::format("{} of {} comparison{} decided{}.{}", decided, all, all == 1 ? " is" : "s are",
                      presets == 0 ? "" : fmt::format(", and {} more but for the pipeline", presets),

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
+#include "backends/read_runs.h"
 #include "compressed/codec_time.h"
 #include "generate/generate.h"
 #include "instrument/disk.h"
@@ -17,63 +19,28 @@
 #include "plait/extend/store_access.h"
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
+#include "plait/subdivide.h"
 
 namespace plait::bench {
 
 namespace fs = std::filesystem;
 
-Store open_for_reading(const WorkloadRun& run) {
+Store open_store(const WorkloadRun& run, bool writable) {
   OpenOptions options;
+  options.writable = writable;
   options.budget_bytes = run.cell.budget_bytes;
   return Store::open(run.store, options, *run.backends);
 }
 
 namespace {
 
-const AttributeSchema kSchema{kAttribute, ComponentType::kFloat32, 3};
-
 bool needs_other_blocks(const WorkloadRun& run) {
   return run.backends->find(run.cell.backend)
       .needs_other_blocks(pipeline_from_name(run.cell.pipeline), kSchema);
 }
 
-}  // namespace
-
-Pipeline pipeline_from_name(const std::string& name) {
-  const auto& presets = compression_presets();
-  return std::ranges::find(presets, name, &CompressionPreset::name) == presets.end()
-             ? Pipeline(name)
-             : preset_pipeline(name, kSchema);
-}
-
-void encode_anew(const WorkloadRun& run, Store& store) {
-  if (!needs_other_blocks(run)) return;
-  StoreAccess::pager(store).flush();
-  recode_attribute(store, store.attribute(kAttribute), pipeline_from_name(run.cell.pipeline));
-}
-
-StoreOptions options_of_new_store(const WorkloadRun& run) {
-  StoreOptions options;
-  options.backend = run.cell.backend;
-  if (needs_other_blocks(run)) {
-    Pipeline first = preset_pipeline("fast", kSchema);
-    if (pipeline_from_name(run.cell.pipeline).has_predicted_stage()) first.recipe = "";
-    options.pipeline = first;
-  } else if (run.cell.pipeline != "none") {
-    options.pipeline = pipeline_from_name(run.cell.pipeline);
-  }
-  options.block_bytes = run.cell.block_bytes;
-  options.budget_bytes = run.cell.budget_bytes;
-  return options;
-}
-
-LaidOutMesh base_mesh(const Cell& cell) {
-  return lay_out(cell.mesh_file.empty()
-                     ? BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices, 1))
-                     : read_base_mesh(cell.mesh_file),
-                 LayoutKind::kHilbert);
-}
-
+/// {direct, engine, maps}: whether this process has files of `store` open with O_DIRECT, has an
+/// io_uring, and maps such files. The kernel says so, not the backend.
 nlohmann::ordered_json effective_mode(const fs::path& store) {
   bool direct = false, ring = false, maps = false;
   const std::string inside = fs::absolute(store).lexically_normal().native() + "/";
@@ -91,20 +58,46 @@ nlohmann::ordered_json effective_mode(const fs::path& store) {
   return {{"direct", direct}, {"engine", ring ? "io_uring" : "synchronous"}, {"maps", maps}};
 }
 
-SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level) {
-  thread_local std::vector<std::uint32_t> words;
-  const std::size_t count = slot.size() / sizeof(std::uint32_t);
-  words.resize(count);
-  std::memcpy(words.data(), slot.data(), count * sizeof(std::uint32_t));
-  const std::uint32_t turned = count == 0 ? 0 : words[0] & 1;
-  std::uint32_t difference = 0;
-  for (std::uint32_t& word : words) {
-    difference |= word ^ turned;
-    word &= ~std::uint32_t{1};
+}  // namespace
+
+Pipeline pipeline_from_name(const std::string& name) {
+  const auto& presets = compression_presets();
+  return std::ranges::find(presets, name, &CompressionPreset::name) == presets.end()
+             ? Pipeline(name)
+             : preset_pipeline(name, kSchema);
+}
+
+void encode_anew(const WorkloadRun& run, Store& store) {
+  if (!needs_other_blocks(run)) return;
+  StoreAccess::pager(store).flush();
+  recode_attribute(store, store.attribute(kAttribute), pipeline_from_name(run.cell.pipeline));
+}
+
+Store refined_store(const WorkloadRun& run, const LaidOutMesh& base) {
+  StoreOptions options;
+  options.backend = run.cell.backend;
+  if (needs_other_blocks(run)) {
+    Pipeline first = preset_pipeline("fast", kSchema);
+    if (pipeline_from_name(run.cell.pipeline).has_predicted_stage()) first.recipe = "";
+    options.pipeline = first;
+  } else if (run.cell.pipeline != "none") {
+    options.pipeline = pipeline_from_name(run.cell.pipeline);
   }
-  return {XXH3_64bits_withSeed(words.data(), count * sizeof(std::uint32_t),
-                               edge * 64 + static_cast<std::uint64_t>(level)),
-          (difference & 1) != 0};
+  options.block_bytes = run.cell.block_bytes;
+  options.budget_bytes = run.cell.budget_bytes;
+  Store store = Store::create(run.store, base, options, *run.backends);
+  add_base_positions(store);
+  subdivide(
+      store,
+      {.executor = ExecutorKind::kFused, .levels = run.cell.levels, .threads = run.cell.threads});
+  return store;
+}
+
+LaidOutMesh base_mesh(const Cell& cell) {
+  return lay_out(cell.mesh_file.empty()
+                     ? BaseMesh::build(generate(GeneratorKind::kTorus, cell.base_vertices, 1))
+                     : read_base_mesh(cell.mesh_file),
+                 LayoutKind::kHilbert);
 }
 
 std::string sweep_digest(Store& store, const Cell& cell) {
@@ -113,18 +106,22 @@ std::string sweep_digest(Store& store, const Cell& cell) {
     bool torn = false;
   };
   std::vector<Sum> sums(static_cast<std::size_t>(cell.threads));
-  SweepPass pass;
-  pass.name = "read";
-  pass.accesses = {{store.attribute(kAttribute), 1, cell.levels, Access::kRead, Reach::kOwn}};
-  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
-    Sum& sum = sums[static_cast<std::size_t>(worker)];
-    for (int level = 1; level <= cell.levels; ++level) {
-      const SlotHash hash = slot_hash(view.slot(0, level, edge).bytes, edge, level);
-      sum.value += hash.value;
-      sum.torn = sum.torn || hash.torn;
-    }
-  };
-  sweep(store, pass, {.threads = cell.threads});
+  sweep_slots(store, cell, Access::kRead,
+              [&](std::span<const std::uint32_t> slot, EdgeId edge, int level, int worker) {
+                thread_local std::vector<std::uint32_t> words;
+                words.assign(slot.begin(), slot.end());
+                const std::uint32_t turned = words.empty() ? 0 : words[0] & 1;
+                std::uint32_t difference = 0;
+                for (std::uint32_t& word : words) {
+                  difference |= word ^ turned;
+                  word &= ~std::uint32_t{1};
+                }
+                Sum& sum = sums[static_cast<std::size_t>(worker)];
+                sum.value += XXH3_64bits_withSeed(
+                    words.data(), words.size() * sizeof(std::uint32_t),
+                    std::uint64_t{edge} * 64 + static_cast<std::uint64_t>(level));
+                sum.torn = sum.torn || (difference & 1) != 0;
+              });
   Sum all;
   for (const Sum& sum : sums) {
     all.value += sum.value;
@@ -151,17 +148,16 @@ nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, doubl
   const PagingStatistics paging = store.statistics();
   const double wait = 1e-9 * static_cast<double>(paging.read_wait_ns + paging.write_wait_ns);
   const double compute = seconds - sync_seconds - wait / run.cell.threads;
-  nlohmann::ordered_json split = {
-      {"compute", nullptr}, {"wait", wait}, {"codec", nullptr}, {"sync", sync_seconds}};
-  if (compute >= 0) split["compute"] = compute;
-  if (store.backend_traits().compressed)
-    split["codec"] = 1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns);
+  const nlohmann::ordered_json split = {
+      {"compute", or_null(compute >= 0, compute)},
+      {"wait", wait},
+      {"codec", or_null(store.backend_traits().compressed,
+                        1e-9 * static_cast<double>(codec_nanoseconds() - run.codec_before_ns))},
+      {"sync", sync_seconds}};
   nlohmann::ordered_json bytes;
   const auto add = [&](const std::string& what, const instrument::Traffic& traffic) {
-    bytes[what + "_read"] = bytes[what + "_written"] = nullptr;
-    if (!traffic.known) return;
-    bytes[what + "_read"] = traffic.bytes_read;
-    bytes[what + "_written"] = traffic.bytes_written;
+    bytes[what + "_read"] = or_null(traffic.known, traffic.bytes_read);
+    bytes[what + "_written"] = or_null(traffic.known, traffic.bytes_written);
   };
   add("needed", {true, needed.read.value_or(paging.bytes_read), needed.written});
   add("moved", {true, paging.bytes_read, paging.bytes_written});

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -11,34 +10,39 @@
 #include <vector>
 
 #include "backends/workloads.h"
+#include "plait/attribute.h"
 #include "plait/extend/sweep.h"
 #include "plait/store.h"
 
 namespace plait::bench {
 
 constexpr const char* kAttribute = "position";
+inline const AttributeSchema kSchema{kAttribute, ComponentType::kFloat32, 3};
 
-Store open_for_reading(const WorkloadRun& run);
+Store open_store(const WorkloadRun& run, bool writable = false);
 /// What a name of --codec stands for: a preset, or a pipeline as it is written. Errors:
 /// kInvalidArgument.
 Pipeline pipeline_from_name(const std::string& name);
-/// A store whose blocks are encoded from others begins with the preset `fast`, as `plait subdivide`
-/// does it, because the executors write all levels at once. encode_anew() ends its making.
-StoreOptions options_of_new_store(const WorkloadRun& run);
+/// All levels of the base mesh, not committed. Blocks that are encoded from others begin with the
+/// preset `fast`, as in `plait subdivide`, because the executors write all levels at once.
+/// encode_anew() ends the making of such a store.
+Store refined_store(const WorkloadRun& run, const LaidOutMesh& base);
 void encode_anew(const WorkloadRun& run, Store& store);
 /// The base mesh of the cell, in the order that every store of it has.
 LaidOutMesh base_mesh(const Cell& cell);
 
-/// {direct, engine, maps}: whether this process has files of `store` open with O_DIRECT, has an
-/// io_uring, and maps such files. The kernel says so, not the backend.
-nlohmann::ordered_json effective_mode(const std::filesystem::path& store);
-
-/// A hash of a slot that does not depend on its lowest bits; all of them must be equal.
-struct SlotHash {
-  std::uint64_t value = 0;
-  bool torn = false;  ///< the lowest bits differ
-};
-SlotHash slot_hash(std::span<const std::byte> slot, std::uint64_t edge, int level);
+/// A sweep over all levels of the cell: kernel(words of a slot, edge, level, worker) for each slot.
+template <class Kernel>
+void sweep_slots(Store& store, const Cell& cell, Access access, Kernel kernel) {
+  SweepPass pass;
+  pass.name = cell.workload;
+  pass.accesses = {{store.attribute(kAttribute), 1, cell.levels, access, Reach::kOwn}};
+  pass.kernel = [&](const SweepView& view, EdgeId edge, int worker) {
+    for (int level = 1; level <= cell.levels; ++level)
+      kernel(view.records<std::uint32_t>(0, level, edge), edge, level, worker);
+  };
+  sweep(store, pass, {.threads = cell.threads});
+}
 
 /// The digest of all slots of the cell's levels, whichever way the lowest bits are turned, by a
 /// sweep; "torn" if they are turned in one part of a slot and not in another.
@@ -54,8 +58,7 @@ struct Needed {
   std::uint64_t written = 0;
 };
 /// The members of a record that follow from the counters of a store since it was opened, and from
-/// those of the codecs since the run began: {seconds, bytes, split, mode}. `run.codec_before_ns` is
-/// the latter's beginning.
+/// those of the codecs since the run began: {seconds, bytes, split, mode}.
 nlohmann::ordered_json counted(const Store& store, const WorkloadRun& run, double seconds,
                                const Needed& needed, double sync_seconds = 0);
 

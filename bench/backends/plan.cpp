@@ -1,19 +1,22 @@
 #include "backends/plan.h"
 
 #include <fmt/format.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <bit>
 #include <map>
 #include <set>
+#include <span>
 
 #include "backends/measured_store.h"
 #include "backends/workloads.h"
 #include "base/byte_text.h"
+#include "instrument/process.h"
 #include "io/machine.h"
-#include "plait/attribute.h"
+#include "plait/base_mesh.h"
 #include "plait/error.h"
-#include "plait/extend/backend_registry.h"
+#include "plait/mesh_io.h"
 
 namespace plait::bench {
 namespace {
@@ -25,59 +28,51 @@ struct Subject {
   bool is_fixed = false;  ///< its levels cannot be changed: blocks are encoded from others
 };
 
+void add_once(std::vector<std::string>& lines, const std::string& line) {
+  if (std::ranges::find(lines, line) == lines.end()) lines.push_back(line);
+}
+
 std::vector<Subject> subjects(const PlanRequest& request, const BackendRegistry& backends,
                               Plan& plan) {
-  std::vector<std::string> names;
-  for (const std::string& name : request.backends)
-    if (name != "all")
-      names.push_back(name);
-    else
-      for (const std::string& known : backends.names()) {
-        const RegisteredBackend& entry = backends.find(known);
-        if (!entry.traits.durable) {
-          plan.left_out.push_back(fmt::format("{}: keeps no files", known));
-          continue;
-        }
-        try {
-          entry.check_machine();
-          names.push_back(known);
-        } catch (const Error& error) {
-          plan.left_out.push_back(fmt::format("{}: {}", known, error.what()));
-        }
-      }
-  const AttributeSchema schema{"position", ComponentType::kFloat32, 3};
   std::vector<Subject> subjects;
-  for (const std::string& name : names) {
-    if (name == kAuto) {
-      subjects.push_back({name, "none"});
-      continue;
-    }
+  const auto add = [&](const std::string& name, bool is_named) {
     const RegisteredBackend& entry = backends.find(name);
-    if (!entry.traits.durable)
+    if (!entry.traits.durable) {
+      if (!is_named) return;
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("plan: backend {} keeps no files to measure", name));
-    entry.check_machine();
-    if (!entry.traits.compressed) {
+    }
+    try {
+      entry.check_machine();
+    } catch (const Error& error) {
+      if (is_named) throw;
+      return plan.left_out.push_back(fmt::format("{}: {}", name, error.what()));
+    }
+    if (!entry.traits.compressed) return subjects.push_back({name, "none"});
+    for (const std::string& codec : request.codecs) {
+      const Pipeline pipeline = pipeline_from_name(codec);
+      entry.check_pipelines(pipeline, kSchema);
+      subjects.push_back({name, codec, entry.needs_other_blocks(pipeline, kSchema)});
+    }
+  };
+  for (const std::string& name : request.backends)
+    if (name == kAuto)
       subjects.push_back({name, "none"});
-      continue;
-    }
-    for (const std::string& name_of_pipeline : request.codecs) {
-      const Pipeline pipeline = pipeline_from_name(name_of_pipeline);
-      entry.check_pipelines(pipeline, schema);
-      subjects.push_back({name, name_of_pipeline, entry.needs_other_blocks(pipeline, schema)});
-    }
-  }
+    else if (name != "all")
+      add(name, true);
+    else
+      for (const std::string& known : backends.names()) add(known, false);
   return subjects;
 }
 
-std::vector<std::string> names_of_workloads(const PlanRequest& request) {
-  std::vector<std::string> names;
+std::vector<const Workload*> workloads_of(const PlanRequest& request) {
+  std::vector<const Workload*> list;
   for (const std::string& name : request.workloads)
     if (name == "all")
-      for (const Workload& workload : workloads()) names.emplace_back(workload.name);
+      for (const Workload& workload : workloads()) list.push_back(&workload);
     else
-      names.emplace_back(workload_from_name(name).name);
-  return names;
+      list.push_back(&workload_from_name(name));
+  return list;
 }
 
 constexpr double kGuessedRate = 300e6;
@@ -131,49 +126,28 @@ struct Size {
 std::vector<Size> sizes_of(const PlanRequest& request, std::uint64_t memory) {
   if (request.mesh) return {{request.mesh->base_vertices, request.mesh->vertices}};
   const int shift = 2 * request.levels;
-  std::vector<std::uint64_t> bases;
-  if (request.vertices > 0)
-    bases = {request.vertices};
-  else
-    for (const double size : request.sizes)
-      bases.push_back(static_cast<std::uint64_t>(size * static_cast<double>(memory) / 12) >> shift);
+  const auto of_base = [&](std::uint64_t vertices) {
+    const std::uint64_t base = std::max<std::uint64_t>(vertices, 64);
+    return Size{base, base << shift};
+  };
+  if (request.vertices > 0) return {of_base(request.vertices)};
   std::vector<Size> sizes;
-  for (const std::uint64_t base : bases) {
-    const std::uint64_t least = std::max<std::uint64_t>(base, 64);
-    sizes.push_back({least, least << shift});
-  }
+  for (const double size : request.sizes)
+    sizes.push_back(
+        of_base(static_cast<std::uint64_t>(size * static_cast<double>(memory) / 12) >> shift));
   return sizes;
 }
 
-/// Adds cells, each once, and says what `auto` is.
-class Cells {
- public:
-  Cells(const BackendRegistry& backends, Plan& plan) : backends_(backends), plan_(plan) {}
-
-  void add(Cell cell) {
-    if (cell.backend == kAuto) {
-      // The limit around the process is the memory that its page cache has.
-      const BackendChoice choice =
-          backends_.choose({cell.directory / "store.plait", cell.raw_bytes(), false,
-                            std::min(cell.memory_bytes, available_memory_bytes())});
-      const std::string line =
-          fmt::format("auto on {}: {}: {}", cell.disk, choice.name, choice.reason);
-      if (std::ranges::find(plan_.chosen, line) == plan_.chosen.end()) plan_.chosen.push_back(line);
-      cell.backend = choice.name;
-      cell.is_auto = true;
-    }
-    const auto [same, is_new] = keys_.try_emplace(key_of(cell), plan_.cells.size());
-    if (is_new)
-      plan_.cells.push_back(std::move(cell));
-    else if (cell.is_auto)
-      plan_.cells[same->second].is_auto = true;
-  }
-
- private:
-  const BackendRegistry& backends_;
-  Plan& plan_;
-  std::map<std::string, std::size_t> keys_;
-};
+/// Says what `auto` is: one of the other backends. The limit around the process is the memory that
+/// its page cache has.
+void replace_auto(Cell& cell, const BackendRegistry& backends, Plan& plan) {
+  const BackendChoice choice =
+      backends.choose({cell.directory / "store.plait", cell.raw_bytes(), false,
+                       std::min(cell.memory_bytes, available_memory_bytes())});
+  add_once(plan.chosen, fmt::format("auto on {}: {}: {}", cell.disk, choice.name, choice.reason));
+  cell.backend = choice.name;
+  cell.is_auto = true;
+}
 
 /// The rest is for the page cache and the process. A quarter would be too little for `default` with
 /// blocks of 1 MiB in 64 MiB: to read one of its blocks takes the blocks that it is encoded from.
@@ -188,46 +162,71 @@ std::vector<std::uint64_t> blocks_of(const PlanRequest& request, std::uint64_t m
 
 }  // namespace
 
+MeshSubject mesh_subject(const std::filesystem::path& file, int levels, std::uint64_t most_bytes,
+                         int* chosen) {
+  const nlohmann::json found = instrument::in_own_process([&]() -> nlohmann::json {
+    const BaseMesh mesh = read_base_mesh(file);
+    const auto positions = std::as_bytes(std::span(mesh.positions()));
+    const auto faces = std::as_bytes(std::span(mesh.faces()));
+    const std::uint64_t checksum = XXH3_64bits_withSeed(
+        faces.data(), faces.size(), XXH3_64bits(positions.data(), positions.size()));
+    int finest = levels;
+    while (finest > 1 && counts_at_level(mesh, finest).vertices > most_bytes / 12) --finest;
+    return {{"checksum", checksum},
+            {"base_vertices", mesh.vertex_count()},
+            {"levels", finest},
+            {"vertices", counts_at_level(mesh, finest).vertices}};
+  });
+  if (chosen != nullptr) *chosen = found["levels"].get<int>();
+  return {
+      file,
+      fmt::format("{} {:016x}", file.filename().native(), found["checksum"].get<std::uint64_t>()),
+      found["base_vertices"].get<std::uint64_t>(), found["vertices"].get<std::uint64_t>()};
+}
+
 Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
   Plan plan;
   const std::vector<Subject> all = subjects(request, backends, plan);
-  const std::vector<std::string> names = names_of_workloads(request);
+  const std::vector<const Workload*> wanted = workloads_of(request);
   plan.disks = disks_of(request);
-  Cells cells(backends, plan);
+  std::map<std::string, std::size_t> keys;
+  const auto add = [&](Cell cell) {
+    if (cell.backend == kAuto) replace_auto(cell, backends, plan);
+    const auto [same, is_new] = keys.try_emplace(key_of(cell), plan.cells.size());
+    if (is_new)
+      plan.cells.push_back(std::move(cell));
+    else if (cell.is_auto)
+      plan.cells[same->second].is_auto = true;
+  };
   for (const PlannedDisk& disk : plan.disks)
     for (const std::uint64_t memory : request.memory)
       for (const Size& size : sizes_of(request, memory))
         for (const std::uint64_t block : blocks_of(request, memory))
           for (const int threads : request.threads)
             for (const Subject& subject : all)
-              for (const std::string& workload : names) {
-                if (subject.is_fixed && workload_from_name(workload).changes_store) {
-                  const std::string line = fmt::format(
-                      "{} with {}: {} encodes blocks from others, so its records cannot "
-                      "be changed in place",
-                      workload, subject.pipeline, subject.pipeline);
-                  if (std::ranges::find(plan.left_out, line) == plan.left_out.end())
-                    plan.left_out.push_back(line);
+              for (const Workload* const workload : wanted) {
+                if (subject.is_fixed && workload->changes_store) {
+                  add_once(plan.left_out,
+                           fmt::format("{} with {}: {} encodes blocks from others, so its records "
+                                       "cannot be changed in place",
+                                       workload->name, subject.pipeline, subject.pipeline));
                   continue;
                 }
-                Cell cell{.backend = subject.backend,
-                          .pipeline = subject.pipeline,
-                          .disk = disk.name,
-                          .directory = disk.facts.directory,
-                          .workload = workload,
-                          .base_vertices = size.base_vertices,
-                          .vertices = size.vertices,
-                          .levels = request.levels,
-                          .memory_bytes = memory,
-                          .budget_bytes = budget_of(memory),
-                          .block_bytes = block,
-                          .threads = threads};
-                if (request.mesh) {
-                  cell.mesh = request.mesh->name;
-                  cell.mesh_file = request.mesh->file;
-                }
-                if (workload == "patch-random") cell.rate = request.rate;
-                cells.add(std::move(cell));
+                add({.backend = subject.backend,
+                     .pipeline = subject.pipeline,
+                     .disk = disk.name,
+                     .directory = disk.facts.directory,
+                     .workload = std::string(workload->name),
+                     .mesh = request.mesh ? request.mesh->name : "",
+                     .mesh_file = request.mesh ? request.mesh->file : "",
+                     .base_vertices = size.base_vertices,
+                     .vertices = size.vertices,
+                     .levels = request.levels,
+                     .memory_bytes = memory,
+                     .budget_bytes = budget_of(memory),
+                     .block_bytes = block,
+                     .threads = threads,
+                     .rate = workload->name == "patch-random" ? request.rate : 0});
               }
   add_costs(request, plan);
   return plan;
@@ -236,7 +235,7 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
 std::vector<std::string> refusals(const Plan& plan, std::uint64_t limit_bytes) {
   std::vector<std::string> lines;
   for (const PlannedDisk& disk : plan.disks) {
-    std::uint64_t usable = instrument::usable_bytes(disk.facts);
+    const std::uint64_t usable = instrument::usable_bytes(disk.facts);
     if (disk.needed_bytes > usable)
       lines.push_back(fmt::format(
           "measure {}: needs {}, and {} may be used so that a tenth of the disk stays free",

@@ -1,15 +1,15 @@
-// bench/backends/plan.h: which cells a command line asks for, and what they cost.
+// bench/backends/plan.h: which cells a command line asks for, what they cost, and how much a quick
+// comparison moves, so that its time is enough on these disks.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "backends/cell.h"
-#include "backends/mesh_subject.h"
+#include "backends/record.h"
 #include "instrument/disk.h"
 #include "plait/extend/backend_registry.h"
 
@@ -20,6 +20,22 @@ struct DiskPlace {
   std::filesystem::path directory;
   std::string name = {};  ///< of the disk; empty: what the system calls it
 };
+
+/// A mesh of the user's as the base mesh of what is measured.
+struct MeshSubject {
+  std::filesystem::path file;
+  /// "spot.ply 1a2b3c4d5e6f7081": the file's name, and the checksum of positions and faces, so that
+  /// records of different meshes never have the same key.
+  std::string name;
+  std::uint64_t base_vertices = 0;
+  std::uint64_t vertices = 0;  ///< at the finest level
+};
+
+/// Reads the mesh in a process of its own, because reading uses threads and this process starts
+/// others. With `chosen`, the levels are as many, up to `levels` and at least one, as take at most
+/// `most_bytes`, and `chosen` gets their number. Errors: those of read_base_mesh().
+MeshSubject mesh_subject(const std::filesystem::path& file, int levels,
+                         std::uint64_t most_bytes = ~std::uint64_t{0}, int* chosen = nullptr);
 
 struct PlanRequest {
   std::vector<DiskPlace> disks = {{"."}};
@@ -63,5 +79,20 @@ std::vector<std::string> refusals(const Plan& plan, std::uint64_t limit_bytes);
 
 /// Cells, bytes, space and minutes, for a dry run.
 std::string to_text(const Plan& plan);
+
+/// Bytes a second of one stream, to the disk and from it.
+struct DiskSpeed {
+  double write = 0, read = 0;
+};
+
+/// The memory limit with which `plait bench --quick` measures on all of `disks`: the largest of 64,
+/// 32 and 16 MiB with which three rounds, and the making of the stores before them, are likely to
+/// take at most `seconds`. 16 MiB if none is. Pinned by QuickMemory_* in
+/// tests/bench/backends/bench_test.cpp.
+std::uint64_t quick_memory(std::span<const DiskSpeed> disks, double seconds);
+
+/// Moves 32 MiB each way in each directory, in processes of their own, and removes its files.
+/// Errors: kNotFound, kIo, kNoSpace.
+std::vector<DiskSpeed> measure_speeds(std::span<const std::filesystem::path> directories);
 
 }  // namespace plait::bench

@@ -1,8 +1,7 @@
-#include "backends/quick_memory.h"
-
 #include <algorithm>
 #include <array>
 
+#include "backends/plan.h"
 #include "instrument/disk_floors.h"
 #include "instrument/process.h"
 #include "instrument/scratch_directory.h"
@@ -12,28 +11,23 @@ namespace {
 
 using instrument::FloorKind;
 
-constexpr int kRounds = 3;
 constexpr std::array<std::uint64_t, 3> kMemory = {64u << 20, 32u << 20, 16u << 20};
 constexpr std::uint64_t kProbeBytes = 32u << 20;
 
-/// What a quick comparison moves, in bytes of the levels: three raw backends and two presets build,
-/// sweep and read patches, and floors move the same. The presets store about half and a third of
-/// the bytes.
-constexpr double kLevelsOverMemory = 2;
-constexpr double kWrittenBefore = 6, kWrittenInRound = 6, kReadInRound = 16;
-/// A round computes so long for a byte of the levels on one disk, mostly in the codecs. The rest of
-/// its 15 runs takes so long whatever is moved, because each run lasts 0.3 s at least.
-constexpr double kSecondsPerByte = 4e-8, kSecondsOfRuns = 7.5;
+/// What a quick comparison moves on a disk, in bytes of the levels: three raw backends and two
+/// presets are stored once, and in each of three rounds they build, sweep and read patches, and
+/// floors move the same. The presets store about half and a third of the bytes.
+constexpr double kLevelsOverMemory = 2, kWritten = 6 + 3 * 6, kRead = 3 * 16;
+/// The stores and each round compute so long for a byte of the levels, mostly in the codecs. The
+/// rest of the 15 runs of a round takes so long whatever is moved: each lasts 0.3 s at least.
+constexpr double kSecondsPerByte = (1 + 3) * 4e-8, kSecondsOfRuns = 3 * 7.5;
 
 double seconds_with(std::uint64_t memory, std::span<const DiskSpeed> disks) {
   const double levels = kLevelsOverMemory * static_cast<double>(memory);
   double seconds = 0;
-  for (const DiskSpeed& disk : disks) {
-    const double computing = levels * kSecondsPerByte;
-    const double round = levels * (kWrittenInRound / disk.write + kReadInRound / disk.read) +
-                         computing + kSecondsOfRuns;
-    seconds += levels * kWrittenBefore / disk.write + computing + kRounds * round;
-  }
+  for (const DiskSpeed& disk : disks)
+    seconds +=
+        levels * (kWritten / disk.write + kRead / disk.read + kSecondsPerByte) + kSecondsOfRuns;
   return seconds;
 }
 

@@ -8,9 +8,19 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace plait::bench {
+
+/// A figure that was not measured is null in records and reports.
+nlohmann::ordered_json or_null(bool known, const auto& value) {
+  return known ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+template <class Value>
+nlohmann::ordered_json or_null(const std::optional<Value>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
 
 /// What was measured: equal for runs that repeat the same measurement.
 struct MeasuredCell {
@@ -19,6 +29,18 @@ struct MeasuredCell {
   std::optional<double> vertices, levels, memory, budget, ratio, block_bytes, threads, rate;
   bool durable = false;
 };
+/// The members of `cell` in a record, and in a report.
+constexpr std::pair<const char*, std::string MeasuredCell::*> kTextsOfCell[] = {
+    {"backend", &MeasuredCell::backend},
+    {"pipeline", &MeasuredCell::pipeline},
+    {"disk", &MeasuredCell::disk},
+    {"workload", &MeasuredCell::workload},
+    {"mesh", &MeasuredCell::mesh}};
+constexpr std::pair<const char*, std::optional<double> MeasuredCell::*> kNumbersOfCell[] = {
+    {"vertices", &MeasuredCell::vertices}, {"levels", &MeasuredCell::levels},
+    {"memory", &MeasuredCell::memory},     {"budget", &MeasuredCell::budget},
+    {"ratio", &MeasuredCell::ratio},       {"block_bytes", &MeasuredCell::block_bytes},
+    {"threads", &MeasuredCell::threads},   {"rate", &MeasuredCell::rate}};
 
 /// Figures that a run did not measure are empty.
 struct MeasuredRun {
@@ -35,7 +57,7 @@ struct MeasuredRun {
   std::optional<double> repetitions;  ///< how often the work was done; `seconds` is of once
 
   std::optional<double> needed_read, needed_written, moved_read, moved_written, device_read,
-      device_written, process_moved;
+      device_written;
   std::optional<double> compute, wait, codec, sync;
   std::optional<double> p50, p99, p999;
 
@@ -50,22 +72,15 @@ struct MeasuredRun {
   std::vector<std::string> doubts;
   /// Dotted names ("disk.scheduler") and values as text, in the order of the names.
   std::map<std::string, std::string> environment;
+  /// Empty if it is not known.
+  std::string environment_at(const std::string& name) const {
+    const auto found = environment.find(name);
+    return found == environment.end() ? std::string() : found->second;
+  }
 };
 
 constexpr std::size_t kMostLineBytes = 1 << 20;
 constexpr std::size_t kMostRuns = 100'000;
-constexpr std::size_t kMostRunsOfCell = 2000;
-constexpr std::size_t kMostText = 200;  ///< characters of a name; longer ones are cut
-
-/// A record that cannot be believed.
-struct BadRecord {
-  std::string why;
-};
-/// One record as a run; the caller fills in `file` and `line`. Throws BadRecord for what is no
-/// record. Pinned by tests/bench/backends/report_test.cpp.
-MeasuredRun run_of_record(const nlohmann::json& record);
-/// Long text is cut between characters.
-std::string cut(std::string text);
 
 struct RunSet {
   std::vector<MeasuredRun> runs;
@@ -77,6 +92,7 @@ struct RunSet {
 /// a number that no double holds, an unknown format) is skipped and counted. A last line without a
 /// newline is skipped, because its writer was stopped. Memory: bounded by the constants above.
 /// Errors: kNotFound, kIo; kInvalidArgument naming the first bad line if no record is left.
+/// REQUIRES: a file.
 RunSet read_runs(const std::vector<std::filesystem::path>& files);
 
 /// The runs of records that this process made. `name` stands for their file. Errors:

@@ -7,7 +7,6 @@
 #include <optional>
 #include <set>
 
-#include "backends/first_screen.h"
 #include "instrument/figure_text.h"
 
 namespace plait::bench {
@@ -24,56 +23,50 @@ using instrument::Tone;
 constexpr std::size_t kLeastPoints = 20;
 
 /// A figure that is missing is a dash.
-template <class Text>
-std::string figure_cell(const std::optional<double>& value, Text text) {
-  return value ? text(*value) : "–";
-}
 std::string seconds_cell(const std::optional<double>& value) {
-  return figure_cell(value, seconds_text);
+  return value ? seconds_text(*value) : "–";
+}
+std::string factor_cell(const std::optional<double>& moved, const std::optional<double>& needed) {
+  return moved && needed && *needed > 0 ? fmt::format("{:.3g} ×", *moved / *needed) : "–";
 }
 
 /// The disk, and the size if there is one.
 std::string place_of(const MeasuredCell& cell) {
-  std::string place = cell.disk;
-  if (const std::string size = size_of(cell); !size.empty()) place += ", " + size;
-  return place;
+  const std::string size = size_of(cell);
+  return cell.disk + (size.empty() ? "" : ", " + size);
 }
 
-/// Calls `add` for each cell that has figures, contest by contest.
+/// Calls `add` for each cell, contest by contest.
 template <class Add>
-void for_each_measured(const Findings& findings, Add add) {
+void for_each_cell(const Findings& findings, Add add) {
   for (const Contest& contest : findings.contests)
-    for (const std::size_t at : contest.cells)
-      if (findings.cells[at].seconds) add(findings.cells[at]);
+    for (const std::size_t at : contest.cells) add(findings.cells[at]);
 }
 
 std::string subtitle(const RunSet& set, const Findings& findings) {
-  std::string first, last;
-  for (const MeasuredRun& run : set.runs) {
-    if (run.started.empty()) continue;
-    if (first.empty() || run.started < first) first = run.started;
-    last = std::max(last, run.started);
-  }
+  std::set<std::string> started;
+  for (const MeasuredRun& run : set.runs)
+    if (!run.started.empty()) started.insert(run.started);
   std::string text = fmt::format("{} runs of {} cells", set.runs.size(), findings.cells.size());
-  const auto& environment = set.runs.front().environment;
   for (const char* name : {"processor", "kernel", "plait"})
-    if (const auto found = environment.find(name); found != environment.end())
-      text += " · " + found->second;
-  if (!first.empty()) text += " · " + first + (first == last ? "" : " to " + last);
+    if (const std::string value = set.runs.front().environment_at(name); !value.empty())
+      text += " · " + value;
+  if (!started.empty()) text += " · " + *started.begin();
+  if (started.size() > 1) text += " to " + *started.rbegin();
   return text;
 }
 
 /// Ratios to the floor, a plot for each workload with enough points.
 void add_ratios(Page& page, const Findings& findings, const std::string& command) {
   std::map<std::string, IntervalPlot> plots;
-  for_each_measured(findings, [&](const CellFigures& figures) {
-    IntervalPlot& plot = plots[work_of(figures.cell)];
+  for_each_cell(findings, [&](const CellFigures& figures) {
     if (figures.ratio)
-      plot.points.push_back({place_of(figures.cell), figures.name, figures.ratio->value,
-                             figures.ratio->low, figures.ratio->high,
-                             fmt::format("{} rounds, {}; {}", figures.ratio->count, figures.label,
-                                         seconds_text(figures.seconds->value)),
-                             figures.label == "warm" || figures.label == "memory"});
+      plots[work_of(figures.cell)].points.push_back(
+          {place_of(figures.cell), figures.name, figures.ratio->value, figures.ratio->low,
+           figures.ratio->high,
+           fmt::format("{} rounds, {}; {}", figures.ratio->count, figures.label,
+                       seconds_text(figures.seconds->value)),
+           figures.label == "warm" || figures.label == "memory"});
   });
   std::erase_if(plots, [](const auto& each) { return each.second.points.size() < kLeastPoints; });
   if (!plots.empty()) page.add(instrument::Section{"Ratio to the floor"});
@@ -98,20 +91,16 @@ Table splits_table(const RunSet& set, const Findings& findings, const std::strin
        "may wait for the codec. Bytes for each byte that the work needed: over 1 is waste, "
        "under 1 is what a cache or compression saved.",
        command});
-  for_each_measured(findings, [&](const CellFigures& figures) {
+  for_each_cell(findings, [&](const CellFigures& figures) {
+    if (!figures.seconds) return;
     const MeasuredRun& run = set.runs[figures.middle];
-    const auto factor = [](const std::optional<double>& moved,
-                           const std::optional<double>& needed) {
-      return figure_cell(
-          moved && needed && *needed > 0 ? std::optional(*moved / *needed) : std::nullopt,
-          [](double value) { return fmt::format("{:.3g} ×", value); });
-    };
     table.rows.push_back(
         {{place_of(figures.cell), work_of(figures.cell), figures.name, seconds_cell(run.seconds),
           seconds_cell(run.compute), seconds_cell(run.wait), seconds_cell(run.codec),
-          seconds_cell(run.sync), factor(run.moved_read, run.needed_read),
-          factor(run.moved_written, run.needed_written), factor(run.device_read, run.needed_read),
-          factor(run.device_written, run.needed_written)}});
+          seconds_cell(run.sync), factor_cell(run.moved_read, run.needed_read),
+          factor_cell(run.moved_written, run.needed_written),
+          factor_cell(run.device_read, run.needed_read),
+          factor_cell(run.device_written, run.needed_written)}});
   });
   return table;
 }
@@ -144,26 +133,23 @@ Table environments_table(const RunSet& set) {
 Table figures_table(const RunSet& set, const Findings& findings) {
   Table table = table_with(
       "#ratio|#95 %|#seconds|#MB/s|#p50|#p99|#p99.9|#rounds|backend|workload|size|disk|state");
-  for (const Contest& contest : findings.contests)
-    for (const std::size_t at : contest.cells) {
-      const CellFigures& figures = findings.cells[at];
-      const MeasuredRun* const run = figures.seconds ? &set.runs[figures.middle] : nullptr;
-      const double needed =
-          run ? run->needed_read.value_or(0) + run->needed_written.value_or(0) : 0;
-      std::string state = figures.label;  // a write is neither cold nor warm
-      if (const std::string survival = survival_of(figures); !survival.empty())
-        state += (state.empty() ? "" : ", ") + survival;
-      table.rows.push_back(
-          {{figures.ratio ? fmt::format("{:.2f}", figures.ratio->value) : "–",
-            figures.ratio ? fmt::format("{:.2f}-{:.2f}", figures.ratio->low, figures.ratio->high)
-                          : "–",
-            run ? seconds_text(figures.seconds->value) : "–",
-            needed > 0 ? fmt::format("{:.0f}", 1e-6 * needed / run->seconds) : "–",
-            seconds_cell(run ? run->p50 : std::nullopt),
-            seconds_cell(run ? run->p99 : std::nullopt),
-            seconds_cell(run ? run->p999 : std::nullopt), fmt::format("{}", figures.runs.size()),
-            figures.name, work_of(figures.cell), size_of(figures.cell), figures.cell.disk, state}});
-    }
+  for_each_cell(findings, [&](const CellFigures& figures) {
+    static const MeasuredRun kNone;
+    const MeasuredRun& run = figures.seconds ? set.runs[figures.middle] : kNone;
+    const double needed = run.needed_read.value_or(0) + run.needed_written.value_or(0);
+    std::string state = figures.label;  // a write is neither cold nor warm
+    if (const std::string survival = survival_of(figures); !survival.empty())
+      state += (state.empty() ? "" : ", ") + survival;
+    const auto& ratio = figures.ratio;
+    table.rows.push_back(
+        {{ratio ? fmt::format("{:.2f}", ratio->value) : "–",
+          ratio ? fmt::format("{:.2f}-{:.2f}", ratio->low, ratio->high) : "–",
+          figures.seconds ? seconds_text(figures.seconds->value) : "–",
+          needed > 0 ? fmt::format("{:.0f}", 1e-6 * needed / run.seconds) : "–",
+          seconds_cell(run.p50), seconds_cell(run.p99), seconds_cell(run.p999),
+          fmt::format("{}", figures.runs.size()), figures.name, work_of(figures.cell),
+          size_of(figures.cell), figures.cell.disk, state}});
+  });
   return table;
 }
 
@@ -190,15 +176,16 @@ std::string to_text(const RunSet& set, const Findings& findings) {
   constexpr std::size_t kMostCells = 40;
   Page page;
   add_first_screen(page, findings);
-  const bool shows_all = findings.cells.size() <= kMostCells;
-  if (shows_all) page.add(figures_table(set, findings));
-  page.add(instrument::Paragraph{
-      shows_all
-          ? fmt::format("ratio: seconds over those of the floor, the same bytes moved by a plain "
-                        "program; {} runs",
-                        set.runs.size())
-          : fmt::format("the figures of {} cells are on the page (--html) and in --json",
-                        findings.cells.size())});
+  if (findings.cells.size() <= kMostCells) {
+    page.add(figures_table(set, findings));
+    page.add(instrument::Paragraph{
+        fmt::format("ratio: seconds over those of the floor, the same bytes moved by a plain "
+                    "program; {} runs",
+                    set.runs.size())});
+  } else {
+    page.add(instrument::Paragraph{fmt::format(
+        "the figures of {} cells are on the page (--html) and in --json", findings.cells.size())});
+  }
   return to_text(page);
 }
 

@@ -3,18 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
-#include <memory>
-#include <optional>
+#include <numeric>
 #include <random>
 #include <set>
-#include <span>
 #include <utility>
 
 #include "backends/findings.h"
+#include "backends/floors.h"
 #include "backends/read_runs.h"
 #include "backends/record.h"
-#include "backends/round_floors.h"
 #include "backends/workloads.h"
 #include "base/stopwatch.h"
 #include "compressed/codec_time.h"
@@ -34,12 +33,33 @@ using instrument::FloorRequest;
 
 constexpr int kFewestRounds = 4;
 constexpr int kMostRounds = 200;
-constexpr int kMostRepetitions = 30;
+constexpr std::size_t kMostRepetitions = 30;
 
 struct ControlledLimit {
-  std::unique_ptr<instrument::MemoryLimit> limit;
-  bool held = false;  ///< what the control said
+  explicit ControlledLimit(std::uint64_t bytes) : memory(bytes), held(memory.holds()) {}
+  instrument::MemoryLimit memory;
+  bool held;  ///< what the control said
 };
+
+/// The member `limit` of the proofs. nullptr: the files are in memory.
+nlohmann::ordered_json limit_proof(const ControlledLimit* control) {
+  const bool limited = control != nullptr && control->memory.limited();
+  const instrument::LimitFigures counted =
+      limited ? control->memory.figures() : instrument::LimitFigures{};
+  const std::string why_not =
+      control == nullptr ? "the files are in memory" : control->memory.why_not();
+  return {{"bytes", limited ? control->memory.bytes() : 0},
+          {"version", limited ? control->memory.version() : 0},
+          {"held", limited && control->held},
+          {"why_not", or_null(!limited, why_not)},
+          {"peak", counted.peak_bytes},
+          {"times_full", counted.times_full}};
+}
+
+double disturbance_of(const nlohmann::ordered_json& record) {
+  const nlohmann::ordered_json& around = record["surroundings"];
+  return around.is_object() ? around["others"].get<double>() + around["stolen"].get<double>() : 0;
+}
 
 class Runner {
  public:
@@ -47,10 +67,8 @@ class Runner {
          RecordFile& file)
       : plan_(plan), options_(options), backends_(backends), file_(file), floors_(options.fio) {
     for (const PlannedDisk& disk : plan.disks)
-      if (!work_.contains(disk.facts.directory.native()))
-        work_.emplace(disk.facts.directory.native(),
-                      instrument::ScratchDirectory(disk.facts.directory));
-    for (const Cell& cell : plan.cells) add_limit(cell.memory_bytes);
+      work_.try_emplace(disk.facts.directory.native(), disk.facts.directory);
+    for (const Cell& cell : plan.cells) limits_.try_emplace(cell.memory_bytes, cell.memory_bytes);
     for (const nlohmann::ordered_json& record : file.records())
       done_.insert({record["key"].get<std::string>(), record["round"].get<int>()});
   }
@@ -75,15 +93,9 @@ class Runner {
  private:
   bool is_late() const { return clock_.seconds() > options_.seconds; }
 
-  void add_limit(std::uint64_t bytes) {
-    if (limits_.contains(bytes)) return;
-    limits_[bytes].limit = std::make_unique<instrument::MemoryLimit>(bytes);
-    limits_[bytes].held = limits_[bytes].limit->holds();
-  }
-
   bool run_round(int round) {
     std::vector<std::size_t> order(plan_.cells.size());
-    for (std::size_t at = 0; at < order.size(); ++at) order[at] = at;
+    std::iota(order.begin(), order.end(), std::size_t{0});
     std::mt19937_64 random(options_.seed * 1000003 + static_cast<std::uint64_t>(round));
     for (std::size_t left = order.size(); left > 1; --left)
       std::swap(order[left - 1], order[random() % left]);
@@ -95,15 +107,11 @@ class Runner {
       if (!proceed(fmt::format("round {}, {} of {}: {} {} {}", round + 1, at + 1, order.size(),
                                cell.disk, cell.backend, cell.workload)))
         return false;
-      nlohmann::ordered_json record =
-          empty_record(cell, round, static_cast<int>(at), options_.seed);
-      measure(cell, round, record);
+      nlohmann::ordered_json record = measure(cell, round, static_cast<int>(at));
       // Beside other programs the figure is theirs as well.
       if (options_.repeat_disturbed && disturbance_of(record) > instrument::kDisturbed &&
           !is_late() && proceed("")) {
-        nlohmann::ordered_json again =
-            empty_record(cell, round, static_cast<int>(at), options_.seed);
-        measure(cell, round, again);
+        nlohmann::ordered_json again = measure(cell, round, static_cast<int>(at));
         if (again["outcome"] == "ok" && disturbance_of(again) < disturbance_of(record))
           record = std::move(again);
       }
@@ -112,11 +120,6 @@ class Runner {
       file_.append(std::move(record));
     }
     return true;
-  }
-
-  static double disturbance_of(const nlohmann::ordered_json& record) {
-    const nlohmann::ordered_json& around = record["surroundings"];
-    return around.is_object() ? around["others"].get<double>() + around["stolen"].get<double>() : 0;
   }
 
   bool proceed(const std::string& line) const {
@@ -129,72 +132,81 @@ class Runner {
     throw Error(ErrorCode::kBadState, "measure: a cell on no disk of the plan");
   }
 
-  void measure(const Cell& cell, int round, nlohmann::ordered_json& record) {
+  /// The record of a run, also of one that fails.
+  nlohmann::ordered_json measure(const Cell& cell, int round, int order) {
     const instrument::DiskFacts& disk = disk_of(cell);
+    const Workload& workload = workload_from_name(cell.workload);
+    nlohmann::ordered_json record = empty_record(cell, round, order, options_.seed);
     record["environment"] = instrument::environment(disk);
     record["proofs"] = nlohmann::ordered_json::object();
-    const fs::path& work = work_.at(cell.directory.native()).path();
-    WorkloadRun run{
-        cell,       work / store_name(cell), options_.seed + static_cast<std::uint64_t>(round),
-        &backends_, codec_nanoseconds(),     &disk,
-        {}};
+    WorkloadRun run{cell,
+                    work_.at(cell.directory.native()).path() /
+                        (workload.makes_store ? "made.plait" : store_name(cell)),
+                    options_.seed + static_cast<std::uint64_t>(round),
+                    &backends_,
+                    codec_nanoseconds(),
+                    &disk,
+                    {}};
+    // Files in memory count as memory of the process that writes them, and there is no page cache
+    // to keep small.
+    const ControlledLimit* const control =
+        disk.in_memory ? nullptr : &limits_.at(cell.memory_bytes);
+    const instrument::MemoryLimit* const limit = control == nullptr ? nullptr : &control->memory;
     try {
-      const Workload& workload = workload_from_name(cell.workload);
-      const instrument::MemoryLimit* const limit = limit_of(cell, disk);
-      Observed observed;
-      observed.reads_all = workload.reads_all;
       if (!workload.makes_store) prepare(run);
-      const instrument::SurroundingsWatch watch;
-      const nlohmann::ordered_json result = run_once(run, workload, limit, observed);
-      add_result(record, result, observed, disk);
-      double seconds = result["seconds"].get<double>();
-      double user_seconds = observed.process.user_seconds;
-      nlohmann::ordered_json split = result["split"];
-      int repetitions = 1;
-      for (; cell.rate == 0 && seconds < options_.least_seconds && repetitions < kMostRepetitions &&
-             proceed("");
-           ++repetitions) {
-        Observed again = observed;
-        const nlohmann::ordered_json more = run_once(run, workload, limit, again);
-        user_seconds += again.process.user_seconds;
-        // One of them that a cache served makes the run warm.
-        if (cold_label(disk, again, more).label == "warm") add_result(record, more, again, disk);
-        seconds += more["seconds"].get<double>();
-        for (auto& [name, part] : split.items())
-          if (const auto& other = more["split"][name]; part.is_number() && other.is_number())
-            part = part.get<double>() + other.get<double>();
-          else
-            part = nullptr;
-      }
-      for (auto& [name, part] : split.items())
-        if (part.is_number()) part = part.get<double>() / repetitions;
-      record["split"] = split;
-      record["surroundings"] = to_json(watch.since(user_seconds));
-      record["repetitions"] = repetitions;
-      record["seconds"] = seconds / repetitions;
-      record["proofs"]["limit"] = limit_proof(cell, limit);
-      add_floor_of(cell, workload, limit, work, result, record);
+      measure_often(run, workload, limit, record);
+      record["proofs"]["limit"] = limit_proof(control);
+      if (cell.rate == 0)  // an open loop waits by itself
+        measure_floor(run, workload, limit, record);
     } catch (const Error& error) {
       record["outcome"] = "failed";
       record["failure"] = error.what();
       // It may have ended in the middle of a change; what only reads has spoilt nothing.
-      if (const Workload& workload = workload_from_name(cell.workload);
-          workload.changes_store || workload.makes_store) {
+      if (workload.changes_store || workload.makes_store) {
         prepared_.erase(run.store);
         std::error_code ignored;
         fs::remove_all(run.store, ignored);
       }
+    }
+    return record;
+  }
+
+  /// Until the runs together are long enough. `seconds` and `split` are means.
+  void measure_often(WorkloadRun& run, const Workload& workload,
+                     const instrument::MemoryLimit* limit, nlohmann::ordered_json& record) {
+    const instrument::SurroundingsWatch watch;
+    double seconds = 0, user_seconds = 0;
+    std::vector<nlohmann::ordered_json> splits;
+    do {
+      Observed observed;
+      const nlohmann::ordered_json result = run_once(run, workload, limit, observed);
+      // One of them that a cache served makes the run warm.
+      if (splits.empty() || cold_label(*run.disk, observed, result).label == "warm")
+        add_result(record, result, observed, *run.disk);
+      seconds += result["seconds"].get<double>();
+      user_seconds += observed.process.user_seconds;
+      splits.push_back(result["split"]);
+    } while (run.cell.rate == 0 && seconds < options_.least_seconds &&
+             splits.size() < kMostRepetitions && proceed(""));
+    const auto repetitions = static_cast<double>(splits.size());
+    record["surroundings"] = to_json(watch.since(user_seconds));
+    record["repetitions"] = splits.size();
+    record["seconds"] = seconds / repetitions;
+    for (auto& [name, part] : record["split"].items()) {
+      double sum = 0;  // not known if a part is not
+      for (const nlohmann::ordered_json& split : splits)
+        sum += split[name].is_number() ? split[name].get<double>() : std::nan("");
+      part = or_null(!std::isnan(sum), sum / repetitions);
     }
   }
 
   /// The work in a process of its own, cold if it reads.
   nlohmann::ordered_json run_once(WorkloadRun& run, const Workload& workload,
                                   const instrument::MemoryLimit* limit, Observed& observed) {
+    observed.reads_all = workload.reads_all;
     if (workload.makes_store) {
-      run.store = work_.at(run.cell.directory.native()).path() / "made.plait";
       fs::remove_all(run.store);
     } else {
-      prepare(run);
       observed.asked_cold = !options_.warm;
       const std::vector<fs::path> files = instrument::files_under(run.store);
       observed.before =
@@ -210,29 +222,6 @@ class Runner {
     return got.result;
   }
 
-  /// nullptr for files in memory: they count as memory of the process that writes them, and there
-  /// is no page cache to keep small.
-  const instrument::MemoryLimit* limit_of(const Cell& cell,
-                                          const instrument::DiskFacts& disk) const {
-    return disk.in_memory ? nullptr : limits_.at(cell.memory_bytes).limit.get();
-  }
-
-  nlohmann::ordered_json limit_proof(const Cell& cell, const instrument::MemoryLimit* limit) const {
-    nlohmann::ordered_json proof = {{"bytes", 0},         {"version", 0}, {"held", false},
-                                    {"why_not", nullptr}, {"peak", 0},    {"times_full", 0}};
-    if (limit == nullptr || !limit->limited()) {
-      proof["why_not"] = limit == nullptr ? "the files are in memory" : limit->why_not();
-      return proof;
-    }
-    const instrument::LimitFigures counted = limit->figures();
-    proof["bytes"] = limit->bytes();
-    proof["version"] = limit->version();
-    proof["held"] = limits_.at(cell.memory_bytes).held;
-    proof["peak"] = counted.peak_bytes;
-    proof["times_full"] = counted.times_full;
-    return proof;
-  }
-
   void prepare(const WorkloadRun& run) {
     if (prepared_.contains(run.store)) return;
     fs::remove_all(run.store);
@@ -246,26 +235,20 @@ class Runner {
     prepared_.insert(run.store);
   }
 
-  void add_floor_of(const Cell& cell, const Workload& workload,
-                    const instrument::MemoryLimit* limit, const fs::path& work,
-                    const nlohmann::ordered_json& result, nlohmann::ordered_json& record) {
-    FloorRequest request{.directory = work,
+  void measure_floor(const WorkloadRun& run, const Workload& workload,
+                     const instrument::MemoryLimit* limit, nlohmann::ordered_json& record) {
+    const char* const needed =
+        workload.floor == FloorKind::kWrite ? "needed_written" : "needed_read";
+    FloorRequest request{.directory = run.store.parent_path(),
                          .kind = workload.floor,
-                         .bytes = workload.floor == FloorKind::kWrite
-                                      ? result["bytes"]["needed_written"].get<std::uint64_t>()
-                                      : result["bytes"]["needed_read"].get<std::uint64_t>(),
-                         .block_bytes = cell.block_bytes,
-                         .direct = result["mode"]["direct"].get<bool>(),
+                         .bytes = record["bytes"][needed].get<std::uint64_t>(),
+                         .block_bytes = run.cell.block_bytes,
+                         .direct = record["proofs"]["mode"]["direct"].get<bool>(),
                          // A store has a thread for transfers for each processor.
-                         .threads = cell.threads + thread_count(0, "floor")};
-    if (request.bytes == 0) return;
+                         .threads = run.cell.threads + thread_count(0, "floor")};
     // Other kinds move all bytes of their file.
-    if (request.kind == FloorKind::kRandomRead) request.file_bytes = cell.raw_bytes();
-    if (cell.rate > 0) return;  // an open loop waits by itself
-    const RoundFloor& floor = floors_.floor(request, limit);
-    add_floor(record, request, floor.own, floor.by_fio);
-    record["proofs"]["second_cold"] = nullptr;
-    if (floor.second_cold) record["proofs"]["second_cold"] = *floor.second_cold;
+    if (request.kind == FloorKind::kRandomRead) request.file_bytes = run.cell.raw_bytes();
+    if (request.bytes > 0) add_floor(record, request, floors_.floor(request, limit));
   }
 
   const Plan& plan_;

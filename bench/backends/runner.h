@@ -7,7 +7,7 @@
 #include <string>
 
 #include "backends/plan.h"
-#include "backends/record_file.h"
+#include "backends/record.h"
 
 namespace plait::bench {
 

@@ -18,7 +18,6 @@
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
 #include "plait/reader.h"
-#include "plait/subdivide.h"
 
 namespace plait::bench {
 namespace {
@@ -30,7 +29,8 @@ using Position = Vector3<float>;
 constexpr std::size_t kRequests = 160;
 constexpr double kOpenLoopSeconds = 3;
 
-/// Reads one patch and adds its hash, without the lowest bits, to `sum`.
+/// Reads one patch and returns its hash without the lowest bits. `seconds` becomes the time since
+/// `since`.
 std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds,
                             Clock::time_point since) {
   thread_local std::vector<Position> records;
@@ -45,44 +45,32 @@ std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double
 
 struct Requests {
   std::vector<double> latencies;
-  std::uint64_t sum = 0;
+  std::atomic<std::uint64_t> sum = 0;
   double seconds = 0;
 };
 
-Requests read_patches(const Reader& reader, const std::vector<FaceId>& faces, const Cell& cell) {
-  const auto threads = static_cast<std::size_t>(cell.threads);
-  std::vector<std::vector<double>> latencies(threads);
-  std::atomic<std::uint64_t> sum = 0;
+void read_patches(const Reader& reader, const std::vector<FaceId>& faces, const Cell& cell,
+                  Requests& done) {
+  done.latencies.resize(faces.size());
   const Clock::time_point start = Clock::now();
   instrument::in_threads(cell.threads, [&](std::size_t worker) {
-    for (std::size_t at = worker; at < faces.size(); at += threads) {
+    for (std::size_t at = worker; at < faces.size(); at += static_cast<std::size_t>(cell.threads)) {
       Clock::time_point since = Clock::now();
       if (cell.rate > 0) {
         since = start + std::chrono::duration_cast<Clock::duration>(
                             std::chrono::duration<double>(static_cast<double>(at) / cell.rate));
         std::this_thread::sleep_until(since);
       }
-      double seconds = 0;
-      sum += read_and_hash(reader, faces[at], cell.levels, seconds, since);
-      latencies[worker].push_back(seconds);
+      done.sum += read_and_hash(reader, faces[at], cell.levels, done.latencies[at], since);
     }
   });
-  Requests done;
   done.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  for (const std::vector<double>& of_worker : latencies)
-    done.latencies.insert(done.latencies.end(), of_worker.begin(), of_worker.end());
-  done.sum = sum;
-  return done;
 }
 
 nlohmann::ordered_json build(const WorkloadRun& run) {
   const LaidOutMesh base = base_mesh(run.cell);
   const Stopwatch clock;
-  Store store = Store::create(run.store, base, options_of_new_store(run), *run.backends);
-  add_base_positions(store);
-  subdivide(
-      store,
-      {.executor = ExecutorKind::kFused, .levels = run.cell.levels, .threads = run.cell.threads});
+  Store store = refined_store(run, base);
   encode_anew(run, store);
   const double made = clock.seconds();
   store.commit();
@@ -91,7 +79,7 @@ nlohmann::ordered_json build(const WorkloadRun& run) {
       counted(store, run, seconds, {0, run.cell.raw_bytes()}, seconds - made);
   store.close();
   // What was written is read back, outside the time.
-  Store written = open_for_reading(run);
+  Store written = open_store(run);
   result["digest"] = {{"of", "built surface of " + surface_name(run.cell)},
                       {"value", digest(written, {.threads = run.cell.threads}).to_string()}};
   return result;
@@ -99,7 +87,7 @@ nlohmann::ordered_json build(const WorkloadRun& run) {
 
 nlohmann::ordered_json sweep_read(const WorkloadRun& run) {
   const Stopwatch clock;
-  Store store = open_for_reading(run);
+  Store store = open_store(run);
   const std::string digest = sweep_digest(store, run.cell);
   const double seconds = clock.seconds();
   std::uint64_t needed = 0;
@@ -113,29 +101,19 @@ nlohmann::ordered_json sweep_read(const WorkloadRun& run) {
 
 /// Turns the lowest bit of each number of all levels, and commits.
 nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
-  OpenOptions options;
-  options.writable = true;
-  options.budget_bytes = run.cell.budget_bytes;
-  nlohmann::ordered_json result;
-  {
-    const Stopwatch clock;
-    Store store = Store::open(run.store, options, *run.backends);
-    SweepPass pass;
-    pass.name = "update";
-    pass.accesses = {
-        {store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
-    pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-      for (int level = 1; level <= run.cell.levels; ++level)
-        for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) word ^= 1;
-    };
-    sweep(store, pass, {.threads = run.cell.threads});
-    const double swept = clock.seconds();
-    store.commit();
-    const double seconds = clock.seconds();
-    result =
-        counted(store, run, seconds, {run.cell.raw_bytes(), run.cell.raw_bytes()}, seconds - swept);
-  }
-  Store written = open_for_reading(run);
+  const Stopwatch clock;
+  Store store = open_store(run, true);
+  sweep_slots(store, run.cell, Access::kUpdate,
+              [](std::span<std::uint32_t> slot, EdgeId, int, int) {
+                for (std::uint32_t& word : slot) word ^= 1;
+              });
+  const double swept = clock.seconds();
+  store.commit();
+  const double seconds = clock.seconds();
+  nlohmann::ordered_json result =
+      counted(store, run, seconds, {run.cell.raw_bytes(), run.cell.raw_bytes()}, seconds - swept);
+  store.close();
+  Store written = open_store(run);
   result["digest"] = {{"of", "surface of " + surface_name(run.cell)},
                       {"value", sweep_digest(written, run.cell)}};
   return result;
@@ -145,26 +123,27 @@ nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
 /// one, requests are due at fixed instants, and a latency counts from there: a stall is in the
 /// latency of all requests that waited behind it.
 nlohmann::ordered_json patch_random(const WorkloadRun& run) {
-  const Store store = open_for_reading(run);
+  const Store store = open_store(run);
   const Reader reader(store, {.attributes = {kAttribute}});
   const std::size_t count =
       run.cell.rate > 0
           ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
           : kRequests;
-  const Requests done = read_patches(
-      reader, instrument::draw_faces(false, store.base().face_count(), count, run.seed), run.cell);
+  Requests done;
+  read_patches(reader, instrument::draw_faces(false, store.base().face_count(), count, run.seed),
+               run.cell, done);
   nlohmann::ordered_json result = counted(store, run, done.seconds, {});
   result["latencies"] = latencies_to_json(done.latencies);
   if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
   result["digest"] = {{"of", fmt::format("{} uniform patches of {}, seed {}", count,
                                          surface_name(run.cell), run.seed)},
-                      {"value", fmt::format("{:016x}", done.sum)}};
+                      {"value", fmt::format("{:016x}", done.sum.load())}};
   return result;
 }
 
 nlohmann::ordered_json scan_export(const WorkloadRun& run) {
   const Stopwatch clock;
-  const Store store = open_for_reading(run);
+  const Store store = open_store(run);
   const Reader reader(store, {.attributes = {kAttribute}, .policy = EvictionPolicy::kLayoutOrder});
   std::uint64_t sum = 0, needed = 0;
   for (int level = 1; level <= run.cell.levels; ++level)
@@ -211,25 +190,15 @@ const Workload& workload_from_name(std::string_view name) {
 }
 
 void prepare_store(const WorkloadRun& run) {
-  const StoreOptions options = options_of_new_store(run);
-  Store store = Store::create(run.store, base_mesh(run.cell), options, *run.backends);
-  add_base_positions(store);
-  subdivide(
-      store,
-      {.executor = ExecutorKind::kFused, .levels = run.cell.levels, .threads = run.cell.threads});
-  SweepPass pass;
-  pass.name = "noise";
-  pass.accesses = {{store.attribute(kAttribute), 1, run.cell.levels, Access::kUpdate, Reach::kOwn}};
-  pass.kernel = [&](const SweepView& view, EdgeId edge, int) {
-    for (int level = 1; level <= run.cell.levels; ++level) {
-      std::uint64_t state = std::uint64_t{edge} * 64 + static_cast<std::uint64_t>(level);
-      for (std::uint32_t& word : view.records<std::uint32_t>(0, level, edge)) {
-        state = state * 6364136223846793005u + 1442695040888963407u;
-        word = (word & ~0x3fu) | (static_cast<std::uint32_t>(state >> 40) & 0x3eu);
-      }
-    }
-  };
-  sweep(store, pass, {.threads = run.cell.threads});
+  Store store = refined_store(run, base_mesh(run.cell));
+  sweep_slots(store, run.cell, Access::kUpdate,
+              [](std::span<std::uint32_t> slot, EdgeId edge, int level, int) {
+                std::uint64_t state = std::uint64_t{edge} * 64 + static_cast<std::uint64_t>(level);
+                for (std::uint32_t& word : slot) {
+                  state = state * 6364136223846793005u + 1442695040888963407u;
+                  word = (word & ~0x3fu) | (static_cast<std::uint32_t>(state >> 40) & 0x3eu);
+                }
+              });
   encode_anew(run, store);
   store.commit();
   store.close();

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "backends/cell.h"
+#include "backends/record.h"
 #include "instrument/disk.h"
 #include "instrument/disk_floors.h"
 #include "plait/extend/backend_registry.h"

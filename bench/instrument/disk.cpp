@@ -12,10 +12,10 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
-#include <string_view>
 #include <system_error>
 
 #include "base/byte_text.h"
+#include "instrument/process.h"
 #include "plait/error.h"
 
 namespace plait::instrument {
@@ -27,8 +27,7 @@ std::string line_of(const fs::path& path) {
   std::ifstream file(path);
   std::string line;
   std::getline(file, line);
-  while (line.ends_with(' ')) line.pop_back();
-  return line;
+  return line.substr(0, line.find_last_not_of(' ') + 1);
 }
 
 bool is_inside(const std::string& path, const std::string& directory) {
@@ -76,12 +75,6 @@ std::string chosen(const std::string& list) {
              : list.substr(first + 1, last - first - 1);
 }
 
-bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
-  for (const std::string_view one : words)
-    if (word == one || (one.ends_with('.') && word.starts_with(one))) return true;
-  return false;
-}
-
 }  // namespace
 
 std::string DiskFacts::name() const {
@@ -100,9 +93,7 @@ DiskFacts disk_facts(const fs::path& directory) {
     throw system_error("find the space of", path.native(), errno);
   facts.bytes = static_cast<std::uint64_t>(space.f_blocks) * space.f_frsize;
   facts.free_bytes = static_cast<std::uint64_t>(space.f_bavail) * space.f_frsize;
-  facts.in_memory = is_one_of(facts.file_system, {"tmpfs", "ramfs", "hugetlbfs"});
-  facts.network = is_one_of(facts.file_system, {"nfs", "nfs4", "cifs", "smb3", "9p", "ceph",
-                                                "virtiofs", "fuse", "fuse.", "glusterfs"});
+  facts.in_memory = facts.file_system == "tmpfs" || facts.file_system == "ramfs";
   const fs::path device = device_directory(facts);
   if (device.empty()) return facts;
   const fs::path real = fs::canonical(device, failed);
@@ -112,9 +103,7 @@ DiskFacts disk_facts(const fs::path& directory) {
   facts.scheduler = chosen(line_of(disk / "queue/scheduler"));
   facts.model = line_of(disk / "device/model");
   facts.rotational = line_of(disk / "queue/rotational") == "1";
-  std::ifstream read_ahead(disk / "queue/read_ahead_kb");
-  std::uint64_t kibibytes = 0;
-  if (read_ahead >> kibibytes) facts.read_ahead_bytes = kibibytes * 1024;
+  facts.read_ahead_bytes = number_in(disk / "queue/read_ahead_kb").value_or(0) * 1024;
   return facts;
 }
 
@@ -131,7 +120,6 @@ nlohmann::ordered_json to_json(const DiskFacts& facts) {
           {"read_ahead_bytes", facts.read_ahead_bytes},
           {"rotational", facts.rotational},
           {"in_memory", facts.in_memory},
-          {"network", facts.network},
           {"bytes", facts.bytes},
           {"free_bytes", facts.free_bytes}};
 }
@@ -152,13 +140,9 @@ Traffic operator-(const Traffic& after, const Traffic& before) {
 }
 
 Traffic process_traffic() {
-  Traffic traffic;
-  std::ifstream file("/proc/self/io");
-  for (std::string word; file >> word;) {
-    if (word == "read_bytes:" && file >> traffic.bytes_read) traffic.known = true;
-    if (word == "write_bytes:") file >> traffic.bytes_written;
-  }
-  return traffic;
+  const auto read = number_in("/proc/self/io", "read_bytes:");
+  const auto written = number_in("/proc/self/io", "write_bytes:");
+  return {read.has_value(), read.value_or(0), written.value_or(0)};
 }
 
 std::uint64_t usable_bytes(const DiskFacts& facts) {

@@ -19,7 +19,6 @@ struct DiskFacts {
   std::uint64_t read_ahead_bytes = 0;
   bool rotational = false;
   bool in_memory = false;  ///< tmpfs or ramfs: reads never come from a disk
-  bool network = false;    ///< nfs, cifs, 9p, fuse...: caches of the other side are not seen
   std::uint64_t bytes = 0, free_bytes = 0;
 
   /// "ext4 on vda", "tmpfs".

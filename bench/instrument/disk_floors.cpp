@@ -1,13 +1,10 @@
 #include "instrument/disk_floors.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <boost/align/aligned_allocator.hpp>
 #include <cstddef>
-#include <memory>
-#include <new>
 #include <random>
 #include <span>
 #include <vector>
@@ -24,28 +21,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct FreeAligned {
-  void operator()(std::byte* memory) const { ::operator delete(memory, std::align_val_t(4096)); }
-};
-using AlignedBytes = std::unique_ptr<std::byte, FreeAligned>;
+using AlignedBytes = std::vector<std::byte, boost::alignment::aligned_allocator<std::byte, 4096>>;
 
 /// Bytes that no file system or disk compresses away.
 AlignedBytes filled(std::uint64_t bytes, std::uint64_t seed) {
-  AlignedBytes memory(static_cast<std::byte*>(::operator new(bytes, std::align_val_t(4096))));
+  AlignedBytes memory(bytes);
   std::mt19937_64 random(seed);
-  for (std::uint64_t at = 0; at < bytes; ++at)
-    memory.get()[at] = static_cast<std::byte>(random() >> 56);
+  for (std::byte& byte : memory) byte = static_cast<std::byte>(random() >> 56);
   return memory;
 }
 
-std::uint64_t file_bytes(const FloorRequest& request) {
-  const std::uint64_t bytes = request.file_bytes == 0 ? request.bytes : request.file_bytes;
-  return std::max<std::uint64_t>(bytes, 1) / request.block_bytes * request.block_bytes +
-         (bytes % request.block_bytes != 0 ? request.block_bytes : 0);
+/// Whole blocks, and at least one.
+std::uint64_t rounded_up(std::uint64_t bytes, const FloorRequest& request) {
+  const std::uint64_t blocks = (bytes + request.block_bytes - 1) / request.block_bytes;
+  return std::max<std::uint64_t>(blocks, 1) * request.block_bytes;
 }
-std::uint64_t moved_blocks(const FloorRequest& request) {
-  return std::max<std::uint64_t>((request.bytes + request.block_bytes - 1) / request.block_bytes,
-                                 1);
+std::uint64_t moved_bytes(const FloorRequest& request) {
+  return rounded_up(request.bytes, request);
+}
+std::uint64_t file_bytes(const FloorRequest& request) {
+  return rounded_up(request.file_bytes == 0 ? request.bytes : request.file_bytes, request);
 }
 
 fs::path read_file(const FloorRequest& request) { return request.directory / "plait-bench.floor"; }
@@ -61,32 +56,28 @@ void check(const FloorRequest& request) {
                             request.block_bytes, request.threads));
 }
 
+bool makes_file(const FloorRequest& request) { return request.kind == FloorKind::kWrite; }
+
+bool writes(FloorKind kind) { return kind == FloorKind::kWrite || kind == FloorKind::kUpdate; }
+
 /// Moves the blocks of one thread: every `threads`-th one, so that all threads stay close together.
 void move_share(const FloorRequest& request, File& file, std::size_t thread,
                 std::span<std::byte> memory) {
-  const std::uint64_t blocks = moved_blocks(request);
+  const std::uint64_t blocks = moved_bytes(request) / request.block_bytes;
   const std::uint64_t in_file = file_bytes(request) / request.block_bytes;
   std::mt19937_64 random(1000 + thread);
   for (std::uint64_t block = thread; block < blocks;
        block += static_cast<std::uint64_t>(request.threads)) {
     const std::uint64_t at =
         request.kind == FloorKind::kRandomRead ? random() % in_file : block % in_file;
-    if (request.kind != FloorKind::kWrite) file.read_at(at * request.block_bytes, memory);
-    if (request.kind == FloorKind::kWrite || request.kind == FloorKind::kUpdate)
-      file.write_at(at * request.block_bytes, memory);
+    if (!makes_file(request)) file.read_at(at * request.block_bytes, memory);
+    if (writes(request.kind)) file.write_at(at * request.block_bytes, memory);
   }
 }
-
-bool makes_file(const FloorRequest& request) { return request.kind == FloorKind::kWrite; }
-
-bool writes(FloorKind kind) { return kind == FloorKind::kWrite || kind == FloorKind::kUpdate; }
 
 /// The file that a floor moves: absent if the floor makes it, else there and cold.
 fs::path make_ready(const FloorRequest& request, FloorResult& result) {
   fs::path path = makes_file(request) ? written_file(request) : read_file(request);
-  const std::uint64_t bytes = moved_blocks(request) * request.block_bytes;
-  result.bytes_read = request.kind == FloorKind::kWrite ? 0 : bytes;
-  result.bytes_written = writes(request.kind) ? bytes : 0;
   if (makes_file(request)) {
     fs::remove(path);
     return path;
@@ -108,10 +99,9 @@ void prepare_floor_file(const FloorRequest& request) {
   fs::remove(read_file(request));
   File file(read_file(request), OpenMode::kCreate);
   const std::uint64_t bytes = file_bytes(request);
-  if (bytes > 0) file.preallocate(bytes);
+  file.preallocate(bytes);
   const AlignedBytes memory = filled(request.block_bytes, 7);
-  for (std::uint64_t at = 0; at < bytes; at += request.block_bytes)
-    file.write_at(at, {memory.get(), request.block_bytes});
+  for (std::uint64_t at = 0; at < bytes; at += request.block_bytes) file.write_at(at, memory);
   file.sync();
   file.close();
 }
@@ -128,7 +118,6 @@ FloorResult own_floor(const FloorRequest& request) {
   FloorResult result;
   const fs::path path = make_ready(request, result);
   std::vector<AlignedBytes> memory;
-  memory.reserve(static_cast<std::size_t>(request.threads));
   for (int thread = 0; thread < request.threads; ++thread)
     memory.push_back(filled(request.block_bytes, static_cast<std::uint64_t>(thread)));
   const Stopwatch clock;
@@ -138,17 +127,18 @@ FloorResult own_floor(const FloorRequest& request) {
               : writes(request.kind) ? OpenMode::kReadWrite
                                      : OpenMode::kRead,
               request.direct ? Caching::kNone : Caching::kPageCache);
-    if (fresh && request.direct) file.preallocate(moved_blocks(request) * request.block_bytes);
-    in_threads(request.threads, [&](std::size_t thread) {
-      move_share(request, file, thread, {memory[thread].get(), request.block_bytes});
-    });
+    if (fresh && request.direct) file.preallocate(moved_bytes(request));
+    in_threads(request.threads,
+               [&](std::size_t thread) { move_share(request, file, thread, memory[thread]); });
     if (writes(request.kind)) file.sync();
     file.close();
   }
   result.seconds = clock.seconds();
+  result.bytes_read = fresh ? 0 : moved_bytes(request);
+  result.bytes_written = writes(request.kind) ? moved_bytes(request) : 0;
   result.method =
       fmt::format("{}{}{}{}{}", request.direct ? "O_DIRECT " : "",
-                  request.kind == FloorKind::kWrite    ? "pwrite"
+                  fresh                                ? "pwrite"
                   : request.kind == FloorKind::kUpdate ? "pread + pwrite"
                                                        : "pread",
                   writes(request.kind) ? " + fdatasync" : "",
@@ -174,7 +164,8 @@ std::optional<FloorResult> fio_floor(const FloorRequest& request) {
   const fs::path path = make_ready(request, result);
   const auto threads = static_cast<std::uint64_t>(request.threads);
   const std::uint64_t share =
-      std::max<std::uint64_t>(moved_blocks(request) / threads, 1) * request.block_bytes;
+      std::max<std::uint64_t>(moved_bytes(request) / request.block_bytes / threads, 1) *
+      request.block_bytes;
   // As own_floor(): each thread has every threads-th block and one in flight, without advice to the
   // kernel, and space is reserved where own_floor() does so.
   const std::uint64_t skip = (threads - 1) * request.block_bytes;

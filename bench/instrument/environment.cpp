@@ -7,21 +7,20 @@
 #include <chrono>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <thread>
 
-#include "instrument/built_from_commit.h"
+#include "instrument/process.h"
 #include "plait/version.h"
 
 namespace plait::instrument {
-namespace {
 
-std::uint64_t memory_of_machine() {
-  std::ifstream file("/proc/meminfo");
-  std::string word;
-  std::uint64_t kibibytes = 0;
-  file >> word >> kibibytes;
-  return kibibytes * 1024;
-}
+/// The git commit of the sources that this program was built from, with "-dirty" behind it if they
+/// had changes that no commit has. Empty if they were no git checkout. Each build defines it anew
+/// (find_commit.cmake).
+std::string_view built_from_commit();
+
+namespace {
 
 /// Empty if the kernel does not tell it, as on most machines that are not x86.
 std::string processor_name() {
@@ -45,7 +44,7 @@ nlohmann::ordered_json environment(const DiskFacts& disk) {
       {"kernel", fmt::format("{} {}", names.sysname, names.release)},
       {"processor", processor_name()},
       {"processors", std::thread::hardware_concurrency()},
-      {"memory", memory_of_machine()},
+      {"memory", number_in("/proc/meminfo", "MemTotal:").value_or(0) * 1024},
       {"disk", to_json(disk)}};
 }
 

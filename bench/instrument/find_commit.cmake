@@ -1,5 +1,5 @@
-# Writes OUTPUT from TEMPLATE with the git commit of SOURCE. A file that would not change stays as it is,
-# so that nothing is built again.
+# Writes OUTPUT, the definition of built_from_commit() (environment.cpp), with the git commit of SOURCE. A
+# file that would not change stays as it is, so that nothing is built again.
 set(PLAIT_COMMIT "")
 if(EXISTS ${SOURCE}/.git)
   set(ENV{GIT_OPTIONAL_LOCKS} 0)
@@ -9,4 +9,9 @@ if(EXISTS ${SOURCE}/.git)
     set(PLAIT_COMMIT "")
   endif()
 endif()
-configure_file(${TEMPLATE} ${OUTPUT} @ONLY)
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT [[// Made by CMake (bench/instrument/find_commit.cmake).
+#include <string_view>
+namespace plait::instrument {
+std::string_view built_from_commit() { return "@PLAIT_COMMIT@"; }
+}  // namespace plait::instrument
+]] @ONLY)

@@ -2,8 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <exception>
-#include <thread>
+#include <future>
 #include <vector>
 
 namespace plait::instrument {
@@ -12,20 +11,11 @@ namespace plait::instrument {
 /// them when all have ended.
 template <class Work>
 void in_threads(int count, Work work) {
-  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(count));
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t thread = 0; thread < failures.size(); ++thread)
-      threads.emplace_back([&, thread] {
-        try {
-          work(thread);
-        } catch (...) {
-          failures[thread] = std::current_exception();
-        }
-      });
-  }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+  std::vector<std::future<void>> running;
+  for (std::size_t thread = 0; thread < static_cast<std::size_t>(count); ++thread)
+    running.push_back(std::async(std::launch::async, [&work, thread] { work(thread); }));
+  // If one throws, the destructors of the others wait for them.
+  for (std::future<void>& one : running) one.get();
 }
 
 }  // namespace plait::instrument

@@ -1,12 +1,11 @@
 #include "instrument/memory_limit.h"
 
 #include <fmt/format.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <cstring>
 #include <fstream>
+#include <memory>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -23,18 +22,6 @@ bool put(const fs::path& path, const std::string& text) {
   std::ofstream file(path);
   file << text << std::flush;
   return file.good();
-}
-
-std::uint64_t number_in(const fs::path& path, const std::string& after = {}) {
-  std::ifstream file(path);
-  std::uint64_t number = 0;
-  if (after.empty()) {
-    file >> number;
-    return number;
-  }
-  for (std::string word; file >> word;)
-    if (word == after && file >> number) return number;
-  return 0;
 }
 
 constexpr std::string_view kGroupPrefix = "plait-bench-";
@@ -66,18 +53,16 @@ bool is_dead(const Directory& parent, const std::string& name) {
 }  // namespace
 
 MemoryLimit::Places MemoryLimit::Places::of_this_machine() {
+  const std::string mount = "/sys/fs/cgroup";
   Places places;
+  if (std::error_code failed; !fs::exists(mount + "/cgroup.controllers", failed)) return places;
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);)
     if (line.starts_with("0::")) {
-      for (const char* mount : {"/sys/fs/cgroup", "/sys/fs/cgroup/unified"})
-        if (std::error_code failed; fs::exists(fs::path(mount) / "cgroup.controllers", failed)) {
-          // A group with processes cannot give its children a controller, so the groups above it
-          // are tried too.
-          fs::path own = fs::path(mount + line.substr(3)).lexically_normal();
-          for (; own.native().size() >= std::strlen(mount); own = own.parent_path())
-            places.v2.push_back(own);
-        }
+      // A group with processes cannot give its children a controller, so the groups above it are
+      // tried too.
+      fs::path own = fs::path(mount + line.substr(3)).lexically_normal();
+      for (; own.native().size() >= mount.size(); own = own.parent_path()) places.v2.push_back(own);
     }
   return places;
 }
@@ -155,11 +140,12 @@ void MemoryLimit::reset_figures() const {
 }
 
 LimitFigures MemoryLimit::figures() const {
-  if (version_ == 1)
-    return {number_in(group_ / "memory.max_usage_in_bytes"), number_in(group_ / "memory.failcnt")};
-  if (version_ == 2)
-    return {number_in(group_ / "memory.peak"), number_in(group_ / "memory.events", "max")};
-  return {};
+  if (!limited()) return {};
+  const bool first = version_ == 1;
+  const auto peak = number_in(group_ / (first ? "memory.max_usage_in_bytes" : "memory.peak"));
+  const auto full =
+      first ? number_in(group_ / "memory.failcnt") : number_in(group_ / "memory.events", "max");
+  return {peak.value_or(0), full.value_or(0)};
 }
 
 bool MemoryLimit::holds() const {
@@ -170,11 +156,9 @@ bool MemoryLimit::holds() const {
   try {
     run_in_own_process(
         [&]() -> nlohmann::json {
-          void* const memory =
-              ::mmap(nullptr, touched, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-          if (memory == MAP_FAILED) throw system_error("allocate", "memory", errno);
-          for (std::uint64_t at = 0; at < touched; at += 4096)
-            static_cast<volatile char*>(memory)[at] = 1;
+          const auto memory = std::make_unique_for_overwrite<char[]>(touched);
+          volatile char* const touch = memory.get();
+          for (std::uint64_t at = 0; at < touched; at += 4096) touch[at] = 1;
           return true;
         },
         this);

@@ -136,6 +136,15 @@ std::string to_markdown(const Page& page, const std::filesystem::path& directory
 /// For a terminal.
 std::string to_text(const Page& page);
 
+/// The names that have a colour, each by its place here.
+using SeriesNames = std::vector<std::string>;
+/// A plot of to_html() as SVG. Adds names that are new to `series`, so that a name looks the same
+/// on the whole page. Marks have their values in data-value, or in data-x and data-y, and what they
+/// are in a title, which browsers show under the pointer; grid lines have theirs in data-tick.
+/// Pinned by page_test.cpp.
+std::string svg_plot(const IntervalPlot& plot, SeriesNames& series);
+std::string svg_plot(const ScatterPlot& plot, SeriesNames& series);
+
 /// `text` for HTML: the characters & < > " ' become entities. Pinned by page_test.cpp.
 std::string escape_html(std::string_view text);
 

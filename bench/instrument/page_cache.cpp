@@ -1,9 +1,7 @@
 #include "instrument/page_cache.h"
 
 #include <fcntl.h>
-#include <linux/magic.h>
 #include <sys/mman.h>
-#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "instrument/disk.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 
@@ -20,15 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool is_in_memory(const fs::path& path) {
-  struct statfs where {};
-  return ::statfs(path.c_str(), &where) == 0 &&
-         (where.f_type == TMPFS_MAGIC || where.f_type == RAMFS_MAGIC);
-}
-
-}  // namespace
-
-Residency residency(const fs::path& file) {
+Residency residency_of(const fs::path& file) {
   const File opened(file, OpenMode::kRead);
   const std::uint64_t bytes = opened.size();
   if (bytes == 0) return {};
@@ -44,10 +35,12 @@ Residency residency(const fs::path& file) {
   return {bytes, std::min(bytes, pages * page)};
 }
 
+}  // namespace
+
 Residency residency(const std::vector<fs::path>& files) {
   Residency sum;
   for (const fs::path& file : files) {
-    const Residency one = residency(file);
+    const Residency one = residency_of(file);
     sum.bytes += one.bytes;
     sum.resident_bytes += one.resident_bytes;
   }
@@ -70,7 +63,9 @@ Residency make_cold(const std::vector<fs::path>& files) {
   }
   Residency left = residency(files);
   // What a file system in memory holds has no other place.
-  if (is_cold(left) || std::ranges::all_of(files, is_in_memory)) return left;
+  if (is_cold(left) ||
+      std::ranges::all_of(files, [](const fs::path& file) { return disk_facts(file).in_memory; }))
+    return left;
   ::sync();
   std::ofstream drop("/proc/sys/vm/drop_caches");
   drop << "3" << std::flush;

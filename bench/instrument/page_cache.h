@@ -15,9 +15,8 @@ struct Residency {
   }
 };
 
-/// The pages of a file that memory holds (mincore), without touching them. A file on a file system
+/// The pages of files that memory holds (mincore), without touching them. A file on a file system
 /// in memory is always resident. Errors: kIo, kNotFound.
-Residency residency(const std::filesystem::path& file);
 Residency residency(const std::vector<std::filesystem::path>& files);
 
 /// The regular files of a directory and of those in it.

@@ -1,17 +1,21 @@
 // Pages as HTML.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
+#include <boost/algorithm/string/replace.hpp>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "instrument/page.h"
-#include "instrument/page_assets.h"
-#include "instrument/svg_plots.h"
 
 namespace plait::instrument {
 namespace {
 
 using nlohmann::ordered_json;
+
+/// page/style.css, as CMake made it text of C++.
+constexpr std::string_view kPageStyle =
+#include "page_style.inc"
+    ;
 
 /// The same text with replacement characters for what is not UTF-8, and without control characters.
 std::string valid_text(std::string_view text) {
@@ -32,38 +36,18 @@ const char* class_of_column(const Table::Column& column) {
   return column.number ? " class=\"number\"" : "";
 }
 
-/// With replacements for some characters.
-template <class Replace>
-std::string replaced(const std::string& text, Replace replacement_of) {
-  std::string result;
-  for (const char character : text)
-    if (const char* const replacement = replacement_of(character))
-      result += replacement;
-    else
-      result += character;
-  return result;
-}
-
 }  // namespace
 
 std::string escape_html(std::string_view text) {
-  return replaced(valid_text(text), [](char character) -> const char* {
-    switch (character) {
-      case '&':
-        return "&amp;";
-      case '<':
-        return "&lt;";
-      case '>':
-        return "&gt;";
-      case '"':
-        return "&quot;";
-      case '\'':
-        return "&#39;";
-      default:
-        return nullptr;
-    }
-  });
+  constexpr std::pair<const char*, const char*> kEntities[] = {
+      {"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}};
+  std::string escaped = valid_text(text);
+  for (const auto& [character, entity] : kEntities)  // '&' first: the others bring one
+    boost::replace_all(escaped, character, entity);
+  return escaped;
 }
+
+namespace {
 
 /// Writes the parts of a page, one after another.
 class HtmlWriter {
@@ -90,56 +74,47 @@ class HtmlWriter {
     if (!part.text.empty()) body += fmt::format("<pre>{}</pre>\n", escape_html(part.text));
   }
   void operator()(const Picture&) {}
-  void operator()(const Table& table) {
-    body += "<figure>\n";
-    if (!table.caption.title.empty()) begin_figure(table.caption);
-    write_rows(table);
-    (*this)(Command{table.caption.command});
-    body += "</figure>\n";
+  void operator()(const Table& table) { add_figure(table.caption, rows_of(table)); }
+  void operator()(const auto& plot) {
+    if (plot.points.empty()) return;
+    add_figure(plot.caption,
+               fmt::format("<div class=\"plot\">{}</div>\n", svg_plot(plot, series_)));
   }
-  void operator()(const IntervalPlot& plot) { add_plot(plot); }
-  void operator()(const ScatterPlot& plot) { add_plot(plot); }
 
   bool failed = false;
   std::string body;
 
  private:
-  void begin_figure(const Caption& caption) {
-    body += fmt::format("<figcaption><strong>{}</strong>", escape_html(caption.title));
-    if (!caption.how_to_read.empty())
-      body += fmt::format("<p>{}</p>", escape_html(caption.how_to_read));
-    body += "</figcaption>\n";
-  }
-
-  void write_rows(const Table& table) {
-    body += "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>";
-    for (const Table::Column& column : table.columns)
-      body += fmt::format("<th scope=\"col\"{}>{}</th>", class_of_column(column),
-                          escape_html(column.name));
-    body += "</tr></thead>\n<tbody>\n";
-    for (const Table::Row& row : table.rows) {
-      body +=
-          row.tone == Tone::kPlain ? "<tr>" : fmt::format("<tr class=\"{}\">", class_of(row.tone));
-      for (std::size_t at = 0; at < row.cells.size() && at < table.columns.size(); ++at)
-        body += fmt::format("<td{}>{}</td>", class_of_column(table.columns[at]),
-                            escape_html(row.cells[at]));
-      body += "</tr>\n";
-    }
-    body += "</tbody>\n</table></div>\n";
-  }
-
-  template <class Plot>
-  void add_plot(const Plot& plot) {
-    if (plot.points.empty()) return;
+  void add_figure(const Caption& caption, const std::string& content) {
     body += "<figure>\n";
-    begin_figure(plot.caption);
-    body += fmt::format("<div class=\"plot\">{}</div>\n", svg_plot(plot, series_));
-    (*this)(Command{plot.caption.command});
+    if (!caption.title.empty())
+      body += fmt::format("<figcaption><strong>{}</strong><p>{}</p></figcaption>\n",
+                          escape_html(caption.title), escape_html(caption.how_to_read));
+    body += content;
+    (*this)(Command{caption.command});
     body += "</figure>\n";
+  }
+
+  static std::string rows_of(const Table& table) {
+    std::string rows = "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>";
+    for (const Table::Column& column : table.columns)
+      rows += fmt::format("<th scope=\"col\"{}>{}</th>", class_of_column(column),
+                          escape_html(column.name));
+    rows += "</tr></thead>\n<tbody>\n";
+    for (const Table::Row& row : table.rows) {
+      rows += fmt::format("<tr class=\"{}\">", class_of(row.tone));
+      for (std::size_t at = 0; at < row.cells.size() && at < table.columns.size(); ++at)
+        rows += fmt::format("<td{}>{}</td>", class_of_column(table.columns[at]),
+                            escape_html(row.cells[at]));
+      rows += "</tr>\n";
+    }
+    return rows + "</tbody>\n</table></div>\n";
   }
 
   SeriesNames series_;
 };
+
+}  // namespace
 
 std::string to_html(const Page& page) {
   HtmlWriter writer;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
@@ -66,14 +67,8 @@ std::string to_markdown(const Table& table) {
   for (const auto& row : texts_of(table)) {
     const bool is_first = text.empty();
     text += "|";
-    for (const std::string& cell : row) {
-      text += ' ';
-      for (const char character : cell) {
-        if (character == '|') text += '\\';
-        text += character;
-      }
-      text += " |";
-    }
+    for (const std::string& cell : row)
+      text += fmt::format(" {} |", boost::replace_all_copy(cell, "|", "\\|"));
     text += "\n";
     if (!is_first) continue;
     text += "|";

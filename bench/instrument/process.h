@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 namespace plait::instrument {
@@ -35,8 +37,10 @@ ProcessResult run_in_own_process(const std::function<nlohmann::json()>& work,
 /// The result alone.
 nlohmann::json in_own_process(const std::function<nlohmann::json()>& work);
 
-/// VmHWM or VmRSS of /proc/self/status in bytes; 0 if the file has no such line.
-std::uint64_t memory_status(const std::string& name);
+/// The number behind the word `after` in a file of /proc or /sys, or the number that the file
+/// begins with; nothing if there is none.
+std::optional<std::uint64_t> number_in(const std::filesystem::path& file,
+                                       const std::string& after = {});
 
 /// Measures by how much the resident set grows from construction to its peak.
 class PeakMemory {

@@ -106,9 +106,7 @@ Estimate mean_interval(std::span<const double> values, double confidence) {
 }
 
 Estimate geometric_interval(std::span<const double> values, double confidence) {
-  Estimate found = mean_interval(logarithms(values), confidence);
-  for (double* const figure : {&found.value, &found.low, &found.high}) *figure = std::exp(*figure);
-  return found;
+  return compare_with_one(values, confidence).factor;
 }
 
 Spread common_spread(std::span<const Spread> spreads) {

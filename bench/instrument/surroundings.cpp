@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <fstream>
 #include <utility>
 
@@ -55,8 +54,6 @@ SurroundingsWatch::Counters SurroundingsWatch::now() {
               1e-6 * static_cast<double>(usage.ru_utime.tv_usec);
   for (std::size_t at = 0; at < kPressures.size(); ++at)
     found.waited[at] = waited_for(kPressures[at]);
-  found.clock =
-      std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   return found;
 }
 
@@ -65,7 +62,7 @@ Surroundings SurroundingsWatch::since(double own_seconds) const {
   Surroundings found;
   std::ifstream("/proc/loadavg") >> found.load;
   const double all = end.all - start_.all;
-  const double seconds = end.clock - start_.clock;
+  const double seconds = clock_.seconds();
   if (all > 0) {
     const double own = own_seconds + end.own - start_.own;
     found.others = std::max(0.0, end.user - start_.user - own) / all;

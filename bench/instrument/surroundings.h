@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "base/stopwatch.h"
+
 namespace plait::instrument {
 
 /// Shares are of the time that all processors had.
@@ -39,10 +41,10 @@ class SurroundingsWatch {
     double user = 0, stolen = 0, all = 0;  ///< processor seconds of the machine
     double own = 0;                        ///< of this process, outside the kernel
     std::array<std::optional<double>, 3> waited;
-    double clock = 0;
   };
   static Counters now();
 
+  Stopwatch clock_;
   Counters start_;
 };
 

@@ -1,15 +1,15 @@
-#include "instrument/svg_plots.h"
+// Draws the plots of a page as SVG in HTML.
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <utility>
 
 #include "base/byte_text.h"
 #include "instrument/figure_text.h"
+#include "instrument/page.h"
 
 namespace plait::instrument {
 namespace {
@@ -26,9 +26,9 @@ std::string readable(double value, const std::string& unit) {
   return fmt::format("{:.3g} {}", value, unit);
 }
 
-/// Round numbers from low to high, about as many as wanted: 1, 2 or 5 times a power of ten.
-std::vector<double> round_numbers(double low, double high, double wanted) {
-  const double rough = (high - low) / std::max(1.0, wanted);
+/// About eight round numbers from low to high: multiples of 1, 2 or 5 times a power of ten.
+std::vector<double> round_numbers(double low, double high) {
+  const double rough = (high - low) / 8;
   const double power = std::pow(10, std::floor(std::log10(rough)));
   double step = 10 * power;
   for (const double factor : {5, 2, 1})
@@ -42,8 +42,7 @@ std::vector<double> round_numbers(double low, double high, double wanted) {
 /// From values to places on the drawing, by their logarithms.
 class AxisScale {
  public:
-  AxisScale(const Axis& axis, const std::vector<double>& values, double from, double to,
-            double wanted)
+  AxisScale(const Axis& axis, const std::vector<double>& values, double from, double to)
       : from_(from), to_(to) {
     double low = INFINITY, high = 0;
     for (const double value : values)
@@ -60,7 +59,7 @@ class AxisScale {
     // Bytes are counted in powers of 1024.
     const double unit =
         axis.unit == "B" && high_ >= 1 ? std::pow(1024, std::floor(std::log2(high_) / 10)) : 1;
-    ticks = round_numbers(low_ / unit, high_ / unit, wanted);
+    ticks = round_numbers(low_ / unit, high_ / unit);
     for (double& tick : ticks) tick *= unit;
   }
 
@@ -74,16 +73,15 @@ class AxisScale {
  private:
   void add_powers_of_ten() {
     const double decades = std::log10(high_ / low_);
+    const std::vector<int> factors = decades > 4     ? std::vector{1}
+                                     : decades > 1.2 ? std::vector{1, 3}
+                                                     : std::vector{1, 2, 5};
     const auto stride = std::max(1, static_cast<int>(decades / 8));
     for (int power = static_cast<int>(std::floor(std::log10(low_)));
          power <= std::ceil(std::log10(high_)); power += stride)
-      for (const int factor : {1, 2, 3, 5}) {
-        const double tick = factor * std::pow(10, power);
-        const bool fits = decades > 4     ? factor == 1
-                          : decades > 1.2 ? factor == 1 || factor == 3
-                                          : factor != 3;
-        if (fits && tick >= 0.999 * low_ && tick <= 1.001 * high_) ticks.push_back(tick);
-      }
+      for (const int factor : factors)
+        if (const double tick = factor * std::pow(10, power); low_ <= tick && tick <= high_)
+          ticks.push_back(tick);
   }
 
   double from_, to_, low_, high_;
@@ -117,20 +115,19 @@ class Drawing {
   void mark(const std::string& name, double x, double y, bool hollow, const std::string& data,
             const std::string& title) {
     using Outline = std::vector<std::pair<double, double>>;
-    static const std::array<Outline, 5> kOutlines = {
-        Outline{}, Outline{{-.85, -.85}, {.85, -.85}, {.85, .85}, {-.85, .85}},
-        Outline{{0, -1.2}, {1.2, 0}, {0, 1.2}, {-1.2, 0}},
-        Outline{{0, -1.15}, {1.1, .85}, {-1.1, .85}},
-        Outline{{-1.1, -.85}, {1.1, -.85}, {0, 1.15}}};
+    static const Outline kOutlines[] = {{},
+                                        {{-.85, -.85}, {.85, -.85}, {.85, .85}, {-.85, .85}},
+                                        {{0, -1.2}, {1.2, 0}, {0, 1.2}, {-1.2, 0}},
+                                        {{0, -1.15}, {1.1, .85}, {-1.1, .85}},
+                                        {{-1.1, -.85}, {1.1, -.85}, {0, 1.15}}};
     constexpr double kSize = 4.6;
-    const Outline& outline = kOutlines[place_of(name) % kOutlines.size()];
     std::string path;
-    for (const auto& [dx, dy] : outline)
+    for (const auto& [dx, dy] : kOutlines[place_of(name) % std::size(kOutlines)])
       path +=
           fmt::format("{}{:.2f} {:.2f}", path.empty() ? "M" : "L", x + kSize * dx, y + kSize * dy);
     const std::string shape =
-        outline.empty() ? fmt::format("circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\"", x, y, kSize)
-                        : fmt::format("path d=\"{}Z\"", path);
+        path.empty() ? fmt::format("circle cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{}\"", x, y, kSize)
+                     : fmt::format("path d=\"{}Z\"", path);
     add("<g class=\"mark{}\" style=\"{}:{}\" {} data-at=\"{:.2f}\"><title>{}</title><{}/></g>\n",
         hollow ? " hollow" : "", hollow ? "stroke" : "fill", colour_of(name), data, x,
         escape_html(title), shape);
@@ -141,7 +138,6 @@ class Drawing {
     double last = -INFINITY;
     for (const double tick : scale.ticks) {
       const double x = scale.at(tick);
-      if (x < from - 1 || x > to + 1) continue;
       line("grid", x, top, x, bottom, fmt::format(" data-tick=\"{}\"", tick));
       if (x - last < 56) continue;
       last = x;
@@ -189,7 +185,7 @@ std::string svg_plot(const IntervalPlot& plot, SeriesNames& series) {
   const double left = std::min(static_cast<double>(longest) * kLetter + 14, kWidth * 0.4);
   double bottom = 8 + kRow * static_cast<double>(plot.points.size());
   for (const std::string& group : groups) bottom += 6 + (group.empty() ? 0 : kGroup);
-  const AxisScale scale(plot.x, values, left, kRight, 8);
+  const AxisScale scale(plot.x, values, left, kRight);
   Drawing drawing(bottom + 42, plot.caption.title, series);
   drawing.x_axis(plot.x, scale, 4, bottom, left, kRight);
   if (plot.reference && AxisScale::shows(*plot.reference))
@@ -225,7 +221,7 @@ std::string svg_plot(const ScatterPlot& plot, SeriesNames& series) {
     xs.push_back(point.x);
     ys.insert(ys.end(), {point.y, point.y_low, point.y_high});
   }
-  const AxisScale x(plot.x, xs, kLeft, kRight, 8), y(plot.y, ys, kBottom, kTop, 6);
+  const AxisScale x(plot.x, xs, kLeft, kRight), y(plot.y, ys, kBottom, kTop);
   Drawing drawing(kHeight, plot.caption.title, series);
   for (const double tick : y.ticks) {
     drawing.line("grid", kLeft, y.at(tick), kRight, y.at(tick));

@@ -1,7 +1,7 @@
 // What does at(level, i, j) of a store cost, compared with plain arrays, when everything is in
 // memory?
 //
-//   plait_bench_at_overhead [--mesh FILE] [--levels 5] [--runs 5] [--directory .]
+//   plait_bench_at_overhead [--mesh FILE] [--level 5] [--runs 5] [--directory .]
 //
 // The same source, plait/extend/rule_patches.h, refines the same mesh in three kinds of storage:
 // the library's in-core mesh of plain arrays, a store in memory, and a store on disk whose blocks
@@ -12,11 +12,8 @@
 // memory to 2048 faces.
 #include <fmt/format.h>
 
-#include <array>
-#include <cstring>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,8 +23,6 @@
 #include "plait/extend/in_core_mesh.h"
 #include "plait/extend/patch.h"
 #include "plait/extend/rule_patches.h"
-#include "plait/layout.h"
-#include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
@@ -36,13 +31,7 @@ namespace {
 
 using namespace plait;
 using namespace plait::bench;
-namespace fs = std::filesystem;
 using Position = Vector3<float>;
-
-struct Settings {
-  std::string mesh, directory = ".";
-  int levels = 5, runs = 5;
-};
 
 /// The code that is measured.
 template <PatchMesh Mesh>
@@ -71,15 +60,15 @@ std::uint64_t count_differences(First& first, Second& second, int level) {
 
 /// A store that has all levels, and a budget large enough for all of them.
 Store resident_store(const BaseMesh& base, const Settings& settings, const std::string& backend,
-                     const fs::path& path) {
+                     const std::filesystem::path& path) {
   StoreOptions options;
   options.backend = backend;
   options.budget_bytes =
-      2 * sizeof(Position) * counts_at_level(base, settings.levels).vertices + (64 << 20);
+      2 * sizeof(Position) * counts_at_level(base, settings.level).vertices + (64 << 20);
   options.durability = Durability::kNone;
   Store store = Store::create(path, base, options, default_backends());
   add_base_positions(store);
-  for (int level = 1; level <= settings.levels; ++level)
+  for (int level = 1; level <= settings.level; ++level)
     store.add_level(store.attribute("position"));
   return store;
 }
@@ -89,27 +78,22 @@ struct Subject {
   std::function<void()> work;
 };
 
-int run(const Settings& settings) {
-  const BaseMesh base =
-      lay_out(settings.mesh.empty() ? octahedron(4) : read_base_mesh(settings.mesh),
-              LayoutKind::kAutomatic)
-          .mesh;
-  const fs::path path = fs::path(settings.directory) / "plait-bench-at.plait";
-  fs::remove_all(path);  // nothing is committed, so the Store's destructor removes the files
-  InCoreMesh<Position> in_core(base, settings.levels);
+void run(const Settings& settings) {
+  const BaseMesh base = mesh_or_octahedron(settings.mesh, 4, LayoutKind::kAutomatic).mesh;
+  InCoreMesh<Position> in_core(base, settings.level);
   Store in_memory = resident_store(base, settings, "memory", {});
-  Store on_disk = resident_store(base, settings, "pread", path);
+  Store on_disk = resident_store(base, settings, "pread", settings.store());
   const auto patches_of = [](Store& store) {
     return StorePatches<Position>(store, store.attribute("position"), store.options().budget_bytes);
   };
   auto memory_patches = patches_of(in_memory), disk_patches = patches_of(on_disk);
   const auto refine = [&](auto& mesh) {
-    return [&] { refine_from_base(mesh, base, settings.levels); };
+    return [&] { refine_from_base(mesh, base, settings.level); };
   };
   const Subject subjects[] = {{"InCoreMesh", refine(in_core)},
                               {"store, memory", refine(memory_patches)},
                               {"store, warm pread window", refine(disk_patches)}};
-  const std::uint64_t vertices = counts_at_level(base, settings.levels).vertices;
+  const std::uint64_t vertices = counts_at_level(base, settings.level).vertices;
   Measurements table("at() over",
                      {{"seconds", 3, true}, {"ns a vertex", 1}, {"over InCoreMesh", 2, true}});
   for (int turn = 0; turn <= settings.runs; ++turn)
@@ -121,27 +105,22 @@ int run(const Settings& settings) {
         table.add({subject.name}, {time, 1e9 * time / static_cast<double>(vertices), time / first});
     }
   const std::uint64_t read = on_disk.statistics().blocks_read;
-  const std::uint64_t differences = count_differences(in_core, memory_patches, settings.levels) +
-                                    count_differences(in_core, disk_patches, settings.levels);
+  const std::uint64_t differences = count_differences(in_core, memory_patches, settings.level) +
+                                    count_differences(in_core, disk_patches, settings.level);
   if (differences > 0)
     throw Error(ErrorCode::kCorruption, fmt::format("{} vertices differ", differences));
   if (read > 0)
     throw Error(ErrorCode::kBadState,
                 fmt::format("{} blocks were read: not all blocks are resident", read));
-  table.print(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.levels,
+  table.print(fmt::format("{} vertices at level {}, {} runs, one thread", vertices, settings.level,
                           settings.runs));
-  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_at_overhead",
-                  "The cost of at(level, i, j) of a store, compared with plain arrays");
-  program.mesh(settings.mesh, "an octahedron refined to 2,048 faces")
-      .number("--levels", settings.levels, 1, 12, "The level to refine to")
-      .runs(settings.runs)
-      .directory(settings.directory);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_at_overhead",
+                 "The cost of at(level, i, j) of a store, compared with plain arrays", {},
+                 {"--mesh", "--level", "--runs", "--directory"})
+      .run(count, words, run);
 }

@@ -3,100 +3,63 @@
 // files.
 #pragma once
 
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <exception>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
 #include "command_line/command_line.h"
-#include "micro/work_directory.h"
-#include "plait/error.h"
 
 namespace plait::bench {
 
-/// A measurement with its options. Those of several measurements have the same words in each.
+/// What the options of measurements set. A program has some of the options, and defaults of its
+/// own; the help texts in command_line.cpp say what each option means.
+struct Settings {
+  std::string mesh = {}, other = {}, only = {}, directory = ".";
+  std::vector<std::string> backends = {}, layouts = {"hilbert", "given"};
+  std::vector<int> threads = {1, 2};
+  int refinements = 5, level = 5, first = 3, last = 6, runs = 5;
+  int reads = 20000, queries = 2000, samples = 1000000, points = 32;
+  int blocks = 32, block_kib = 1024, budget_mib = 0;
+
+  /// Where a measurement makes its store.
+  std::filesystem::path store() const {
+    return std::filesystem::path(directory) / "plait-bench.plait";
+  }
+  std::uint64_t block_bytes() const { return static_cast<std::uint64_t>(block_kib) << 10; }
+  std::uint64_t budget_bytes() const {
+    return budget_mib == 0 ? std::uint64_t{1} << 34 : static_cast<std::uint64_t>(budget_mib) << 20;
+  }
+};
+
 class Program {
  public:
-  Program(const char* name, const char* description) : name_(name), options_(description, name) {}
+  /// `options`: those of the table in command_line.cpp that the program has.
+  Program(const char* name, const char* description, Settings defaults = {},
+          std::initializer_list<const char*> options = {});
 
-  Program& number(const char* option, int& value, int first, int last, const std::string& help) {
-    options_.add_option(option, value, help)->range(first, last)->capture_default_str();
-    return *this;
-  }
-  Program& mesh(std::string& mesh, const char* otherwise) {
-    options_.add_option("--mesh", mesh, std::string("PLY, OBJ or OFF; default: ") + otherwise);
-    return *this;
-  }
-  /// Of a surface that is made from an octahedron.
-  Program& surface(int& refinements, int& level) {
-    return number("--refinements", refinements, 0, 9,
-                  "How often an octahedron is refined to be the base mesh")
-        .number("--level", level, 1, 10, "The finest level");
-  }
-  Program& levels(int& first, int& last) {
-    return number("--first", first, 1, 12, "The first level measured")
-        .number("--last", last, 1, 12, "The last level measured");
-  }
-  Program& backends(std::vector<std::string>& backends) {
-    options_.add_option("--backend", backends, "Backends, several with commas")->delimiter(',');
-    return *this;
-  }
-  Program& threads(std::vector<int>& threads) {
-    options_.add_option("--threads", threads, "Numbers of threads, several with commas")
-        ->delimiter(',')
-        ->range(1, 64);
-    return *this;
-  }
-  Program& runs(int& runs) {
-    return number("--runs", runs, 1, 1000, "Turns; the figures are medians of all turns");
-  }
-  /// Where the measurement makes files, as for in_work_directory(). Without it, it makes none.
-  Program& directory(std::string& directory) {
-    options_
-        .add_option("--directory", directory,
-                    "Where to make temporary files: on the disk to measure")
-        ->capture_default_str();
-    directory_ = &directory;
-    return *this;
-  }
   /// For options of one measurement.
   CommandLine& options() { return options_; }
 
+  /// With the option --directory, Settings::directory is a new directory in the one that the option
+  /// named, which is removed in the end. On SIGINT, SIGTERM or SIGHUP, say_progress() throws, and
+  /// the exit status is 128 plus the number of the signal.
+  int run(int count, char** words, void (*measure)(const Settings&));
   /// `measure` returns the exit status, which this returns too.
-  int run(int count, char** words, const std::function<int()>& measure) try {
-    if (options_.parse(count, words) == CommandLine::Outcome::kAnswered) {
-      std::fputs(options_.answer().c_str(), stdout);
-      return 0;
-    }
-    const auto measure_and_report = [&] {
-      try {
-        return measure();
-      } catch (const std::exception& error) {
-        return fail(error.what(), 1);
-      }
-    };
-    return directory_ == nullptr ? measure_and_report()
-                                 : in_work_directory(*directory_, measure_and_report);
-  } catch (const UsageError& error) {
-    return fail(fmt::format("{} (see --help)", error.what()), 2);
-  } catch (const std::exception& error) {
-    return fail(error.what(), 1);
-  } catch (...) {
-    return 1;
-  }
+  int run(int count, char** words, const std::function<int()>& measure);
 
  private:
-  int fail(const std::string& why, int status) const {
-    std::fputs(fmt::format("{}: {}\n", name_, why).c_str(), stderr);
-    return status;
-  }
+  int fail(const std::string& why, int status) const;
 
   const char* name_;
+  Settings settings_;
   CommandLine options_;
-  std::string* directory_ = nullptr;
 };
+
+/// Prints a line to standard error if it is a terminal. Called before each step of a measurement.
+/// Errors: kCancelled after a signal.
+void say_progress(const std::string& text);
 
 }  // namespace plait::bench

@@ -7,14 +7,13 @@
 // The surface is a sphere of radius about one. Boxes are cubes around a vertex of it. Rays begin
 // outside and go through a point near the centre. The floor tests the bounds of every face with the
 // same formulas, and keeps the numbers of those that it finds. Queries and floor take turns; each
-// must find as many faces as the other. Before them,
-// the program measures the first query of a reader, which gets the bounds of all faces: without a
-// file of bounds, and with one. The program prints Markdown tables of medians over the runs.
+// must find as many faces as the other. Before them, the program measures the first query of a
+// reader, which gets the bounds of all faces: without a file of bounds, and with one. The program
+// prints Markdown tables of medians over the runs.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <random>
 #include <string>
@@ -23,22 +22,14 @@
 #include "micro/command_line.h"
 #include "micro/support.h"
 #include "plait/bounds.h"
-#include "plait/layout.h"
+#include "plait/error.h"
 #include "plait/reader.h"
-#include "plait/registry.h"
 
 namespace {
 
 using namespace plait;
 using namespace plait::bench;
-namespace fs = std::filesystem;
 using Point = Vector3<double>;
-
-struct Settings {
-  int refinements = 7, level = 3, queries = 2000, runs = 5;
-  std::vector<std::string> layouts = {"hilbert", "given"};
-  std::string directory = ".";
-};
 
 struct FaceBox {
   Vector3<float> low, high;
@@ -130,17 +121,16 @@ void measure(Measurements& table, const std::string& layout, double side, const 
   table.add({layout, what}, {static_cast<double>(found) / count, tree, floor, floor / tree});
 }
 
-int run(const Settings& settings) {
-  const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
+void run(const Settings& settings) {
   Measurements table("layout|query",
                      {{"faces found", 1}, {"us", 1, true}, {"loop, us", 0}, {"loop / query", 0}});
   Measurements first_queries("first query of a reader", {{"ms", 1}});
   std::uint64_t face_count = 0;
   for (const std::string& layout : settings.layouts) {
     say_progress(fmt::format("{}: making a store", layout));
-    const Store store =
-        refined_store(path, lay_out(octahedron(settings.refinements), layout_from_name(layout)),
-                      settings.level, {});
+    const Store store = refined_store(
+        settings.store(), mesh_or_octahedron({}, settings.refinements, layout_from_name(layout)),
+        settings.level, {});
     face_count = store.base().face_count();
     for (const char* file : {"without a file of bounds", "with one"}) {
       for (int turn = 0; turn < settings.runs; ++turn) {
@@ -159,24 +149,16 @@ int run(const Settings& settings) {
         measure(table, layout, side, reader, bounds, settings.queries, static_cast<unsigned>(turn));
       }
   }
-  fs::remove_all(path);
   table.print(fmt::format("{} faces, level {}, {} queries, {} runs", face_count, settings.level,
                           settings.queries, settings.runs));
   first_queries.print("\nThe first query of a reader gets the bounds of all faces");
-  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_face_queries", "Faces in a box and along a ray");
-  program.surface(settings.refinements, settings.level)
-      .number("--queries", settings.queries, 1, 100000000, "Queries of a run")
-      .runs(settings.runs)
-      .directory(settings.directory);
-  program.options()
-      .add_option("--layouts", settings.layouts, "Orders of the faces, several with commas")
-      ->delimiter(',');
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_face_queries", "Faces in a box and along a ray",
+                 {.refinements = 7, .level = 3},
+                 {"--refinements", "--level", "--layouts", "--queries", "--runs", "--directory"})
+      .run(count, words, run);
 }

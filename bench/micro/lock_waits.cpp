@@ -12,7 +12,6 @@
 // memory. The program prints medians over the runs.
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -22,23 +21,12 @@
 #include "micro/counted_locks.h"
 #include "micro/recycled_memory.h"
 #include "micro/support.h"
-#include "plait/layout.h"
 #include "plait/reader.h"
-#include "plait/registry.h"
 
 namespace {
 
 using namespace plait;
 using namespace plait::bench;
-namespace fs = std::filesystem;
-
-struct Settings {
-  int level = 5, refinements = 5, reads = 100000, first = 3, last = 6, runs = 5;
-  std::vector<int> threads = {2, 8, 32};
-  std::vector<std::string> backends = {"memory", "pread", "mmap", "uring"};
-  std::string directory = ".";
-};
-
 /// Adds what one piece of the work took; `do_work` does `pieces` pieces.
 template <class Work>
 void measure(Measurements& table, const std::string& name, int threads, double pieces,
@@ -52,54 +40,54 @@ void measure(Measurements& table, const std::string& name, int threads, double p
              of_piece(counts.waited_ns), of_piece(counts.held_ns), of_piece(counts.slept_ns)});
 }
 
+Store store_for_reads(const Settings& settings, const LaidOutMesh& base,
+                      const StoreOptions& options) {
+  if (!default_backends().find(options.backend).traits.in_memory)
+    return refined_store(settings.store(), base, settings.level, options);
+  Store store = Store::create({}, base, options, default_backends());
+  add_base_positions(store);
+  subdivide(store, {.levels = settings.level});
+  return store;
+}
+
 void read_patches(const std::string& backend, const LaidOutMesh& base, const Settings& settings,
                   Measurements& table) {
   StoreOptions options;
   options.backend = backend;
-  options.budget_bytes = std::uint64_t{1} << 34;
-  const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
-  const bool in_memory = default_backends().find(backend).traits.in_memory;
-  {
-    const Store store = refined_store(in_memory ? "" : path, base, settings.level, options);
-    const Reader reader(store);
-    const std::uint64_t face_count = base.mesh.face_count();
-    for (FaceId face = 0; face < face_count; ++face) reader.read_patch(face, settings.level);
-    for (const int threads : settings.threads) {
-      const int reads = settings.reads / threads * threads;
-      const auto stride = static_cast<std::size_t>(threads);
-      std::vector<std::vector<Vector3<float>>> into(
-          stride,
-          std::vector<Vector3<float>>(patch_vertex_count(std::int64_t{1} << settings.level)));
-      for (int turn = 0; turn < settings.runs; ++turn) {
-        say_progress(fmt::format("reads, {}, {} threads", backend, threads));
-        const std::vector<FaceId> faces = instrument::draw_faces(
-            false, face_count, static_cast<std::size_t>(reads), static_cast<std::uint64_t>(turn));
-        measure(table, "reads, " + backend, threads, reads, [&] {
-          instrument::in_threads(threads, [&](std::size_t thread) {
-            for (std::size_t read = thread; read < faces.size(); read += stride)
-              reader.read_patch(faces[read], settings.level)
-                  .attribute<Vector3<float>>("position")
-                  .copy_to(into[thread]);
-          });
+  options.budget_bytes = settings.budget_bytes();
+  const Store store = store_for_reads(settings, base, options);
+  const Reader reader(store);
+  const std::uint64_t face_count = base.mesh.face_count();
+  for (FaceId face = 0; face < face_count; ++face) reader.read_patch(face, settings.level);
+  for (const int threads : settings.threads) {
+    const int reads = settings.reads / threads * threads;
+    const auto stride = static_cast<std::size_t>(threads);
+    std::vector<std::vector<Vector3<float>>> into(
+        stride, std::vector<Vector3<float>>(patch_vertex_count(std::int64_t{1} << settings.level)));
+    for (int turn = 0; turn < settings.runs; ++turn) {
+      say_progress(fmt::format("reads, {}, {} threads", backend, threads));
+      const std::vector<FaceId> faces = instrument::draw_faces(
+          false, face_count, static_cast<std::size_t>(reads), static_cast<std::uint64_t>(turn));
+      measure(table, "reads, " + backend, threads, reads, [&] {
+        instrument::in_threads(threads, [&](std::size_t thread) {
+          for (std::size_t read = thread; read < faces.size(); read += stride)
+            reader.read_patch(faces[read], settings.level)
+                .attribute<Vector3<float>>("position")
+                .copy_to(into[thread]);
         });
-      }
+      });
     }
   }
-  fs::remove_all(path);
 }
 
 void compute_levels(const LaidOutMesh& base, const Settings& settings, Measurements& table) {
   RecycledPages pages;
   const BackendRegistry backends = recycled_memory(pages);
-  StoreOptions options;
-  options.backend = "recycled";
-  options.budget_bytes = std::uint64_t{1} << 40;
   for (int level = settings.first; level <= settings.last; ++level)
     for (const int threads : settings.threads)
       for (int turn = -1; turn < settings.runs; ++turn) {  // the first one touches the memory
         say_progress(fmt::format("fused, level {}, {} threads", level, threads));
-        Store store = Store::create({}, base.mesh, options, backends);
-        add_base_positions(store);
+        Store store = recycled_store(base.mesh, backends);
         const SubdivideOptions how{
             .executor = ExecutorKind::kFused, .levels = level, .normals = true, .threads = threads};
         const auto work = [&] { subdivide(store, how); };
@@ -109,8 +97,8 @@ void compute_levels(const LaidOutMesh& base, const Settings& settings, Measureme
       }
 }
 
-int run(const Settings& settings) {
-  const LaidOutMesh base = lay_out(octahedron(settings.refinements), LayoutKind::kHilbert);
+void run(const Settings& settings) {
+  const LaidOutMesh base = mesh_or_octahedron({}, settings.refinements, LayoutKind::kHilbert);
   Measurements table("work|#threads", {{"ns", 0},
                                        {"locks", 4},
                                        {"of them waited for", 5},
@@ -123,20 +111,16 @@ int run(const Settings& settings) {
       fmt::format("Of one read (of {} in all) or one base face (of {}), all threads together; {} "
                   "runs",
                   settings.reads, base.mesh.face_count(), settings.runs));
-  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_lock_waits", "How long threads wait for locks");
-  program.surface(settings.refinements, settings.level)
-      .backends(settings.backends)
-      .threads(settings.threads)
-      .number("--reads", settings.reads, 64, 100000000, "Reads of all threads")
-      .levels(settings.first, settings.last)
-      .runs(settings.runs)
-      .directory(settings.directory);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_lock_waits", "How long threads wait for locks",
+                 {.backends = {"memory", "pread", "mmap", "uring"},
+                  .threads = {2, 8, 32},
+                  .reads = 100000},
+                 {"--refinements", "--level", "--backend", "--threads", "--reads", "--first",
+                  "--last", "--runs", "--directory"})
+      .run(count, words, run);
 }

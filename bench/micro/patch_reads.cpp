@@ -16,7 +16,6 @@
 
 #include <boost/iostreams/device/mapped_file.hpp>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -26,22 +25,12 @@
 #include "micro/command_line.h"
 #include "micro/support.h"
 #include "plait/extend/store_access.h"
-#include "plait/layout.h"
 #include "plait/reader.h"
 
 namespace {
 
 using namespace plait;
 using namespace plait::bench;
-namespace fs = std::filesystem;
-
-struct Settings {
-  int level = 5, refinements = 5, runs = 5, reads = 20000;
-  std::vector<int> threads = {1, 2, 8};
-  std::vector<std::string> backends = {"pread", "mmap"};
-  int budget_mebibytes = 0, block_kibibytes = 1024;
-  std::string directory = ".";
-};
 
 /// A file that is in memory.
 using Mapping = boost::iostreams::mapped_file_source;
@@ -88,31 +77,25 @@ void measure(Measurements& table, const std::string& backend, bool zipf, int thr
     });
   });
   const auto count = static_cast<double>(reads_of_thread) * threads;
-  table.add(
-      {backend, zipf ? "zipf" : "uniform", fmt::format("{}", threads)},
-      {count / of_reads, count / of_copies, of_reads / of_copies, instrument::quantile(times, 0.5),
-       instrument::quantile(times, 0.99), instrument::quantile(times, 0.999)});
+  table.add({backend, zipf ? "zipf" : "uniform", fmt::format("{}", threads)},
+            {count / of_reads, count / of_copies, of_reads / of_copies,
+             instrument::quantile(times, 0.5), instrument::quantile(times, 0.99)});
 }
 
-int run(const Settings& settings) {
-  const LaidOutMesh base = lay_out(octahedron(settings.refinements), LayoutKind::kGiven);
+void run(const Settings& settings) {
+  const LaidOutMesh base = mesh_or_octahedron({}, settings.refinements, LayoutKind::kGiven);
   const std::uint64_t face_count = base.mesh.face_count();
-  const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
   Measurements table("backend|patches|#threads", {{"reads a second", 0, true},
                                                   {"copies a second", 0},
                                                   {"time / copy"},
                                                   {"p50, ns", 0},
-                                                  {"p99, ns", 0},
-                                                  {"p99.9, ns", 0}});
+                                                  {"p99, ns", 0}});
   for (const std::string& backend : settings.backends) {
     say_progress(fmt::format("{}: making a store", backend));
     StoreOptions options;
     options.backend = backend;
-    options.block_bytes = static_cast<std::uint64_t>(settings.block_kibibytes) << 10;
-    options.budget_bytes = settings.budget_mebibytes == 0
-                               ? std::uint64_t{1} << 34
-                               : static_cast<std::uint64_t>(settings.budget_mebibytes) << 20;
-    const Store store = refined_store(path, base, settings.level, options);
+    options.budget_bytes = settings.budget_bytes();
+    const Store store = refined_store(settings.store(), base, settings.level, options);
     const Reader reader(store);
     const Mapping mapping(StoreAccess::level_file(store, 0, settings.level).path.native());
 #ifdef MADV_POPULATE_READ  // Linux 5.14
@@ -127,28 +110,19 @@ int run(const Settings& settings) {
                   static_cast<unsigned>(100 * turn));
         }
   }
-  fs::remove_all(path);
   table.print(
       fmt::format("{} patches of {} vertices, float32 positions, {} reads, {} runs, budget "
                   "{} MiB (0: for everything)",
                   face_count, patch_vertex_count(std::int64_t{1} << settings.level), settings.reads,
-                  settings.runs, settings.budget_mebibytes));
-  return 0;
+                  settings.runs, settings.budget_mib));
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_patch_reads", "Reads of random patches");
-  program.surface(settings.refinements, settings.level)
-      .number("--block", settings.block_kibibytes, 4, 1 << 20, "Size of a block, KiB")
-      .backends(settings.backends)
-      .threads(settings.threads)
-      .number("--budget", settings.budget_mebibytes, 0, 1 << 20,
-              "Budget for blocks in memory, MiB; 0: enough for the whole store")
-      .number("--reads", settings.reads, 64, 100000000, "Reads of all threads")
-      .runs(settings.runs)
-      .directory(settings.directory);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_patch_reads", "Reads of random patches",
+                 {.backends = {"pread", "mmap"}, .threads = {1, 2, 8}},
+                 {"--refinements", "--level", "--backend", "--threads", "--budget", "--reads",
+                  "--runs", "--directory"})
+      .run(count, words, run);
 }

@@ -33,16 +33,7 @@ namespace {
 
 using namespace plait;
 using namespace plait::bench;
-namespace fs = std::filesystem;
 using Record = Vector3<float>;
-
-struct Settings {
-  int level = 5, refinements = 5, runs = 5;
-  std::vector<int> threads = {1, 2};
-  std::vector<std::string> backends = {"pread"};
-  int budget_mebibytes = 16;
-  std::string directory = ".";
-};
 
 void write_patches(Store& store, int level, int threads, const std::vector<Record>& records) {
   const std::uint64_t count = patch_vertex_count(std::int64_t{1} << level);
@@ -69,9 +60,8 @@ void sweep(Store& store, int level, int threads, const std::vector<Record>& reco
   StoreAccess::pager(store).flush();
 }
 
-int run(const Settings& settings) {
+void run(const Settings& settings) {
   const BaseMesh base = octahedron(settings.refinements);
-  const fs::path path = fs::path(settings.directory) / "plait-bench.plait";
   const std::uint64_t vertices = counts_at_level(base, settings.level).vertices;
   const std::vector<Record> records(
       base.face_count() * patch_vertex_count(std::int64_t{1} << settings.level), Record{1, 2, 3});
@@ -82,12 +72,12 @@ int run(const Settings& settings) {
   for (const std::string& backend : settings.backends) {
     // Each time a new store, so that no block is there before. Making the store is not measured.
     const auto rate_of = [&](const auto& write, int threads) {
-      fs::remove_all(path);
+      std::filesystem::remove_all(settings.store());
       StoreOptions options;
       options.backend = backend;
-      options.budget_bytes = static_cast<std::uint64_t>(settings.budget_mebibytes) << 20;
+      options.budget_bytes = settings.budget_bytes();
       options.durability = Durability::kNone;
-      Store store = Store::create(path, base, options, default_backends());
+      Store store = Store::create(settings.store(), base, options, default_backends());
       store.add_attribute(schema_of<Record>("record"), settings.level);
       return gigabytes / seconds([&] { write(store, settings.level, threads, records); });
     };
@@ -99,22 +89,16 @@ int run(const Settings& settings) {
         table.add({backend, fmt::format("{}", threads)}, {writer, swept, writer / swept});
       }
   }
-  fs::remove_all(path);
   table.print(fmt::format("{} patches, {} vertices, float32 x 3, {} runs, budget {} MiB",
-                          base.face_count(), vertices, settings.runs, settings.budget_mebibytes));
-  return 0;
+                          base.face_count(), vertices, settings.runs, settings.budget_mib));
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_patch_writes", "A patch writer beside a sweep");
-  program.surface(settings.refinements, settings.level)
-      .backends(settings.backends)
-      .threads(settings.threads)
-      .number("--budget", settings.budget_mebibytes, 1, 1 << 20, "Budget for blocks in memory, MiB")
-      .runs(settings.runs)
-      .directory(settings.directory);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_patch_writes", "A patch writer beside a sweep",
+                 {.backends = {"pread"}, .budget_mib = 16},
+                 {"--refinements", "--level", "--backend", "--threads", "--budget", "--runs",
+                  "--directory"})
+      .run(count, words, run);
 }

@@ -10,10 +10,13 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "plait/extend/backend.h"
 #include "plait/extend/backend_registry.h"
+#include "plait/store.h"
+#include "plait/subdivide.h"
 
 namespace plait::bench {
 
@@ -83,6 +86,17 @@ inline BackendRegistry recycled_memory(RecycledPages& pages) {
                   return std::make_unique<RecycledMemory>(level, pages);
                 })});
   return registry;
+}
+
+/// A store of the base positions, in memory that was touched before if there was a store of the
+/// same size. `backends`: of recycled_memory().
+inline Store recycled_store(BaseMesh base, const BackendRegistry& backends) {
+  StoreOptions options;
+  options.backend = "recycled";
+  options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
+  Store store = Store::create({}, std::move(base), options, backends);
+  add_base_positions(store);
+  return store;
 }
 
 }  // namespace plait::bench

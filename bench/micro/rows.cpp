@@ -38,11 +38,6 @@ namespace {
 using namespace plait;
 using namespace plait::bench;
 
-struct Settings {
-  std::string only;
-  int points = 32, runs = 15;
-};
-
 /// Adjacent rows of a patch, stored as during refinement.
 template <class Real>
 class Rows {
@@ -173,7 +168,7 @@ std::function<void()> copy_as_many(const Subject& subject) {
   };
 }
 
-int run(const Settings& settings) {
+void run(const Settings& settings) {
   std::vector<Subject> all = subjects<float>(settings.points, ", float32");
   std::ranges::move(subjects<double>(settings.points, ", float64"), std::back_inserter(all));
   Measurements table("row|instruction set",
@@ -192,15 +187,12 @@ int run(const Settings& settings) {
   }
   table.print(fmt::format("rows of {} points in {} lanes, {} runs", settings.points, kPatchLanes,
                           settings.runs));
-  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_rows", "Rows of the fused executor on every instruction set");
-  program.number("--points", settings.points, 1, 1024, "Points of a row").runs(settings.runs);
-  program.options().add_option("--only", settings.only, "Only rows whose name contains this text");
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_rows", "Rows of the fused executor on every instruction set",
+                 {.runs = 15}, {"--points", "--runs", "--only"})
+      .run(count, words, run);
 }

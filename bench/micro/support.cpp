@@ -1,7 +1,6 @@
 #include "micro/support.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -48,10 +47,6 @@ void Measurements::print(const std::string& about) const {
       cells.push_back(text_of(figures_[at], row.values[at]));
   }
   std::fputs((about + "\n\n" + to_markdown(table)).c_str(), stdout);
-}
-
-void say_progress(const std::string& text) {
-  if (::isatty(STDERR_FILENO) == 1) std::fputs((text + "\n").c_str(), stderr);
 }
 
 }  // namespace plait::bench

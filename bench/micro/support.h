@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "plait/layout.h"
+#include "plait/mesh_io.h"
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "plait/subdivide.h"
@@ -67,9 +69,6 @@ class Measurements {
   std::vector<Row> rows_ = {};
 };
 
-/// Prints a line to standard error if it is a terminal.
-void say_progress(const std::string& text);
-
 /// A closed mesh of 8 * 4^refinements faces.
 inline BaseMesh octahedron(int refinements) {
   IndexedMesh mesh;
@@ -79,21 +78,23 @@ inline BaseMesh octahedron(int refinements) {
   return rebase(BaseMesh::build(mesh), refinements, Scheme::kLoop);
 }
 
-/// A store of positions, refined to `level`. It is in memory if `path` is empty, else it was
-/// committed and is open for reading; what was at `path` is removed.
+/// The mesh of a file; without a name, an octahedron.
+inline LaidOutMesh mesh_or_octahedron(const std::string& file, int refinements, LayoutKind layout) {
+  return lay_out(file.empty() ? octahedron(refinements) : read_base_mesh(file), layout);
+}
+
+/// A store of positions, refined to `level`, committed and open for reading. What was at `path` is
+/// removed.
 inline Store refined_store(const std::filesystem::path& path, const LaidOutMesh& base, int level,
                            const StoreOptions& options) {
+  std::filesystem::remove_all(path);
   {
-    std::filesystem::remove_all(path);
     Store store = Store::create(path, base, options, default_backends());
     add_base_positions(store);
     subdivide(store, {.levels = level});
-    if (path.empty()) return store;
     store.commit();
   }
-  OpenOptions open;
-  open.budget_bytes = options.budget_bytes;
-  return Store::open(path, open, default_backends());
+  return Store::open(path, {.budget_bytes = options.budget_bytes}, default_backends());
 }
 
 }  // namespace plait::bench

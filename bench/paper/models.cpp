@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/name_table.h"
+#include "generate/generate.h"
 #include "generate/reduce.h"
 #include "plait/subdivide.h"
 
@@ -20,7 +21,28 @@ constexpr std::uint64_t kGigabyte = 1'000'000'000;
 constexpr std::uint64_t kSmallSeed = 1;
 constexpr double kRandomness = 1;  // irregular valences, as scans have them
 
-const std::array<Model, 3>& table() {
+IndexedMesh arrays_of(const BaseMesh& mesh) {
+  return {{mesh.positions().begin(), mesh.positions().end()},
+          {mesh.faces().begin(), mesh.faces().end()}};
+}
+
+/// Faces in random order, as those of a scan: generated ones are in an order that no layout
+/// betters, and would show nothing of what ordering does.
+IndexedMesh shuffled(IndexedMesh mesh) {
+  std::mt19937_64 random(kSmallSeed);
+  for (std::size_t left = mesh.faces.size(); left > 1; --left)
+    std::swap(mesh.faces[left - 1], mesh.faces[random() % left]);
+  return mesh;
+}
+
+/// A small one has `vertices`, unless that is 0.
+StandIn stand_in_of(const Model& model, std::uint64_t vertices) {
+  return vertices == 0 ? model.stand_in : StandIn{vertices, kSmallSeed, 0};
+}
+
+}  // namespace
+
+std::span<const Model> models() {
   static const std::array<Model, 3> kModels = {{
       {.name = "deo",
        .title = "Deo",
@@ -62,51 +84,24 @@ const std::array<Model, 3>& table() {
   return kModels;
 }
 
-IndexedMesh arrays_of(const BaseMesh& mesh) {
-  return {{mesh.positions().begin(), mesh.positions().end()},
-          {mesh.faces().begin(), mesh.faces().end()}};
-}
-
-/// Faces in random order, as those of a scan: generated ones are in an order that no layout
-/// betters, and would show nothing of what ordering does.
-IndexedMesh shuffled(IndexedMesh mesh) {
-  std::mt19937_64 random(kSmallSeed);
-  for (std::size_t left = mesh.faces.size(); left > 1; --left)
-    std::swap(mesh.faces[left - 1], mesh.faces[random() % left]);
-  return mesh;
-}
-
-/// A small one has `vertices`, unless that is 0.
-StandIn stand_in_of(const Model& model, std::uint64_t vertices) {
-  return vertices == 0 ? model.stand_in : StandIn{vertices, kSmallSeed, 0};
-}
-
-}  // namespace
-
-std::span<const Model> models() { return table(); }
-
 const Model& model_from_name(std::string_view name) {
   std::vector<std::string_view> names;
-  for (const Model& model : table()) {
+  for (const Model& model : models()) {
     if (model.name == name) return model;
     names.push_back(model.name);
   }
   throw unknown_name("model", name, names);
 }
 
-IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices,
-                          const GeneratorProgress& progress) {
-  const GeneratorProgress nobody = [](double) {};
-  const GeneratorProgress& told = progress ? progress : nobody;
+IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices) {
   const StandIn how = stand_in_of(model, vertices);
-  const double first_part = how.refinements == 0 ? 1 : 0.2;
-  IndexedMesh mesh = generate(GeneratorKind::kMolecule, how.molecule_vertices, how.seed,
-                              [&](double part) { told(part * first_part); });
+  IndexedMesh mesh = generate(GeneratorKind::kMolecule, how.molecule_vertices, how.seed);
   if (how.refinements == 0) return shuffled(std::move(mesh));
   mesh = arrays_of(rebase(BaseMesh::build(std::move(mesh)), how.refinements, Scheme::kLoop));
+  const GeneratorProgress nobody = [](double) {};
   return shuffled(generation::reduce(
       std::move(mesh), {.vertices = model.vertices, .seed = how.seed, .randomness = kRandomness},
-      generation::Progress(told, first_part, 1)));
+      generation::Progress(nobody)));
 }
 
 std::string describe_stand_in(const Model& model, std::uint64_t vertices) {

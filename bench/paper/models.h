@@ -7,10 +7,10 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
-#include "generate/generate.h"
 #include "plait/base_mesh.h"
 
 namespace plait::paper {
@@ -43,8 +43,7 @@ const Model& model_from_name(std::string_view name);
 /// The stand-in of a model, or, if `vertices` is not 0, a molecule of so many vertices. Errors:
 /// kInvalidArgument for a count that generate() refuses. Pinned by
 /// tests/bench/paper/paper_test.cpp.
-IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices,
-                          const GeneratorProgress& progress = {});
+IndexedMesh make_stand_in(const Model& model, std::uint64_t vertices);
 /// "a molecule from seed 5, ..." for reports.
 std::string describe_stand_in(const Model& model, std::uint64_t vertices);
 

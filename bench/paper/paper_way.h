@@ -27,8 +27,7 @@ std::uint64_t paper_way_bytes(const Store& store, int levels);
 
 /// Refines attribute "position" (float32) of a store that has no level yet, and makes normals at
 /// the end, in one pass of the transparent executor. The result has the bits of every other
-/// executor. Errors: kBudget, kIo, kNoSpace; kCancelled if `proceed` returns false, which is asked
-/// before each face.
-void make_in_paper_way(Store& store, int levels, const std::function<bool()>& proceed = {});
+/// executor. Errors: kBudget, kIo, kNoSpace.
+void make_in_paper_way(Store& store, int levels);
 
 }  // namespace plait::paper

@@ -1,12 +1,10 @@
 #include "paper/runs.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <boost/algorithm/string/erase.hpp>
 #include <optional>
 #include <utility>
 
-#include "console.h"
 #include "instrument/memory_limit.h"
 #include "instrument/process.h"
 #include "interrupt.h"
@@ -24,7 +22,8 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kVertexBytes = 24;  // position and normal, float32
+constexpr std::uint64_t kMebibyte = 1 << 20;
+constexpr std::uint64_t kFewestBudgetBytes = 64 * kMebibyte;
 
 LayoutKind layout_of(const PlannedRun& run) {
   if (run.executor == kPaperWay) return LayoutKind::kSpatial;
@@ -45,52 +44,34 @@ StoreOptions options_of(const PlannedRun& run, const LaidOutMesh& base, int leve
   return options;
 }
 
-void make_levels(Store& store, const RunSettings& settings, const PlannedRun& run) {
+void make_levels(Store& store, const ReportRequest& request, const PlannedRun& run) {
   add_base_positions(store);
-  if (run.executor == kPaperWay) return make_in_paper_way(store, settings.levels);
-  SubdivideOptions how;
-  how.executor = executor_from_name(run.executor);
-  how.levels = settings.levels;
-  how.normals = true;
-  how.threads = how.executor == ExecutorKind::kTransparent ? 1 : settings.threads;
-  subdivide(store, how);
-}
-
-fs::path store_path(const RunSettings& settings) { return settings.scratch / "store.plait"; }
-
-/// A message without the temporary directory that no reader knows.
-std::string without_scratch(std::string message, const fs::path& scratch) {
-  const std::string prefix = scratch.native() + "/";
-  for (std::size_t at = message.find(prefix); at != std::string::npos; at = message.find(prefix))
-    message.erase(at, prefix.size());
-  return message;
+  if (run.executor == kPaperWay) return make_in_paper_way(store, request.levels);
+  subdivide(store, {.executor = executor_from_name(run.executor),
+                    .levels = request.levels,
+                    .normals = true,
+                    .threads = request.threads});
 }
 
 /// In the process of the run.
-json measure(const RunSettings& settings, const PlannedRun& run, const BackendRegistry& registry) {
+json measure(const ReportRequest& request, const fs::path& path, const PlannedRun& run,
+             const BackendRegistry& registry) {
   const bool durable = registry.find(run.backend).traits.durable;
   const Stopwatch clock;
-  LaidOutMesh base = lay_out(read_base_mesh(settings.mesh), layout_of(run));
-  const StoreOptions options = options_of(run, base, settings.levels);
-  const std::uint64_t vertices = counts_at_level(base.mesh, settings.levels).vertices;
-  Store store = Store::create(durable ? store_path(settings) : fs::path(), std::move(base), options,
-                              registry);
-  make_levels(store, settings, run);
+  LaidOutMesh base = lay_out(read_base_mesh(request.mesh), layout_of(run));
+  const StoreOptions options = options_of(run, base, request.levels);
+  Store store = Store::create(durable ? path : fs::path(), std::move(base), options, registry);
+  make_levels(store, request, run);
   store.commit();
-  const double seconds = clock.seconds(), processor = cpu_seconds();
-  const std::uint64_t peak = instrument::memory_status("VmHWM");
-  const PagingStatistics paging = store.statistics();
-  json result = {{"layout", store.provenance().layout},
+  json result = {{"seconds", clock.seconds()},
+                 {"cpu_seconds", cpu_seconds()},
+                 {"peak_rss_bytes", peak_rss_bytes()},
+                 {"layout", store.provenance().layout},
                  {"budget_bytes", options.budget_bytes},
-                 {"vertices", vertices},
-                 {"seconds", seconds},
-                 {"cpu_seconds", processor},
-                 {"peak_rss_bytes", peak},
+                 {"vertices", counts_at_level(store.base(), request.levels).vertices},
                  {"stored_bytes", store.stored_bytes()},
-                 {"bytes_read", paging.bytes_read},
-                 {"bytes_written", paging.bytes_written},
                  {"on_disk", durable}};
-  result["digest"] = digest(store, {.threads = settings.threads}).to_string();
+  result["digest"] = digest(store, {.threads = request.threads}).to_string();
   store.close();
   return result;
 }
@@ -102,50 +83,51 @@ bool is_row(ErrorCode code) {
 
 }  // namespace
 
-std::vector<PlannedRun> plan_runs(const std::vector<std::string>& executors,
-                                  const std::vector<std::string>& backends,
-                                  const std::vector<std::uint64_t>& budgets,
-                                  std::uint64_t circular_buffers, const BackendRegistry& registry) {
+std::vector<PlannedRun> plan_runs(const ReportRequest& request, const Model& model,
+                                  std::uint64_t loop_span, const BackendRegistry& registry) {
+  const std::uint64_t buffers = circular_buffer_bytes(loop_span, request.levels);
+  std::vector<std::uint64_t> budgets = request.budgets;
+  if (budgets.empty()) {
+    budgets = {std::max(kFewestBudgetBytes, (buffers + kMebibyte - 1) / kMebibyte * kMebibyte)};
+    if (model.elapsed.size() == 2) budgets.push_back(4 * budgets[0]);
+  }
   std::vector<PlannedRun> runs;
-  for (const std::string& executor : executors) {
+  for (const std::string& executor : request.executors) {
     if (executor == kPaperWay) {
-      runs.push_back({executor, "pread", circular_buffers});
+      runs.push_back({executor, "pread", buffers});
       continue;
     }
-    (void)executor_from_name(executor);
-    for (const std::string& backend : backends)
-      for (const std::uint64_t budget : budgets) {
-        const RegisteredBackend& entry = registry.find(backend);
-        if (!entry.traits.in_memory || budget == budgets.front())
+    for (const std::string& backend :
+         request.backends.empty() ? registry.names() : request.backends)
+      for (const std::uint64_t budget : budgets)
+        if (!registry.find(backend).traits.in_memory || budget == budgets.front())
           runs.push_back({executor, backend, budget});
-      }
   }
   return runs;
 }
 
-std::uint64_t store_bytes(std::uint64_t vertices) {
-  return vertices * kVertexBytes + vertices * kVertexBytes / 20 + (std::uint64_t{4} << 20);
-}
-
-json carry_out(const RunSettings& settings, const PlannedRun& run,
+json carry_out(const ReportRequest& request, const fs::path& scratch, const PlannedRun& run,
                const BackendRegistry& registry) {
   throw_if_interrupted();
   json row = {
       {"executor", run.executor}, {"backend", run.backend}, {"budget_bytes", run.budget_bytes}};
+  const fs::path path = scratch / "store.plait";
   try {
     std::optional<instrument::MemoryLimit> limit;
-    if (settings.limit_bytes != 0) limit.emplace(settings.limit_bytes);
+    if (request.limit_bytes != 0) limit.emplace(request.limit_bytes);
     if (limit && !limit->limited())
       throw Error(ErrorCode::kNotSupported, "limit memory: " + limit->why_not());
-    row.update(instrument::run_in_own_process([&] { return measure(settings, run, registry); },
+    row.update(instrument::run_in_own_process([&] { return measure(request, path, run, registry); },
                                               limit ? &*limit : nullptr)
                    .result);
   } catch (const Error& error) {
     throw_if_interrupted();
     if (!is_row(error.code())) throw;
-    row["not_run"] = without_scratch(error.what(), settings.scratch);
+    // No reader knows the temporary directory.
+    row["not_run"] =
+        boost::algorithm::erase_all_copy(std::string(error.what()), scratch.native() + "/");
   }
-  fs::remove_all(store_path(settings));
+  fs::remove_all(path);
   return row;
 }
 

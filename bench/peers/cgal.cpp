@@ -10,17 +10,14 @@
 namespace plait::bench {
 namespace {
 
-template <class Real>
 double refine(const BaseMesh& base, int level, Points* points) {
-  using Point = typename CGAL::Simple_cartesian<Real>::Point_3;
+  using Point = CGAL::Simple_cartesian<double>::Point_3;
   CGAL::Surface_mesh<Point> mesh;
-  using Vertex = typename CGAL::Surface_mesh<Point>::Vertex_index;
+  using Vertex = CGAL::Surface_mesh<Point>::Vertex_index;
   mesh.reserve(static_cast<std::uint32_t>(base.vertex_count()),
                static_cast<std::uint32_t>(base.edge_count()),
                static_cast<std::uint32_t>(base.face_count()));
-  for (const Vector3<double>& at : base.positions())
-    mesh.add_vertex(
-        Point(static_cast<Real>(at.x), static_cast<Real>(at.y), static_cast<Real>(at.z)));
+  for (const Vector3<double>& at : base.positions()) mesh.add_vertex(Point(at.x, at.y, at.z));
   for (const auto& [a, b, c] : base.faces()) mesh.add_face(Vertex(a), Vertex(b), Vertex(c));
 
   const double result = thread_seconds([&] {
@@ -39,9 +36,7 @@ double refine(const BaseMesh& base, int level, Points* points) {
 }  // namespace
 
 std::vector<Peer> cgal_peers() {
-  const std::string name = "CGAL " CGAL_VERSION_STR;
-  return {{name, "Loop_subdivision, float32 points", refine<float>},
-          {name, "Loop_subdivision, float64 points", refine<double>}};
+  return {{"CGAL " CGAL_VERSION_STR, "Loop_subdivision, float64 points", refine}};
 }
 
 }  // namespace plait::bench

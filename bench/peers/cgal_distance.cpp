@@ -7,12 +7,11 @@
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/point_generators_3.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
+#include <cstdint>
 #include <vector>
 
-#include "peers/distance_peer.h"
+#include "peers/peer.h"
 
 namespace plait::bench {
 namespace {
@@ -38,25 +37,17 @@ Triangles triangles_of(const IndexedMesh& mesh) {
 
 }  // namespace
 
-PeerDistances cgal_distances(const IndexedMesh& from, const IndexedMesh& to,
-                             std::uint64_t samples) {
+std::vector<double> cgal_distances(const IndexedMesh& from, const IndexedMesh& to,
+                                   std::uint64_t samples) {
   const Triangles source = triangles_of(from), target = triangles_of(to);
   Tree tree(target.begin(), target.end());
   tree.accelerate_distance_queries();
   CGAL::Random random(5);
   CGAL::Random_points_in_triangles_3<Kernel::Point_3> points(source, random);
   std::vector<double> distances;
-  double sum = 0, squares = 0;
-  for (std::uint64_t i = 0; i < samples; ++i) {
-    const double square = tree.squared_distance(*points++);
-    distances.push_back(std::sqrt(square));
-    sum += distances.back();
-    squares += square;
-  }
-  std::ranges::sort(distances);
-  const auto count = static_cast<double>(samples);
-  return {std::sqrt(squares / count), sum / count,
-          distances[static_cast<std::size_t>(0.99 * (count - 1))], distances.back()};
+  for (std::uint64_t i = 0; i < samples; ++i)
+    distances.push_back(std::sqrt(tree.squared_distance(*points++)));
+  return distances;
 }
 
 }  // namespace plait::bench

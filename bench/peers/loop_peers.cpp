@@ -12,53 +12,27 @@
 #include <malloc.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <ranges>
 #include <string>
+#include <utility>
 
 #include "instrument/process.h"
 #include "micro/command_line.h"
 #include "micro/recycled_memory.h"
 #include "micro/support.h"
-#include "peers/peer.h"
+#include "peers/surfaces.h"
 #include "plait/error.h"
-#include "plait/extend/store_access.h"
 #include "plait/layout.h"
-#include "plait/mesh_io.h"
 #include "plait/store.h"
 
 namespace {
 
 using namespace plait;
 using namespace plait::bench;
-
-struct Settings {
-  std::string mesh;
-  int level = 4, runs = 5;
-};
-
-LaidOutMesh load(const Settings& settings) {
-  return lay_out(settings.mesh.empty() ? octahedron(5) : read_base_mesh(settings.mesh),
-                 LayoutKind::kHilbert);
-}
-
-void read_positions(Store& store, Points& points) {
-  const AttributeId position = store.attribute("position");
-  const auto base = store.base_records<Vector3<float>>(position);
-  points.assign(base.begin(), base.end());
-  Session session = StoreAccess::open_session(store);
-  for (int level = 1; level <= store.finest_level(); ++level) {
-    const LevelFile& file = StoreAccess::level_file(store, position, level);
-    for (std::uint64_t block = 0; block < file.geometry.block_count(); ++block) {
-      const PinnedBlock pinned = session.pin(file, block);
-      const std::size_t count = pinned.bytes().size() / sizeof(Vector3<float>);
-      const std::size_t before = points.size();
-      points.resize(before + count);
-      std::memcpy(&points[before], pinned.bytes().data(), count * sizeof(Vector3<float>));
-    }
-  }
-}
 
 /// plait itself. The connectivity and the order of the faces, which a program computes once per
 /// mesh, are in the time only if `preparation_too`.
@@ -74,16 +48,10 @@ Peer plait_peer(RecycledPages& pages, bool preparation_too) {
                 mesh = lay_out(BaseMesh::build(std::move(given)), LayoutKind::kHilbert).mesh;
               });
             });
-            StoreOptions options;
-            options.backend = "recycled";
-            options.budget_bytes = std::uint64_t{1} << 40;  // nothing is ever evicted
-            Store store = Store::create({}, std::move(mesh), options, backends);
-            add_base_positions(store);
-            SubdivideOptions how;
-            how.executor = ExecutorKind::kFused;
-            how.levels = level;
+            Store store = recycled_store(std::move(mesh), backends);
+            const SubdivideOptions how{.executor = ExecutorKind::kFused, .levels = level};
             const double result = thread_seconds([&] { subdivide(store, how); });
-            if (points != nullptr) read_positions(store, *points);
+            if (points != nullptr) *points = positions_of(store);
             return result + preparation;
           }};
 }
@@ -106,57 +74,52 @@ std::vector<Peer> all_peers(RecycledPages& pages) {
   return peers;
 }
 
-/// Three sorted lists of coordinates. Equal surfaces give equal lists, whatever the order of their
-/// vertices.
-struct SortedCoordinates {
-  std::vector<float> axes[3];
+using Coordinates = std::array<std::vector<float>, 3>;
 
-  explicit SortedCoordinates(const Points& points) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const Vector3<float>& point : points) axes[axis].push_back(point[axis]);
-      std::ranges::sort(axes[axis]);
-    }
+/// The coordinates of each axis, sorted. Equal surfaces give equal lists, whatever the order of
+/// their vertices.
+Coordinates sorted_coordinates(const Points& points) {
+  Coordinates axes;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    for (const Vector3<float>& point : points) axes[axis].push_back(point[static_cast<int>(axis)]);
+    std::ranges::sort(axes[axis]);
   }
-  double diagonal() const {
-    double square = 0;
-    for (const std::vector<float>& axis : axes)
-      square += std::pow(double(axis.back()) - double(axis.front()), 2);
-    return std::sqrt(square);
-  }
-  /// The largest difference between corresponding numbers of the two objects.
-  double largest_difference(const SortedCoordinates& other) const {
-    double largest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (axes[axis].size() != other.axes[axis].size())
-        return std::numeric_limits<double>::infinity();
-      for (std::size_t i = 0; i < axes[axis].size(); ++i)
-        largest = std::max(largest, std::abs(double(axes[axis][i]) - double(other.axes[axis][i])));
-    }
-    return largest;
-  }
-};
+  return axes;
+}
 
 constexpr double kTolerance = 1e-4;  // in diagonals of the bounding box
 
 /// Throws kCorruption naming a library whose surface differs from that of the first.
 void check_agreement(const std::vector<Peer>& peers, const BaseMesh& base, int level) {
+  const std::uint64_t vertices = counts_at_level(base, level).vertices;
   const auto surface = [&](const Peer& peer) {
     Points points;
     peer.refine(base, level, &points);
-    if (points.size() != counts_at_level(base, level).vertices)
-      throw Error(ErrorCode::kCorruption,
-                  fmt::format("{}, {}: {} vertices, expected {}", peer.name, peer.measured,
-                              points.size(), counts_at_level(base, level).vertices));
-    return SortedCoordinates(points);
+    if (points.size() != vertices)
+      throw Error(ErrorCode::kCorruption, fmt::format("{}, {}: {} vertices, expected {}", peer.name,
+                                                      peer.measured, points.size(), vertices));
+    return sorted_coordinates(points);
   };
-  const SortedCoordinates expected = surface(peers.front());
+  const Coordinates expected = surface(peers.front());
+  const auto width = [&](std::size_t axis) {
+    return double{expected[axis].back()} - double{expected[axis].front()};
+  };
+  const double diagonal = std::hypot(width(0), width(1), width(2));
   for (const Peer& peer : peers) {
-    const double difference = surface(peer).largest_difference(expected) / expected.diagonal();
-    if (!(difference <= kTolerance))
+    const Coordinates found = surface(peer);
+    double largest = 0;
+    for (std::size_t axis = 0; axis < found.size(); ++axis)
+      for (std::size_t i = 0; i < vertices; ++i)
+        largest = std::max(largest, std::abs(double{found[axis][i]} - double{expected[axis][i]}));
+    if (!(largest <= kTolerance * diagonal))
       throw Error(ErrorCode::kCorruption,
                   fmt::format("{}, {}: differs by {} of the diagonal, expected at most {}",
-                              peer.name, peer.measured, difference, kTolerance));
+                              peer.name, peer.measured, largest / diagonal, kTolerance));
   }
+}
+
+LaidOutMesh load(const Settings& settings) {
+  return mesh_or_octahedron(settings.mesh, 5, LayoutKind::kHilbert);
 }
 
 std::uint64_t peak_of(const Settings& settings, std::size_t which) {
@@ -170,7 +133,7 @@ std::uint64_t peak_of(const Settings& settings, std::size_t which) {
   });
 }
 
-int run(const Settings& settings) {
+void run(const Settings& settings) {
   RecycledPages pages;
   const std::vector<Peer> peers = all_peers(pages);
   std::vector<std::uint64_t> peaks;
@@ -201,20 +164,15 @@ int run(const Settings& settings) {
     }
   table.print(
       fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout hilbert, "
-                  "{} runs; not found: {}",
-                  base.mesh.vertex_count(), vertices, settings.level, settings.runs,
-                  PLAIT_BENCH_PEERS_NOT_FOUND));
-  return 0;
+                  "{} runs",
+                  base.mesh.vertex_count(), vertices, settings.level, settings.runs));
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_loop_peers",
-                  "Positions of Loop surfaces in memory, plait and other libraries");
-  program.mesh(settings.mesh, "an octahedron refined to 8,192 faces")
-      .number("--level", settings.level, 1, 8, "The level to refine to")
-      .runs(settings.runs);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_loop_peers",
+                 "Positions of Loop surfaces in memory, plait and other libraries", {.level = 4},
+                 {"--mesh", "--level", "--runs"})
+      .run(count, words, run);
 }

@@ -9,24 +9,27 @@
 // edgebreaker changes the order of vertices, so its error is that of the same quantisation in the
 // sequential encoding; its bytes include the triangles. The program prints a Markdown table.
 #include <zstd.h>
+#if defined(PLAIT_BENCH_DRACO)
+#include <draco/compression/decode.h>
+#include <draco/compression/encode.h>
+#endif
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <functional>
+#include <optional>
 #include <utility>
 
 #include "micro/command_line.h"
 #include "micro/support.h"
-#include "paging/level_cursor.h"
-#include "peers/compression_surfaces.h"
-#include "peers/lossy_peers.h"
+#include "peers/coders.h"
 #include "plait/compression.h"
 #include "plait/extend/copy_levels.h"
+#include "plait/extend/edge_index.h"
 #include "plait/extend/rounding.h"
 #include "plait/extend/store_access.h"
 #include "plait/extend/vertex_numbering.h"
-#include "plait/layout.h"
 #include "plait/registry.h"
 
 namespace {
@@ -34,43 +37,22 @@ namespace {
 using namespace plait;
 using namespace plait::bench;
 
-struct Settings {
-  int level = 5, refinements = 4;
-  std::string directory = "/tmp";
+struct LossySize {
+  std::size_t bytes = 0;
+  double largest_error = 0;  ///< of a coordinate
 };
 
-/// All vertices, in the order of VertexNumbering, and the triangles of the finest level.
-LossyMesh mesh_of(const Settings& settings, Store& store) {
-  LossyMesh mesh;
-  const auto add = [&](std::span<const std::byte> bytes) {
-    const std::size_t at = mesh.numbers.size();
-    mesh.numbers.resize(at + bytes.size() / sizeof(float));
-    std::memcpy(mesh.numbers.data() + at, bytes.data(), bytes.size());
-  };
-  const AttributeId id = store.attribute("position");
-  add(std::as_const(store).base_bytes(id));
-  for (int level = 1; level <= settings.level; ++level) {
-    mesh.grids.push_back({mesh.numbers.size() / 3, static_cast<std::size_t>(slot_side(level)),
-                          store.base().edge_count()});
-    LevelCursor cursor(StoreAccess::open_session(store), StoreAccess::level_file(store, id, level));
-    for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge) add(cursor.slot(edge).bytes);
-  }
-  const VertexNumbering numbering(store.base().topology(), settings.level);
-  for (FaceId face = 0; face < store.base().face_count(); ++face)
-    for_each_triangle(settings.level, [&](const std::array<FacePoint, 3>& corners) {
-      std::array<std::uint32_t, 3> triangle;
-      for (std::size_t i = 0; i < 3; ++i)
-        triangle[i] = static_cast<std::uint32_t>(
-            numbering.number({face, settings.level, corners[i].i, corners[i].j}));
-      mesh.triangles.push_back(triangle);
-    });
-  return mesh;
+double largest_error(const Points& a, const Points& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      largest = std::max(largest, std::abs(double{a[i][axis]} - double{b[i][axis]}));
+  return largest;
 }
 
-LossySize size_in_plait(const Settings& settings, Store& surface, const std::string& preset,
-                        double bound) {
-  const std::filesystem::path path = std::filesystem::path(settings.directory) / "s.plait";
-  std::filesystem::remove_all(path);
+LossySize size_in_plait(const Settings& settings, Store& surface, const Points& points,
+                        const std::string& preset, double bound) {
+  std::filesystem::remove_all(settings.store());
   ErrorBounds bounds;
   bounds.add(fmt::format("{}", bound));
   const AttributeId id = surface.attribute("position");
@@ -82,45 +64,134 @@ LossySize size_in_plait(const Settings& settings, Store& surface, const std::str
   options.pipeline_of = [&](const AttributeSchema& schema) {
     return pipeline_of_rounded(preset_pipeline(preset, schema), rounder.step());
   };
-  Store copy =
-      Store::create(path, surface.base(), options, default_backends(), surface.provenance());
+  Store copy = Store::create(settings.store(), surface.base(), options, default_backends(),
+                             surface.provenance());
   copy_levels(surface, copy, {}, bounds);
   copy.commit();
   LossySize size;
   size.bytes = std::as_const(copy).base_bytes(id).size();
   for (int level = 1; level <= settings.level; ++level)
     size.bytes += StoreAccess::level_file(copy, id, level).backend->stored_bytes();
-  size.largest_error =
-      largest_error(mesh_of(settings, surface).numbers, mesh_of(settings, copy).numbers);
+  size.largest_error = largest_error(points, positions_of(copy));
   return size;
 }
 
 /// Indices of multiples of the step, as 32-bit integers by significance of their bytes.
-LossySize size_quantised(const LossyMesh& mesh, double bound, int zstd_level) {
+LossySize size_quantised(const Points& points, double bound) {
   const double step = 2 * bound * (1 - 1e-3);
-  const std::size_t count = mesh.numbers.size();
+  const std::size_t count = 3 * points.size();
   std::vector<unsigned char> planes(4 * count);
   LossySize size;
   for (std::size_t i = 0; i < count; ++i) {
-    const double index = std::nearbyint(mesh.numbers[i] / step);
+    const double number = points[i / 3][static_cast<int>(i % 3)];
+    const double index = std::nearbyint(number / step);
     const auto word = static_cast<std::uint32_t>(static_cast<std::int64_t>(index) + 0x40000000);
     for (std::size_t byte = 0; byte < 4; ++byte)
       planes[byte * count + i] = static_cast<unsigned char>(word >> 8 * byte);
     const double back = static_cast<float>(index * step);
-    size.largest_error = std::max(size.largest_error, std::abs(back - double{mesh.numbers[i]}));
+    size.largest_error = std::max(size.largest_error, std::abs(back - number));
   }
   std::vector<unsigned char> to(ZSTD_compressBound(planes.size()));
-  size.bytes = ZSTD_compress(to.data(), to.size(), planes.data(), planes.size(), zstd_level);
+  size.bytes = ZSTD_compress(to.data(), to.size(), planes.data(), planes.size(), 19);
   return size;
 }
 
-int run(const Settings& settings) {
-  const LaidOutMesh base = lay_out(octahedron(settings.refinements), LayoutKind::kAutomatic);
+#if defined(PLAIT_BENCH_ZFP)
+/// Every level is a grid of its own, of the slots one below another.
+std::optional<LossySize> zfp_size(const Store& store, const Points& points, double bound) {
+  const VertexNumbering numbering(store.base().topology(), store.finest_level());
+  // It takes the power of two below the tolerance.
+  for (double tolerance = 16 * bound; tolerance > bound / 64; tolerance /= 2) {
+    const Coder coder = zfp(tolerance);
+    Points back = points;
+    LossySize size{numbering.first_of(1) * sizeof(points[0])};
+    for (int level = 1; level <= store.finest_level(); ++level) {
+      const std::size_t first = numbering.first_of(level);
+      const std::size_t count = numbering.first_of(level + 1) - first;
+      const auto side = static_cast<std::size_t>(slot_side(level));
+      const RawBlock block{0, std::as_bytes(std::span(points).subspan(first, count)), side,
+                           count / side};
+      std::vector<std::byte> to(most_encoded(block.raw.size()));
+      const std::size_t encoded = coder.encode(block, to);
+      coder.decode(std::span(to).first(encoded), block,
+                   std::as_writable_bytes(std::span(back).subspan(first, count)));
+      size.bytes += encoded;
+    }
+    size.largest_error = largest_error(points, back);
+    if (size.largest_error <= bound) return size;
+  }
+  return {};
+}
+#endif
+
+#if defined(PLAIT_BENCH_DRACO)
+void fill_mesh(const Store& store, const Points& points, draco::Mesh& to) {
+  to.set_num_points(static_cast<std::uint32_t>(points.size()));
+  draco::GeometryAttribute position;
+  position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+  const int id = to.AddAttribute(position, true, to.num_points());
+  for (std::uint32_t i = 0; i < to.num_points(); ++i)
+    to.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &points[i]);
+  const int level = store.finest_level();
+  const VertexNumbering numbering(store.base().topology(), level);
+  for (FaceId face = 0; face < store.base().face_count(); ++face)
+    for_each_triangle(level, [&](const std::array<FacePoint, 3>& corners) {
+      draco::Mesh::Face triangle;
+      for (std::size_t i = 0; i < 3; ++i)
+        triangle[i] = draco::PointIndex(static_cast<std::uint32_t>(
+            numbering.number({face, level, corners[i].i, corners[i].j})));
+      to.AddFace(triangle);
+    });
+}
+
+std::optional<draco::EncoderBuffer> encode_mesh(const draco::Mesh& mesh, int method, int bits,
+                                                int speed) {
+  draco::Encoder encoder;
+  encoder.SetEncodingMethod(method);
+  encoder.SetSpeedOptions(speed, speed);
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, bits);
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeMeshToBuffer(mesh, &buffer).ok()) return {};
+  return buffer;
+}
+
+/// The largest error of quantisation to so many bits, in the encoding that keeps the order.
+double error_of(const Points& points, const draco::Mesh& same, int bits) {
+  const auto buffer = encode_mesh(same, draco::MESH_SEQUENTIAL_ENCODING, bits, 10);
+  if (!buffer) return INFINITY;
+  draco::DecoderBuffer input;
+  input.Init(buffer->data(), buffer->size());
+  auto decoded = draco::Decoder().DecodeMeshFromBuffer(&input);
+  if (!decoded.ok()) return INFINITY;
+  const draco::PointAttribute* const position =
+      decoded.value()->GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  Points back(points.size());
+  for (std::uint32_t i = 0; i < back.size(); ++i)
+    position->GetMappedValue(draco::PointIndex(i), &back[i]);
+  return largest_error(points, back);
+}
+
+/// The edgebreaker at its smallest, with the triangles of the finest level.
+std::optional<LossySize> draco_size(const Store& store, const Points& points, double bound) {
+  draco::Mesh same;
+  fill_mesh(store, points, same);
+  for (int bits = 8; bits <= 30; ++bits) {
+    const double error = error_of(points, same, bits);
+    if (error > bound) continue;
+    if (const auto buffer = encode_mesh(same, draco::MESH_EDGEBREAKER_ENCODING, bits, 0))
+      return LossySize{buffer->size(), error};
+  }
+  return {};
+}
+#endif
+
+void run(const Settings& settings) {
+  const LaidOutMesh base = mesh_or_octahedron({}, settings.refinements, LayoutKind::kAutomatic);
   Measurements table("surface|#bound, diagonals|way",
                      {{"bytes a vertex", 3}, {"largest error / bound", 3}});
   for (const std::string surface : {"exact", "noise", "fractal"}) {
-    Store store = make_surface({.level = settings.level}, base, surface, false);
-    const LossyMesh mesh = mesh_of(settings, store);
+    Store store = make_surface(settings, base, surface, false);
+    const Points points = positions_of(store);
     const ErrorBound one{1, true};
     const double diagonal =
         Rounder(store.attributes()[0].schema, one, std::as_const(store).base_bytes(0))
@@ -128,32 +199,32 @@ int run(const Settings& settings) {
             .bound;
     for (const double relative : {1e-4, 1e-5, 1e-6}) {
       const double bound = relative * diagonal;
-      const auto add = [&](const std::string& way, const LossySize& size) {
-        const double vertices = static_cast<double>(mesh.numbers.size()) / 3;
+      const auto add = [&](const std::string& way, const std::optional<LossySize>& size) {
+        say_progress(fmt::format("{} {} {}", surface, relative, way));
+        if (!size) return;
+        const auto vertices = static_cast<double>(points.size());
         table.add({surface, fmt::format("{:g}", relative), way},
-                  {static_cast<double>(size.bytes) / vertices, size.largest_error / bound});
+                  {static_cast<double>(size->bytes) / vertices, size->largest_error / bound});
       };
-      for (const char* preset : {"fast", "default", "small"}) {
-        say_progress(fmt::format("{} {} {}", surface, relative, preset));
-        add(preset, size_in_plait(settings, store, preset, bound));
-      }
-      add("quantise, shuffle, zstd 3", size_quantised(mesh, bound, 3));
-      add("quantise, shuffle, zstd 19", size_quantised(mesh, bound, 19));
-      for (const LossyPeer& peer : lossy_peers()) {
-        say_progress(fmt::format("{} {} {}", surface, relative, peer.name));
-        if (const auto size = peer.size(mesh, bound)) add(peer.name, *size);
-      }
+      for (const char* preset : {"fast", "default", "small"})
+        add(preset, size_in_plait(settings, store, points, preset, bound));
+      add("quantise, shuffle, zstd 19", size_quantised(points, bound));
+#if defined(PLAIT_BENCH_ZFP)
+      add("zfp, accuracy, 2-D", zfp_size(store, points, bound));
+#endif
+#if defined(PLAIT_BENCH_DRACO)
+      add("Draco, edgebreaker, speed 0", draco_size(store, points, bound));
+#endif
     }
   }
   table.print(fmt::format("positions to level {}", settings.level));
-  return 0;
 }
 
 }  // namespace
 
 int main(int count, char** words) {
-  Settings settings;
-  Program program("plait_bench_lossy_sizes", "Size of rounded positions, beside other libraries");
-  program.surface(settings.refinements, settings.level).directory(settings.directory);
-  return program.run(count, words, [&] { return run(settings); });
+  return Program("plait_bench_lossy_sizes", "Size of rounded positions, beside other libraries",
+                 {.directory = "/tmp", .refinements = 4, .block_kib = 256},
+                 {"--refinements", "--level", "--directory"})
+      .run(count, words, run);
 }

@@ -1,6 +1,6 @@
 // OpenSubdiv: uniform refinement of primvars, and stencil tables. Both need the topology of every
-// level first. A program whose topology does not change computes it once, so there are two times:
-// with the topology and without.
+// level first. A program whose topology does not change computes it once, so for primvars there are
+// two times: with the topology and without.
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/stencilTable.h>
 #include <opensubdiv/far/stencilTableFactory.h>
@@ -62,9 +62,9 @@ Refiner refine_topology(const BaseMesh& base, const Faces& faces, int level) {
   return refiner;
 }
 
-void copy_out(const Point* from, int count, Points* points) {
+void copy_out(const std::vector<Point>& from, Points* points) {
   if (points == nullptr) return;
-  for (int i = 0; i < count; ++i) points->push_back({from[i].x, from[i].y, from[i].z});
+  for (const Point& at : from) points->push_back({at.x, at.y, at.z});
 }
 
 double with_primvars(const BaseMesh& base, int level, Points* points, bool topology_too) {
@@ -84,29 +84,25 @@ double with_primvars(const BaseMesh& base, int level, Points* points, bool topol
       coarser.swap(finer);
     }
   });
-  copy_out(coarser.data(), static_cast<int>(coarser.size()), points);
+  copy_out(coarser, points);
   return result + (topology_too ? topology : 0);
 }
 
-double with_stencils(const BaseMesh& base, int level, Points* points, bool tables_too) {
-  const Faces faces(base);
-  std::unique_ptr<const Far::StencilTable> table;
-  const double preparation = thread_seconds([&] {
-    const Refiner refiner = refine_topology(base, faces, level);
-    Far::StencilTableFactory::Options options;
-    options.generateIntermediateLevels = false;
-    options.generateOffsets = true;
-    options.maxLevel = static_cast<unsigned>(level) & 0xfu;
-    table.reset(Far::StencilTableFactory::Create(*refiner, options));
-  });
+double with_stencils(const BaseMesh& base, int level, Points* points) {
+  Far::StencilTableFactory::Options options;
+  options.generateIntermediateLevels = false;
+  options.generateOffsets = true;
+  options.maxLevel = static_cast<unsigned>(level) & 0xfu;
+  const std::unique_ptr<const Far::StencilTable> table(
+      Far::StencilTableFactory::Create(*refine_topology(base, Faces(base), level), options));
   const std::vector<Point> from = base_points(base);
   std::vector<Point> to(static_cast<std::size_t>(table->GetNumStencils()));
   const double result = thread_seconds([&] {
     Point* first = to.data();
     table->UpdateValues(from.data(), first);
   });
-  copy_out(to.data(), table->GetNumStencils(), points);
-  return result + (tables_too ? preparation : 0);
+  copy_out(to, points);
+  return result;
 }
 
 }  // namespace
@@ -114,15 +110,14 @@ double with_stencils(const BaseMesh& base, int level, Points* points, bool table
 std::vector<Peer> open_subdiv_peers() {
   const std::string name = "OpenSubdiv " + std::to_string(OPENSUBDIV_VERSION_NUMBER / 10000) + "." +
                            std::to_string(OPENSUBDIV_VERSION_NUMBER / 100 % 100);
-  const auto peer = [&](const char* measured, auto refine, bool preparation_too) {
-    return Peer{name, measured, [=](const BaseMesh& base, int level, Points* points) {
-                  return refine(base, level, points, preparation_too);
-                }};
+  const auto primvars = [](bool topology_too) {
+    return [=](const BaseMesh& base, int level, Points* points) {
+      return with_primvars(base, level, points, topology_too);
+    };
   };
-  return {peer("primvar refinement, topology made before", with_primvars, false),
-          peer("primvar refinement and topology", with_primvars, true),
-          peer("stencils applied, tables made before", with_stencils, false),
-          peer("stencils applied, tables and topology", with_stencils, true)};
+  return {{name, "primvar refinement, topology made before", primvars(false)},
+          {name, "primvar refinement and topology", primvars(true)},
+          {name, "stencils applied, tables made before", with_stencils}};
 }
 
 }  // namespace plait::bench

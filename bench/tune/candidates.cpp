@@ -13,31 +13,6 @@ bool contains(const auto& values, const auto& value) {
   return std::ranges::find(values, value) != values.end();
 }
 
-/// The filters before a codec.
-using Chain = std::vector<PipelineStage>;
-
-std::vector<Chain> chains(const PipelineRegistry& registry) {
-  const std::vector<std::string> filters = registry.filter_names();
-  const bool has_shuffle = contains(filters, "shuffle");
-  std::vector<Chain> chains = {{}};
-  if (has_shuffle) chains.push_back({{"shuffle"}});
-  for (const std::string& filter : filters) {
-    if (filter == "shuffle") continue;
-    if (has_shuffle) chains.push_back({{filter}, {"shuffle"}});
-    // The filters that come with plait leave numbers, whose bytes are always grouped afterwards.
-    if (!contains(default_pipelines().filter_names(), filter)) chains.push_back({{filter}});
-  }
-  return chains;
-}
-
-/// Filters before `bitpack`, which wants the numbers that a filter leaves, and no bytes.
-std::vector<Chain> predictions(const PipelineRegistry& registry) {
-  std::vector<Chain> chains;
-  for (const std::string& filter : registry.filter_names())
-    if (filter != "shuffle") chains.push_back({{filter}});
-  return chains;
-}
-
 std::vector<PipelineStage> codecs(const PipelineRegistry& registry) {
   std::vector<PipelineStage> codecs;
   for (const std::string& codec : registry.codec_names()) {
@@ -48,6 +23,26 @@ std::vector<PipelineStage> codecs(const PipelineRegistry& registry) {
       codecs.push_back({codec});
   }
   return codecs;
+}
+
+/// The filters that are tried before a codec.
+std::vector<std::vector<PipelineStage>> chains_before(const PipelineStage& codec,
+                                                      const PipelineRegistry& registry) {
+  // `bitpack` wants the numbers that a filter leaves, and no bytes.
+  const bool wants_numbers = codec.name == "bitpack";
+  std::vector<std::vector<PipelineStage>> chains;
+  if (!wants_numbers) {
+    chains.emplace_back();
+    chains.push_back({{"shuffle"}});
+  }
+  for (const std::string& filter : registry.filter_names()) {
+    if (filter == "shuffle") continue;
+    if (!wants_numbers) chains.push_back({{filter}, {"shuffle"}});
+    // The filters that come with plait leave numbers, whose bytes are always grouped afterwards.
+    if (wants_numbers || !contains(default_pipelines().filter_names(), filter))
+      chains.push_back({{filter}});
+  }
+  return chains;
 }
 
 /// The number of filters that change records of this type; nothing if one of them refuses them.
@@ -68,30 +63,28 @@ std::optional<std::size_t> filters_of(const PipelineRegistry& registry,
 std::vector<Pipeline> candidate_pipelines(const PipelineRegistry& registry,
                                           const AttributeSchema& schema,
                                           std::optional<double> step) {
-  std::vector<Pipeline> tried = {"none"};
-  std::vector<Pipeline> all;
+  std::vector<Pipeline> candidates = {"none"};
+  const auto add = [&](const Pipeline& pipeline) {
+    if (!contains(candidates, pipeline)) candidates.push_back(pipeline);
+  };
+  const auto add_if_all_filters_work = [&](const Pipeline& pipeline) {
+    if (filters_of(registry, schema, pipeline) == pipeline.filters.size()) add(pipeline);
+  };
+  for (const CompressionPreset& preset : compression_presets())
+    add_if_all_filters_work(preset_pipeline(preset.name, schema).without_predicted_stage());
   for (const PipelineStage& codec : codecs(registry))
-    for (const Chain& chain : codec.name == "bitpack" ? predictions(registry) : chains(registry)) {
-      Pipeline& pipeline = all.emplace_back();
-      pipeline.filters = chain;
+    for (const std::vector<PipelineStage>& filters : chains_before(codec, registry)) {
+      Pipeline pipeline;
+      pipeline.filters = filters;
       pipeline.codec = codec;
-      if (filters_of(registry, schema, pipeline) != chain.size()) all.pop_back();
+      add_if_all_filters_work(pipeline);
     }
-  for (const CompressionPreset& preset : compression_presets()) {
-    const Pipeline pipeline = preset_pipeline(preset.name, schema).without_predicted_stage();
-    if (filters_of(registry, schema, pipeline) == pipeline.filters.size() &&
-        !contains(tried, pipeline))
-      tried.push_back(pipeline);
-  }
-  for (const Pipeline& pipeline : all)
-    if (!contains(tried, pipeline)) tried.push_back(pipeline);
   if (step)
-    for (const Pipeline& pipeline : std::vector(tried)) {
+    for (const Pipeline& pipeline : std::vector(candidates)) {
       const Pipeline rounded = pipeline_of_rounded(pipeline, *step).of(0);
-      if (!contains(tried, rounded) && filters_of(registry, schema, rounded))
-        tried.push_back(rounded);
+      if (filters_of(registry, schema, rounded)) add(rounded);
     }
-  return tried;
+  return candidates;
 }
 
 }  // namespace plait::tune

@@ -1,41 +1,77 @@
-// bench/tune/copy.h: stores a surface as a choice says and reads it, for real.
+// bench/tune/copy.h: a choice is a way to store a surface: the value that the table, the sentence
+// and the command are made of. A copy is stored as a choice says and read, for real.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "plait/compression.h"
+#include "plait/error.h"
 #include "plait/extend/pipeline_registry.h"
 #include "plait/store.h"
-#include "tune/choice.h"
 
 namespace plait::tune {
+
+struct Choice {
+  /// "small", "fast, normal made again", or the pipelines.
+  std::string name;
+  /// The values of --compress; empty: blocks as they are.
+  std::vector<std::string> compress;
+  bool is_preset = false;
+  std::uint64_t block_bytes = 0;  ///< 0: as in the source
+  std::string backend = "compressed";
+
+  /// "--compress small", or "--backend pread"; and --block, if that is not as in the source.
+  std::string options() const;
+  friend bool operator==(const Choice&, const Choice&) = default;
+};
+
+Compression compression_of(const Choice& choice);
+/// The preset `none` keeps blocks as they are, with `raw_backend`.
+Choice choice_of_preset(const std::string& preset, const std::string& raw_backend);
+/// Each attribute with its own pipeline.
+Choice choice_of_pipelines(const std::vector<AttributeSchema>& attributes,
+                           const std::vector<Pipeline>& pipelines);
+/// What the choice does with these records.
+Pipeline pipeline_of(const Choice& choice, const AttributeSchema& schema);
+
+/// Whether both do the same with the blocks of these attributes, whatever their names are.
+bool store_alike(const Choice& a, const Choice& b, const std::vector<AttributeSchema>& attributes);
+
+/// Whether a pipeline cannot store the records, and not another fault.
+bool is_refusal(const Error& error) noexcept;
 
 /// False cancels.
 using Proceed = std::function<bool()>;
 
-/// What one attribute took of a copy: written to the page cache, read from the disk, and read from
-/// the page cache.
-struct PartOfCopy {
-  double stored_bytes = 0, write_seconds = 0, read_seconds = 0, warm_seconds = 0;
-  std::uint64_t blocks = 0, made_blocks = 0;  ///< the latter take no bytes
-};
-
-struct CopyRun {
-  double stored_bytes = 0;   ///< as `plait convert` and `plait info` count them
-  double write_seconds = 0;  ///< until it is on the disk; reading the source is in it
+/// What a copy took, or one attribute of it.
+struct CopyFigures {
+  double stored_bytes = 0;   ///< of the copy: as `plait convert` and `plait info` count them
+  double write_seconds = 0;  ///< of an attribute: to the page cache; of the copy: to the disk
   double read_seconds = 0;   ///< of a sweep over all levels, out of the page cache
   double warm_seconds = 0;   ///< the same from the page cache: what is not the disk
-  bool is_cold = true;       ///< false on a file system in memory
-  bool can_change = true;    ///< records can be changed in place: no block is coded from another
-  std::vector<PartOfCopy> parts = {};  ///< [attribute of refined_attributes()]
+  std::uint64_t blocks = 0, made_blocks = 0;  ///< of an attribute; the latter take no bytes
+};
+
+/// A copy as a whole. Reading the source is in `write_seconds`.
+struct CopyRun : CopyFigures {
+  bool is_cold = true;     ///< false on a file system in memory
+  bool can_change = true;  ///< records can be changed in place: no block is coded from another
+  std::vector<CopyFigures> parts = {};  ///< [attribute of refined_attributes()]
 };
 
 enum class Reads : std::uint8_t {
   kCold,      ///< repeated until they took 0.3 s; then once from the page cache
   kWarmOnly,  ///< and nothing waits for the disk: for a sample
 };
+
+/// The attributes that have levels.
+std::vector<AttributeId> refined_attributes(const Store& store);
+/// The bytes of the records of all levels.
+std::uint64_t raw_bytes(const Store& store);
 
 /// Makes a copy at `path`, commits it, reads it, and removes it. Errors: those of Store::create, of
 /// coding, reading and writing; kCancelled.

@@ -29,22 +29,24 @@ struct Arguments {
 };
 
 /// The fastest pipeline of each attribute, the second ones, the third ones.
-std::vector<Choice> fastest(const Sample& sample) {
+std::vector<Choice> fastest(Sample sample) {
   constexpr std::size_t kMost = 3;
+  for (auto& pipelines : sample.pipelines)
+    std::ranges::stable_sort(pipelines, {},
+                             [](const SampledPipeline& one) { return one.part.read_seconds; });
   std::vector<Choice> choices;
   for (std::size_t place = 0; place < kMost; ++place) {
-    std::vector<std::string> names;
-    std::vector<Pipeline> pipelines;
-    for (std::size_t at = 0; at < sample.attributes.size(); ++at) {
-      std::vector<SampledPipeline> sorted = sample.pipelines[at];
-      std::ranges::stable_sort(sorted, {},
-                               [](const SampledPipeline& one) { return one.part.read_seconds; });
-      names.push_back(sample.attributes[at].name);
-      pipelines.push_back(sorted[std::min(place, sorted.size() - 1)].pipeline);
-    }
-    choices.push_back(choice_of_pipelines(names, pipelines));
+    std::vector<Pipeline> chosen;
+    for (const auto& pipelines : sample.pipelines)
+      chosen.push_back(pipelines[std::min(place, pipelines.size() - 1)].pipeline);
+    choices.push_back(choice_of_pipelines(sample.attributes, chosen));
   }
   return choices;
+}
+
+double read_seconds(const Measured& one) {
+  return one.runs.empty() ? std::numeric_limits<double>::infinity()
+                          : estimate(one, &CopyRun::read_seconds).value;
 }
 
 int run(const Arguments& arguments) {
@@ -75,36 +77,30 @@ int run(const Arguments& arguments) {
       choice.name += fmt::format(", {} KiB", block_bytes >> 10);
       add(choice);
     }
-  const auto store_once = [&](const Choice& choice) {
-    return store_and_read(store, choice, scratch.path() / "final.plait", Reads::kCold,
-                          default_backends(), always);
+  const auto measure = [&](std::vector<Measured>& choices, double seconds) {
+    const Stopwatch clock;
+    measure_rounds(
+        choices, Goal::kRead, seconds, [&] { return clock.seconds(); },
+        [&](const Choice& choice) {
+          return store_and_read(store, choice, scratch.path() / "final.plait", Reads::kCold,
+                                default_backends(), always);
+        });
   };
-  const Stopwatch clock;
-  measure_rounds(
-      finalists, Goal::kRead, 2 * arguments.seconds, [&] { return clock.seconds(); }, store_once);
-  std::size_t best = 0;
-  for (std::size_t at = 1; at < finalists.size(); ++at)
-    if (!finalists[at].runs.empty() && estimate(finalists[at], &CopyRun::read_seconds).value <
-                                           estimate(finalists[best], &CopyRun::read_seconds).value)
-      best = at;
+  measure(finalists, 2 * arguments.seconds);
+  const auto best = std::ranges::min_element(finalists, {}, read_seconds);
   // The best of a dozen is partly the luckiest, so it meets the pick once more in rounds of their
   // own.
-  std::vector<Measured> duel = {{finalists[0].choice}, {finalists[best].choice}};
-  if (best == 0) {
-    duel = {finalists[0], finalists[0]};
-  } else {
-    const Stopwatch clock_of_duel;
-    measure_rounds(
-        duel, Goal::kRead, arguments.seconds, [&] { return clock_of_duel.seconds(); }, store_once);
+  std::vector<Measured> duel = {finalists.front(), finalists.front()};
+  if (best != finalists.begin()) {
+    duel = {{pick}, {best->choice}};
+    measure(duel, arguments.seconds);
   }
-  const auto seconds = [&](std::size_t at) {
-    return estimate(duel[at], &CopyRun::read_seconds).value;
-  };
-  const double behind = seconds(0) / seconds(1) - 1;
+  const double behind = read_seconds(duel[0]) / read_seconds(duel[1]) - 1;
   fmt::print("| {} | {} | {:.2f} | {} | {} | {:.2f} | {} | {:.1f} % |\n",
              arguments.store.stem().string(), pick.name, duel[0].stored_bytes() / 1048576,
-             instrument::seconds_text(seconds(0)), duel[1].choice.name,
-             duel[1].stored_bytes() / 1048576, instrument::seconds_text(seconds(1)), 100 * behind);
+             instrument::seconds_text(read_seconds(duel[0])), duel[1].choice.name,
+             duel[1].stored_bytes() / 1048576, instrument::seconds_text(read_seconds(duel[1])),
+             100 * behind);
   return behind <= 0.05 ? 0 : 1;
 }
 

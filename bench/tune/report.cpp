@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/byte_text.h"
+#include "base/name_table.h"
 #include "instrument/figure_text.h"
 #include "instrument/page.h"
 
@@ -17,6 +19,14 @@ namespace {
 using instrument::Estimate;
 using instrument::seconds_text;
 using Json = nlohmann::ordered_json;
+
+constexpr NameTable<Goal, 5> kWords("goal",
+                                    {{Goal::kRead, "For a full read"},
+                                     {Goal::kWrite, "For a full write"},
+                                     {Goal::kUpdate,
+                                      "For reading, changing and writing all records"},
+                                     {Goal::kSize, "For size"},
+                                     {Goal::kBalanced, "For reading, writing and size together"}});
 
 std::string bytes_text(double bytes) { return format_bytes(static_cast<std::uint64_t>(bytes)); }
 
@@ -59,14 +69,10 @@ struct DiskClass {
 constexpr std::array<DiskClass, 3> kDisks = {
     {{"100 MB/s (hard disk)", 1e8}, {"500 MB/s (SATA)", 5e8}, {"3 GB/s (NVMe)", 3e9}}};
 
-std::size_t best_at(const TuneFindings& findings, double speed) {
-  std::size_t best = findings.choices.size();
-  for (std::size_t at = 0; at < findings.choices.size(); ++at)
-    if (!findings.choices[at].runs.empty() &&
-        (best == findings.choices.size() || read_seconds_at(findings.choices[at], speed) <
-                                                read_seconds_at(findings.choices[best], speed)))
-      best = at;
-  return best;
+const Measured& best_at(const TuneFindings& findings, double speed) {
+  return *std::ranges::min_element(findings.choices, {}, [&](const Measured& one) {
+    return one.runs.empty() ? std::numeric_limits<double>::infinity() : read_seconds_at(one, speed);
+  });
 }
 
 instrument::Table table_of(const TuneFindings& findings, const Decision& decision) {
@@ -94,7 +100,7 @@ instrument::Table table_of(const TuneFindings& findings, const Decision& decisio
 
 /// What a reader must know before believing the figures.
 std::vector<std::string> doubts_of(const TuneFindings& findings) {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines = findings.notes;
   if (findings.is_interrupted)
     lines.push_back("interrupted: the figures are of what there was by then");
   if (findings.seconds_for_enough > 0)
@@ -115,7 +121,6 @@ std::vector<std::string> doubts_of(const TuneFindings& findings) {
     lines.push_back(
         "the time was up before all pipelines were tried on the sample; more --seconds "
         "try all");
-  for (const std::string& note : findings.notes) lines.push_back(note);
   for (const auto& [why, pipelines] : findings.sample.refused)
     lines.push_back(fmt::format("the sample refused {}: {}", fmt::join(pipelines, " and "), why));
   return lines;
@@ -133,27 +138,40 @@ std::string method_text(const TuneFindings& findings) {
       "{}: {} of records to level {}, blocks of {}. {} pipelines of attributes were tried on {}, "
       "and {} of them are not dominated. {} choices were stored in full under {} and read, {} "
       "rounds, {:.0f} s. Intervals are of 95 %. Writing contains reading the source.",
-      findings.input, bytes_text(static_cast<double>(findings.raw_bytes)), findings.finest_level,
+      findings.input, format_bytes(findings.raw_bytes), findings.finest_level,
       format_bytes(findings.block_bytes), tried, format_bytes(findings.sample.bytes), kept,
       findings.choices.size(), findings.directory.native(), rounds, findings.seconds);
 }
 
-/// How it was measured, and what a reader must know before believing the figures.
-void add_method(instrument::Page& page, const TuneFindings& findings) {
-  page.add(instrument::Paragraph{method_text(findings)});
-  if (!findings.note.empty()) page.add(instrument::Paragraph{findings.note});
-  page.add(instrument::List{doubts_of(findings), instrument::Tone::kDoubt});
-}
-
-instrument::Table disks_table(const TuneFindings& findings, const Decision& decision) {
+instrument::Table disks_table(const TuneFindings& findings, const Measured& pick) {
   instrument::Table table = instrument::table_with("disk|#the pick|#the best|which");
   for (const DiskClass& disk : kDisks) {
-    const Measured& best = findings.choices[best_at(findings, disk.speed)];
-    table.rows.push_back(
-        {{disk.name, seconds_text(read_seconds_at(findings.choices[decision.pick], disk.speed)),
-          seconds_text(read_seconds_at(best, disk.speed)), best.choice.name}});
+    const Measured& best = best_at(findings, disk.speed);
+    table.rows.push_back({{disk.name, seconds_text(read_seconds_at(pick, disk.speed)),
+                           seconds_text(read_seconds_at(best, disk.speed)), best.choice.name}});
   }
   return table;
+}
+
+/// The advice in a sentence.
+std::string advice_text(const TuneFindings& findings, const Decision& decision) {
+  const Measured& pick = findings.choices[decision.pick];
+  std::vector<std::string> equal;
+  for (std::size_t at = 0; at < decision.beside.size(); ++at)
+    if (decision.beside[at] && decision.beside[at]->is_tied)
+      equal.push_back(findings.choices[at].choice.name);
+  return fmt::format(
+      "{}: {}. It takes {} ({:.2f} to 1), is read in {} and written in {}.{}",
+      kWords.name_of(findings.goal), pick.choice.name, bytes_text(pick.stored_bytes()),
+      ratio_of(findings, pick), seconds_text(estimate(pick, &CopyRun::read_seconds).value),
+      seconds_text(estimate(pick, &CopyRun::write_seconds).value),
+      equal.empty() ? "" : fmt::format(" Not shown to differ: {}.", fmt::join(equal, "; ")));
+}
+
+/// The command that follows it.
+std::string advised_command(const TuneFindings& findings, const Decision& decision) {
+  return fmt::format("{} {}", findings.command_start,
+                     findings.choices[decision.pick].choice.options());
 }
 
 }  // namespace
@@ -163,38 +181,21 @@ double read_seconds_at(const Measured& measured, double bytes_per_second) {
                   estimate(measured, &CopyRun::warm_seconds).value);
 }
 
-std::string advice_text(const TuneFindings& findings, const Decision& decision) {
-  const Measured& pick = findings.choices[decision.pick];
-  std::vector<std::string> equal;
-  for (std::size_t at = 0; at < decision.beside.size(); ++at)
-    if (decision.beside[at] && decision.beside[at]->is_tied)
-      equal.push_back(findings.choices[at].choice.name);
-  return fmt::format(
-      "{}: {}. It takes {} ({:.2f} to 1), is read in {} and written in {}.{}",
-      words_for(findings.goal), pick.choice.name, bytes_text(pick.stored_bytes()),
-      ratio_of(findings, pick), seconds_text(estimate(pick, &CopyRun::read_seconds).value),
-      seconds_text(estimate(pick, &CopyRun::write_seconds).value),
-      equal.empty() ? "" : fmt::format(" Not shown to differ: {}.", fmt::join(equal, "; ")));
-}
-
-std::string advised_command(const TuneFindings& findings, const Decision& decision) {
-  return fmt::format("{} {}", findings.command_start,
-                     findings.choices[decision.pick].choice.options());
-}
-
 std::string to_text(const TuneFindings& findings, const Decision& decision) {
   instrument::Page page;
-  add_method(page, findings);
+  page.add(instrument::Paragraph{method_text(findings)});
+  page.add(instrument::List{doubts_of(findings), instrument::Tone::kDoubt});
   page.add(table_of(findings, decision));
   page.add(instrument::Paragraph{
       "Full reads of other disks, by the formula max(stored / speed, seconds from memory):"});
-  page.add(disks_table(findings, decision));
+  page.add(disks_table(findings, findings.choices[decision.pick]));
   page.add(instrument::Paragraph{advice_text(findings, decision)});
   return to_text(page) + advised_command(findings, decision) + "\n";
 }
 
 Json to_json(const TuneFindings& findings, const Decision& decision) {
-  Json choices = Json::array(), sampled = Json::array(), disks = Json::array();
+  const Measured& pick = findings.choices[decision.pick];
+  Json choices = Json::array(), disks = Json::array();
   for (std::size_t at = 0; at < findings.choices.size(); ++at) {
     const Measured& one = findings.choices[at];
     Json json = {{"name", one.choice.name},
@@ -217,19 +218,11 @@ Json to_json(const TuneFindings& findings, const Decision& decision) {
     }
     choices.push_back(std::move(json));
   }
-  for (std::size_t id = 0; id < findings.sample.attributes.size(); ++id)
-    for (const SampledPipeline& one : findings.sample.pipelines[id])
-      sampled.push_back({{"attribute", findings.sample.attributes[id].name},
-                         {"pipeline", one.pipeline.to_text()},
-                         {"stored_bytes", one.part.stored_bytes},
-                         {"write_seconds", one.part.write_seconds},
-                         {"read_seconds", one.part.warm_seconds}});
   for (const DiskClass& disk : kDisks)
     disks.push_back({{"bytes_a_second", disk.speed},
-                     {"pick_seconds", read_seconds_at(findings.choices[decision.pick], disk.speed)},
-                     {"best", findings.choices[best_at(findings, disk.speed)].choice.name}});
+                     {"pick_seconds", read_seconds_at(pick, disk.speed)},
+                     {"best", best_at(findings, disk.speed).choice.name}});
   return {{"input", findings.input},
-          {"note", findings.note},
           {"doubts", doubts_of(findings)},
           {"goal", to_string(findings.goal)},
           {"directory", findings.directory.native()},
@@ -239,10 +232,10 @@ Json to_json(const TuneFindings& findings, const Decision& decision) {
           {"block_bytes", findings.block_bytes},
           {"finest_level", findings.finest_level},
           {"surroundings", instrument::to_json(findings.surroundings)},
-          {"sample", {{"bytes", findings.sample.bytes}, {"pipelines", std::move(sampled)}}},
+          {"sample", {{"bytes", findings.sample.bytes}}},
           {"choices", std::move(choices)},
           {"other_disks_by_formula", std::move(disks)},
-          {"pick", findings.choices[decision.pick].choice.name},
+          {"pick", pick.choice.name},
           {"advice", advice_text(findings, decision)},
           {"command", advised_command(findings, decision)}};
 }
@@ -251,7 +244,8 @@ std::string to_html(const TuneFindings& findings, const Decision& decision,
                     const std::string& about) {
   instrument::Page page{fmt::format("plait tune {}", findings.input), about};
   page.add(instrument::Verdict{advice_text(findings, decision), instrument::Tone::kGood});
-  add_method(page, findings);
+  page.add(instrument::Paragraph{method_text(findings)});
+  page.add(instrument::List{doubts_of(findings), instrument::Tone::kDoubt});
   instrument::ScatterPlot plot{
       {"Bytes and seconds", "Down and to the left is better; the pick is filled and named."},
       {"stored", "B"},

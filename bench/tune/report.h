@@ -9,10 +9,6 @@
 
 namespace plait::tune {
 
-/// The advice in a sentence, and the command that follows it.
-std::string advice_text(const TuneFindings& findings, const Decision& decision);
-std::string advised_command(const TuneFindings& findings, const Decision& decision);
-
 /// Seconds of a full read on another disk, by one formula: the larger of the stored bytes over the
 /// disk's speed, and of what reading took from the page cache here.
 double read_seconds_at(const Measured& measured, double bytes_per_second);

@@ -1,7 +1,9 @@
 #include "tune/rounds.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "base/name_table.h"
 #include "plait/error.h"
 
 namespace plait::tune {
@@ -13,9 +15,11 @@ constexpr double kLeavesFrom = 1.2;
 constexpr double kEqualBytes = 1.01;
 constexpr double kSignificance = 0.05;
 
-double cost_of(const CopyRun& run, Goal goal) {
-  return cost(goal, {run.stored_bytes, run.write_seconds, run.read_seconds});
-}
+constexpr NameTable<Goal, 5> kGoals("goal", {{Goal::kRead, "read"},
+                                             {Goal::kWrite, "write"},
+                                             {Goal::kUpdate, "update"},
+                                             {Goal::kSize, "size"},
+                                             {Goal::kBalanced, "balanced"}});
 
 bool can_compete(const Measured& measured, Goal goal) {
   return !measured.runs.empty() && (goal != Goal::kUpdate || measured.runs.back().can_change);
@@ -24,8 +28,8 @@ bool can_compete(const Measured& measured, Goal goal) {
 Beside beside(const Measured& pick, const Measured& other, Goal goal) {
   std::vector<double> first, second;
   for (std::size_t at = 0; at < std::min(pick.runs.size(), other.runs.size()); ++at) {
-    first.push_back(cost_of(pick.runs[at], goal));
-    second.push_back(cost_of(other.runs[at], goal));
+    first.push_back(cost(goal, pick.runs[at]));
+    second.push_back(cost(goal, other.runs[at]));
   }
   Beside found{instrument::compare_paired(first, second), false};
   const double factor = found.cost.factor.value;
@@ -66,7 +70,26 @@ bool is_open(std::vector<Measured>& choices, Goal goal) {
 
 }  // namespace
 
-instrument::Estimate estimate(const Measured& measured, double CopyRun::*seconds) {
+std::string_view to_string(Goal goal) noexcept { return kGoals.name_of(goal); }
+Goal goal_from_name(std::string_view name) { return kGoals.find(name); }
+
+double cost(Goal goal, const CopyFigures& figures) {
+  switch (goal) {
+    case Goal::kRead:
+      return figures.read_seconds;
+    case Goal::kWrite:
+      return figures.write_seconds;
+    case Goal::kUpdate:
+      return figures.read_seconds + figures.write_seconds;
+    case Goal::kSize:
+      return figures.stored_bytes;
+    case Goal::kBalanced:
+      break;
+  }
+  return std::cbrt(figures.read_seconds * figures.write_seconds * figures.stored_bytes);
+}
+
+instrument::Estimate estimate(const Measured& measured, double CopyFigures::*seconds) {
   std::vector<double> values;
   for (const CopyRun& run : measured.runs) values.push_back(run.*seconds);
   return instrument::geometric_interval(values);

@@ -6,13 +6,22 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "instrument/statistics.h"
 #include "tune/copy.h"
-#include "tune/goal.h"
 
 namespace plait::tune {
+
+/// What shall be small.
+enum class Goal : std::uint8_t { kRead, kWrite, kUpdate, kSize, kBalanced };
+std::string_view to_string(Goal goal) noexcept;
+/// Errors: kInvalidArgument; the message lists the goals.
+Goal goal_from_name(std::string_view name);
+/// The seconds of a full read or of a full write; of both, for changing all records; the stored
+/// bytes; or, balanced, the cube root of their product, so that a tenth of each counts the same.
+double cost(Goal goal, const CopyFigures& figures);
 
 /// Times that differ by less than this factor are equal for all uses.
 inline constexpr double kEqualWithin = 1.03;
@@ -30,7 +39,7 @@ struct Measured {
   double stored_bytes() const { return runs.back().stored_bytes; }
 };
 /// Of all runs.
-instrument::Estimate estimate(const Measured& measured, double CopyRun::*seconds);
+instrument::Estimate estimate(const Measured& measured, double CopyFigures::*seconds);
 
 /// Measures a choice once.
 using Run = std::function<CopyRun(const Choice& choice)>;

@@ -27,7 +27,7 @@ std::vector<Pipeline> candidate_pipelines(const PipelineRegistry& registry,
 /// What one attribute takes, or would take, with one pipeline.
 struct SampledPipeline {
   Pipeline pipeline;
-  PartOfCopy part;
+  CopyFigures part;
   bool can_change = true;
 };
 

@@ -16,6 +16,7 @@ namespace {
 
 /// Of the time, for the sample.
 constexpr double kSampleShare = 0.3;
+constexpr std::uint64_t kSampleBytes = 8u << 20;
 
 std::vector<Choice> presets(const std::string& raw_backend) {
   std::vector<Choice> choices = {choice_of_preset("none", raw_backend)};
@@ -26,35 +27,36 @@ std::vector<Choice> presets(const std::string& raw_backend) {
 }
 
 /// The presets that store what others make again from other blocks, so that they make it again too.
-/// Says in `notes` what was made again and what was not.
+/// Says in `notes` how much of it is made again.
 std::vector<Choice> made_again(const std::vector<Measured>& measured,
                                const std::vector<AttributeSchema>& attributes,
                                std::vector<std::string>& notes) {
-  std::vector<Choice> choices;
+  std::vector<AttributeSchema> again;  // most of their blocks are equal
   for (std::size_t at = 0; at < attributes.size(); ++at) {
     const auto maker = std::ranges::find_if(measured, [&](const Measured& one) {
       return pipeline_of(one.choice, attributes[at]).has_predicted_stage();
     });
     if (maker == measured.end()) continue;
-    const PartOfCopy& part = maker->runs.front().parts[at];
+    const CopyFigures& part = maker->runs.front().parts[at];
     notes.push_back(fmt::format(
         "{}: {} of {} blocks equal what is made again bit by bit, and take no bytes with the "
         "presets default and small",
         attributes[at].name, part.made_blocks, part.blocks));
-    if (2 * part.made_blocks < part.blocks) continue;
-    for (const Measured& one : measured) {
-      Pipeline pipeline = pipeline_of(one.choice, attributes[at]);
-      if (one.choice.compress.empty() || pipeline.has_predicted_stage()) continue;
+    if (2 * part.made_blocks >= part.blocks) again.push_back(attributes[at]);
+  }
+  std::vector<Choice> choices;
+  for (const Measured& one : measured) {
+    if (one.choice.compress.empty()) continue;
+    Choice choice = one.choice;
+    for (const AttributeSchema& schema : again) {
+      Pipeline pipeline = pipeline_of(one.choice, schema);
+      if (pipeline.has_predicted_stage()) continue;
       pipeline.recipe = "";
-      const std::string text = fmt::format("{}={}", attributes[at].name, pipeline.to_text());
-      const auto same = std::ranges::find_if(choices, [&](const Choice& choice) {
-        return choice.compress.front() == one.choice.compress.front();
-      });
-      Choice& choice = same == choices.end() ? choices.emplace_back(one.choice) : *same;
       choice.is_preset = false;
-      choice.name += fmt::format(", {} made again", attributes[at].name);
-      choice.compress.push_back(text);
+      choice.name += fmt::format(", {} made again", schema.name);
+      choice.compress.push_back(fmt::format("{}={}", schema.name, pipeline.to_text()));
     }
+    if (!choice.is_preset) choices.push_back(choice);
   }
   return choices;
 }
@@ -100,7 +102,7 @@ TuneFindings measure_store(Store& store, const PipelineRegistry& registry,
       std::min(options.seconds, clock.seconds() + kSampleShare * options.seconds);
   bool is_cancelled = false;
   findings.sample =
-      take_sample(store, options.sample_bytes, scratch.path(), Reads::kWarmOnly, registry, [&] {
+      take_sample(store, kSampleBytes, scratch.path(), Reads::kWarmOnly, registry, [&] {
         is_cancelled = is_cancelled || !proceed();
         return !is_cancelled && clock.seconds() < end_of_sample;
       });

@@ -17,7 +17,6 @@ namespace plait::tune {
 struct TuneOptions {
   std::filesystem::path directory;  ///< on the disk
   double seconds = 60;              ///< no round begins that would end later
-  std::uint64_t sample_bytes = 8u << 20;
   Goal goal = Goal::kRead;
   /// Called often, with the part that is done, 0 to 1. False ends the measurement; what there is by
   /// then is reported.
@@ -27,7 +26,6 @@ struct TuneOptions {
 /// All that was measured.
 struct TuneFindings {
   std::string input;               ///< the store or the mesh, as given
-  std::string note = {};           ///< what else a reader must know, one line; may be empty
   std::string command_start = {};  ///< "plait convert surface.plait OUT"
   std::filesystem::path directory;
   Goal goal = Goal::kRead;
@@ -39,7 +37,7 @@ struct TuneFindings {
   Sample sample;
   std::vector<Measured> choices;
   instrument::Surroundings surroundings;  ///< while the rounds were measured
-  std::vector<std::string> notes = {};    ///< lines about normals that are made again
+  std::vector<std::string> notes = {};    ///< what else a reader must know, in lines
 };
 
 /// The most choices that are stored in full.

@@ -8,7 +8,6 @@
 
 #include "backends/comparison.h"
 #include "backends/findings.h"
-#include "backends/first_screen.h"
 #include "backends/read_runs.h"
 #include "backends/report_page.h"
 #include "plait/error.h"

@@ -21,7 +21,7 @@ expect() {
   fi
 }
 as=(env)
-quick=(--size 512M --floor-seconds 1)
+quick=(--size 512M)
 
 expect 2 'expected run or clean'
 expect 2 "found 'walk'" walk
@@ -32,7 +32,6 @@ expect 2 "found 'ext4@0'" run --kinds ext4@0 -- true
 expect 2 "found 'x;reboot'" run --kinds 'x;reboot' -- true
 expect 2 "found '4Q'" run --size 4Q -- true
 expect 2 'at least 512M' run --size 1M -- true
-expect 2 'expected 1 to 99' run --floor-seconds 0 -- true
 expect 2 'no such directory' run --images "$here/no" -- true
 expect 2 "unknown option '--kind'" run --kind tmpfs -- true
 expect 2 'needs a value' run --kinds

@@ -119,7 +119,7 @@ TEST_CASE("a mark is where the ticks beside it say that its value is") {
   };
   check(intervals, "data-value");
   check(scatter, "data-x");
-  // A name has one colour and one shape: five backends, of which one has outlines.
+  // A name has one colour: five backends, of which one has outlines.
   CHECK(count_of(intervals, "var(--s0)") == 8);
   CHECK(count_of(intervals, "class=\"mark hollow\"") == 4);
 }

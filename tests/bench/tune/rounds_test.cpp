@@ -31,13 +31,12 @@ class MadeUpDisk {
     seconds_ += 1;
     if (seconds_ == refuses_at_) throw Error(ErrorCode::kNotSupported, "no such records");
     if (seconds_ >= cancels_at_) throw Error(ErrorCode::kCancelled, "cancelled");
-    return {truth.bytes,
-            std::max(truth.bytes / speed_, truth.encode) * factor(),
-            read_seconds(choice) * factor(),
-            truth.decode,
+    return {{.stored_bytes = truth.bytes,
+             .write_seconds = std::max(truth.bytes / speed_, truth.encode) * factor(),
+             .read_seconds = read_seconds(choice) * factor(),
+             .warm_seconds = truth.decode},
             true,
-            truth.can_change,
-            {}};
+            truth.can_change};
   }
   double read_seconds(const Choice& choice) const {
     const Truth& truth = truths_.at(choice.name);
@@ -245,7 +244,10 @@ TEST_CASE("Report_SentenceTableAndCommand_AreOfOneChoice") {
 }
 
 TEST_CASE("OtherDisks_AreByOneFormula") {
-  const Measured one{choice_of_preset("fast", "pread"), {{1e8, 1, 1, 0.25, true, true, {}}}};
+  CopyRun run;
+  run.stored_bytes = 1e8;
+  run.warm_seconds = 0.25;
+  const Measured one{choice_of_preset("fast", "pread"), {run}};
   CHECK(read_seconds_at(one, 1e8) == Approx(1));
   CHECK(read_seconds_at(one, 1e9) == Approx(0.25));
 }

@@ -162,7 +162,8 @@ TEST_CASE("Copy_OfAChoice_IsWhatItsOptionsMake") {
   CHECK(choice_of_preset("none", "pread").options() == "--backend pread");
   CHECK(choice_of_preset("none", "mmap").options() == "--backend mmap");
   CHECK(choice_of_preset("small", "pread").options() == "--compress small");
-  CHECK(choice_of_pipelines({"position", "normal"}, {"lz4", "none"}).options() ==
+  const std::vector<AttributeSchema> attributes = {{"position"}, {"normal"}};
+  CHECK(choice_of_pipelines(attributes, {"lz4", "none"}).options() ==
         "--compress position=lz4 --compress normal=none");
 }
 

@@ -1,12 +1,9 @@
-#include "peers/compression_surfaces.h"
+#include "peers/surfaces.h"
 
-#include <algorithm>
 #include <tuple>
 #include <utility>
 
 #include "displace/displace.h"
-#include "paging/level_cursor.h"
-#include "plait/extend/edge_index.h"
 #include "plait/extend/store_access.h"
 #include "plait/registry.h"
 #include "plait/subdivide.h"
@@ -35,11 +32,11 @@ void make_other_normals(Store& store) {
 
 }  // namespace
 
-Store make_surface(const SurfaceSettings& settings, const LaidOutMesh& mesh,
-                   const std::string& name, bool normals) {
+Store make_surface(const Settings& settings, const LaidOutMesh& mesh, const std::string& name,
+                   bool normals) {
   StoreOptions options;
   options.backend = "memory";
-  options.block_bytes = static_cast<std::uint64_t>(settings.block_kib) << 10;
+  options.block_bytes = settings.block_bytes();
   options.budget_bytes = 256 << 20;
   Store store = Store::create({}, mesh, options, default_backends());
   add_base_positions(store);
@@ -52,38 +49,30 @@ Store make_surface(const SurfaceSettings& settings, const LaidOutMesh& mesh,
   return store;
 }
 
-std::span<const std::byte> MeasuredSurface::bytes_of(const ContextBlock& block) const {
-  const auto at = static_cast<std::size_t>(block.level - 1);
-  const LevelGeometry& geometry = *surroundings.attributes[block.attribute].levels[at];
-  return std::span(levels[block.attribute][at])
-      .subspan(geometry.block_offset(block.block), geometry.block_bytes(block.block));
+RawSurface::RawSurface(Store& store)
+    : surroundings{store.base().topology(), 0, {}, store.base().positions()} {
+  const Reader reader(store);
+  for (const char* name : {"position", "normal"}) {
+    const AttributeId id = store.attribute(name);
+    AttributeLevels attribute{static_cast<std::uint32_t>(levels.size()),
+                              store.attributes()[id].schema,
+                              std::as_const(store).base_bytes(id),
+                              {}};
+    std::vector<Points>& records = levels.emplace_back();
+    for (int level = 1; level <= store.finest_level(); ++level) {
+      attribute.levels.push_back(
+          &StoreAccess::level_file(std::as_const(store), id, level).geometry);
+      add_level(reader, name, level, records.emplace_back());
+    }
+    surroundings.attributes.push_back(std::move(attribute));
+  }
 }
 
-MeasuredAttribute read_attribute(const SurfaceSettings& settings, Store& store,
-                                 const std::string& name, MeasuredSurface& surface) {
-  const AttributeId id = store.attribute(name);
-  const auto number = static_cast<std::uint32_t>(surface.levels.size());
-  MeasuredAttribute attribute{&surface,       number,  store.attributes()[id].schema,
-                              settings.level, nullptr, {}};
-  AttributeLevels levels{number, attribute.schema, std::as_const(store).base_bytes(id), {}};
-  surface.levels.emplace_back();
-  for (int level = 1; level <= settings.level; ++level) {
-    LevelFile& file = StoreAccess::level_file(store, id, level);
-    LevelCursor cursor(StoreAccess::open_session(store), file);
-    std::vector<std::byte>& bytes = surface.levels.back().emplace_back();
-    for (EdgeId edge = 0; edge < store.base().edge_count(); ++edge) {
-      const auto slot = cursor.slot(edge).bytes;
-      bytes.insert(bytes.end(), slot.begin(), slot.end());
-    }
-    levels.levels.push_back(&file.geometry);
-    attribute.finest = &file.geometry;
-  }
-  surface.surroundings.attributes.push_back(levels);
-  // The same distance between the measured blocks.
-  const std::uint64_t count = attribute.finest->block_count();
-  const auto wanted = std::min<std::uint64_t>(count, static_cast<std::uint64_t>(settings.blocks));
-  for (std::uint64_t i = 0; i < wanted; ++i) attribute.blocks.push_back(i * count / wanted);
-  return attribute;
+std::span<const std::byte> RawSurface::bytes_of(const ContextBlock& block) const {
+  const auto at = static_cast<std::size_t>(block.level - 1);
+  const LevelGeometry& geometry = *surroundings.attributes[block.attribute].levels[at];
+  return std::as_bytes(std::span(levels[block.attribute][at]))
+      .subspan(geometry.block_offset(block.block), geometry.block_bytes(block.block));
 }
 
 }  // namespace plait::bench
