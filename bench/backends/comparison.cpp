@@ -68,6 +68,7 @@ class Shifts {
         std::ranges::all_of(first, has_ratio) && std::ranges::all_of(second, has_ratio);
     const auto figures_of = [&](const std::vector<const MeasuredRun*>& runs) {
       std::vector<double> values;
+      values.reserve(runs.size());
       for (const MeasuredRun* run : runs) values.push_back(ratios ? *run->ratio : run->seconds);
       return values;
     };

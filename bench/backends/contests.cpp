@@ -216,6 +216,7 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
   std::vector<Contest> contests = ranked_contests(set, cells);
   const std::vector<Duel> duels = duels_of(set, cells, contests);
   std::vector<double> p_values;
+  p_values.reserve(duels.size());
   for (const Duel& duel : duels)
     p_values.push_back(
         std::min(1.0, duel.chances() * duel.pairs.compare(0.95, duel.common).p_value));

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <ranges>
 #include <span>
 
 #include "backends/report_page.h"
@@ -17,9 +16,10 @@ namespace {
 constexpr double kNever = 2;  // times as long
 
 /// Those in which there is something to compare.
-auto contests_in(const Findings& findings) {
-  return findings.contests |
-         std::views::filter([](const Contest& contest) { return contest.cells.size() > 1; });
+std::vector<Contest> contests_in(const Findings& findings) {
+  std::vector<Contest> found = findings.contests;
+  std::erase_if(found, [](const Contest& contest) { return contest.cells.size() < 2; });
+  return found;
 }
 
 /// Who must not be used in a contest, and why.
@@ -156,7 +156,7 @@ std::string text_about_auto(const Findings& findings) {
 }
 
 std::string verdict_of(const Findings& findings) {
-  const auto all = std::ranges::distance(contests_in(findings));
+  const auto all = contests_in(findings).size();
   if (all == 0) return "There is one way only, and nothing to compare it with.";
   const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
   const auto presets = std::ranges::count_if(findings.contests, &Contest::backend_decided);

@@ -119,6 +119,7 @@ std::vector<nlohmann::ordered_json> measure_floors(const fs::path& directory, st
   instrument::remove_floor_files(directory);
   const std::string disk = instrument::disk_facts(directory).name();
   std::vector<nlohmann::ordered_json> floors;
+  floors.reserve(all.size());
   for (const Rates& rates : all)
     floors.push_back({{"disk", disk},
                       {"kind", instrument::to_string(rates.request.kind)},

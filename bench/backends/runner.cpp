@@ -202,7 +202,7 @@ class Runner {
 
   /// The work in a process of its own, cold if it reads.
   nlohmann::ordered_json run_once(WorkloadRun& run, const Workload& workload,
-                                  const instrument::MemoryLimit* limit, Observed& observed) {
+                                  const instrument::MemoryLimit* limit, Observed& observed) const {
     observed.reads_all = workload.reads_all;
     if (workload.makes_store) {
       fs::remove_all(run.store);

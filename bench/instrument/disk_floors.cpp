@@ -118,6 +118,7 @@ FloorResult own_floor(const FloorRequest& request) {
   FloorResult result;
   const fs::path path = make_ready(request, result);
   std::vector<AlignedBytes> memory;
+  memory.reserve(static_cast<std::size_t>(request.threads));
   for (int thread = 0; thread < request.threads; ++thread)
     memory.push_back(filled(request.block_bytes, static_cast<std::uint64_t>(thread)));
   const Stopwatch clock;

@@ -8,14 +8,13 @@
 #include "instrument/page.h"
 
 namespace plait::instrument {
+
+/// page/style.css, as CMake made it a source.
+extern const char* const kPageStyle;
+
 namespace {
 
 using nlohmann::ordered_json;
-
-/// page/style.css, as CMake made it text of C++.
-constexpr std::string_view kPageStyle =
-#include "page_style.inc"
-    ;
 
 /// The same text with replacement characters for what is not UTF-8, and without control characters.
 std::string valid_text(std::string_view text) {
