@@ -20,7 +20,7 @@ std::string to_page(const RunSet& set, const Findings& findings, const std::stri
 /// {verdict, advice, failed, doubts, cells, comparisons, runs, skipped}.
 nlohmann::ordered_json to_json(const RunSet& set, const Findings& findings);
 
-/// "41 of 60 comparisons are decided, and 9 more but for the pipeline.", and how good `auto` is.
+/// "41 of 60 comparisons are decided, and 7 more but for the pipeline.", and how good `auto` is.
 std::string verdict_of(const Findings& findings);
 /// "auto is at most 8 % behind the fastest in 14 of 15 comparisons; the farthest is 2.1 times, for
 /// scan-export on ext4 (uring)." Empty if no run was of `auto`'s choice.
