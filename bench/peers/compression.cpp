@@ -157,7 +157,7 @@ void run(const Settings& settings) {
       }
     };
     const auto wanted = [&](const std::string& name) {
-      const std::string full = surface + ": " + name;
+      const std::string full = fmt::format("{}: {}", surface, name);
       const bool is_wanted = full.find(settings.only) != std::string::npos;
       if (is_wanted) say_progress(full);
       return is_wanted;

@@ -16,7 +16,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <ranges>
 #include <string>
 #include <utility>
 
@@ -150,8 +149,9 @@ void run(const Settings& settings) {
   Measurements table(
       "library|measured",
       {{"thread ns a vertex", 2, true}, {"over plait", 1, true}, {"peak bytes a vertex", 0}});
-  for (int turn = 0; turn < settings.runs; ++turn)
-    for (double first = 0; std::size_t i : std::views::iota(std::size_t{0}, peers.size())) {
+  for (int turn = 0; turn < settings.runs; ++turn) {
+    double first = 0;
+    for (std::size_t i = 0; i < peers.size(); ++i) {
       say_progress(fmt::format("turn {} of {}: {}, {}", turn + 1, settings.runs, peers[i].name,
                                peers[i].measured));
       // An extra run, not measured: it removes what the library before left in the caches and in
@@ -162,6 +162,7 @@ void run(const Settings& settings) {
       table.add({peers[i].name, peers[i].measured},
                 {1e9 / vertices * time, time / first, static_cast<double>(peaks[i]) / vertices});
     }
+  }
   table.print(
       fmt::format("{} base vertices, {} at level {}, positions only, one thread, layout hilbert, "
                   "{} runs",

@@ -8,6 +8,7 @@
 // quantised array store a mesh of one level, plait all levels with random access. Draco's
 // edgebreaker changes the order of vertices, so its error is that of the same quantisation in the
 // sequential encoding; its bytes include the triangles. The program prints a Markdown table.
+#include <fmt/format.h>
 #include <zstd.h>
 #if defined(PLAIT_BENCH_DRACO)
 #include <draco/compression/decode.h>
