@@ -41,20 +41,18 @@ paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
   paper::ReportRequest request = arguments.request;
   for (const std::string& text : arguments.memory) request.budgets.push_back(parse_size(text));
   request.runs = !arguments.no_runs;
-  if (!arguments.markdown.empty()) require_extension("write", arguments.markdown, ".md");
-  if (!arguments.markdown.empty())
-    PartialFile::check(arguments.markdown,
-                       arguments.force ? Existing::kReplace : Existing::kRefuse);
   request.pictures_directory = arguments.pictures;
-  if (!arguments.markdown.empty() && arguments.pictures.empty())
-    request.pictures_directory = arguments.markdown.parent_path() / "images";
-  if (!arguments.markdown.empty())
-    fs::create_directories(arguments.pictures.empty()
-                               ? request.pictures_directory
-                               : fs::absolute(arguments.markdown).parent_path());
   for (const fs::path& directory : {request.directory, arguments.pictures})
     if (!directory.empty() && !fs::is_directory(directory))
       refuse("paper: " + directory.native() + ": expected a directory, found none");
+  if (arguments.markdown.empty()) return request;
+  require_extension("write", arguments.markdown, ".md");
+  fs::create_directories(fs::absolute(arguments.markdown).parent_path());
+  PartialFile::check(arguments.markdown, arguments.force ? Existing::kReplace : Existing::kRefuse);
+  if (arguments.pictures.empty()) {
+    request.pictures_directory = arguments.markdown.parent_path() / "images";
+    fs::create_directories(request.pictures_directory);
+  }
   return request;
 }
 

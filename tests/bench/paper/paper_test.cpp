@@ -220,15 +220,18 @@ TEST_CASE("PaperCommand_TinyStandIn_RunsEveryExecutorToOneDigest") {
 TEST_CASE("PaperCommand_Pages_HaveTablesAndPictures") {
   const TemporaryDirectory here(Medium::kMemory);
   write_ply(here.path() / "own.ply", icosahedron());
-  const Names arguments = {"paper", "--mesh",    "own.ply", "--levels",   "3",       "--executor",
-                           "fused", "--backend", "pread",   "--markdown", "paper.md"};
+  const Names arguments = {"paper", "--mesh",     "own.ply",        "--levels",
+                           "3",     "--executor", "fused",          "--backend",
+                           "pread", "--markdown", "report/paper.md"};
   const Outcome outcome = run(here.path(), arguments);
   INFO(outcome.errors);
   REQUIRE(outcome.status == 0);
-  CHECK(names_in(here.path()) == Names{"images", "own.ply", "paper.md"});
-  CHECK(names_in(here.path() / "images") ==
+  const std::filesystem::path report = here.path() / "report";  // the command makes it
+  CHECK(names_in(here.path()) == Names{"own.ply", "report"});
+  CHECK(names_in(report) == Names{"images", "paper.md"});
+  CHECK(names_in(report / "images") ==
         Names{"paper-deo-spans-given.png", "paper-deo-spans-spatial.png"});
-  const std::string page = content_of(here.path() / "paper.md");
+  const std::string page = content_of(report / "paper.md");
   for (const char* part :
        {"Base mesh: own.ply.", "](images/paper-deo-spans-given.png)",
         "| 3 | 480 | 120 | 25.00 % | 642 |", "other work, so its rows are not here", "| fused |",
@@ -243,7 +246,7 @@ TEST_CASE("PaperCommand_Pages_HaveTablesAndPictures") {
   const Outcome again = run(here.path(), arguments);
   CHECK(again.status == 2);
   CHECK(again.errors.find("paper.md") != std::string::npos);
-  CHECK(content_of(here.path() / "paper.md") == page);
+  CHECK(content_of(report / "paper.md") == page);
 }
 
 TEST_CASE("PaperCommand_BadUsage_IsRefusedInOneLine") {
