@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "interrupt.h"
 #include "io/partial_output.h"
 #include "paper/report.h"
+#include "plait/error.h"
 #include "progress.h"
 
 namespace plait {
@@ -36,6 +38,12 @@ constexpr const char* kBackendsThatAreLeft = "all that work on this machine";
 
 void refuse(const std::string& message) { throw Error(ErrorCode::kInvalidArgument, message); }
 
+void make_directories(const fs::path& path) {
+  std::error_code failed;
+  fs::create_directories(path, failed);
+  if (failed) throw system_error("create", path.native(), failed.value());
+}
+
 /// The work is done in child processes of this one, so this one must not start threads.
 paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
   paper::ReportRequest request = arguments.request;
@@ -47,11 +55,11 @@ paper::ReportRequest paper_request_of(const PaperArguments& arguments) {
       refuse("paper: " + directory.native() + ": expected a directory, found none");
   if (arguments.markdown.empty()) return request;
   require_extension("write", arguments.markdown, ".md");
-  fs::create_directories(fs::absolute(arguments.markdown).parent_path());
+  make_directories(fs::absolute(arguments.markdown).parent_path());
   PartialFile::check(arguments.markdown, arguments.force ? Existing::kReplace : Existing::kRefuse);
   if (arguments.pictures.empty()) {
     request.pictures_directory = arguments.markdown.parent_path() / "images";
-    fs::create_directories(request.pictures_directory);
+    make_directories(request.pictures_directory);
   }
   return request;
 }

@@ -6,8 +6,9 @@
 // same faces in the same order, one thread, and memory that was touched before: plait uses a
 // backend that keeps its pages, the others use a heap that returns no pages to the system. Times
 // are processor times of the thread, so that other programs on the machine affect them little. A
-// turn runs each library once, and ratios are computed within a turn. The first turn does not
-// count; in it the surfaces must agree. Memory is measured before, with a process for each library.
+// turn runs each library twice and measures the second run, and ratios are computed within a turn.
+// Before the turns, all surfaces must agree, and memory is measured, with a process for each
+// library.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <tbb/task_arena.h>

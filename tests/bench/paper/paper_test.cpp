@@ -242,6 +242,12 @@ TEST_CASE("PaperCommand_Pages_HaveTablesAndPictures") {
   CHECK(page.find("| the paper,") == std::string::npos);  // it went to level 5
   CHECK(page.find("plait-scratch") == std::string::npos);
 
+  const Outcome in_file =
+      run(here.path(), {"paper", "--mesh", "own.ply", "--markdown", "own.ply/page.md"});
+  CHECK(in_file.status != 0);
+  CHECK(in_file.error_lines() == 1);
+  CHECK(in_file.errors.find("create " + (here.path() / "own.ply").string()) != std::string::npos);
+
   // A second run replaces nothing unless it is told to.
   const Outcome again = run(here.path(), arguments);
   CHECK(again.status == 2);
