@@ -1,4 +1,4 @@
-// tools/conformance/level.h: one level as a store would have it, for checks of a backend.
+// backends/conformance/level.h: one level as a store would have it, for checks of a backend.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// tools/conformance/suite.h: the specification of a backend, as checks that are run over every one.
-// A new backend is done when it passes. The program plait-conformance runs the suite on a backend
-// of anybody's; the tests of the project run it on the built-in ones.
+// backends/conformance/suite.h: the specification of a backend, as checks that are run over every
+// one. A new backend is done when it passes. The program plait-conformance runs the suite on a
+// backend of anybody's; the tests of the project run it on the built-in ones.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// tools/conformance/check_log.h: what a check of the conformance suite has found.
+// backends/conformance/check_log.h: what a check of the conformance suite has found.
 #pragma once
 
 #include <string>
