@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "arguments.h"
-#include "backends/workloads.h"
 #include "command.h"
 #include "console.h"
+#include "runs/workloads.h"
 
 namespace plait {
 namespace {

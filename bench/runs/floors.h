@@ -1,4 +1,4 @@
-// bench/backends/floors.h: what a plain program takes to move the bytes that a run needed, on the
+// bench/runs/floors.h: what a plain program takes to move the bytes that a run needed, on the
 // same disk, in the same round and under the same memory limit; and what disks can do at all, for
 // `plait bench floors`.
 #pragma once

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "backends/findings.h"
 #include "instrument/surroundings.h"
+#include "runs/findings.h"
 
 namespace plait::bench {
 namespace {

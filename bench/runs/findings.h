@@ -1,4 +1,4 @@
-// bench/backends/findings.h: what a set of runs shows, and what it does not: the figures of each
+// bench/runs/findings.h: what a set of runs shows, and what it does not: the figures of each
 // cell, which cell is the fastest where their intervals allow to say so, and every reason for
 // doubt.
 #pragma once
@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "backends/read_runs.h"
 #include "instrument/statistics.h"
+#include "runs/read_runs.h"
 
 namespace plait::bench {
 
@@ -80,7 +80,7 @@ std::vector<CellFigures> cells_of(const RunSet& set);
 /// group: paired by round, on the logarithms of seconds. The three answers are corrected for how
 /// many comparisons there are, and for the choice of the fastest among many. A cell of which a run
 /// failed is not ranked: its outcome is in the table, and nobody should use it. Pinned by
-/// tests/bench/backends/report_test.cpp.
+/// tests/bench/runs/report_test.cpp.
 std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells);
 
 /// The keys of cells that need no more rounds: those shown to be slower than the fastest by a fifth

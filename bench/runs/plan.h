@@ -1,4 +1,4 @@
-// bench/backends/plan.h: which cells a command line asks for, what they cost, and how much a quick
+// bench/runs/plan.h: which cells a command line asks for, what they cost, and how much a quick
 // comparison moves, so that its time is enough on these disks.
 #pragma once
 
@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "backends/record.h"
 #include "instrument/disk.h"
 #include "plait/extend/backend_registry.h"
+#include "runs/record.h"
 
 namespace plait::bench {
 
@@ -88,7 +88,7 @@ struct DiskSpeed {
 /// The memory limit with which `plait bench --quick` measures on all of `disks`: the largest of 64,
 /// 32 and 16 MiB with which three rounds, and the making of the stores before them, are likely to
 /// take at most `seconds`. 16 MiB if none is. Pinned by QuickMemory_* in
-/// tests/bench/backends/bench_test.cpp.
+/// tests/bench/runs/bench_test.cpp.
 std::uint64_t quick_memory(std::span<const DiskSpeed> disks, double seconds);
 
 /// Moves 32 MiB each way in each directory, in processes of their own, and removes its files.

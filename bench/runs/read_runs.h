@@ -1,4 +1,4 @@
-// bench/backends/read_runs.h: reads the records of `plait bench run`, from any machine and any
+// bench/runs/read_runs.h: reads the records of `plait bench run`, from any machine and any
 // hand.
 #pragma once
 

@@ -1,4 +1,4 @@
-#include "backends/findings.h"
+#include "runs/findings.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "backends/report_page.h"
 #include "base/byte_text.h"
 #include "instrument/figure_text.h"
+#include "runs/report_page.h"
 
 namespace plait::bench {
 namespace {

@@ -1,4 +1,4 @@
-#include "backends/plan.h"
+#include "runs/plan.h"
 
 #include <fmt/format.h>
 #include <xxhash.h>
@@ -9,14 +9,14 @@
 #include <set>
 #include <span>
 
-#include "backends/measured_store.h"
-#include "backends/workloads.h"
 #include "base/byte_text.h"
 #include "instrument/process.h"
 #include "io/machine.h"
 #include "plait/base_mesh.h"
 #include "plait/error.h"
 #include "plait/mesh_io.h"
+#include "runs/measured_store.h"
+#include "runs/workloads.h"
 
 namespace plait::bench {
 namespace {

@@ -1,4 +1,4 @@
-#include "backends/report_page.h"
+#include "runs/report_page.h"
 
 #include <fmt/format.h>
 

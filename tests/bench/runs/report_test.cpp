@@ -6,11 +6,11 @@
 #include <set>
 #include <utility>
 
-#include "backends/comparison.h"
-#include "backends/findings.h"
-#include "backends/read_runs.h"
-#include "backends/report_page.h"
 #include "plait/error.h"
+#include "runs/comparison.h"
+#include "runs/findings.h"
+#include "runs/read_runs.h"
+#include "runs/report_page.h"
 #include "simulated_runs.h"
 #include "support/sanitized.h"
 #include "support/temporary_directory.h"

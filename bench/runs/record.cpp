@@ -1,4 +1,4 @@
-#include "backends/record.h"
+#include "runs/record.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -8,8 +8,8 @@
 #include <fstream>
 #include <utility>
 
-#include "backends/read_runs.h"
 #include "plait/error.h"
+#include "runs/read_runs.h"
 
 namespace plait::bench {
 

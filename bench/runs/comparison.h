@@ -1,11 +1,11 @@
-// bench/backends/comparison.h: compares two sets of runs, cell by cell and in strata.
+// bench/runs/comparison.h: compares two sets of runs, cell by cell and in strata.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "backends/findings.h"
+#include "runs/findings.h"
 
 namespace plait::bench {
 
@@ -39,7 +39,7 @@ struct SetComparison {
 
 /// Compares `after` with `before`. Where both sets have ratios to floors, those are compared, so
 /// that a disk that was slow as a whole is no regression. Errors: kInvalidArgument if no cell is in
-/// both. Pinned by tests/bench/backends/report_test.cpp.
+/// both. Pinned by tests/bench/runs/report_test.cpp.
 SetComparison compare(const RunSet& before, const RunSet& after, double threshold);
 
 nlohmann::ordered_json to_json(const SetComparison& comparison);

@@ -1,15 +1,15 @@
-#include "backends/floors.h"
+#include "runs/floors.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "backends/read_runs.h"
 #include "instrument/disk.h"
 #include "instrument/page.h"
 #include "instrument/process.h"
 #include "instrument/statistics.h"
 #include "plait/error.h"
+#include "runs/read_runs.h"
 
 namespace plait::bench {
 

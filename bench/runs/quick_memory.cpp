@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
 
-#include "backends/plan.h"
 #include "instrument/disk_floors.h"
 #include "instrument/process.h"
 #include "instrument/scratch_directory.h"
+#include "runs/plan.h"
 
 namespace plait::bench {
 namespace {

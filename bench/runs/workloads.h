@@ -1,4 +1,4 @@
-// bench/backends/workloads.h: what `plait bench` measures. Each workload runs in a process of its
+// bench/runs/workloads.h: what `plait bench` measures. Each workload runs in a process of its
 // own, on a prepared store of the cell, and returns the members of a record that only it knows.
 #pragma once
 
@@ -9,10 +9,10 @@
 #include <string>
 #include <string_view>
 
-#include "backends/record.h"
 #include "instrument/disk.h"
 #include "instrument/disk_floors.h"
 #include "plait/extend/backend_registry.h"
+#include "runs/record.h"
 
 namespace plait::bench {
 

@@ -3,7 +3,7 @@
 # default options: blocks of 1 MiB, the presets fast and default, as many threads as processors. Makes the disks
 # (bench/instrument/disktypes.sh), measures (plait bench run) and writes the report (plait bench report).
 #
-#   sudo bench/backends/all_disks.sh [OPTION...] [DIRECTORY]      default: report
+#   sudo bench/runs/all_disks.sh [OPTION...] [DIRECTORY]      default: report
 #
 #   --kinds LIST     default: ext4@200,xfs@200,btrfs@200,ext4,tmpfs
 #   --rounds N       default: auto: four, and then more of what is not decided until the time is up
@@ -29,7 +29,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 program=$here/build/release/tools/plait
 
 refuse_usage() {
-  echo "bench/backends/all_disks.sh: $* (see bench/backends/all_disks.sh --help)" >&2
+  echo "bench/runs/all_disks.sh: $* (see bench/runs/all_disks.sh --help)" >&2
   exit 2
 }
 while [ $# -gt 0 ]; do
@@ -69,7 +69,7 @@ status=0
 "$here/bench/instrument/disktypes.sh" run --kinds "$kinds" --size 6G -- \
   timeout --signal=INT --kill-after=120 "${minutes}m" \
   "${measure[@]}" --dir='{kind}={}' --out "$work/runs.jsonl" >"$work/said" || status=$?
-[ -s "$work/runs.jsonl" ] || { echo "bench/backends/all_disks.sh: nothing was measured" >&2; exit 1; }
+[ -s "$work/runs.jsonl" ] || { echo "bench/runs/all_disks.sh: nothing was measured" >&2; exit 1; }
 mkdir -p "$target"
 # The page says how it was made.
 cd "$work"

@@ -1,4 +1,4 @@
-#include "backends/read_runs.h"
+#include "runs/read_runs.h"
 
 #include <fmt/format.h>
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <span>
 
-#include "backends/report_page.h"
+#include "runs/report_page.h"
 
 namespace plait::bench {
 namespace {

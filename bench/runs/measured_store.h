@@ -1,4 +1,4 @@
-// bench/backends/measured_store.h: parts that several workloads use: opening a store as the cell
+// bench/runs/measured_store.h: parts that several workloads use: opening a store as the cell
 // says, what the store's files and counters tell, and the digest of slots.
 #pragma once
 
@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "backends/workloads.h"
 #include "plait/attribute.h"
 #include "plait/extend/sweep.h"
 #include "plait/store.h"
+#include "runs/workloads.h"
 
 namespace plait::bench {
 

@@ -2,7 +2,7 @@
 # Is the present commit slower than an earlier one? Builds both, lets them measure the same cells in turn, and
 # compares the records (plait bench compare).
 #
-#   bench/backends/against.sh COMMIT [--rounds N] [OPTION OF plait bench run...]
+#   bench/runs/against.sh COMMIT [--rounds N] [OPTION OF plait bench run...]
 #
 #   --rounds N   rounds of each; default 5
 #
@@ -13,21 +13,21 @@
 set -euo pipefail
 case ${1:-} in
   -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "$0"; exit ;;
-  '' | -*) echo "bench/backends/against.sh: expected a commit (see --help)" >&2; exit 2 ;;
+  '' | -*) echo "bench/runs/against.sh: expected a commit (see --help)" >&2; exit 2 ;;
 esac
 source=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 before=$(git -C "$source" rev-parse --verify --quiet "$1^{commit}") ||
-  { echo "bench/backends/against.sh: $1 is no commit here" >&2; exit 2; }
+  { echo "bench/runs/against.sh: $1 is no commit here" >&2; exit 2; }
 shift
 rounds=5
 if [ "${1:-}" = --rounds ]; then
-  [[ ${2:-} =~ ^[1-9][0-9]?$ ]] || { echo "bench/backends/against.sh: --rounds: expected 1 to 99" >&2; exit 2; }
+  [[ ${2:-} =~ ^[1-9][0-9]?$ ]] || { echo "bench/runs/against.sh: --rounds: expected 1 to 99" >&2; exit 2; }
   rounds=$2
   shift 2
 fi
 [ $# -gt 0 ] || set -- --backend pread,compressed --workload build,sweep-read,sweep-update --memory 64MiB
 for file in bench-before.jsonl bench-after.jsonl; do
-  [ ! -e $file ] || { echo "bench/backends/against.sh: $file exists: remove it first" >&2; exit 2; }
+  [ ! -e $file ] || { echo "bench/runs/against.sh: $file exists: remove it first" >&2; exit 2; }
 done
 
 work=$(mktemp -d)

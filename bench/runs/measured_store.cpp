@@ -1,4 +1,4 @@
-#include "backends/measured_store.h"
+#include "runs/measured_store.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "backends/read_runs.h"
 #include "compressed/codec_time.h"
 #include "generate/generate.h"
 #include "instrument/disk.h"
@@ -20,6 +19,7 @@
 #include "plait/layout.h"
 #include "plait/mesh_io.h"
 #include "plait/subdivide.h"
+#include "runs/read_runs.h"
 
 namespace plait::bench {
 

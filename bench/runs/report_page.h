@@ -1,4 +1,4 @@
-// bench/backends/report_page.h: findings on a terminal, as a page and as JSON. What a reader needs
+// bench/runs/report_page.h: findings on a terminal, as a page and as JSON. What a reader needs
 // first stands first on both: how much is decided, a matrix of disk by workload, and a line of
 // advice for each disk.
 #pragma once
@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "backends/findings.h"
 #include "instrument/page.h"
+#include "runs/findings.h"
 
 namespace plait::bench {
 

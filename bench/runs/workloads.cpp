@@ -1,4 +1,4 @@
-#include "backends/workloads.h"
+#include "runs/workloads.h"
 
 #include <fmt/format.h>
 #include <xxhash.h>
@@ -9,7 +9,6 @@
 #include <thread>
 #include <vector>
 
-#include "backends/measured_store.h"
 #include "base/name_table.h"
 #include "base/stopwatch.h"
 #include "instrument/in_threads.h"
@@ -18,6 +17,7 @@
 #include "plait/extend/store_access.h"
 #include "plait/extend/sweep.h"
 #include "plait/reader.h"
+#include "runs/measured_store.h"
 
 namespace plait::bench {
 namespace {

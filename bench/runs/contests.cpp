@@ -7,7 +7,7 @@
 #include <span>
 #include <tuple>
 
-#include "backends/findings.h"
+#include "runs/findings.h"
 
 namespace plait::bench {
 namespace {

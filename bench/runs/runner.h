@@ -1,4 +1,4 @@
-// bench/backends/runner.h: runs the cells of a plan, round by round, and appends a record for each
+// bench/runs/runner.h: runs the cells of a plan, round by round, and appends a record for each
 // run.
 #pragma once
 
@@ -6,8 +6,8 @@
 #include <functional>
 #include <string>
 
-#include "backends/plan.h"
-#include "backends/record.h"
+#include "runs/plan.h"
+#include "runs/record.h"
 
 namespace plait::bench {
 

@@ -1,4 +1,4 @@
-#include "backends/runner.h"
+#include "runs/runner.h"
 
 #include <fmt/format.h>
 
@@ -10,11 +10,6 @@
 #include <set>
 #include <utility>
 
-#include "backends/findings.h"
-#include "backends/floors.h"
-#include "backends/read_runs.h"
-#include "backends/record.h"
-#include "backends/workloads.h"
 #include "base/stopwatch.h"
 #include "compressed/codec_time.h"
 #include "instrument/disk_floors.h"
@@ -23,6 +18,11 @@
 #include "instrument/surroundings.h"
 #include "plait/error.h"
 #include "plait/extend/thread_count.h"
+#include "runs/findings.h"
+#include "runs/floors.h"
+#include "runs/read_runs.h"
+#include "runs/record.h"
+#include "runs/workloads.h"
 
 namespace plait::bench {
 namespace {

@@ -1,4 +1,4 @@
-// bench/backends/record.h: a cell of the table of `plait bench`, which is one measurement that
+// bench/runs/record.h: a cell of the table of `plait bench`, which is one measurement that
 // every round repeats, and the record (docs/bench.md) of what a run of it and its surroundings
 // gave.
 #pragma once
@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "backends/floors.h"
 #include "instrument/disk.h"
 #include "instrument/page_cache.h"
 #include "instrument/process.h"
+#include "runs/floors.h"
 
 namespace plait::bench {
 
@@ -57,7 +57,7 @@ struct Observed {
 
 /// A run is "cold" only with two proofs: mincore before, and the bytes that the kernel says this
 /// process made the disk read. Else it is "warm", or "memory" for a file system in memory. Pinned
-/// by tests/bench/backends/bench_test.cpp.
+/// by tests/bench/runs/bench_test.cpp.
 struct ColdLabel {
   std::string label;
   std::string why;  ///< of "warm": which proof is missing. Without figures, so that runs can agree

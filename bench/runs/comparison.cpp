@@ -1,4 +1,4 @@
-#include "backends/comparison.h"
+#include "runs/comparison.h"
 
 #include <fmt/format.h>
 
