@@ -13,8 +13,8 @@
 #include "plait/extend/edge_index.h"
 #include "plait/store.h"
 #include "store/generation_volume.h"
+#include "store/parts/shard_volume.h"
 #include "store/recovery.h"
-#include "store/shard_volume.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 

@@ -11,7 +11,7 @@
 
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 

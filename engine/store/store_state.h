@@ -113,7 +113,7 @@ struct Store::Implementation {
   BaseMesh base;
   bool in_shards = false;  ///< an opened store whose levels are in shards
   EdgeShards shards;       ///< of all levels; empty: each level is in one piece
-  /// Only the store of one part (store/part_store.h): the only shard that it makes.
+  /// Only the store of one part (store/parts/part_store.h): the only shard that it makes.
   std::uint32_t only_shard = kNoId;
   /// Only the store of a part of a pass: the directory of the levels that it makes.
   Directory made_in;

@@ -13,7 +13,7 @@
 #include "parts/pass_result.h"
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {

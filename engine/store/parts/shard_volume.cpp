@@ -1,4 +1,4 @@
-#include "store/shard_volume.h"
+#include "store/parts/shard_volume.h"
 
 #include <algorithm>
 #include <memory>

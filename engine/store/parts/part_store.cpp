@@ -1,4 +1,4 @@
-#include "store/part_store.h"
+#include "store/parts/part_store.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 
 #include "plait/error.h"
 #include "plait/extend/store_access.h"
+#include "store/parts/shard_tables.h"
 #include "store/recovery.h"
-#include "store/shard_tables.h"
 #include "store/store_checks.h"
 #include "store/store_state.h"
 

@@ -1,4 +1,4 @@
-#include "store/shard_tables.h"
+#include "store/parts/shard_tables.h"
 
 #include <fmt/format.h>
 

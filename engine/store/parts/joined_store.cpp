@@ -1,4 +1,4 @@
-#include "store/joined_store.h"
+#include "store/parts/joined_store.h"
 
 #include <span>
 #include <string>
