@@ -7,8 +7,9 @@
 
 #include "export/output_stream.h"
 #include "plait/attribute.h"
+#include "plait/detail/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 enum class MeshFormat : std::uint8_t { kPly, kObj, kStl, kOff, kVtp, kPvtp, kGlb, kGltf };
 
@@ -36,4 +37,4 @@ constexpr bool holds_face_attributes(MeshFormat format) noexcept {
   return format == MeshFormat::kPly || is_vtk(format);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -5,7 +5,7 @@
 
 #include "plait/extend/edge_index.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 PatchSelection::PatchSelection(const BaseMesh& base, int refinements, std::vector<FaceId> faces)
     : mesh_(base.topology()),
@@ -73,4 +73,4 @@ std::vector<FaceId> all_faces(const BaseMesh& base) {
   return faces;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

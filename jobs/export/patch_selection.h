@@ -10,10 +10,16 @@
 #include <vector>
 
 #include "plait/base_mesh.h"
+#include "plait/detail/namespace.h"
 #include "plait/detail/slot_shapes.h"
 #include "plait/extend/level_geometry.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
+
+/// Base faces in layout order, both ends included.
+struct FaceRange {
+  FaceId first = 0, last = 0;
+};
 
 /// Immutable. The base mesh must outlive it.
 class PatchSelection {
@@ -54,4 +60,4 @@ std::vector<FaceId> face_stretch(std::span<const FaceId> faces, std::uint64_t pa
                                  std::uint64_t parts);
 std::vector<FaceId> all_faces(const BaseMesh& base);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

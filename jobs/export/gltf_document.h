@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "export/format_writers.h"
+#include "plait/detail/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// How the records of an attribute become numbers of the file.
 enum class GltfConversion : std::uint8_t {
@@ -91,4 +92,4 @@ class GltfDocument {
   std::uint64_t total_bytes_ = 0;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

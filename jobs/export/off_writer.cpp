@@ -4,7 +4,7 @@
 
 #include "export/vector_text.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void write_off_level(const ExportTask& task, OutputStream& output) {
   // The third number, of edges, has no meaning.
@@ -23,4 +23,4 @@ void write_off_level(const ExportTask& task, OutputStream& output) {
       });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

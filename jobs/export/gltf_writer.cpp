@@ -15,7 +15,7 @@
 #include "plait/extend/vertex_numbering.h"
 #include "plait/reader.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -134,7 +134,7 @@ class GltfWriter {
       const std::span<const FaceId> faces = document_.group(number);
       const std::size_t count = faces.size() * document_.patch_vertices();
       records.resize(count * bytes);
-      reader.copy_patches(schema.name, faces, task_.options.level, records);
+      reader.copy_patches(schema.name, faces, task_.level, records);
       numbers.assign(count * column.stride, std::byte{0});
       for (std::size_t at = 0; at < count; ++at)
         convert(std::span(records).subspan(at * bytes, bytes), schema, column,
@@ -247,11 +247,11 @@ std::string uri_of(std::string_view name) {
 
 GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
   GltfLattice lattice;
-  const GltfLattice* used = task.options.quantize ? &lattice : nullptr;
+  const GltfLattice* used = task.request.quantize ? &lattice : nullptr;
   GltfDocument document(task, used);  // refuses what is too large before anything is read
   if (used != nullptr) lattice = lattice_of(task);
   GltfOutcome outcome{document.vertices(), 0, used != nullptr ? lattice.step / 2 : 0};
-  if (task.options.format.mesh == MeshFormat::kGlb) {
+  if (task.format == MeshFormat::kGlb) {
     outcome.file_bytes = write_glb(document, files.main(), task, used);
     return outcome;
   }
@@ -266,4 +266,4 @@ GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
   return outcome;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

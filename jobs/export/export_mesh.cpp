@@ -1,4 +1,4 @@
-#include "export/mesh_export.h"
+#include "export/export_mesh.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,10 @@
 #include <utility>
 
 #include "export/format_writers.h"
+#include "export/output_files.h"
 #include "plait/reader.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::uint64_t kMaxCounted = std::numeric_limits<std::uint32_t>::max();
@@ -23,24 +24,23 @@ void check_level(const Store& store, AttributeId position, int level) {
                             store.base_level(), finest));
 }
 
-std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId position,
-                                           const ExportOptions& options) {
+std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId position, int level,
+                                           MeshFormat format, const ExportRequest& request) {
   std::vector<AttributeId> chosen;
-  for (const std::string& name : options.attributes) {
+  for (const std::string& name : request.attributes) {
     const AttributeId id = store.attribute(name);
     if (id == position) continue;
     const AttributeSchema& schema = store.attributes()[id].schema;
-    if (store.attributes()[id].finest_level < options.level)
+    if (store.attributes()[id].finest_level < level)
       throw Error(
           ErrorCode::kInvalidArgument,
           fmt::format("export {}: attribute '{}' ends at level {}, expected level {} or more",
-                      store.path().native(), name, store.attributes()[id].finest_level,
-                      options.level));
-    if (!holds_attribute(options.format.mesh, schema))
+                      store.path().native(), name, store.attributes()[id].finest_level, level));
+    if (!holds_attribute(format, schema))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("export {}: attribute '{}', {} x {}, cannot be written to {} files",
                               store.path().native(), name, to_string(schema.type),
-                              schema.components, format_name(options.format.mesh)));
+                              schema.components, format_name(format)));
     if (std::ranges::find(chosen, id) != chosen.end())
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("export: attribute '{}' was given twice", name));
@@ -49,21 +49,20 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
   return chosen;
 }
 
-void check_face_attributes(const Store& store, const ExportOptions& options) {
-  for (std::size_t at = 0; at < options.face_attributes.size(); ++at) {
-    const std::string& name = options.face_attributes[at];
+void check_face_attributes(const Store& store, MeshFormat format, const ExportRequest& request) {
+  for (std::size_t at = 0; at < request.face_attributes.size(); ++at) {
+    const std::string& name = request.face_attributes[at];
     std::as_const(store).face_bytes(name);  // refuses unknown names
     const auto has_name = [&](const AttributeSchema& each) { return each.name == name; };
-    if (!holds_face_attributes(options.format.mesh) ||
-        !holds_attribute(options.format.mesh,
-                         *std::ranges::find_if(store.face_attributes(), has_name)))
+    if (!holds_face_attributes(format) ||
+        !holds_attribute(format, *std::ranges::find_if(store.face_attributes(), has_name)))
       throw Error(
           ErrorCode::kInvalidArgument,
           fmt::format("export {}: face attribute '{}' cannot be written to {} files; VTK files can "
                       "have all, PLY files all but integers of 64 bits",
-                      store.path().native(), name, format_name(options.format.mesh)));
-    if (std::ranges::find(options.face_attributes, name) !=
-        options.face_attributes.begin() + static_cast<std::ptrdiff_t>(at))
+                      store.path().native(), name, format_name(format)));
+    if (std::ranges::find(request.face_attributes, name) !=
+        request.face_attributes.begin() + static_cast<std::ptrdiff_t>(at))
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("export: face attribute '{}' was given twice", name));
   }
@@ -91,11 +90,11 @@ void check_position(const Store& store, AttributeId position) {
                             store.path().native(), to_string(schema.type), schema.components));
 }
 
-/// The patches that the options ask for, ascending, each once.
-std::vector<FaceId> chosen_faces(const Store& store, const ExportOptions& options) {
+/// The patches that the request asks for, ascending, each once.
+std::vector<FaceId> chosen_faces(const Store& store, const ExportRequest& request) {
   const std::uint64_t count = store.base().face_count();
   std::vector<FaceId> faces;
-  for (const FaceRange& range : options.faces) {
+  for (const FaceRange& range : request.faces) {
     if (range.last >= count)
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("export {}: face {}, expected 0 to {}", store.path().native(),
@@ -104,10 +103,10 @@ std::vector<FaceId> chosen_faces(const Store& store, const ExportOptions& option
   }
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  if (options.faces.empty()) faces = all_faces(store.base());
-  if (!options.box) return faces;
+  if (request.faces.empty()) faces = all_faces(store.base());
+  if (!request.box) return faces;
   const Reader reader(store, {.attributes = {"position"}});
-  const std::vector<FaceId> near = reader.faces_in_box(*options.box);
+  const std::vector<FaceId> near = reader.faces_in_box(*request.box);
   std::vector<FaceId> both;
   std::set_intersection(faces.begin(), faces.end(), near.begin(), near.end(),
                         std::back_inserter(both));
@@ -117,47 +116,43 @@ std::vector<FaceId> chosen_faces(const Store& store, const ExportOptions& option
   return both;
 }
 
-void check_options(const Store& store, const ExportOptions& options) {
-  if (options.quantize && !is_gltf(options.format.mesh))
+void check_options(const Store& store, MeshFormat format, const ExportRequest& request) {
+  if (request.quantize && !is_gltf(format))
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("export {}: only glTF files can be quantized", store.path().native()));
-  if (options.pieces != 0 && options.format.mesh != MeshFormat::kPvtp)
+  if (request.pieces != 0 && format != MeshFormat::kPvtp)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("export {}: only .pvtp files have pieces", store.path().native()));
 }
 
-}  // namespace
-
-std::vector<FaceColumn> face_columns(const ExportTask& task) {
-  std::vector<FaceColumn> columns;
-  for (const std::string& name : task.options.face_attributes)
-    for (const AttributeSchema& schema : task.store.face_attributes())
-      if (schema.name == name)
-        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
-  return columns;
-}
-
-ExportResult export_mesh(Store& store, OutputFiles& files, const ExportOptions& options) {
-  check_options(store, options);
+/// Writes the files under their temporary names.
+ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& named,
+                         const ExportRequest& request, const ExportWatch& watch) {
+  const MeshFormat format = named.mesh;
+  check_options(store, format, request);
   const AttributeId position = store.attribute("position");
   check_position(store, position);
-  check_level(store, position, options.level);
-  const std::vector<AttributeId> extras = chosen_attributes(store, position, options);
-  check_face_attributes(store, options);
+  const int level = request.level >= 0 ? request.level : store.attributes()[position].finest_level;
+  check_level(store, position, level);
+  const std::vector<AttributeId> extras =
+      chosen_attributes(store, position, level, format, request);
+  check_face_attributes(store, format, request);
   const PatchSelection patches(store.base(),
-                               relative_to_base(options.level, store.base_level()).refinements,
-                               chosen_faces(store, options));
-  const MeshFormat format = options.format.mesh;
+                               relative_to_base(level, store.base_level()).refinements,
+                               chosen_faces(store, request));
   check_counts(store, patches, format);
 
-  ExportResult result{patches.vertex_count(), patches.triangle_count(), 0, patches.faces().size(),
-                      0};
+  ExportResult result;
+  result.level = level;
+  result.vertices = patches.vertex_count();
+  result.triangles = patches.triangle_count();
+  result.patches = patches.faces().size();
   const std::uint64_t total = result.triangles + (format == MeshFormat::kStl ? 0 : result.vertices);
   const auto progress = [&](std::uint64_t done) {
-    if (options.progress && !options.progress({"export", std::min(done, total), total}))
+    if (watch.progress && !watch.progress({"export", std::min(done, total), total}))
       throw Error(ErrorCode::kCancelled, "export: cancelled");
   };
-  const ExportTask task{store, options, position, extras, patches, progress};
+  const ExportTask task{store, request, format, level, position, extras, patches, progress};
   if (is_gltf(format)) {
     const GltfOutcome outcome = write_gltf_level(task, files);
     result.vertices = outcome.vertices;
@@ -169,7 +164,7 @@ ExportResult export_mesh(Store& store, OutputFiles& files, const ExportOptions& 
     result.file_bytes = write_pvtp_level(task, files);
     return result;
   }
-  OutputStream output(files.main(), options.format.compression);
+  OutputStream output(files.main(), named.compression);
   if (format == MeshFormat::kPly) write_ply_level(task, output);
   if (format == MeshFormat::kObj) write_obj_level(task, output);
   if (format == MeshFormat::kOff) write_off_level(task, output);
@@ -180,4 +175,36 @@ ExportResult export_mesh(Store& store, OutputFiles& files, const ExportOptions& 
   return result;
 }
 
-}  // namespace plait
+}  // namespace
+
+std::vector<FaceColumn> face_columns(const ExportTask& task) {
+  std::vector<FaceColumn> columns;
+  for (const std::string& name : task.request.face_attributes)
+    for (const AttributeSchema& schema : task.store.face_attributes())
+      if (schema.name == name)
+        columns.push_back({schema, std::as_const(task.store).face_bytes(name)});
+  return columns;
+}
+
+ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
+                         const ExportWatch& watch) {
+  const ExportFormat format = export_format(request.output);
+  OutputFiles files(request.output, [&](const std::string& warning) {
+    if (watch.warn) watch.warn(warning);
+  });
+  OpenOptions open;
+  open.budget_bytes = request.budget_bytes;
+  Store store = Store::open(request.store, open, backends);
+  ExportResult result;
+  try {
+    result = write_files(store, files, format, request, watch);
+  } catch (const Error& error) {
+    throw files.named(error);
+  }
+  result.file = files.path();
+  if (watch.before_publish) watch.before_publish();
+  files.publish();
+  return result;
+}
+
+PLAIT_END_NAMESPACE

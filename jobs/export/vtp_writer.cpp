@@ -13,7 +13,7 @@
 #include "export/format_writers.h"
 #include "export/vertex_stream.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -189,8 +189,8 @@ void write_vtp_level(const ExportTask& task, OutputStream& output) {
 }
 
 std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
-  const std::uint64_t wanted = task.options.pieces > 0
-                                   ? task.options.pieces
+  const std::uint64_t wanted = task.request.pieces > 0
+                                   ? task.request.pieces
                                    : (task.triangles() - 1) / kTrianglesOfPiece + 1;
   const std::uint64_t pieces =
       std::min<std::uint64_t>({wanted, kMostPieces, task.patches.faces().size()});
@@ -204,8 +204,8 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
     const std::string ending = ending_of(piece);
     const PatchSelection part(task.store.base(), task.patches.refinements(),
                               face_stretch(task.patches.faces(), piece, pieces));
-    const ExportTask of_piece{task.store,  task.options, task.position,
-                              task.extras, part,         task.progress};
+    const ExportTask of_piece{task.store,    task.request, task.format, task.level,
+                              task.position, task.extras,  part,        task.progress};
     OutputStream output(files.add(ending), StreamCompression::kNone);
     PieceWriter(of_piece, output, done).write(begin_piece(piece));
     output.close();
@@ -221,4 +221,4 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
   return bytes + output.file_bytes();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,20 +4,24 @@
 
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "io/partial_output.h"
+#include "plait/detail/namespace.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// For one thread. The destructor removes what was not published.
 class OutputFiles {
  public:
-  /// Errors: those of PartialFile.
-  explicit OutputFiles(const std::filesystem::path& path);
+  using Warn = std::function<void(const std::string&)>;
+
+  /// Calls `warn` for each left-over of a killed run that it removes. Errors: those of PartialFile.
+  OutputFiles(const std::filesystem::path& path, Warn warn);
 
   File& main() noexcept { return files_.front().file(); }
   /// The final one of the main file.
@@ -45,9 +49,10 @@ class OutputFiles {
     std::filesystem::path path;
     std::string mark;
   };
+  Warn warn_;
   std::deque<PartialFile> files_;
   std::filesystem::path path_;
   std::vector<Older> older_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr int kBufferBytes = 256 << 10;
@@ -91,4 +91,4 @@ void OutputStream::close() {
   rethrow_failure();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

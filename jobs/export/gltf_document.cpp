@@ -7,7 +7,7 @@
 
 #include "plait/reader.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 // 65,535 as an index is kept for other uses, so it numbers no vertex.
@@ -61,7 +61,7 @@ GltfDocument::GltfDocument(const ExportTask& task, const GltfLattice* lattice)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("export {}: level {} of {} patches takes {:.1f} GiB, but glTF files "
                             "have at most 2 GiB; take a coarser --level, a --box{}",
-                            task.store.path().native(), task.options.level, patches,
+                            task.store.path().native(), task.level, patches,
                             static_cast<double>(total_bytes_) / (1 << 30),
                             lattice == nullptr ? ", or --quantize" : ""));
 }
@@ -192,4 +192,4 @@ std::size_t GltfDocument::most_text_bytes(std::string_view uri) const {
   return text(longest, uri).size();
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,7 +8,7 @@
 
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Number>
@@ -61,4 +61,4 @@ std::vector<FaceRange> parse_faces(std::string_view text) {
   return ranges;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

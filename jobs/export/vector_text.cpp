@@ -7,7 +7,7 @@
 
 #include "export/vertex_stream.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 template <class Real>
@@ -40,4 +40,4 @@ void write_vector_lines(const ExportTask& task, OutputStream& output, AttributeI
                   });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -9,7 +9,7 @@
 #include "export/format_writers.h"
 #include "export/vertex_stream.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -56,7 +56,7 @@ std::string header(const ExportTask& task, std::span<const AttributeId> attribut
                    std::span<const FaceColumn> columns, const char* index_type) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment plait: level {}\nelement vertex {}\n",
-      task.options.level, task.vertices());
+      task.level, task.vertices());
   for (const AttributeId id : attributes) {
     const AttributeSchema& schema = task.schema(id);
     for (std::uint32_t component = 0; component < schema.components; ++component)
@@ -122,4 +122,4 @@ void write_ply_level(const ExportTask& task, OutputStream& output) {
       });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,11 +4,11 @@
 
 #include <fstream>
 #include <system_error>
+#include <utility>
 
-#include "console.h"
 #include "store/left_overs.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 bool begins_with(const std::filesystem::path& path, const std::string& mark) {
@@ -22,14 +22,14 @@ bool begins_with(const std::filesystem::path& path, const std::string& mark) {
 
 }  // namespace
 
-OutputFiles::OutputFiles(const std::filesystem::path& path) {
+OutputFiles::OutputFiles(const std::filesystem::path& path, Warn warn) : warn_(std::move(warn)) {
   begin(path);
   path_ = files_.front().final_path();
 }
 
 File& OutputFiles::begin(const std::filesystem::path& path) {
   PartialFile::check(path, Existing::kReplace);
-  remove_left_overs_of(path, report_warning);
+  remove_left_overs_of(path, warn_);
   return files_.emplace_back(path, Existing::kReplace).file();
 }
 
@@ -59,9 +59,9 @@ void OutputFiles::publish() {
   for (const Older& each : older_) {
     std::error_code error;
     if (begins_with(each.path, each.mark) && !std::filesystem::remove(each.path, error))
-      report_warning(fmt::format("remove {}, which an earlier export made: {}", each.path.native(),
-                                 error.message()));
+      warn_(fmt::format("remove {}, which an earlier export made: {}", each.path.native(),
+                        error.message()));
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

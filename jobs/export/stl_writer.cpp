@@ -8,7 +8,7 @@
 #include "plait/extend/patch.h"
 #include "plait/extend/store_access.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -30,7 +30,7 @@ void write_facets(const ExportTask& task, OutputStream& output) {
   // Half of the budget stays pinned, because neighbouring faces use the same blocks.
   StorePatches<Vector3<Real>> patches(task.store, task.position,
                                       StoreAccess::pager(task.store).budget_bytes() / 2);
-  patches.activate(task.options.level, 1, 0);
+  patches.activate(task.level, 1, 0);
   const std::int64_t size = std::int64_t{1} << task.patches.refinements();
   std::vector<Vector3<float>> lower(static_cast<std::size_t>(size) + 1), upper = lower;
   std::vector<std::byte> facets;
@@ -39,7 +39,7 @@ void write_facets(const ExportTask& task, OutputStream& output) {
     const auto patch = patches.patch(face);
     const auto fetch = [&](std::vector<Vector3<float>>& row, std::int64_t j) {
       for (std::int64_t i = 0; i <= size - j; ++i) {
-        const Vector3<Real>& at = patch.at(task.options.level, i, j);
+        const Vector3<Real>& at = patch.at(task.level, i, j);
         row[static_cast<std::size_t>(i)] = {static_cast<float>(at.x), static_cast<float>(at.y),
                                             static_cast<float>(at.z)};
       }
@@ -64,7 +64,7 @@ void write_facets(const ExportTask& task, OutputStream& output) {
 
 void write_stl_level(const ExportTask& task, OutputStream& output) {
   // The first word must not be "solid", which marks a text file.
-  std::string header = "plait: level " + std::to_string(task.options.level);
+  std::string header = "plait: level " + std::to_string(task.level);
   header.resize(kHeaderBytes, ' ');
   output.write(header);
   const auto count = static_cast<std::uint32_t>(task.triangles());
@@ -75,4 +75,4 @@ void write_stl_level(const ExportTask& task, OutputStream& output) {
     write_facets<float>(task, output);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -11,9 +11,10 @@
 #include <string_view>
 #include <vector>
 
+#include "plait/detail/namespace.h"
 #include "plait/extend/file.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 enum class StreamCompression : std::uint8_t { kNone, kGzip, kZstd };
 
@@ -61,4 +62,4 @@ class OutputStream {
   boost::iostreams::filtering_ostream stream_;
 };
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -1,28 +1,28 @@
-// export/mesh_export.h: writes one level of a store, or some patches of it, to a mesh file as a
-// stream. For any level, the export needs only the memory of the store's budget and a few buffers.
+// export/export_mesh.h: the job that writes one level of a store, or some patches of it, to a mesh
+// file as a stream. For any level, the job needs only the memory of its budget and a few buffers.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "export/mesh_format.h"
-#include "export/output_files.h"
+#include "export/patch_selection.h"
 #include "plait/bounds.h"
+#include "plait/detail/namespace.h"
+#include "plait/extend/backend_registry.h"
+#include "plait/options.h"
 #include "plait/progress.h"
-#include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
-/// Base faces in layout order, both ends included.
-struct FaceRange {
-  FaceId first = 0, last = 0;
-};
-
-struct ExportOptions {
-  ExportFormat format;
-  int level = 0;  ///< counted from the user's mesh
+struct ExportRequest {
+  std::filesystem::path store;
+  /// NAME.(ply|obj|stl|off)[.gz|.zst] or NAME.(vtp|pvtp|glb|gltf): the name says the format.
+  std::filesystem::path output;
+  int level = -1;  ///< counted from the user's mesh; -1: the finest
   /// Attributes besides the position. "normal" becomes nx ny nz (vn in OBJ, NORMAL in glTF),
   /// "color" red green blue alpha (COLOR_0), "texture" s t. Others become PLY properties NAME, or
   /// NAME_0, NAME_1 ..., arrays NAME of VTK, and accessors _NAME of glTF.
@@ -33,20 +33,24 @@ struct ExportOptions {
   std::vector<FaceRange> faces;  ///< only these patches; empty: all. With a box: those of both
   bool quantize = false;         ///< glTF: positions in 16 bits, normals in 8
   std::uint64_t pieces = 0;      ///< .pvtp: how many files; 0: one for 4 million triangles
-  /// Called with the number of vertices and triangles done. Returns false to cancel.
-  ProgressCallback progress;
+  std::uint64_t budget_bytes = OpenOptions().budget_bytes;
+};
+
+/// The thread that called export_mesh() calls all of them.
+struct ExportWatch {
+  ProgressCallback progress = {};  ///< counts vertices and triangles
+  std::function<void(const std::string&)> warn = {};
+  /// Called when the files are complete, before they get their names. May throw: then there is no
+  /// file.
+  std::function<void()> before_publish = {};
 };
 
 struct ExportResult {
+  std::filesystem::path file;  ///< the main file
+  int level = 0;
   std::uint64_t vertices = 0, triangles = 0, file_bytes = 0;
   std::uint64_t patches = 0;
   double position_error = 0;  ///< the most that a coordinate was moved by
-};
-
-/// What is known of a glTF file when it is written.
-struct GltfOutcome {
-  std::uint64_t vertices = 0, file_bytes = 0;
-  double position_error = 0;
 };
 
 /// Writes all vertices first (base vertices, then level by level in slot order), then the
@@ -58,11 +62,13 @@ struct GltfOutcome {
 ///   glTF: groups of patches as primitives, which share one accessor of indices. A vertex on the
 ///   border of two patches is in both, with the same bits. .gltf has its numbers in a .bin beside
 ///   it.
-/// The files must be empty; the caller publishes them.
-/// Errors: kInvalidArgument for a level, a face or an attribute that the store does not have, for a
-/// box that no patch meets, for an attribute that the format cannot hold, and for more vertices,
-/// facets or bytes than the format can count; kCancelled; kIo, kNoSpace, kCorruption.
-/// Pinned by tests/tools/export_test.cpp and tests/python/export_test.py.
-ExportResult export_mesh(Store& store, OutputFiles& files, const ExportOptions& options);
+/// After an error no file is left. Removes left-overs of killed runs with the same output.
+/// Errors: those of Store::open and of PartialFile; kInvalidArgument for a name of no known format,
+/// for a level, a face or an attribute that the store does not have, for a box that no patch meets,
+/// for an attribute that the format cannot hold, and for more vertices, facets or bytes than the
+/// format can count; kCancelled; kIo, kNoSpace, kCorruption.
+/// Pinned by tests/jobs/export/.
+ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
+                         const ExportWatch& watch = {});
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -4,10 +4,10 @@
 
 #include "export/vector_text.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 void write_obj_level(const ExportTask& task, OutputStream& output) {
-  output.write(fmt::format("# plait: level {}, {} vertices, {} triangles\n", task.options.level,
+  output.write(fmt::format("# plait: level {}, {} vertices, {} triangles\n", task.level,
                            task.vertices(), task.triangles()));
   write_vector_lines(task, output, task.position, "v ", true);
   for (const AttributeId normal : task.extras)
@@ -32,4 +32,4 @@ void write_obj_level(const ExportTask& task, OutputStream& output) {
       });
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

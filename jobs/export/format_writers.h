@@ -1,5 +1,5 @@
-// The writers of export_mesh, one for each format. export_mesh checks levels, attributes and counts
-// before it calls a writer.
+// The writers of export_mesh(), one for each format. export_mesh() checks levels, attributes and
+// counts before it calls a writer.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,22 @@
 #include <string_view>
 #include <vector>
 
-#include "export/mesh_export.h"
+#include "export/export_mesh.h"
+#include "export/mesh_format.h"
 #include "export/numbered_triangles.h"
 #include "export/output_files.h"
 #include "export/output_stream.h"
 #include "export/patch_selection.h"
+#include "plait/detail/namespace.h"
+#include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 struct ExportTask {
   Store& store;
-  const ExportOptions& options;
+  const ExportRequest& request;
+  MeshFormat format;
+  int level;  ///< that of the request, or the finest
   AttributeId position = 0;
   std::span<const AttributeId> extras;  ///< the attributes to write besides the position
   const PatchSelection& patches;
@@ -31,6 +36,12 @@ struct ExportTask {
   const AttributeSchema& schema(AttributeId attribute) const {
     return store.attributes()[attribute].schema;
   }
+};
+
+/// What is known of a glTF file when it is written.
+struct GltfOutcome {
+  std::uint64_t vertices = 0, file_bytes = 0;
+  double position_error = 0;
 };
 
 void write_ply_level(const ExportTask& task, OutputStream& output);
@@ -53,4 +64,4 @@ struct FaceColumn {
 };
 std::vector<FaceColumn> face_columns(const ExportTask& task);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -6,7 +6,7 @@
 #include "paging/level_cursor.h"
 #include "plait/extend/store_access.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 constexpr std::size_t kBaseRecordsAtOnce = 1024;
@@ -94,4 +94,4 @@ void stream_vertices(Store& store, std::span<const AttributeId> attributes, int 
       sink);
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

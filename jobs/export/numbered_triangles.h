@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "export/patch_selection.h"
+#include "plait/detail/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// Triangles of the longest row of a patch.
 inline std::size_t most_triangles_of_row(const PatchSelection& patches) {
@@ -44,4 +45,4 @@ void for_each_numbered_triangle(const PatchSelection& patches, Visit visit, Proc
   }
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "export/format_writers.h"
+#include "plait/detail/namespace.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 
 /// One line for each vertex: `before`, and the shortest decimals that give the same numbers when
 /// they are read. Calls task.progress with the vertices so far if `counts`, else with all vertices.
 void write_vector_lines(const ExportTask& task, OutputStream& output, AttributeId attribute,
                         std::string_view before, bool counts);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "export/patch_selection.h"
+#include "plait/detail/namespace.h"
 #include "plait/store.h"
 
-namespace plait {
+PLAIT_BEGIN_NAMESPACE
 
 /// Receives the records of consecutive vertices: [attribute] the bytes of `count` records.
 using VertexSink =
@@ -24,4 +25,4 @@ void stream_vertices(Store& store, std::span<const AttributeId> attributes,
 void stream_vertices(Store& store, std::span<const AttributeId> attributes, int level,
                      const VertexSink& sink);
 
-}  // namespace plait
+PLAIT_END_NAMESPACE

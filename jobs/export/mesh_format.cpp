@@ -5,10 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "argument_text.h"
 #include "plait/error.h"
 
-namespace plait {
+PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
 struct KnownFormat {
@@ -21,6 +20,13 @@ constexpr KnownFormat kFormats[] = {
     {MeshFormat::kStl, "STL", ".stl", true},   {MeshFormat::kOff, "OFF", ".off", true},
     {MeshFormat::kVtp, "VTK", ".vtp", false},  {MeshFormat::kPvtp, "VTK", ".pvtp", false},
     {MeshFormat::kGlb, "glTF", ".glb", false}, {MeshFormat::kGltf, "glTF", ".gltf", false}};
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
 
 }  // namespace
 
@@ -71,4 +77,4 @@ bool holds_attribute(MeshFormat format, const AttributeSchema& schema) noexcept 
   return false;
 }
 
-}  // namespace plait
+PLAIT_END_NAMESPACE
