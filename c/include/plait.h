@@ -1073,7 +1073,7 @@ typedef struct plait_pass_request {
   plait_component_type type; /* own pass: of the result; PLAIT_FLOAT32 */
   int32_t components;        /* own pass: of the result; 3 */
   int32_t threads;           /* 1 */
-  int32_t iterations;        /* in this plan, 1 to 1000; 0: 1 */
+  int32_t reserved;
 } plait_pass_request;
 #define PLAIT_PASS_REQUEST_INIT                                                               \
   {                                                                                           \
@@ -1081,9 +1081,7 @@ typedef struct plait_pass_request {
         PLAIT_FLOAT32, 3, 1, 0                                                                \
   }
 /* Makes a plan of which the parts are the shards of the store. plait_parts_make() makes each part,
- * and plait_parts_join() commits the next version of the store. The result of several iterations is
- * that of as many plans one after another; the pass must then replace the attribute that it reads,
- * and the kernel is called for each iteration of each part. Errors: INVALID_ARGUMENT for a pass
+ * and plait_parts_join() commits the next version of the store. Errors: INVALID_ARGUMENT for a pass
  * that does not fit the store, and if the name is taken; NOT_SUPPORTED for a store in one piece;
  * those of plait_store_open(); CANCELLED, IO, NO_SPACE. */
 PLAIT_API plait_status plait_pass_plan(const plait_pass_request* request);

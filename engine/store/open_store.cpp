@@ -59,7 +59,6 @@ Store::Implementation::~Implementation() {
   for (Attribute& attribute : attributes)
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
-  halo.reset();
   snapshot.reset();
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable || is_part()) return;

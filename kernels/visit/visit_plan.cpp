@@ -90,11 +90,11 @@ void VisitPlan::for_each_outer_spoke(
     std::size_t number,
     const std::function<void(EdgeId, const std::byte*, const std::byte*)>& visit) const {
   if (!own_vertices_) return;
-  const PassEdges own = StoreAccess::pass_edges(*store_);
+  const EdgeRange own = StoreAccess::edges(*store_);
   std::vector<EdgeId> outer;
   for (const VertexId vertex : *own_vertices_)
     for_each_spoke(mesh_, vertex, [&](EdgeId edge) {
-      if (!own.contains(edge)) outer.push_back(edge);
+      if (edge < own.first || edge >= own.after) outer.push_back(edge);
     });
   std::ranges::sort(outer);
   outer.erase(std::unique(outer.begin(), outer.end()), outer.end());
@@ -138,26 +138,21 @@ VisitNeeds VisitPlan::needs() const {
 }
 
 std::uint64_t VisitPlan::vertices_before(std::uint64_t edge) const {
+  const EdgeId first = StoreAccess::edges(*store_).first;
   std::uint64_t vertices = 0;
   for (const LevelGeometry& level : numbers_)
-    vertices += edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
-                                          : level.total_bytes();
+    vertices += (edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
+                                           : level.total_bytes()) -
+                level.slot(first).offset;
   return vertices;
 }
 
 void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& edge_kernel,
                     const std::function<void()>& base_kernel,
                     const std::function<void()>& stretch_done) const try {
-  const PassEdges edges = StoreAccess::pass_edges(*store_);
-  const auto vertices_of = [&](EdgeId first, EdgeId after) {
-    std::uint64_t vertices = 0;
-    edges.for_each_range(first, after, [&](EdgeRange range) {
-      vertices += vertices_before(range.after) - vertices_before(range.first);
-    });
-    return vertices;
-  };
+  const EdgeRange edges = StoreAccess::edges(*store_);
   const std::uint64_t total =
-      vertices_of(0, edges.size()) +
+      vertices_before(edges.after) +
       (own_vertices_ ? own_vertices_->size() : store_->base().vertex_count());
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
@@ -165,13 +160,9 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
     sweep_pass.stretch_done = stretch_done;
     SweepOptions options;
     options.threads = threads_;
-    EdgeId counted = 0;
-    std::uint64_t done = 0;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
-        done += vertices_of(counted, static_cast<EdgeId>(now.done));
-        counted = static_cast<EdgeId>(now.done);
-        return options_->progress({options_->name, done, total});
+        return options_->progress({options_->name, vertices_before(edges.first + now.done), total});
       };
     sweep(*store_, sweep_pass, options);
   }

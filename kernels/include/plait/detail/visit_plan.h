@@ -125,7 +125,7 @@ class VisitPlan {
 
  private:
   SweepPass pass() const;
-  /// The vertices of the levels that belong to edges before this one.
+  /// The vertices of the levels that belong to edges from the first one of the visit on.
   std::uint64_t vertices_before(std::uint64_t edge) const;
 
   Store* store_;
