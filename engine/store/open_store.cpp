@@ -165,8 +165,7 @@ void Store::Implementation::make_ready() {
       named.store = path.native();
       options.events.call(named);
     };
-  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, options.budget,
-                                  std::move(of_blocks));
+  pager = std::make_unique<Pager>(options.budget_bytes, io_threads, std::move(of_blocks));
 }
 
 Store Store::create(const std::filesystem::path& path, BaseMesh base, const StoreOptions& options,
@@ -254,7 +253,6 @@ void Store::Implementation::open_version(const StoredVersion& version, const Ope
   options.durability = wanted.durability;
   options.budget_bytes = wanted.budget_bytes;
   options.io_threads = wanted.io_threads;
-  options.budget = wanted.budget;
   options.events = wanted.events;
   options.parallel_for = wanted.parallel_for;
   backend = version.find_backend(backends);
