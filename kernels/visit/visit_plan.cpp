@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "base/default_arithmetic.h"
@@ -44,7 +45,7 @@ int finest_level_of(const Store& store, const VisitOptions& options,
 }  // namespace
 
 VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
-                     std::vector<VisitedAttribute> attributes)
+                     std::vector<VisitedAttribute> attributes, int first_level)
     : store_(&store),
       options_(&options),
       threads_(thread_count(options.threads, fmt::format("visit '{}'", options.name))),
@@ -70,6 +71,10 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
         options, ErrorCode::kInvalidArgument,
         fmt::format("level {}, expected {} or more: the base mesh of the store is level {}", level_,
                     first, first));
+  if (first_level > level_)
+    refuse_visit(options, ErrorCode::kInvalidArgument,
+                 fmt::format("levels {} to {}: expected a first level of {} or less", first_level,
+                             level_, level_));
   for (const VisitedAttribute& attribute : attributes_) {
     const int finest = store.attributes()[attribute.id].finest_level;
     if (level_ > finest)
@@ -79,6 +84,7 @@ VisitPlan::VisitPlan(Store& store, const VisitOptions& options,
                                level_, attribute.name, finest, level_));
   }
   refinements_ = relative_to_base(level_, first).refinements;
+  first_refinement_ = first_level - first;
   // Of the whole level also in the store of one part: runs have the numbers that the store gives.
   for (int level = first + 1; level <= level_; ++level)
     numbers_.push_back(
@@ -119,8 +125,9 @@ SweepPass VisitPlan::pass() const {
   SweepPass pass;
   pass.name = options_->name;
   for (const VisitedAttribute& attribute : attributes_)
-    pass.accesses.push_back({attribute.id, store_->base_level() + 1, level_, attribute.access,
-                             attribute.rings ? Reach::kFaces : Reach::kOwn});
+    pass.accesses.push_back(
+        {attribute.id, store_->base_level() + (attribute.rings ? 1 : first_refinement()), level_,
+         attribute.access, attribute.rings ? Reach::kFaces : Reach::kOwn});
   return pass;
 }
 
@@ -137,10 +144,16 @@ VisitNeeds VisitPlan::needs() const {
   return needs;
 }
 
+std::uint64_t VisitPlan::base_vertices() const {
+  if (!visits_base()) return 0;
+  return own_vertices_ ? own_vertices_->size() : store_->base().vertex_count();
+}
+
 std::uint64_t VisitPlan::vertices_before(std::uint64_t edge) const {
   const EdgeId first = StoreAccess::edges(*store_).first;
   std::uint64_t vertices = 0;
-  for (const LevelGeometry& level : numbers_)
+  for (const LevelGeometry& level :
+       std::span(numbers_).subspan(static_cast<std::size_t>(first_refinement() - 1)))
     vertices += (edge < level.edge_count() ? level.slot(static_cast<EdgeId>(edge)).offset
                                            : level.total_bytes()) -
                 level.slot(first).offset;
@@ -151,9 +164,7 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
                     const std::function<void()>& base_kernel,
                     const std::function<void()>& stretch_done) const try {
   const EdgeRange edges = StoreAccess::edges(*store_);
-  const std::uint64_t total =
-      vertices_before(edges.after) +
-      (own_vertices_ ? own_vertices_->size() : store_->base().vertex_count());
+  const std::uint64_t total = vertices_before(edges.after) + base_vertices();
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
@@ -175,7 +186,7 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
     under_way.emplace(std::as_const(*store_));
   UnfinishedLevels written;
   for (const VisitedAttribute& attribute : attributes_)
-    for (int level = store_->base_level() + 1; level <= level_; ++level)
+    for (int level = store_->base_level() + first_refinement(); level <= level_; ++level)
       written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
   {
     const DefaultArithmetic arithmetic;

@@ -41,12 +41,12 @@ static plait_status make_fold(plait_store* store, const char* into, void* user) 
   ++*(int*)user;
   const plait_visit_attribute attributes[] = {{"position", PLAIT_ACCESS_READ, 1},
                                               {into, PLAIT_ACCESS_OVERWRITE, 0}};
-  return plait_store_visit(store, attributes, 2, PLAIT_FINEST_LEVEL, fold, NULL, NULL);
+  return plait_store_visit(store, attributes, 2, 0, PLAIT_FINEST_LEVEL, fold, NULL, NULL);
 }
 static plait_status fail(plait_store* store, const char* into, void* user) {
   (void)into;
   (void)user;
-  return plait_store_visit(store, NULL, 0, PLAIT_FINEST_LEVEL, NULL, NULL, NULL);
+  return plait_store_visit(store, NULL, 0, 0, PLAIT_FINEST_LEVEL, NULL, NULL, NULL);
 }
 
 /* Makes a pass of a plan over `sharded` in parts. */
