@@ -75,7 +75,7 @@ instrument::Table matrix_table(const Findings& findings) {
     const std::vector<std::string> fastest = fastest_of(findings, contest);
     const MeasuredCell& first = findings.cells[contest.cells.front()].cell;
     table.rows.push_back(
-        {{first.disk, work_of(first), size_of(first),
+        {{first.disk, first.workload, size_of(first),
           fastest.empty() ? "undecided" : fmt::format("{}", fmt::join(fastest, " or ")),
           fmt::format("{}", fmt::join(others, "; ")), fmt::format("{}", fmt::join(never, "; "))},
          findings.failed ? Tone::kFailed : Tone::kPlain});
@@ -100,7 +100,7 @@ std::vector<std::string> advice_of(const Findings& findings) {
       if (!fastest.empty() && rival.answer == Answer::kEqual)
         ++disk.good[findings.cells[rival.cell].name];
     for (const auto& [name, why] : banned(findings, contest))
-      disk.never[name].push_back(fmt::format("{} ({})", work_of(first), why));
+      disk.never[name].push_back(fmt::format("{} ({})", first.workload, why));
   }
   std::vector<std::string> lines;
   for (const auto& [name, disk] : disks) {
@@ -142,7 +142,7 @@ std::string text_about_auto(const Findings& findings) {
       near += factor <= kNear;
       if (factor <= farthest) continue;
       farthest = factor;
-      where = fmt::format("{} on {} ({}{})", work_of(figures.cell), figures.cell.disk, figures.name,
+      where = fmt::format("{} on {} ({}{})", figures.cell.workload, figures.cell.disk, figures.name,
                           figures.failed > 0 ? ", " + survival_of(figures) : "");
     }
   }
