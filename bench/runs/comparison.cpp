@@ -28,7 +28,7 @@ std::vector<const MeasuredRun*> labelled(const RunSet& set, const CellFigures& c
 }
 
 std::string full_name(const MeasuredCell& cell) {
-  std::string name = work_of(cell);
+  std::string name = cell.workload;
   for (const std::string& part : {size_of(cell), cell.disk, way_of(cell)})
     if (!part.empty()) name += ", " + part;
   return name;
@@ -81,7 +81,7 @@ class Shifts {
     pending.shift.after = second.size();
     for (const std::string& stratum :
          {std::string(kAllCells), "backend " + way_of(before.cell),
-          "workload " + work_of(before.cell), "disk " + before.cell.disk})
+          "workload " + before.cell.workload, "disk " + before.cell.disk})
       strata_[stratum].push_back(pending.compare(kConfidence).factor.value);
   }
 

@@ -153,7 +153,7 @@ bool is_other_pipeline(const std::vector<CellFigures>& cells, const Contest& con
 /// Cells of one contest have this in common.
 auto work_and_place_of(const MeasuredCell& cell) {
   return std::tuple(cell.disk, cell.mesh, cell.workload, cell.vertices, cell.levels, cell.memory,
-                    cell.ratio, cell.rate, cell.durable);
+                    cell.ratio, cell.durable);
 }
 
 std::vector<Contest> ranked_contests(const RunSet& set, const std::vector<CellFigures>& cells) {

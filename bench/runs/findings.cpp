@@ -84,7 +84,7 @@ nlohmann::ordered_json json_of(const Findings& findings, const Contest& contest)
                       {"more_seconds", or_null(rival.more_seconds)}});
   const CellFigures& first = findings.cells[contest.cells.front()];
   return {{"disk", first.cell.disk},
-          {"workload", work_of(first.cell)},
+          {"workload", first.cell.workload},
           {"size", size_of(first.cell)},
           {"known", contest.is_known()},
           {"choices", names_of(contest.choices)},
@@ -141,10 +141,6 @@ std::string size_of(const MeasuredCell& cell) {
   if (cell.mesh.empty()) return size;
   // The checksum at the end of the name is for programs.
   return cell.mesh.substr(0, cell.mesh.rfind(' ')) + (size.empty() ? "" : ", " + size);
-}
-
-std::string work_of(const MeasuredCell& cell) {
-  return cell.workload + (cell.rate ? fmt::format(" at {:g}/s", *cell.rate) : "");
 }
 
 std::vector<std::string> digest_failures(const std::vector<MeasuredRun>& runs) {

@@ -109,8 +109,6 @@ Findings find(const RunSet& set);
 std::string way_of(const MeasuredCell& cell);
 /// "4 × memory", "12.6 million vertices", or "spot.ply, 4 × memory".
 std::string size_of(const MeasuredCell& cell);
-/// "sweep-read", "patch-random at 100/s".
-std::string work_of(const MeasuredCell& cell);
 /// "3 of 5 survived" of a cell with failures; empty without any.
 std::string survival_of(const CellFigures& figures);
 /// "1.4 to 1.7 times as long" or "equal within 5 %". REQUIRES: not kUndecided.

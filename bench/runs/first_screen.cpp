@@ -75,7 +75,7 @@ instrument::Table matrix_table(const Findings& findings) {
     const MeasuredCell& first = first_of(contest);
     std::string choice = fmt::format("{}", fmt::join(take, " or "));
     if (!contest.open.empty()) choice += (choice.empty() ? "" : "; ") + contest.open;
-    instrument::Table::Row row{{first.disk, work_of(first)},
+    instrument::Table::Row row{{first.disk, first.workload},
                                findings.failed ? Tone::kFailed : Tone::kPlain};
     if (sizes) row.cells.push_back(size_of(first));
     for (std::string& cell : std::array{choice, fmt::format("{}", fmt::join(others, "; ")),
@@ -138,7 +138,7 @@ std::string text_about_auto(const Findings& findings) {
       near += factor <= kNear;
       if (factor <= farthest) continue;
       farthest = factor;
-      where = fmt::format("{} on {} ({}{})", work_of(figures.cell), figures.cell.disk, figures.name,
+      where = fmt::format("{} on {} ({}{})", figures.cell.workload, figures.cell.disk, figures.name,
                           figures.failed > 0 ? ", " + survival_of(figures) : "");
     }
   }

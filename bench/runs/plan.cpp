@@ -49,7 +49,7 @@ std::vector<Subject> subjects(const PlanRequest& request, const BackendRegistry&
       return plan.left_out.push_back(fmt::format("{}: {}", name, error.what()));
     }
     if (!entry.traits.compressed) return subjects.push_back({name, "none"});
-    for (const std::string& codec : request.codecs) {
+    for (const std::string codec : {"fast", "default"}) {
       const Pipeline pipeline = pipeline_from_name(codec);
       entry.check_pipelines(pipeline, kSchema);
       subjects.push_back({name, codec, entry.needs_other_blocks(pipeline, kSchema)});
@@ -225,8 +225,7 @@ Plan make_plan(const PlanRequest& request, const BackendRegistry& backends) {
                      .memory_bytes = memory,
                      .budget_bytes = budget_of(memory),
                      .block_bytes = block,
-                     .threads = threads,
-                     .rate = workload->name == "patch-random" ? request.rate : 0});
+                     .threads = threads});
               }
   add_costs(request, plan);
   return plan;

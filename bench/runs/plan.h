@@ -40,16 +40,14 @@ MeshSubject mesh_subject(const std::filesystem::path& file, int levels,
 struct PlanRequest {
   std::vector<DiskPlace> disks = {{"."}};
   std::vector<std::string> backends = {"all"}, workloads = {"all"};
-  std::vector<std::string> codecs = {"fast", "default"};  ///< presets or pipelines
-  std::optional<MeshSubject> mesh;                        ///< its levels are those of `levels`
-  std::uint64_t vertices = 0;  ///< of a torus as base mesh; 0: from the sizes
+  std::optional<MeshSubject> mesh;  ///< its levels are those of `levels`
+  std::uint64_t vertices = 0;       ///< of a torus as base mesh; 0: from the sizes
   int levels = 4;
   std::vector<std::uint64_t> memory = {256u << 20};
   /// Empty: for each memory 1 MiB, or less if the budget has no room for 16 such blocks.
   std::vector<std::uint64_t> blocks;
   std::vector<double> sizes = {0.5, 3};  ///< bytes of the levels over memory
   std::vector<int> threads = {1};
-  double rate = 0;
   int rounds = 5;  ///< for the estimate of minutes
 };
 
@@ -68,9 +66,9 @@ struct Plan {
 };
 
 /// "all" of the backends are those that keep files, and "auto" is what choose_backend() chooses for
-/// the disk, the size and the memory limit. A backend that needs a pipeline gets each of
-/// `codecs`. Each cell is there once. Errors: kInvalidArgument, kNotFound, kNotSupported for
-/// names and values.
+/// the disk, the size and the memory limit. A backend that compresses gets the presets
+/// `fast` and `default`. Each cell is there once. Errors: kInvalidArgument, kNotFound,
+/// kNotSupported for names and values.
 Plan make_plan(const PlanRequest& request, const BackendRegistry& backends);
 
 /// Why the plan cannot run: a line for each disk that it would fill beyond nine tenths, or beyond

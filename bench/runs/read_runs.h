@@ -26,7 +26,7 @@ nlohmann::ordered_json or_null(const std::optional<Value>& value) {
 struct MeasuredCell {
   std::string backend, pipeline, disk, workload;
   std::string mesh;  ///< empty: a torus
-  std::optional<double> vertices, levels, memory, budget, ratio, block_bytes, threads, rate;
+  std::optional<double> vertices, levels, memory, budget, ratio, block_bytes, threads;
   bool durable = false;
 };
 /// The members of `cell` in a record, and in a report.
@@ -40,7 +40,7 @@ constexpr std::pair<const char*, std::optional<double> MeasuredCell::*> kNumbers
     {"vertices", &MeasuredCell::vertices}, {"levels", &MeasuredCell::levels},
     {"memory", &MeasuredCell::memory},     {"budget", &MeasuredCell::budget},
     {"ratio", &MeasuredCell::ratio},       {"block_bytes", &MeasuredCell::block_bytes},
-    {"threads", &MeasuredCell::threads},   {"rate", &MeasuredCell::rate}};
+    {"threads", &MeasuredCell::threads}};
 
 /// Figures that a run did not measure are empty.
 struct MeasuredRun {

@@ -28,8 +28,7 @@ nlohmann::ordered_json to_json(const Cell& cell) {
           {"ratio", static_cast<double>(cell.raw_bytes()) / static_cast<double>(cell.memory_bytes)},
           {"block_bytes", cell.block_bytes},
           {"threads", cell.threads},
-          {"durable", true},
-          {"rate", or_null(cell.rate > 0, cell.rate)}};
+          {"durable", true}};
 }
 
 std::string key_of(const Cell& cell) { return to_json(cell).dump(); }
@@ -78,9 +77,9 @@ nlohmann::ordered_json empty_record(const Cell& cell, int round, int order, std:
       {"auto", cell.is_auto},
       {"started", fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now))},
       {"outcome", "failed"}};
-  for (const char* name : {"failure", "seconds", "repetitions", "floor", "floor_by_fio", "ratio",
-                           "bytes", "split", "latencies", "open_loop", "faults", "peak_rss",
-                           "processor", "proofs", "surroundings", "digest"})
+  for (const char* name :
+       {"failure", "seconds", "repetitions", "floor", "floor_by_fio", "ratio", "bytes", "split",
+        "latencies", "faults", "peak_rss", "processor", "proofs", "surroundings", "digest"})
     record[name] = nullptr;
   record["doubts"] = nlohmann::ordered_json::array();
   return record;
@@ -89,7 +88,7 @@ nlohmann::ordered_json empty_record(const Cell& cell, int round, int order, std:
 void add_result(nlohmann::ordered_json& record, const nlohmann::ordered_json& result,
                 const Observed& observed, const instrument::DiskFacts& disk) {
   record["outcome"] = "ok";
-  for (const char* name : {"seconds", "bytes", "split", "latencies", "open_loop", "digest"})
+  for (const char* name : {"seconds", "bytes", "split", "latencies", "digest"})
     if (result.contains(name)) record[name] = result[name];
   record["faults"] = {{"minor", observed.process.minor_faults},
                       {"major", observed.process.major_faults}};

@@ -30,7 +30,6 @@ struct Cell {
   int levels = 4;
   std::uint64_t memory_bytes = 0, budget_bytes = 0, block_bytes = 1 << 20;
   int threads = 1;
-  double rate = 0;       ///< of an open loop; 0 for none
   bool is_auto = false;  ///< `auto` would choose this backend here; no part of the key
 
   /// Bytes of the levels before compression: float32 positions.

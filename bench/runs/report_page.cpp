@@ -61,7 +61,7 @@ void add_ratios(Page& page, const Findings& findings, const std::string& command
   std::map<std::string, IntervalPlot> plots;
   for_each_cell(findings, [&](const CellFigures& figures) {
     if (figures.ratio)
-      plots[work_of(figures.cell)].points.push_back(
+      plots[figures.cell.workload].points.push_back(
           {place_of(figures.cell), figures.name, figures.ratio->value, figures.ratio->low,
            figures.ratio->high,
            fmt::format("{} rounds, {}; {}", figures.ratio->count, figures.label,
@@ -95,7 +95,7 @@ Table splits_table(const RunSet& set, const Findings& findings, const std::strin
     if (!figures.seconds) return;
     const MeasuredRun& run = set.runs[figures.middle];
     table.rows.push_back(
-        {{place_of(figures.cell), work_of(figures.cell), figures.name, seconds_cell(run.seconds),
+        {{place_of(figures.cell), figures.cell.workload, figures.name, seconds_cell(run.seconds),
           seconds_cell(run.compute), seconds_cell(run.wait), seconds_cell(run.codec),
           seconds_cell(run.sync), factor_cell(run.moved_read, run.needed_read),
           factor_cell(run.moved_written, run.needed_written),
@@ -147,7 +147,7 @@ Table figures_table(const RunSet& set, const Findings& findings) {
           figures.seconds ? seconds_text(figures.seconds->value) : "–",
           needed > 0 ? fmt::format("{:.0f}", 1e-6 * needed / run.seconds) : "–",
           seconds_cell(run.p50), seconds_cell(run.p99), seconds_cell(run.p999),
-          fmt::format("{}", figures.runs.size()), figures.name, work_of(figures.cell),
+          fmt::format("{}", figures.runs.size()), figures.name, figures.cell.workload,
           size_of(figures.cell), figures.cell.disk, state}});
   });
   return table;

@@ -161,8 +161,7 @@ class Runner {
       if (!workload.makes_store) prepare(run);
       measure_often(run, workload, limit, record);
       record["proofs"]["limit"] = limit_proof(control);
-      if (cell.rate == 0)  // an open loop waits by itself
-        measure_floor(run, workload, limit, record);
+      measure_floor(run, workload, limit, record);
     } catch (const Error& error) {
       record["outcome"] = "failed";
       record["failure"] = error.what();
@@ -191,8 +190,7 @@ class Runner {
       seconds += result["seconds"].get<double>();
       user_seconds += observed.process.user_seconds;
       splits.push_back(result["split"]);
-    } while (run.cell.rate == 0 && seconds < options_.least_seconds &&
-             splits.size() < kMostRepetitions && proceed(""));
+    } while (seconds < options_.least_seconds && splits.size() < kMostRepetitions && proceed(""));
     const auto repetitions = static_cast<double>(splits.size());
     record["surroundings"] = to_json(watch.since(user_seconds));
     record["repetitions"] = splits.size();
@@ -212,10 +210,8 @@ class Runner {
     if (workload.makes_store) {
       fs::remove_all(run.store);
     } else {
-      observed.asked_cold = !options_.warm;
-      const std::vector<fs::path> files = instrument::files_under(run.store);
-      observed.before =
-          observed.asked_cold ? instrument::make_cold(files) : instrument::residency(files);
+      observed.asked_cold = true;
+      observed.before = instrument::make_cold(instrument::files_under(run.store));
     }
     if (limit != nullptr) limit->reset_figures();
     run.codec_before_ns = codec_nanoseconds();

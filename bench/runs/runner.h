@@ -21,7 +21,6 @@ struct RunnerOptions {
   /// only after the fourth round.
   bool repeat_disturbed = true;
   double least_seconds = 0.3;  ///< a shorter run does its work again, as cold as the first time
-  bool warm = false;           ///< leave the page cache as it is: every figure is labelled
   bool fio = true;             ///< also measure floors by fio in the first round
   /// Called before each run with a line; false stops, and what there is stays.
   std::function<bool(const std::string&)> proceed = {};

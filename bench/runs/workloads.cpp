@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <chrono>
-#include <thread>
 #include <vector>
 
 #include "base/name_table.h"
@@ -27,13 +26,12 @@ using Position = Vector3<float>;
 
 /// A slow disk serves so many in a second or two; on a fast one the run is repeated.
 constexpr std::size_t kRequests = 160;
-constexpr double kOpenLoopSeconds = 3;
 
-/// Reads one patch and returns its hash without the lowest bits. `seconds` becomes the time since
-/// `since`.
-std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds,
-                            Clock::time_point since) {
+/// Reads one patch and returns its hash without the lowest bits. `seconds` becomes the time that it
+/// took.
+std::uint64_t read_and_hash(const Reader& reader, FaceId face, int level, double& seconds) {
   thread_local std::vector<Position> records;
+  const Clock::time_point since = Clock::now();
   const PatchView patch = reader.read_patch(face, level);
   records.resize(patch_vertex_count(patch.size()));
   patch.attribute<Position>(kAttribute).copy_to(records);
@@ -55,13 +53,7 @@ void read_patches(const Reader& reader, const std::vector<FaceId>& faces, const 
   const Clock::time_point start = Clock::now();
   instrument::in_threads(cell.threads, [&](std::size_t worker) {
     for (std::size_t at = worker; at < faces.size(); at += static_cast<std::size_t>(cell.threads)) {
-      Clock::time_point since = Clock::now();
-      if (cell.rate > 0) {
-        since = start + std::chrono::duration_cast<Clock::duration>(
-                            std::chrono::duration<double>(static_cast<double>(at) / cell.rate));
-        std::this_thread::sleep_until(since);
-      }
-      done.sum += read_and_hash(reader, faces[at], cell.levels, done.latencies[at], since);
+      done.sum += read_and_hash(reader, faces[at], cell.levels, done.latencies[at]);
     }
   });
   done.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -119,23 +111,17 @@ nlohmann::ordered_json sweep_update(const WorkloadRun& run) {
   return result;
 }
 
-/// Without a rate each thread reads the next patch when it has the last one (a closed loop). With
-/// one, requests are due at fixed instants, and a latency counts from there: a stall is in the
-/// latency of all requests that waited behind it.
+/// Each thread reads the next patch when it has the last one (a closed loop).
 nlohmann::ordered_json patch_random(const WorkloadRun& run) {
   const Store store = open_store(run);
   const Reader reader(store, {.attributes = {kAttribute}});
-  const std::size_t count =
-      run.cell.rate > 0
-          ? std::max<std::size_t>(static_cast<std::size_t>(run.cell.rate * kOpenLoopSeconds), 20)
-          : kRequests;
   Requests done;
-  read_patches(reader, instrument::draw_faces(false, store.base().face_count(), count, run.seed),
+  read_patches(reader,
+               instrument::draw_faces(false, store.base().face_count(), kRequests, run.seed),
                run.cell, done);
   nlohmann::ordered_json result = counted(store, run, done.seconds, {});
   result["latencies"] = latencies_to_json(done.latencies);
-  if (run.cell.rate > 0) result["open_loop"] = {{"rate", run.cell.rate}, {"from", "scheduled"}};
-  result["digest"] = {{"of", fmt::format("{} uniform patches of {}, seed {}", count,
+  result["digest"] = {{"of", fmt::format("{} uniform patches of {}, seed {}", kRequests,
                                          surface_name(run.cell), run.seed)},
                       {"value", fmt::format("{:016x}", done.sum.load())}};
   return result;
@@ -172,8 +158,8 @@ constexpr std::array kWorkloads = {
              true, true, sweep_update},
     Workload{"scan-export", "read all vertices level by level, as an export does", FloorKind::kRead,
              false, true, false, scan_export},
-    Workload{"patch-random", "read patches, all equally likely; with --rate an open loop",
-             FloorKind::kRandomRead, false, false, false, patch_random},
+    Workload{"patch-random", "read patches, all equally likely", FloorKind::kRandomRead, false,
+             false, false, patch_random},
 };
 
 }  // namespace

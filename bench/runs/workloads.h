@@ -32,7 +32,7 @@ struct Workload {
   bool makes_store;    ///< it makes a store instead of reading one
   bool reads_all;      ///< it needs every block of the store, so the device must have read them
   bool changes_store;  ///< it writes to a store that is there
-  /// Returns {seconds, bytes, split, latencies, open_loop, digest, mode}; `bytes` without what the
+  /// Returns {seconds, bytes, split, latencies, digest, mode}; `bytes` without what the
   /// digest reads afterwards. Errors: those of a store.
   nlohmann::ordered_json (*run)(const WorkloadRun&);
 };

@@ -399,8 +399,8 @@ class Store:
         """Computes where the patches are, and keeps it in a file of the store, so that boxes and
         rays need not read the surface first."""
         with Watch("bounds", progress) as watch:
-            LIBRARY.plait_store_write_bounds_with_progress(
-                self._changing().address, text(attribute), watch.callback, None)
+            LIBRARY.plait_store_write_bounds(self._changing().address, text(attribute),
+                                             watch.callback, None)
 
     def verify(self, progress=None):
         """Reads every block and compares its checksum: a named tuple VerifyReport. Damage is no

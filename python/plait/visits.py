@@ -135,5 +135,5 @@ def visit(store, visited, function, level, progress):
 
     with Watch("visit", progress) as watch:
         callback = types.plait_visit_batch(watch.guard(call))
-        LIBRARY.plait_store_visit(store.address, attributes, len(visited), level, callback,
+        LIBRARY.plait_store_visit(store.address, attributes, len(visited), 0, level, callback,
                                   watch.callback, None)

@@ -187,41 +187,6 @@ TEST_CASE("a short run does its work again, each time as cold as before") {
   CHECK(bench.run(small("x-late", "patch-random"), {}).at(0)["repetitions"] == 1);
 }
 
-TEST_CASE("a stall of 2 s shows in the p99 of an open loop") {
-  Bench bench;
-  const Variable variable("PLAIT_TEST_STALL", "2000");
-  PlanRequest request = small("x-late", "patch-random");
-  request.rate = 100;
-  const Json record = bench.run(request, {}).at(0);
-  INFO(record.dump());
-  REQUIRE(record["outcome"] == "ok");
-  // 200 of 300 requests were due during the stall: a closed loop would show one slow request.
-  CHECK(record["latencies"]["p99"].get<double>() > 1.8);
-  CHECK(record["latencies"]["p50"].get<double>() > 0.3);
-  CHECK(record["open_loop"]["from"] == "scheduled");
-}
-
-TEST_CASE("a warm run is labelled warm and has no ratio to a cold floor") {
-  Bench bench;
-  RunnerOptions options;
-  options.warm = true;
-  const Json record = bench.run(small("pread", "sweep-read"), options).at(0);
-  INFO(record.dump());
-  REQUIRE(record["outcome"] == "ok");
-  const std::string label = record["proofs"]["cold"]["label"].get<std::string>();
-  CHECK((label == "warm" || label == "memory"));
-  // Records hold proofs; the doubt is the report's, once.
-  CHECK(record["doubts"].empty());
-  std::string doubts;
-  for (const std::string& doubt : findings_of({record}).doubts) doubts += doubt + "\n";
-  if (label == "warm") {
-    CHECK(record["ratio"].is_null());
-    CHECK(record["proofs"]["cold"]["why"] == "the page cache was left as it was");
-    CHECK_THAT(doubts, Catch::Contains("warm: the page cache was left as it was"));
-    CHECK(doubts.find("warm:") == doubts.rfind("warm:"));
-  }
-}
-
 TEST_CASE("what the digest reads after the time is no traffic of the run or of other programs") {
   if (std::ranges::count(usable_backends(), "uring") == 0) return skip("io_uring is not usable");
   Bench bench;

@@ -1,11 +1,10 @@
 // A plug-in with two backends over pread whose speed is known, for the tests of `plait bench`:
-// x-late serves one read at a time and sleeps 5 ms before it, or PLAIT_TEST_DELAY, or as
-// PLAIT_TEST_STALL says once for that many; x-capped gives 200 MB/s, or PLAIT_TEST_CAP, to all
-// readers together. x-wrong turns a bit of
-// what it reads; x-killed ends the process at write number PLAIT_TEST_KILLED to a level that has
-// been committed. Both sleepers keep their own account of the truth, because a busy machine wakes
-// them late: how long they slept, the time from the begin of the first read to the end of the last
-// one, and the bytes. When a level closes they write it to the file that PLAIT_TEST_SERVED names.
+// x-late serves one read at a time and sleeps 5 ms before it, or PLAIT_TEST_DELAY; x-capped gives
+// 200 MB/s, or PLAIT_TEST_CAP, to all readers together. x-wrong turns a bit of what it reads;
+// x-killed ends the process at write number PLAIT_TEST_KILLED to a level that has been committed.
+// Both sleepers keep their own account of the truth, because a busy machine wakes them late: how
+// long they slept, the time from the begin of the first read to the end of the last one, and the
+// bytes. When a level closes they write it to the file that PLAIT_TEST_SERVED names.
 #include <signal.h>
 #include <unistd.h>
 
@@ -29,7 +28,6 @@ using Clock = std::chrono::steady_clock;
 std::mutex mutex, device;
 double slept = 0, read_bytes = 0;
 Clock::time_point first_begin = Clock::time_point::max(), last_end = Clock::time_point::min();
-std::atomic<bool> stalled = false;
 
 int number_in(const char* variable, int otherwise) {
   const char* const text = std::getenv(variable);
@@ -72,12 +70,8 @@ class LateBackend final : public SlowBackend {
  public:
   using SlowBackend::SlowBackend;
   void read_slowly(plait::BlockRange blocks, std::span<std::byte> into) override {
-    const char* const stall = std::getenv("PLAIT_TEST_STALL");
-    const bool stalls = stall != nullptr && !stalled.exchange(true);
     const std::lock_guard one_at_a_time(device);
-    if (stall == nullptr || stalls)
-      sleep_until(Clock::now() + std::chrono::milliseconds(
-                                     stalls ? std::atoi(stall) : number_in("PLAIT_TEST_DELAY", 5)));
+    sleep_until(Clock::now() + std::chrono::milliseconds(number_in("PLAIT_TEST_DELAY", 5)));
     inner().read(blocks, into);
   }
 };
