@@ -124,6 +124,15 @@ SweepPass VisitPlan::pass() const {
   return pass;
 }
 
+std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
+  const VisitedAttribute& attribute = attributes_[number];
+  if (attribute.access != Access::kRead)
+    return StoreAccess::base_bytes(*store_, attribute.id, attribute.access);
+  // Base records that are only read stay as they were committed.
+  const std::span<const std::byte> read = std::as_const(*store_).base_bytes(attribute.id);
+  return {const_cast<std::byte*>(read.data()), read.size()};
+}
+
 VisitNeeds VisitPlan::needs() const {
   VisitNeeds needs;
   needs.frame_bytes = sweep_window_bytes(*store_, pass(), threads_);
@@ -159,12 +168,22 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
   const std::uint64_t total =
       vertices_of(0, edges.size()) +
       (own_vertices_ ? own_vertices_->size() : store_->base().vertex_count());
+  // Levels and base records from the first edge to the last base vertex.
+  UnfinishedLevels written;
+  const auto begin = [&] {
+    for (const VisitedAttribute& attribute : attributes_) {
+      written.add_base(StoreAccess::base_records_of(*store_, attribute.id), attribute.access);
+      for (int level = store_->base_level() + 1; level <= level_; ++level)
+        written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+    }
+  };
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
     sweep_pass.stretch_done = stretch_done;
     SweepOptions options;
     options.threads = threads_;
+    options.begins = begin;
     EdgeId counted = 0;
     std::uint64_t done = 0;
     if (options_->progress)
@@ -175,17 +194,13 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
       };
     sweep(*store_, sweep_pass, options);
   }
-  // The sweep has finished the levels, but without the base vertices the pass is not complete.
   std::optional<StorePass> under_way;
   if (std::ranges::any_of(attributes_,
                           [](const auto& each) { return each.access != Access::kRead; }))
     under_way.emplace(*store_, fmt::format("visit '{}' of", options_->name));
   else
     under_way.emplace(std::as_const(*store_));
-  UnfinishedLevels written;
-  for (const VisitedAttribute& attribute : attributes_)
-    for (int level = store_->base_level() + 1; level <= level_; ++level)
-      written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+  if (refinements_ == 0) begin();
   {
     const DefaultArithmetic arithmetic;
     base_kernel();
