@@ -262,14 +262,26 @@ class UringVolume final : public Volume {
 
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override {
     auto backend = std::make_unique<UringBackend>(level, ring_, buffers_);
-    const std::uint64_t pages =
-        (level.geometry.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
-    buffers_.make_room_for(pages, !blocks_are_aligned(level.geometry));
+    buffers_.make_room_for(page_bytes_of(level.geometry), !blocks_are_aligned(level.geometry));
     return backend;
   }
   std::uint64_t scratch_bytes() const noexcept override { return buffers_.memory_bytes(); }
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    PageBuffers::Room room = buffers_.room();
+    std::uint64_t most = buffers_.memory_of(room);
+    for (const FutureLevel& level : levels) {
+      room =
+          buffers_.with(room, page_bytes_of(level.geometry), !blocks_are_aligned(level.geometry));
+      most = std::max(most, buffers_.memory_of(room));
+    }
+    return most;
+  }
 
  private:
+  static std::uint64_t page_bytes_of(const LevelGeometry& level) {
+    return (level.max_block_bytes() + kPageBytes - 1) / kPageBytes * kPageBytes;
+  }
+
   PageBuffers buffers_;
   UringRing ring_;
 };

@@ -235,9 +235,8 @@ PLAIT_API plait_status plait_store_open(const char* path, const plait_open_optio
  * commit; otherwise to 1. */
 PLAIT_API plait_status plait_store_has_commit(const char* path, int32_t* has_commit);
 /* Publishes all levels and attributes as the next version, if anything has changed. Errors:
- * BAD_STATE, for example while a level is unfinished because work on it was cancelled; IO,
- * NO_SPACE.
- */
+ * BAD_STATE, for example while a level or base records are unfinished because work on them was
+ * cancelled; IO, NO_SPACE. */
 PLAIT_API plait_status plait_store_commit(plait_store* store);
 /* Brings the store back to its last commit, or, before the first one, to a store without
  * attributes: discards all changes, and what cancelled and failed work left. Errors: BAD_STATE
@@ -449,11 +448,12 @@ typedef struct plait_subdivide_options {
 } plait_subdivide_options;
 #define PLAIT_SUBDIVIDE_OPTIONS_INIT \
   { sizeof(plait_subdivide_options), NULL, NULL, NULL, NULL, 1, 1, 0, 0, 0, 0 }
-/* Refines attribute "position" from its finest level to `levels`. Makes levels that an earlier call
- * left unfinished again. Does not commit at the end. Errors: INVALID_ARGUMENT; NOT_SUPPORTED (limit
- * positions of a scheme without them; "fused" in a store that has levels); BUDGET with the budget
- * that the whole work needs; BAD_STATE if only plait_store_roll_back() helps; CANCELLED, IO,
- * NO_SPACE. */
+/* Refines attribute "position" from its finest level to `levels`. Does not commit at the end.
+ * Errors before the first change: INVALID_ARGUMENT; NOT_SUPPORTED (limit positions of a scheme
+ * without them; "fused" in a store that has levels); BUDGET with the budget that the whole work
+ * needs; BAD_STATE, also if positions are unfinished. After any later error (CANCELLED, IO,
+ * NO_SPACE), call plait_store_roll_back(): until then nobody can read what is unfinished, or commit
+ * the store. */
 PLAIT_API plait_status plait_store_subdivide(plait_store* store,
                                              const plait_subdivide_options* options);
 
@@ -662,7 +662,8 @@ PLAIT_API plait_status plait_patch_writer_write_level(plait_patch_writer* writer
                                                       uint32_t face, int32_t level,
                                                       const void* records, uint64_t bytes);
 /* Ends the work: the levels can be read and committed, and the writer writes no more. Errors:
- * BAD_STATE if a patch is missing: the message names it, and the program may still write it. */
+ * BAD_STATE if a patch is missing: the message names it, and the program may still write it; also
+ * for a second call after one that succeeded. */
 PLAIT_API plait_status plait_patch_writer_finish(plait_patch_writer* writer);
 PLAIT_API plait_status plait_patch_writer_get_statistics(const plait_patch_writer* writer,
                                                          plait_paging_statistics* statistics);

@@ -36,6 +36,8 @@ void Pager::Implementation::detach(LevelFile& level) {
   if (!table_.is_attached(level)) return;
   stop_transfers(lock, &level);
   for (Frame& frame : table_.frames())
+    if (frame.content.level == &level) drop_context(frame);
+  for (Frame& frame : table_.frames())
     if (frame.content.level == &level) drop(frame);
   table_.detach(level);
 }

@@ -92,6 +92,34 @@ std::optional<LeftOver> examine(const Directory& directory, const std::string& n
   return found;
 }
 
+/// Returns false if a file cannot be removed.
+bool remove_all_made(const Directory& directory) {
+  const auto is_proof = [](std::string_view name) {
+    return name == kManifestName || name == kMadeMarkName;
+  };
+  // The proofs go last: what is left if this process is killed here, or if a file cannot be
+  // removed, can be removed later.
+  bool all = true;
+  for (const bool proofs : {false, true}) {
+    for_each_file(directory, [&](const Directory& in, const std::string& file) {
+      if (is_proof(file) != proofs) return;
+      try {
+        in.remove(file);
+      } catch (const Error&) {
+        all = false;
+      }
+    });
+    if (!all) break;
+    directory.remove_directory(kRepairViewName);
+  }
+  return all;
+}
+
+bool directory_is_there(const Directory& directory, const std::string& name) {
+  const std::vector<std::string> names = directory.names();
+  return std::ranges::find(names, name) != names.end();
+}
+
 }  // namespace
 
 std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_view of) {
@@ -113,8 +141,7 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
   try {
     const Directory inner(directory, left_over.name);
     if (!inner.lock(true) || !is_made(inner)) return false;
-    remove_made_files(inner);
-    return directory.remove_directory(left_over.name);
+    return remove_all_made(inner) && directory.remove_directory(left_over.name);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::kNotFound) throw;
     return true;  // another process has removed it
@@ -122,15 +149,7 @@ bool remove_left_over(const Directory& directory, const LeftOver& left_over) {
 }
 
 void remove_made_files(const Directory& directory) {
-  const auto is_proof = [](std::string_view name) {
-    return name == kManifestName || name == kMadeMarkName;
-  };
-  // The proofs go last: what is left if this process is killed here can be removed, too.
-  for (const bool proofs : {false, true}) {
-    for_each_file(directory, [&](const Directory& in, const std::string& file) {
-      if (is_proof(file) == proofs) in.remove_if_possible(file);
-    });
-  }
+  static_cast<void>(remove_all_made(directory));
 }
 
 void remove_left_overs_of(const std::filesystem::path& path,
@@ -144,6 +163,9 @@ void remove_left_overs_of(const std::filesystem::path& path,
     else if (!left_over.foreign.empty())
       warn(fmt::format("{} from a killed run stays, because it contains {}", where,
                        fmt::join(left_over.foreign, ", ")));
+    else if (directory_is_there(output.directory, left_over.name))
+      warn(fmt::format("{} from a killed run stays, because some of its files cannot be removed",
+                       where));
   }
 }
 

@@ -35,7 +35,8 @@ std::vector<LeftOver> find_left_overs(const Directory& directory, std::string_vi
 bool remove_left_over(const Directory& directory, const LeftOver& left_over);
 
 /// Removes from a directory all files that plait makes in a directory with a temporary name: those
-/// of a store and those of a repair. Errors: kIo.
+/// of a store and those of a repair. If some cannot be removed, what proves that plait made the
+/// directory stays too, so that the next attempt finds it. Errors: kIo.
 void remove_made_files(const Directory& directory);
 
 /// Removes the left-overs of killed runs whose output was `path`, and calls `warn` for each.

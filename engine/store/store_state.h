@@ -27,8 +27,11 @@ struct Store::Implementation {
   struct Attribute {
     AttributeRecord record;  ///< its schema is in `infos`
     std::vector<std::byte> base_bytes;
-    /// `base_bytes` as they were before subdivide() made levels; empty if that is not known.
-    std::vector<std::byte> before_levels;
+    /// Whether `base_bytes` are finished. Stays where it is: passes keep its address.
+    std::unique_ptr<WrittenRecords> base_written = std::make_unique<WrittenRecords>();
+    /// Only a replacement: the name that it gets in the end. Until then it has one that no program
+    /// can give.
+    std::string becomes = {};
     std::vector<std::unique_ptr<LevelFile>> levels;  ///< [level - base_level - 1]
   };
 
@@ -56,6 +59,8 @@ struct Store::Implementation {
   bool on_disk() const { return !path.empty(); }
   /// For messages: the path, or "a store in memory".
   const std::string& name() const;
+  /// The attribute's schema, for a replacement with the name that it gets in the end.
+  AttributeSchema final_schema(AttributeId attribute) const;
   /// Opens the backend of a level. `level` comes from a committed version, or is new.
   std::unique_ptr<LevelFile> open_level(StoredLevel level, const AttributeSchema& schema,
                                         OpenMode mode) const;

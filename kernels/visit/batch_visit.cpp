@@ -159,14 +159,12 @@ class BatchVisit {
     for (std::size_t number = 0; number < attributes.size(); ++number) {
       const BatchAttribute& of = attributes[number];
       const AttributeId id = plan.attribute(number);
-      Store& store = plan.store();
-      // Base records that are only read stay as they were committed.
-      const std::span<const std::byte> read = std::as_const(store).base_bytes(id);
-      std::byte* const base = of.access == Access::kRead || !plan.visits_base()
-                                  ? const_cast<std::byte*>(read.data())
-                                  : store.base_bytes(id).data();
-      sources.push_back(
-          {of.access, of.rings, store.attributes()[id].schema.record_bytes(), base, {}, {}});
+      sources.push_back({of.access,
+                         of.rings,
+                         plan.store().attributes()[id].schema.record_bytes(),
+                         plan.base_bytes(number).data(),
+                         {},
+                         {}});
     }
     return sources;
   }

@@ -131,6 +131,15 @@ SweepPass VisitPlan::pass() const {
   return pass;
 }
 
+std::span<std::byte> VisitPlan::base_bytes(std::size_t number) const {
+  const VisitedAttribute& attribute = attributes_[number];
+  if (attribute.access != Access::kRead && visits_base())
+    return StoreAccess::base_bytes(*store_, attribute.id, attribute.access);
+  // Base records that are only read stay as they were committed.
+  const std::span<const std::byte> read = std::as_const(*store_).base_bytes(attribute.id);
+  return {const_cast<std::byte*>(read.data()), read.size()};
+}
+
 VisitNeeds VisitPlan::needs() const {
   VisitNeeds needs;
   needs.frame_bytes = sweep_window_bytes(*store_, pass(), threads_);
@@ -165,29 +174,36 @@ void VisitPlan::run(const std::function<void(const SweepView&, EdgeId, int)>& ed
                     const std::function<void()>& stretch_done) const try {
   const EdgeRange edges = StoreAccess::edges(*store_);
   const std::uint64_t total = vertices_before(edges.after) + base_vertices();
+  // Levels and base records from the first edge to the last base vertex.
+  UnfinishedLevels written;
+  const auto begin = [&] {
+    for (const VisitedAttribute& attribute : attributes_) {
+      if (visits_base())
+        written.add_base(StoreAccess::base_records_of(*store_, attribute.id), attribute.access);
+      for (int level = store_->base_level() + first_refinement(); level <= level_; ++level)
+        written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+    }
+  };
   if (refinements_ > 0) {
     SweepPass sweep_pass = pass();
     sweep_pass.kernel = edge_kernel;
     sweep_pass.stretch_done = stretch_done;
     SweepOptions options;
     options.threads = threads_;
+    options.begins = begin;
     if (options_->progress)
       options.progress = [&](const Progress& now) {
         return options_->progress({options_->name, vertices_before(edges.first + now.done), total});
       };
     sweep(*store_, sweep_pass, options);
   }
-  // The sweep has finished the levels, but without the base vertices the pass is not complete.
   std::optional<StorePass> under_way;
   if (std::ranges::any_of(attributes_,
                           [](const auto& each) { return each.access != Access::kRead; }))
     under_way.emplace(*store_, fmt::format("visit '{}' of", options_->name));
   else
     under_way.emplace(std::as_const(*store_));
-  UnfinishedLevels written;
-  for (const VisitedAttribute& attribute : attributes_)
-    for (int level = store_->base_level() + first_refinement(); level <= level_; ++level)
-      written.add(StoreAccess::level_file(*store_, attribute.id, level), attribute.access);
+  if (refinements_ == 0) begin();
   {
     const DefaultArithmetic arithmetic;
     base_kernel();

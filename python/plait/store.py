@@ -333,8 +333,8 @@ class Store:
         progress: True for a bar, or a function of (phase, done, total).
 
         An attribute whose rings are read cannot be written: write to another one, and then call
-        replace_attribute(). After an error the levels that were written cannot be read until a pass
-        has written them again, or roll_back() was called.
+        replace_attribute(). After an error the levels and base records that were written cannot be
+        read until a pass has written them again, or roll_back() was called.
         """
         visited = visits.visited_attributes(self._reader, reads, writes, rings)
         visits.visit(self._changing(), visited, function,
@@ -380,7 +380,8 @@ class Store:
 
     def subdivide(self, levels, scheme="loop", normals=False, limit=False, executor="auto",
                   threads=1, progress=None):
-        """Refines "position" to `levels`, and leaves the commit to the caller."""
+        """Refines "position" to `levels`, and leaves the commit to the caller. After an error that is
+        no refusal, call roll_back(): until then nobody can read or commit what is unfinished."""
         with Watch("subdivide", progress) as watch:
             options = types.plait_subdivide_options(
                 scheme=text(scheme), executor=text(executor), progress=watch.callback,

@@ -94,6 +94,7 @@ void sweep(Store& store, const SweepPass& pass, const SweepOptions& options) try
   SessionOptions session;
   session.window_bytes = needed_bytes;
   window.open(session);
+  if (options.begins) options.begins();
   UnfinishedLevels written;
   for (const LevelAccess& access : pass.accesses)
     for (int level = access.first_level; level <= access.last_level; ++level)

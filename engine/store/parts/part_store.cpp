@@ -86,7 +86,9 @@ PartContent finish_part_store(Store& store) {
   state.pager->flush();
   PartContent content;
   std::vector<BlockTable> tables;
-  for (std::size_t at = 0; at < state.attributes.size(); ++at)
+  for (std::size_t at = 0; at < state.attributes.size(); ++at) {
+    if (const WrittenRecords& base = *state.attributes[at].base_written; !base.is_finished())
+      refuse_unfinished(state, state.infos[at].schema.name, base, state.provenance.base_level);
     for (const auto& level : state.attributes[at].levels) {
       if (!is_made_by_part(state, state.attributes[at])) {
         const LevelGeometry& geometry = level->geometry;
@@ -104,6 +106,7 @@ PartContent finish_part_store(Store& store) {
           File(state.in_shards ? state.made_in : state.directory, name, OpenMode::kRead).size();
       content.levels.push_back({std::move(name), bytes});
     }
+  }
   content.description = state.description();
   content.tables = encode_shard_tables(state.uuid, state.only_shard, tables);
   const std::vector<VertexId> owned =

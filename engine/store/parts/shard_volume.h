@@ -37,6 +37,9 @@ class ShardVolume final : public Volume {
   /// level that is not in shards is that of one shard alone, which a part makes.
   std::unique_ptr<Backend> open_level(const LevelSpec& level) override;
   std::uint64_t scratch_bytes() const noexcept override { return inner_->scratch_bytes(); }
+  std::uint64_t scratch_bytes_with(std::span<const FutureLevel> levels) const override {
+    return inner_->scratch_bytes_with(levels);
+  }
 
  private:
   friend class ShardLevel;

@@ -106,11 +106,8 @@ class Source<RecordsOf<Record, kHow>> {
  public:
   using Argument = typename RecordsOf<Record, kHow>::Argument;
   Source(const VisitPlan& plan, std::size_t access) {
-    Store& store = plan.store();
-    if constexpr (kHow == Access::kRead)
-      base_ = std::as_const(store).template base_records<Record>(plan.attribute(access));
-    else
-      base_ = store.template base_records<Record>(plan.attribute(access));
+    const std::span<std::byte> bytes = plan.base_bytes(access);
+    base_ = {reinterpret_cast<Record*>(bytes.data()), bytes.size() / sizeof(Record)};
   }
   void begin(const SweepView&, std::size_t, EdgeId, int) noexcept {}
   void begin_base(const VisitPlan&, std::size_t) noexcept {}

@@ -3,8 +3,13 @@
 #include "store/partial_store.h"
 
 #include <catch2/catch.hpp>
+#include <cerrno>
 #include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "io/made_mark.h"
 #include "plait/error.h"
 #include "plait/registry.h"
 #include "plait/store.h"
@@ -23,6 +28,28 @@ StoreUuid make_store(const std::filesystem::path& path) {
   store.commit();
   return store.uuid();
 }
+
+/// While it lives, files of this name cannot be removed: they are busy on a network, or immutable.
+class FailingRemoval final : public FileOperationHook {
+ public:
+  explicit FailingRemoval(std::string name) : name_(std::move(name)) {
+    set_file_operation_hook(this);
+  }
+  ~FailingRemoval() { set_file_operation_hook(nullptr); }
+  FailingRemoval(const FailingRemoval&) = delete;
+  FailingRemoval& operator=(const FailingRemoval&) = delete;
+
+  Verdict before(const FileOperation& operation) noexcept override {
+    Verdict verdict;
+    if (operation.kind == FileOperation::Kind::kRemove && operation.path.filename() == name_)
+      verdict.error = EBUSY;
+    return verdict;
+  }
+  void after(const FileOperation&) noexcept override {}
+
+ private:
+  const std::string name_;
+};
 
 StoreUuid uuid_of(const std::filesystem::path& path) {
   return Store::open(path, {}, default_backends()).uuid();
@@ -120,6 +147,38 @@ TEST_CASE("ReplaceStore_KilledBeforeAnyOperation_LeavesTheOldStoreOrTheNew") {
   CHECK(old_ones > 10);
   CHECK(new_ones > 5);
   CHECK(left_overs > 10);
+}
+
+TEST_CASE("LeftOver_OneOfWhoseFilesCannotBeRemoved_KeepsItsProofAndIsRemovedLater") {
+  for (const std::string proof : {"manifest", "plait-made"}) {
+    CAPTURE(proof);
+    const TemporaryDirectory here(Medium::kMemory);
+    const std::string name = "s.plait.partial-999991";
+    make_store(here.path() / name);
+    if (proof == "plait-made") {
+      std::filesystem::remove(here.path() / name / "manifest");
+      write_made_mark(Directory(here.path() / name));
+    }
+    const Directory directory(here.path());
+    {
+      const std::string file = "base.mesh";
+      REQUIRE(std::filesystem::exists(here.path() / name / file));
+      const FailingRemoval fails(file);
+      const std::vector<LeftOver> found = find_left_overs(directory);
+      REQUIRE(found.size() == 1);
+      CHECK_FALSE(remove_left_over(directory, found[0]));
+      CHECK(std::filesystem::exists(here.path() / name / proof));
+      std::vector<std::string> warnings;
+      remove_left_overs_of(here.path() / "s.plait",
+                           [&](const std::string& text) { warnings.push_back(text); });
+      REQUIRE(warnings.size() == 1);
+      CHECK(warnings[0].find("cannot be removed") != std::string::npos);
+    }
+    const std::vector<LeftOver> found = find_left_overs(directory);
+    REQUIRE(found.size() == 1);
+    CHECK(remove_left_over(directory, found[0]));
+    CHECK(directory.names().empty());
+  }
 }
 
 }  // namespace plait::test

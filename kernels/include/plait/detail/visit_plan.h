@@ -65,6 +65,9 @@ class VisitPlan {
 
   Store& store() const noexcept { return *store_; }
   AttributeId attribute(std::size_t number) const { return attributes_[number].id; }
+  /// The base records of attribute `number`, to be used as the visit uses the attribute. Errors:
+  /// those of Store::base_bytes.
+  std::span<std::byte> base_bytes(std::size_t number) const;
   int threads() const noexcept { return threads_; }
   /// How often the base mesh is refined to reach the finest level of the visit.
   int refinements() const noexcept { return refinements_; }

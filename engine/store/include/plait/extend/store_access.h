@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "plait/detail/namespace.h"
@@ -77,19 +78,45 @@ class StoreAccess {
   static bool is_encoded_from_others(const Store& store, AttributeId attribute, int level);
 
   /// Throws kBadState if the level is unfinished (plait/detail/level_file.h): its records are those
-  /// of no moment. A pass may read levels that the work around it has begun, unless another pass is
-  /// under way (`within_work`); readers may not.
+  /// of no moment. Level base_level() are the base records. A pass may read levels that the work
+  /// around it has begun, unless another pass is under way (`within_work`); readers may not.
   static void check_readable(const Store& store, AttributeId attribute, int level,
                              bool within_work = false);
 
   /// Errors: those that a call has which removes or adds attributes and levels. Changes nothing.
   static void check_changeable(const Store& store, std::string_view verb);
-  /// The base records of an attribute as they were before subdivide() made its levels, for the work
-  /// that makes the levels again; empty if they are not known. Every change of the store by another
-  /// call empties it.
-  static std::vector<std::byte>& records_before_levels(Store& store, AttributeId attribute);
-  /// Removes the levels that are finer than `finest_level`. Errors: as Store::remove_attribute().
-  static void remove_levels(Store& store, AttributeId attribute, int finest_level);
+  /// Whether the base records of the attribute are finished, for UnfinishedLevels::add_base().
+  static WrittenRecords& base_records_of(Store& store, AttributeId attribute);
+  /// The base records for a pass that writes them: Store::base_bytes(), which with kOverwrite are
+  /// also given if they are unfinished.
+  static std::span<std::byte> base_bytes(Store& store, AttributeId attribute, Access access) {
+    return store.base_bytes_for(attribute, access);
+  }
+
+  /// The levels of an attribute that a work will make: of attribute `id`, or of one that it adds
+  /// (kNoId).
+  struct NewLevels {
+    AttributeSchema schema;
+    AttributeId id;
+    int first_level, last_level;
+  };
+  /// The part of the budget that is for frames at any time while these levels are added: the rest
+  /// is what the backend keeps for itself. `planned`: plan_levels() is called before, with this
+  /// provenance.
+  static std::uint64_t frame_budget_with(const Store& store, std::span<const NewLevels> levels,
+                                         const Provenance* planned = nullptr);
+
+  /// Adds an attribute that gets its name only in the end, by name_replacement(). Until then it has
+  /// a name that no program can give, and its levels are made as those of the name that it gets.
+  /// Errors: as Store::add_attribute(), but the name may be taken.
+  static AttributeId add_replacement(Store& store, AttributeSchema schema) {
+    return store.add(std::move(schema), true);
+  }
+  /// Gives the replacement its name, and removes the attribute that has it. Errors: as
+  /// Store::replace_attribute().
+  static void name_replacement(Store& store, AttributeId replacement);
+  /// The name that the replacement for `name` has until then.
+  static std::string name_until_named(std::string_view name);
 
   /// Throws kInvalidArgument if the attribute has another type. The message names both types.
   static void check_type(const Store& store, AttributeId attribute, ComponentType type,
