@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMostSlabBytes = std::size_t{8} << 20;
 constexpr std::uint64_t kLeastFrameOfSlab = std::uint64_t{256} << 10;
 constexpr std::uint64_t kLeastSlabs = 16;  ///< for which the budget must have room
-/// A slab is mapped to the end of a huge page if that wastes no more than one byte of so many.
+/// A slab is mapped to the end of a huge page if that wastes at most one byte in this number.
 constexpr std::size_t kBytesOfWaste = 128;
 /// Each bare frame may be a mapping of its own, and Linux allows a process 65,530 of them.
 constexpr std::size_t kMostSlabs = 1024;

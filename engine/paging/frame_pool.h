@@ -52,8 +52,8 @@ class FramePool {
 
   /// The part of the budget that is for frames.
   std::uint64_t budget_bytes() const { return budget_bytes_ - aside_bytes_; }
-  /// The whole budget that has so many bytes for frames. What a backend keeps for itself may grow
-  /// with the budget, to a quarter of it.
+  /// The whole budget of which `frame_bytes` are for frames. What a backend keeps for itself may
+  /// grow with the budget, to a quarter of it.
   std::uint64_t needed_budget(std::uint64_t frame_bytes) const {
     return aside_bytes_ == 0 ? frame_bytes
                              : std::max(frame_bytes + aside_bytes_, (4 * frame_bytes + 2) / 3);

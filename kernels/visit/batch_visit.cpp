@@ -14,7 +14,7 @@
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 namespace {
 
-/// A batch is handed over when it has so many vertices, or so many records of neighbours.
+/// The vertices of a batch, and its records of neighbours, after which it is handed over.
 constexpr std::size_t kMostVertices = std::size_t{1} << 16;
 constexpr std::size_t kMostNeighbours = 6 * kMostVertices;
 

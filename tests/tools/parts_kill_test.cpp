@@ -11,10 +11,10 @@
 #include <fstream>
 #include <random>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "program.h"
+#include "support/computing.h"
 #include "support/sanitized.h"
 
 namespace plait::test {
@@ -30,7 +30,7 @@ int run_until_done(const std::filesystem::path& directory, const Names& argument
                    std::mt19937_64& random, std::uint64_t longest_us) {
   for (int kills = 0;; ++kills, longest_us += longest_us / 4) {
     Program program(directory, arguments);
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % longest_us));
+    computes_for(program.process(), std::chrono::microseconds(random() % longest_us));
     ::kill(program.process(), SIGKILL);
     const Outcome outcome = program.wait();
     if (outcome.status == 1000 + SIGKILL) continue;
