@@ -1,4 +1,5 @@
-// tests/fuzz/make_corpora.cpp: writes the seeds of all targets, the same each time. The build runs it.
+// tests/fuzz/make_corpora.cpp: writes the seeds of all targets, the same each time. The build runs
+// it.
 //
 //   make_corpora DIRECTORY
 #include <zlib.h>
