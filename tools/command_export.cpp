@@ -1,6 +1,7 @@
 // plait export: writes one level of a store as a mesh file.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <memory>
@@ -39,13 +40,14 @@ int run_export(const ExportRequest& request, const CommandContext& context) {
   const Stopwatch clock;
   const ExportResult done = run_job(request, context);
   if (!context.json) {
-    std::string moved;
+    std::string lost;
     if (done.position_error > 0)
-      moved = fmt::format(", coordinates off by at most {}", done.position_error);
+      lost = fmt::format(", coordinates off by at most {}", done.position_error);
+    if (!done.left_out.empty()) lost += fmt::format(", without {}", fmt::join(done.left_out, ", "));
     print(fmt::format("{}: level {}, {} patches, {} vertices, {} triangles, {}{}, {:.2f} s\n",
                       done.file.native(), done.level, format_count(done.patches),
                       format_count(done.vertices), format_count(done.triangles),
-                      format_bytes(done.file_bytes), moved, clock.seconds()));
+                      format_bytes(done.file_bytes), lost, clock.seconds()));
     return kExitDone;
   }
   const nlohmann::ordered_json report = {{"store", request.store.string()},
@@ -56,6 +58,7 @@ int run_export(const ExportRequest& request, const CommandContext& context) {
                                          {"faces", done.triangles},
                                          {"file_bytes", done.file_bytes},
                                          {"position_error", done.position_error},
+                                         {"left_out", done.left_out},
                                          {"seconds", clock.seconds()}};
   // A path is bytes, and JSON is UTF-8.
   print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");

@@ -157,6 +157,20 @@ void check_name(const ExportRequest& request, MeshFormat format) {
                     request.output.native()));
 }
 
+/// The attributes that nobody asked for.
+std::vector<std::string> others(const Store& store, AttributeId position, int level,
+                                std::span<const AttributeId> extras, const ExportRequest& request) {
+  std::vector<std::string> names;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    if (id != position && store.attributes()[id].finest_level >= level &&
+        std::ranges::find(extras, id) == extras.end())
+      names.push_back(store.attributes()[id].schema.name);
+  for (const AttributeSchema& schema : store.face_attributes())
+    if (std::ranges::find(request.face_attributes, schema.name) == request.face_attributes.end())
+      names.push_back(schema.name);
+  return names;
+}
+
 /// Writes the files under their temporary names.
 ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& named,
                          const ExportRequest& request, const ExportWatch& watch) {
@@ -179,6 +193,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   result.vertices = patches.vertex_count();
   result.triangles = patches.triangle_count();
   result.patches = patches.faces().size();
+  result.left_out = others(store, position, level, extras, request);
   const std::uint64_t total = result.triangles + (format == MeshFormat::kStl ? 0 : result.vertices);
   const auto progress = [&](std::uint64_t done) {
     if (watch.progress && !watch.progress({"export", std::min(done, total), total}))
@@ -193,6 +208,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
     result.vertices = outcome.vertices;
     result.file_bytes = outcome.file_bytes;
     result.position_error = outcome.position_error;
+    if (outcome.without_normals) result.left_out.emplace_back("normal");
     return result;
   }
   if (format == MeshFormat::kPvtp) {

@@ -57,6 +57,8 @@ struct ExportResult {
   std::uint64_t vertices = 0, triangles = 0, file_bytes = 0;
   std::uint64_t patches = 0;
   double position_error = 0;  ///< the most that a coordinate was moved by
+  /// The attributes of the level, and of the base faces, that the file does not have.
+  std::vector<std::string> left_out = {};
 };
 
 /// Writes all vertices first (base vertices, then level by level in slot order), then the

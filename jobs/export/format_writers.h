@@ -43,6 +43,7 @@ struct ExportTask {
 struct GltfOutcome {
   std::uint64_t vertices = 0, file_bytes = 0;
   double position_error = 0;
+  bool without_normals = false;  ///< although they were asked for
 };
 
 void write_ply_level(const ExportTask& task, OutputStream& output);

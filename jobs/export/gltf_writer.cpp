@@ -179,8 +179,9 @@ GltfOutcome write_gltf_level(const ExportTask& task, OutputFiles& files) {
                         true);  // refuses what is too large before anything is read
   const GltfSurvey found = survey(task, document.columns(), placement);
   warn_of(task, found);
-  if (found.normals_without_direction > 0) document = GltfDocument(task, placement, false);
   GltfOutcome outcome;
+  outcome.without_normals = found.normals_without_direction > 0;
+  if (outcome.without_normals) document = GltfDocument(task, placement, false);
   outcome.vertices = document.vertices();
   if (task.format == MeshFormat::kGlb)
     write_glb(document, placement, task, files.main(), outcome);
