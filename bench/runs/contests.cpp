@@ -64,8 +64,16 @@ struct Duel {
   double chances() const { return static_cast<double>(contest->ranked) / 2; }
 };
 
-Answer answer_of(const Estimate& factor) {
-  if (factor.confidence == 0 || factor.count < kLeastRounds) return Answer::kUndecided;
+/// Whether a pair has rounds enough for its interval. Two rounds show large differences only, and
+/// only beside other comparisons, because the noise of two rounds is no normal number.
+bool can_be_shown(const Estimate& factor, const Spread& common) {
+  constexpr double kLarge = 1.5;
+  if (factor.confidence == 0 || factor.count < kLeastRounds) return false;
+  return factor.count > kLeastRounds || (common.degrees > 0 && factor.low > kLarge);
+}
+
+Answer answer_of(const Estimate& factor, const Spread& common) {
+  if (!can_be_shown(factor, common)) return Answer::kUndecided;
   if (factor.low >= 1 / kEqualWithin && factor.high <= kEqualWithin) return Answer::kEqual;
   return factor.low > 1 ? Answer::kSlower : Answer::kUndecided;
 }
@@ -111,7 +119,7 @@ void rank(Contest& contest, const RunSet& set, const std::vector<CellFigures>& c
       std::stable_partition(contest.cells.begin(), contest.cells.end(), can_rank);
   contest.ranked = static_cast<std::size_t>(first_unranked - contest.cells.begin());
   if (contest.ranked < 2) {
-    contest.why_not = label == "warm" ? "no run was cold" : "there is nothing to compare it with";
+    if (label == "warm") contest.open = "no run was cold";
     return;
   }
   // In pairs with the one that has the most rounds, because what left early ran in other rounds.
@@ -183,30 +191,49 @@ std::vector<Duel> duels_of(const RunSet& set, const std::vector<CellFigures>& ce
   return duels;
 }
 
-std::string why_undecided(const std::vector<CellFigures>& cells, const Contest& contest) {
-  std::vector<std::string> open;
+/// How long it takes to find out which of the choices is the fastest.
+std::string time_to_decide(const Contest& contest) {
   double seconds = 0;
   bool known = true;
   for (const Rival& rival : contest.rivals) {
     if (rival.answer != Answer::kUndecided) continue;
-    open.push_back(cells[rival.cell].name);
     known = known && rival.more_seconds;
     seconds = std::max(seconds, rival.more_seconds.value_or(0));
   }
-  if (open.empty()) return {};
-  const std::string between = fmt::format(
-      "not decided between {} and {}", cells[contest.cells.front()].name, fmt::join(open, " and "));
-  if (!known || seconds > 86400) return between + ", and more rounds hardly would";
-  return seconds < 60
-             ? fmt::format("{}, {:.0f} more seconds would", between, std::ceil(seconds))
-             : fmt::format("{}, {:.0f} more minutes would", between, std::ceil(seconds / 60));
+  if (!known || seconds > 86400) return "more rounds hardly tell";
+  return seconds < 60 ? fmt::format("{:.0f} more seconds", std::ceil(seconds))
+                      : fmt::format("{:.0f} more minutes", std::ceil(seconds / 60));
+}
+
+/// Fills `choices`, `never` and `open`.
+void choose(Contest& contest, const std::vector<CellFigures>& cells) {
+  constexpr double kNever = 2;  // times as long
+  const bool others_died =
+      std::ranges::all_of(std::span(contest.cells).subspan(contest.ranked),
+                          [&](std::size_t at) { return cells[at].failed > 0; });
+  if (contest.ranked > 1 || (contest.ranked == 1 && others_died && contest.cells.size() > 1))
+    contest.choices.push_back(contest.cells.front());
+  else if (contest.open.empty() && contest.cells.size() > 1)
+    contest.open = contest.ranked == 0 ? "no run succeeded" : "no other run was cold";
+  for (const Rival& rival : contest.rivals) {
+    if (rival.answer == Answer::kUndecided) contest.choices.push_back(rival.cell);
+    if (rival.answer == Answer::kSlower && rival.factor.low >= kNever)
+      contest.never.push_back(rival.cell);
+  }
+  for (const std::size_t at : contest.cells)
+    if (cells[at].failed > 0) contest.never.push_back(at);
+  if (contest.choices.size() > 1)
+    contest.open =
+        fmt::format("which of the {}: {}",
+                    contest.choices.size() == 2 ? std::string("two")
+                                                : fmt::format("{}", contest.choices.size()),
+                    time_to_decide(contest));
 }
 
 }  // namespace
 
 std::string answer_text(const Rival& rival) {
   if (rival.answer == Answer::kEqual) return "equal within 5 %";
-  if (rival.answer == Answer::kUndecided) return "not decided";
   return rival.factor.high < 1.995
              ? fmt::format("{:.2f} to {:.2f} times as long", rival.factor.low, rival.factor.high)
              : fmt::format("{:.2g} to {:.2g} times as long", rival.factor.low, rival.factor.high);
@@ -226,35 +253,31 @@ std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigure
     const double confidence = 1 - error / duel.chances();
     const instrument::Comparison found = duel.pairs.compare(confidence, duel.common);
     duel.rival->factor = found.factor;
-    duel.rival->answer = answer_of(found.factor);
+    duel.rival->answer = answer_of(found.factor, duel.common);
     if (duel.rival->answer == Answer::kUndecided)
       duel.rival->more_seconds = more_seconds(found, confidence, duel.common.degrees,
                                               seconds_of_round(set, cells, *duel.contest));
   }
-  for (Contest& contest : contests) {
-    if (contest.ranked < 2) continue;
-    contest.why_not = why_undecided(cells, contest);
-    contest.decided = contest.why_not.empty();
-    contest.backend_decided =
-        !contest.decided && std::ranges::all_of(contest.rivals, [&](const Rival& rival) {
-          return rival.answer != Answer::kUndecided || is_other_pipeline(cells, contest, rival);
-        });
-  }
+  for (Contest& contest : contests) choose(contest, cells);
   return contests;
 }
 
 std::set<std::string> settled_keys(const RunSet& set) {
   const std::vector<CellFigures> cells = cells_of(set);
   std::vector<Contest> contests = ranked_contests(set, cells);
-  // More rounds teach nothing of use where one takes a fifth longer, or is known within 5 %.
+  // More rounds teach nothing of use where one takes a fifth longer, or is known within 5 %. The
+  // time of what takes three times as long is better given to what is near at once.
   constexpr std::size_t kRoundsToLeave = 4;
-  constexpr double kFifth = 1.2;
+  constexpr double kFifth = 1.2, kThrice = 3;
   std::set<std::size_t> outpaced, settled;
   for (const Duel& duel : duels_of(set, cells, contests)) {
     const Estimate factor = duel.pairs.compare(1 - 0.05 / duel.chances(), duel.common).factor;
-    if (factor.count < kRoundsToLeave) continue;
-    if (factor.low > kFifth) outpaced.insert(duel.rival->cell);
-    if (factor.low > kFifth || factor.high / factor.low < kEqualWithin * kEqualWithin)
+    const bool is_late = factor.count >= kRoundsToLeave;
+    if (can_be_shown(factor, duel.common) && factor.low > (is_late ? kFifth : kThrice)) {
+      outpaced.insert(duel.rival->cell);
+      settled.insert(duel.rival->cell);
+    }
+    if (is_late && factor.high / factor.low < kEqualWithin * kEqualWithin)
       settled.insert(duel.rival->cell);
   }
   std::set<std::string> keys;

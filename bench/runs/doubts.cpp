@@ -15,15 +15,12 @@
 namespace plait::bench {
 namespace {
 
-using instrument::Estimate;
-
 /// Our own floor and fio's may differ by this share.
 constexpr double kFloorsAgree = 0.10;
 constexpr double kFasterSecondCold = 1.25;
 /// Traffic of other programs, beside that of the run, and as much as says nothing: file systems
 /// write their journals.
 constexpr double kOtherPrograms = 0.05, kOtherBytes = 16 << 20;
-constexpr double kNarrow = 0.05;
 
 /// The message without paths and numbers: failures that differ in nothing else are of one kind.
 std::string kind_of(const std::string& message) {
@@ -96,27 +93,19 @@ void add_doubts_of_run(const MeasuredRun& run, Doubts& spoiling, Doubts& doubts)
         "a second cold read was faster: there is a cache below this machine");
   check(floors_differ(run), "our floor and fio's differ by more than 10 %");
   check(run.others_busy.value_or(0) + run.stolen.value_or(0) > instrument::kDisturbed,
-        "other programs or machines had more than a tenth of the processors, twice");
+        "other programs or machines had more than a tenth of the processors");
   check(others_used_device(run), "other programs used the device during the run");
   check(!run.checksums.value_or(true), "checksums were not verified");
   for (const std::string& doubt : run.doubts) check(true, doubt);
 }
 
 void add_doubts_of_cells(const std::vector<CellFigures>& cells, std::vector<std::string>& lines) {
-  std::size_t few = 0, wide = 0, no_floor = 0;
-  for (const CellFigures& figures : cells) {
-    if (!figures.seconds) continue;
-    few += figures.seconds->count < kLeastRounds;
-    no_floor += !figures.ratio.has_value();
-    const Estimate& judged = figures.ratio ? *figures.ratio : *figures.seconds;
-    wide += judged.count >= kLeastRounds && judged.relative_half_width() > kNarrow;
-  }
-  const auto add = [&](std::size_t count, const std::string& what) {
-    if (count > 0) lines.push_back(fmt::format("{} of {} cells {}", count, cells.size(), what));
-  };
-  add(few, fmt::format("have fewer than {} rounds, which decides nothing", kLeastRounds));
-  add(wide, "have an interval wider than 5 % on either side: more rounds narrow it");
-  add(no_floor, "have no floor beside them, or one that was warm where the run was cold");
+  const auto no_floor = std::ranges::count_if(
+      cells, [](const CellFigures& figures) { return figures.seconds && !figures.ratio; });
+  if (no_floor > 0)
+    lines.push_back(fmt::format(
+        "{} of {} cells have no floor beside them, or one that was warm where the run was cold",
+        no_floor, cells.size()));
 }
 
 /// Runs of several machines or versions in one report may be meant, but have to be seen.

@@ -71,6 +71,11 @@ nlohmann::ordered_json json_of(const CellFigures& figures) {
 
 nlohmann::ordered_json json_of(const Findings& findings, const Contest& contest) {
   constexpr const char* kAnswers[] = {"slower", "equal", "undecided"};
+  const auto names_of = [&](const std::vector<std::size_t>& cells) {
+    nlohmann::ordered_json names = nlohmann::ordered_json::array();
+    for (const std::size_t at : cells) names.push_back(findings.cells[at].name);
+    return names;
+  };
   nlohmann::ordered_json rivals = nlohmann::ordered_json::array();
   for (const Rival& rival : contest.rivals)
     rivals.push_back({{"backend", findings.cells[rival.cell].name},
@@ -81,11 +86,11 @@ nlohmann::ordered_json json_of(const Findings& findings, const Contest& contest)
   return {{"disk", first.cell.disk},
           {"workload", work_of(first.cell)},
           {"size", size_of(first.cell)},
-          {"decided", contest.decided},
-          {"backend", or_null(contest.decided || contest.backend_decided, first.cell.backend)},
-          {"fastest", or_null(contest.decided, first.name)},
+          {"known", contest.is_known()},
+          {"choices", names_of(contest.choices)},
+          {"never", names_of(contest.never)},
+          {"open", contest.open},
           {"rivals", std::move(rivals)},
-          {"why_not", contest.why_not},
           {"cells", contest.cells}};
 }
 

@@ -14,8 +14,9 @@
 
 namespace plait::bench {
 
-/// Fewer rounds in common than this decide nothing.
-constexpr std::size_t kLeastRounds = 3;
+/// Fewer rounds in common than this decide nothing. As many show differences of half and more, by
+/// the noise that all comparisons of the disk have in common.
+constexpr std::size_t kLeastRounds = 2;
 /// Times that differ by less are equal for all uses.
 constexpr double kEqualWithin = 1.05;
 
@@ -54,11 +55,16 @@ struct Contest {
   std::vector<std::size_t> cells;  ///< fastest first; those that cannot be ranked come last
   std::size_t ranked = 0;
   std::vector<Rival> rivals;  ///< the ranked cells but the first, in their order
-  bool decided = false;       ///< every rival is slower or equal
-  /// Not decided, but only pipelines of the fastest backend are open; other backends are slower or
-  /// equal.
-  bool backend_decided = false;
-  std::string why_not;  ///< if not decided: "not decided between A and B, 3 more minutes would"
+  /// What to take: the fastest, and those that may be as fast. Empty: no cell could be ranked.
+  std::vector<std::size_t> choices;
+  /// What must not be taken: at least twice the time of the fastest, or a run of it died.
+  std::vector<std::size_t> never;
+  /// What is open: "which of the two: 3 more minutes", or why no cell could be ranked. Empty:
+  /// nothing is open.
+  std::string open;
+
+  /// One choice is left, or two of more than two cells.
+  bool is_known() const { return choices.size() == 1 || (choices.size() == 2 && cells.size() > 2); }
 };
 
 struct Findings {
@@ -83,11 +89,12 @@ std::vector<CellFigures> cells_of(const RunSet& set);
 /// tests/bench/runs/report_test.cpp.
 std::vector<Contest> contests_of(const RunSet& set, const std::vector<CellFigures>& cells);
 
-/// The keys of cells that need no more rounds: those shown to be slower than the fastest by a fifth
-/// after four rounds, and those of groups in which each other cell is such a one, or known within 5
-/// %, or another pipeline of the fastest backend: pipelines are what `plait tune` compares. If all
-/// cells of a group are of one backend, their pipelines are what is asked, and go on. Nothing here
-/// depends on which answer came out, so leaving early makes no answer likelier.
+/// The keys of cells that need no more rounds: those shown to take three times as long as the
+/// fastest after two rounds, or a fifth longer after four, and those of groups in which each other
+/// cell is such a one, or known within 5 %, or another pipeline of the fastest backend: pipelines
+/// are what `plait tune` compares. If all cells of a group are of one backend, their pipelines are
+/// what is asked, and go on. Nothing here depends on which answer came out, so leaving early makes
+/// no answer likelier.
 std::set<std::string> settled_keys(const RunSet& set);
 
 /// Finds what limits the trust in a set of runs: `doubts`, with `spoiling` and `failed`. Records
@@ -106,7 +113,7 @@ std::string size_of(const MeasuredCell& cell);
 std::string work_of(const MeasuredCell& cell);
 /// "3 of 5 survived" of a cell with failures; empty without any.
 std::string survival_of(const CellFigures& figures);
-/// "1.4 to 1.7 times as long", "equal within 5 %", or "not decided".
+/// "1.4 to 1.7 times as long" or "equal within 5 %". REQUIRES: not kUndecided.
 std::string answer_text(const Rival& rival);
 
 /// Pairs of runs whose digests have to be equal and are not, as lines. `set` may hold the runs of

@@ -1,19 +1,19 @@
-// What a reader needs first: how much is decided, who wins where, and advice.
+// What a reader needs first: how much is known, what to take for which work, and advice.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <span>
 
 #include "runs/report_page.h"
 
 namespace plait::bench {
 namespace {
-
-constexpr double kNever = 2;  // times as long
 
 /// Those in which there is something to compare.
 std::vector<Contest> contests_in(const Findings& findings) {
@@ -22,28 +22,17 @@ std::vector<Contest> contests_in(const Findings& findings) {
   return found;
 }
 
-/// Who must not be used in a contest, and why.
-std::vector<std::pair<std::string, std::string>> banned(const Findings& findings,
-                                                        const Contest& contest) {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const std::size_t at : contest.cells)
-    if (const CellFigures& figures = findings.cells[at]; figures.failed > 0)
-      list.emplace_back(figures.name, survival_of(figures));
-  for (const Rival& rival : contest.rivals)
-    if (rival.answer == Answer::kSlower && rival.factor.low >= kNever)
-      list.emplace_back(findings.cells[rival.cell].name,
-                        fmt::format("{:.2g} times as long", rival.factor.value));
-  return list;
+/// "uring (auto)".
+std::string name_of(const CellFigures& figures) {
+  return figures.name + (figures.is_auto ? " (auto)" : "");
 }
 
-/// The fastest cell and those that may be it, if they are of one backend.
-std::vector<std::string> fastest_of(const Findings& findings, const Contest& contest) {
-  std::vector<std::string> fastest;
-  if (!contest.decided && !contest.backend_decided && contest.ranked != 1) return fastest;
-  fastest.push_back(findings.cells[contest.cells.front()].name);
-  for (const Rival& rival : contest.rivals)
-    if (rival.answer == Answer::kUndecided) fastest.push_back(findings.cells[rival.cell].name);
-  return fastest;
+/// Why a cell must not be taken: "mmap, 6.1 times", or "pread, 1 of 4 survived".
+std::string never_text(const Findings& findings, const Contest& contest, std::size_t cell) {
+  const CellFigures& figures = findings.cells[cell];
+  if (figures.failed > 0) return name_of(figures) + ", " + survival_of(figures);
+  const auto rival = std::ranges::find(contest.rivals, cell, &Rival::cell);
+  return fmt::format("{}, {:.2g} times", name_of(figures), rival->factor.value);
 }
 
 /// How many times as long as the fastest one a cell took; infinite if runs of it failed.
@@ -57,36 +46,50 @@ double factor_of(const Findings& findings, const Contest& contest, std::size_t c
 
 instrument::Table matrix_table(const Findings& findings) {
   using instrument::Tone;
+  const std::vector<Contest> contests = contests_in(findings);
+  const auto first_of = [&](const Contest& contest) -> const MeasuredCell& {
+    return findings.cells[contest.cells.front()].cell;
+  };
+  const auto varies = [&](auto text_of) {
+    return std::ranges::any_of(contests, [&](const Contest& contest) {
+      return text_of(first_of(contest)) != text_of(first_of(contests.front()));
+    });
+  };
+  // What is equal in all rows stands in the advice.
+  const bool sizes = varies(size_of);
   instrument::Table table = instrument::table_with(
-      "disk|workload|size|fastest|others|never",
-      {"Which backend for which work",
-       "Compared in pairs by round, on the logarithm of seconds, with intervals "
-       "that are corrected for how many comparisons there are. Never: twice the "
-       "time of the fastest or more, or runs that died."});
-  for (const Contest& contest : contests_in(findings)) {
-    std::vector<std::string> others, never;
+      sizes ? "disk|workload|size|take|others|never" : "disk|workload|take|others|never",
+      {"What to take for which work",
+       "Compared in pairs by round, on the logarithm of seconds, with intervals that are "
+       "corrected for how many comparisons there are. Take: the fastest, and what may be as fast. "
+       "Never: at least twice the time of the fastest, or runs that died."});
+  for (const Contest& contest : contests) {
+    std::vector<std::string> take, others, never;
+    for (const std::size_t at : contest.choices) take.push_back(name_of(findings.cells[at]));
+    for (const std::size_t at : contest.never) never.push_back(never_text(findings, contest, at));
     for (const Rival& rival : contest.rivals)
-      if (rival.answer == Answer::kEqual ||
-          (rival.answer == Answer::kSlower && rival.factor.low < kNever))
-        others.push_back(fmt::format("{} {}", findings.cells[rival.cell].name, answer_text(rival)));
-    if (!contest.decided && !contest.why_not.empty()) others.push_back(contest.why_not);
-    for (const auto& [name, why] : banned(findings, contest))
-      never.push_back(fmt::format("never {} ({})", name, why));
-    const std::vector<std::string> fastest = fastest_of(findings, contest);
-    const MeasuredCell& first = findings.cells[contest.cells.front()].cell;
-    table.rows.push_back(
-        {{first.disk, work_of(first), size_of(first),
-          fastest.empty() ? "undecided" : fmt::format("{}", fmt::join(fastest, " or ")),
-          fmt::format("{}", fmt::join(others, "; ")), fmt::format("{}", fmt::join(never, "; "))},
-         findings.failed ? Tone::kFailed : Tone::kPlain});
+      if (rival.answer != Answer::kUndecided &&
+          std::ranges::find(contest.never, rival.cell) == contest.never.end())
+        others.push_back(
+            fmt::format("{} {}", name_of(findings.cells[rival.cell]), answer_text(rival)));
+    const MeasuredCell& first = first_of(contest);
+    std::string choice = fmt::format("{}", fmt::join(take, " or "));
+    if (!contest.open.empty()) choice += (choice.empty() ? "" : "; ") + contest.open;
+    instrument::Table::Row row{{first.disk, work_of(first)},
+                               findings.failed ? Tone::kFailed : Tone::kPlain};
+    if (sizes) row.cells.push_back(size_of(first));
+    for (std::string& cell : std::array{choice, fmt::format("{}", fmt::join(others, "; ")),
+                                        fmt::format("{}", fmt::join(never, "; "))})
+      row.cells.push_back(std::move(cell));
+    table.rows.push_back(std::move(row));
   }
   return table;
 }
 
 std::vector<std::string> advice_of(const Findings& findings) {
   struct Disk {
-    std::map<std::string, int> good;  ///< how often it is among the fastest
-    std::map<std::string, std::vector<std::string>> never;
+    std::map<std::string, int> good;  ///< how often it is a choice, or equal to one
+    std::set<std::string> sizes;
     int all = 0;
   };
   std::map<std::string, Disk> disks;
@@ -94,28 +97,21 @@ std::vector<std::string> advice_of(const Findings& findings) {
     const MeasuredCell& first = findings.cells[contest.cells.front()].cell;
     Disk& disk = disks[first.disk];
     ++disk.all;
-    const std::vector<std::string> fastest = fastest_of(findings, contest);
-    for (const std::string& name : fastest) ++disk.good[name];
+    disk.sizes.insert(size_of(first));
+    for (const std::size_t at : contest.choices) ++disk.good[findings.cells[at].name];
     for (const Rival& rival : contest.rivals)
-      if (!fastest.empty() && rival.answer == Answer::kEqual)
-        ++disk.good[findings.cells[rival.cell].name];
-    for (const auto& [name, why] : banned(findings, contest))
-      disk.never[name].push_back(fmt::format("{} ({})", work_of(first), why));
+      if (rival.answer == Answer::kEqual) ++disk.good[findings.cells[rival.cell].name];
   }
   std::vector<std::string> lines;
   for (const auto& [name, disk] : disks) {
     const auto best =
         std::ranges::max_element(disk.good, {}, [](auto& each) { return each.second; });
-    std::string& line = lines.emplace_back(
-        fmt::format("On {}: {}", name.empty() ? "a disk without a name" : name,
-                    disk.good.empty() ? "nothing is decided"
-                                      : fmt::format("use {}, among the fastest in {} of {}",
-                                                    best->first, best->second, disk.all)));
-    for (const auto& [backend, reasons] : disk.never)
-      line +=
-          fmt::format("; never {} for {}{}", backend, reasons.front(),
-                      reasons.size() > 1 ? fmt::format(" and {} more", reasons.size() - 1) : "");
-    line += ".";
+    lines.push_back(fmt::format(
+        "On {}{}: {}.", name.empty() ? "a disk without a name" : name,
+        disk.sizes.size() == 1 && !disk.sizes.begin()->empty() ? ", " + *disk.sizes.begin() : "",
+        disk.good.empty() ? "nothing could be ranked"
+                          : fmt::format("{} is among the best for {} of {} workloads", best->first,
+                                        best->second, disk.all)));
   }
   return lines;
 }
@@ -156,12 +152,18 @@ std::string text_about_auto(const Findings& findings) {
 }
 
 std::string verdict_of(const Findings& findings) {
-  const auto all = contests_in(findings).size();
-  if (all == 0) return "There is one way only, and nothing to compare it with.";
-  const auto decided = std::ranges::count_if(findings.contests, &Contest::decided);
-  const auto presets = std::ranges::count_if(findings.contests, &Contest::backend_decided);
-  return fmt::format("{} of {} comparison{} decided{}.{}", decided, all, all == 1 ? " is" : "s are",
-                     presets == 0 ? "" : fmt::format(", and {} more but for the pipeline", presets),
+  const std::vector<Contest> contests = contests_in(findings);
+  if (contests.empty()) return "There is one way only, and nothing to compare it with.";
+  std::size_t known = 0, of_two = 0, never = 0;
+  for (const Contest& contest : contests) {
+    known += contest.is_known();
+    of_two += contest.is_known() && contest.choices.size() == 2;
+    never += contest.never.size();
+  }
+  return fmt::format("The choice is known for {} of {} workload{}{}{}.{}", known, contests.size(),
+                     contests.size() == 1 ? "" : "s",
+                     of_two == 0 ? "" : fmt::format(", for {} of them as one of two", of_two),
+                     never == 0 ? "" : fmt::format("; {} must never be taken", never),
                      text_about_auto(findings));
 }
 

@@ -86,7 +86,7 @@ struct DiskSpeed {
 };
 
 /// The memory limit with which `plait bench --quick` measures on all of `disks`: the largest of 64,
-/// 32 and 16 MiB with which three rounds, and the making of the stores before them, are likely to
+/// 32 and 16 MiB with which four rounds, and the making of the stores before them, are likely to
 /// take at most `seconds`. 16 MiB if none is. Pinned by QuickMemory_* in
 /// tests/bench/runs/bench_test.cpp.
 std::uint64_t quick_memory(std::span<const DiskSpeed> disks, double seconds);

@@ -15,12 +15,14 @@ constexpr std::array<std::uint64_t, 3> kMemory = {64u << 20, 32u << 20, 16u << 2
 constexpr std::uint64_t kProbeBytes = 32u << 20;
 
 /// What a quick comparison moves on a disk, in bytes of the levels: three raw backends and two
-/// presets are stored once, and in each of three rounds they build, sweep and read patches, and
-/// floors move the same. The presets store about half and a third of the bytes.
-constexpr double kLevelsOverMemory = 2, kWritten = 6 + 3 * 6, kRead = 3 * 16;
-/// The stores and each round compute so long for a byte of the levels, mostly in the codecs. The
-/// rest of the 15 runs of a round takes so long whatever is moved: each lasts 0.3 s at least.
-constexpr double kSecondsPerByte = (1 + 3) * 4e-8, kSecondsOfRuns = 3 * 7.5;
+/// presets are stored once, and in each of four rounds they build, sweep and read patches, and
+/// floors move the same. The presets store about half and a third of the bytes. What is three times
+/// slower leaves after two rounds, so that the third and the fourth take about half as much.
+constexpr double kRounds = 2 + 2 * 0.5;
+constexpr double kLevelsOverMemory = 2, kWritten = 6 + kRounds * 6, kRead = kRounds * 16;
+/// How long the stores and each round compute for a byte of the levels, mostly in the codecs, and
+/// how long the rest of the 15 runs of a round takes whatever is moved: each lasts 0.3 s at least.
+constexpr double kSecondsPerByte = (1 + kRounds) * 4e-8, kSecondsOfRuns = kRounds * 7.5;
 
 double seconds_with(std::uint64_t memory, std::span<const DiskSpeed> disks) {
   const double levels = kLevelsOverMemory * static_cast<double>(memory);

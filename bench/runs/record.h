@@ -1,5 +1,5 @@
 // bench/runs/record.h: a cell of the table of `plait bench`, which is one measurement that
-// every round repeats, and the record (docs/bench.md) of what a run of it and its surroundings
+// every round repeats, and the record (docs/measuring.md) of what a run of it and its surroundings
 // gave.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace plait::bench {
 
-/// docs/bench.md explains the members.
+/// docs/measuring.md explains the members.
 struct Cell {
   std::string backend = "pread", pipeline = "none";
   std::string disk;  ///< a name that no other disk of the plan has

@@ -17,10 +17,12 @@ struct RunnerOptions {
   double seconds = 600;         ///< no new round begins after this
   bool stops_in_round = false;  ///< the time also ends a round, after its first run
   std::uint64_t seed = 1;
-  bool repeat_disturbed = true;  ///< a run beside other programs is done again; the quieter stays
-  double least_seconds = 0.3;    ///< a shorter run does its work again, as cold as the first time
-  bool warm = false;             ///< leave the page cache as it is: every figure is labelled
-  bool fio = true;               ///< also measure floors by fio in the first round
+  /// A run beside other programs is done again, and the quieter one stays. With `stops_in_round`
+  /// only after the fourth round.
+  bool repeat_disturbed = true;
+  double least_seconds = 0.3;  ///< a shorter run does its work again, as cold as the first time
+  bool warm = false;           ///< leave the page cache as it is: every figure is labelled
+  bool fio = true;             ///< also measure floors by fio in the first round
   /// Called before each run with a line; false stops, and what there is stays.
   std::function<bool(const std::string&)> proceed = {};
 };
