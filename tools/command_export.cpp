@@ -1,6 +1,7 @@
 // plait export: writes one level of a store as a mesh file.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <memory>
@@ -39,13 +40,14 @@ int run_export(const ExportRequest& request, const CommandContext& context) {
   const Stopwatch clock;
   const ExportResult done = run_job(request, context);
   if (!context.json) {
-    std::string moved;
-    if (request.quantize)
-      moved = fmt::format(", coordinates off by at most {}", done.position_error);
+    std::string lost;
+    if (done.position_error > 0)
+      lost = fmt::format(", coordinates off by at most {}", done.position_error);
+    if (!done.left_out.empty()) lost += fmt::format(", without {}", fmt::join(done.left_out, ", "));
     print(fmt::format("{}: level {}, {} patches, {} vertices, {} triangles, {}{}, {:.2f} s\n",
                       done.file.native(), done.level, format_count(done.patches),
                       format_count(done.vertices), format_count(done.triangles),
-                      format_bytes(done.file_bytes), moved, clock.seconds()));
+                      format_bytes(done.file_bytes), lost, clock.seconds()));
     return kExitDone;
   }
   const nlohmann::ordered_json report = {{"store", request.store.string()},
@@ -56,8 +58,10 @@ int run_export(const ExportRequest& request, const CommandContext& context) {
                                          {"faces", done.triangles},
                                          {"file_bytes", done.file_bytes},
                                          {"position_error", done.position_error},
+                                         {"left_out", done.left_out},
                                          {"seconds", clock.seconds()}};
-  print(report.dump(2) + "\n");
+  // A path is bytes, and JSON is UTF-8.
+  print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   return kExitDone;
 }
 
@@ -69,7 +73,7 @@ void add_export_command(CommandLine& program, CommandContext& context) {
       program.add_subcommand("export", "Write one level of a store as a mesh file");
   command->add_option("STORE", request->store, "The store")->required();
   add_output_option(*command, "OUT", request->output,
-                    "The file to make, or to replace: NAME.(ply|obj|stl|off)[.gz|.zst], "
+                    "The file to make: NAME.(ply|obj|stl|off)[.gz|.zst], "
                     "NAME.(vtp|pvtp|glb|gltf)")
       ->required();
   add_level_option(*command, request->level, "The level; default: the finest");
@@ -102,6 +106,22 @@ void add_export_command(CommandLine& program, CommandContext& context) {
       ->type_name("LIST");
   command->add_flag("--quantize", request->quantize,
                     "glTF: coordinates in 16 bits and normals in 8 (KHR_mesh_quantization)");
+  command
+      ->add_parsed_option(
+          "--colors",
+          [request = request.get()](const std::string& text) { request->colors = text; },
+          "glTF, whose colours are linear: what the numbers of color are; sRGB is converted. "
+          "Default: srgb for "
+          "integers, linear for floats")
+      ->type_name("srgb|linear");
+  command
+      ->add_parsed_option(
+          "--up", [request = request.get()](const std::string& text) { request->up = text; },
+          "glTF, where y points upwards: the axis of the store that does; z is turned to y")
+      ->type_name("y|z")
+      ->default_str("y");
+  command->add_flag("--narrow", request->narrow, "glTF: write attributes of float64 as float32");
+  command->add_flag("--force", request->replace, "Replace files that exist");
   add_whole_option(*command, "--pieces", request->pieces, 1, 64,
                    "PVTP: the number of .vtp files; default: one for 4 million triangles");
   add_size_option(*command, "--memory", request->budget_bytes, "Budget for blocks in memory");
@@ -120,6 +140,8 @@ void add_export_command(CommandLine& program, CommandContext& context) {
       "  .vtp   VTK and ParaView, with every attribute; .pvtp names several .vtp beside it\n"
       "  .glb   glTF, up to 2 GiB: patches share their indices, and each has its own vertices.\n"
       "         NORMAL, COLOR_0, TEXCOORD_0, others of 8 and 16 bits and float32 as _NAME.\n"
+      "         Normals have length 1; positions of float64 are relative to the node's "
+      "translation\n"
       "  .gltf  the same with the numbers in a .bin beside it\n"
       "A patch is part of a box if the box meets the bounds of the patch (plait bounds).\n"
       "\n"

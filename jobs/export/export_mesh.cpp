@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "base/message_text.h"
+#include "base/utf8.h"
 #include "export/format_writers.h"
 #include "export/output_files.h"
 #include "plait/reader.h"
@@ -36,11 +38,19 @@ std::vector<AttributeId> chosen_attributes(const Store& store, AttributeId posit
           ErrorCode::kInvalidArgument,
           fmt::format("export {}: attribute '{}' ends at level {}, expected level {} or more",
                       store.path().native(), name, store.attributes()[id].finest_level, level));
-    if (!holds_attribute(format, schema))
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("export {}: attribute '{}', {} x {}, cannot be written to {} files",
-                              store.path().native(), name, to_string(schema.type),
-                              schema.components, format_name(format)));
+    AttributeSchema written = schema;
+    if (request.narrow && schema.type == ComponentType::kFloat64)
+      written.type = ComponentType::kFloat32;
+    if (!holds_attribute(format, written)) {
+      written.type = ComponentType::kFloat32;
+      const bool narrows = schema.type == ComponentType::kFloat64 && is_gltf(format) &&
+                           holds_attribute(format, written);
+      throw Error(
+          ErrorCode::kInvalidArgument,
+          fmt::format("export {}: attribute '{}', {} x {}, cannot be written to {} files{}",
+                      store.path().native(), name, to_string(schema.type), schema.components,
+                      format_name(format), narrows ? "; --narrow writes it as float32" : ""));
+    }
     if (std::ranges::find(chosen, id) != chosen.end())
       throw Error(ErrorCode::kInvalidArgument,
                   fmt::format("export: attribute '{}' was given twice", name));
@@ -117,12 +127,48 @@ std::vector<FaceId> chosen_faces(const Store& store, const ExportRequest& reques
 }
 
 void check_options(const Store& store, MeshFormat format, const ExportRequest& request) {
-  if (request.quantize && !is_gltf(format))
+  const auto refuse = [&](std::string_view what) {
     throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export {}: only glTF files can be quantized", store.path().native()));
-  if (request.pieces != 0 && format != MeshFormat::kPvtp)
-    throw Error(ErrorCode::kInvalidArgument,
-                fmt::format("export {}: only .pvtp files have pieces", store.path().native()));
+                fmt::format("export {}: {}", store.path().native(), what));
+  };
+  if (request.colors != "" && request.colors != "srgb" && request.colors != "linear")
+    refuse(fmt::format("colors '{}', expected srgb or linear", text_for_message(request.colors)));
+  if (request.up != "y" && request.up != "z")
+    refuse(fmt::format("up '{}', expected y or z", text_for_message(request.up)));
+  if (request.pieces != 0 && format != MeshFormat::kPvtp) refuse("only .pvtp files have pieces");
+  if (is_gltf(format)) return;
+  if (request.quantize) refuse("only glTF files can be quantized");
+  if (request.narrow) refuse("only glTF files need --narrow: others have float64, or decimals");
+  if (!request.colors.empty())
+    refuse("only glTF files say what colours are: others have the numbers of the store");
+  if (request.up != "y")
+    refuse("only glTF files say which axis is up: others have the axes of the store");
+}
+
+/// The text of such a file names others in UTF-8.
+void check_name(const ExportRequest& request, MeshFormat format) {
+  const std::string name = request.output.filename().string();
+  if ((format == MeshFormat::kPvtp || format == MeshFormat::kGltf) &&
+      (!is_utf8_text(name) || name.find_first_of("\t\n") != std::string::npos))
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("export to {}: the file would name others beside it, so expected a name "
+                    "in UTF-8 without control characters; take another one, or .vtp or .glb",
+                    request.output.native()));
+}
+
+/// The attributes that nobody asked for.
+std::vector<std::string> others(const Store& store, AttributeId position, int level,
+                                std::span<const AttributeId> extras, const ExportRequest& request) {
+  std::vector<std::string> names;
+  for (AttributeId id = 0; id < store.attributes().size(); ++id)
+    if (id != position && store.attributes()[id].finest_level >= level &&
+        std::ranges::find(extras, id) == extras.end())
+      names.push_back(store.attributes()[id].schema.name);
+  for (const AttributeSchema& schema : store.face_attributes())
+    if (std::ranges::find(request.face_attributes, schema.name) == request.face_attributes.end())
+      names.push_back(schema.name);
+  return names;
 }
 
 /// Writes the files under their temporary names.
@@ -147,17 +193,22 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   result.vertices = patches.vertex_count();
   result.triangles = patches.triangle_count();
   result.patches = patches.faces().size();
+  result.left_out = others(store, position, level, extras, request);
   const std::uint64_t total = result.triangles + (format == MeshFormat::kStl ? 0 : result.vertices);
   const auto progress = [&](std::uint64_t done) {
     if (watch.progress && !watch.progress({"export", std::min(done, total), total}))
       throw Error(ErrorCode::kCancelled, "export: cancelled");
   };
-  const ExportTask task{store, request, format, level, position, extras, patches, progress};
+  const auto warn = [&](const std::string& warning) {
+    if (watch.warn) watch.warn(warning);
+  };
+  const ExportTask task{store, request, format, level, position, extras, patches, progress, warn};
   if (is_gltf(format)) {
     const GltfOutcome outcome = write_gltf_level(task, files);
     result.vertices = outcome.vertices;
     result.file_bytes = outcome.file_bytes;
     result.position_error = outcome.position_error;
+    if (outcome.without_normals) result.left_out.emplace_back("normal");
     return result;
   }
   if (format == MeshFormat::kPvtp) {
@@ -168,7 +219,7 @@ ExportResult write_files(Store& store, OutputFiles& files, const ExportFormat& n
   if (format == MeshFormat::kPly) write_ply_level(task, output);
   if (format == MeshFormat::kObj) write_obj_level(task, output);
   if (format == MeshFormat::kOff) write_off_level(task, output);
-  if (format == MeshFormat::kStl) write_stl_level(task, output);
+  if (format == MeshFormat::kStl) result.position_error = write_stl_level(task, output);
   if (format == MeshFormat::kVtp) write_vtp_level(task, output);
   output.close();
   result.file_bytes = output.file_bytes();
@@ -189,9 +240,11 @@ std::vector<FaceColumn> face_columns(const ExportTask& task) {
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
                          const ExportWatch& watch) {
   const ExportFormat format = export_format(request.output);
-  OutputFiles files(request.output, [&](const std::string& warning) {
-    if (watch.warn) watch.warn(warning);
-  });
+  check_name(request, format.mesh);
+  OutputFiles files(request.output, request.replace ? Existing::kReplace : Existing::kRefuse,
+                    [&](const std::string& warning) {
+                      if (watch.warn) watch.warn(warning);
+                    });
   OpenOptions open;
   open.budget_bytes = request.budget_bytes;
   Store store = Store::open(request.store, open, backends);

@@ -33,6 +33,12 @@ struct ExportRequest {
   std::vector<FaceRange> faces;  ///< only these patches; empty: all. With a box: those of both
   bool quantize = false;         ///< glTF: positions in 16 bits, normals in 8
   std::uint64_t pieces = 0;      ///< .pvtp: how many files; 0: one for 4 million triangles
+  /// glTF: what the numbers of "color" are: "srgb", which the file gets as linear numbers, as glTF
+  /// has them; "linear"; empty: sRGB if they are integers, else linear.
+  std::string colors = {};
+  std::string up = "y";  ///< glTF: the axis of the store that points upwards, "y" or "z"
+  bool narrow = false;   ///< glTF: attributes of float64 are written as float32
+  bool replace = false;  ///< the files replace existing ones when they are complete
   std::uint64_t budget_bytes = OpenOptions().budget_bytes;
 };
 
@@ -51,6 +57,8 @@ struct ExportResult {
   std::uint64_t vertices = 0, triangles = 0, file_bytes = 0;
   std::uint64_t patches = 0;
   double position_error = 0;  ///< the most that a coordinate was moved by
+  /// The attributes of the level, and of the base faces, that the file does not have.
+  std::vector<std::string> left_out = {};
 };
 
 /// Writes all vertices first (base vertices, then level by level in slot order), then the
@@ -61,13 +69,14 @@ struct ExportResult {
 ///   VTK: .vtp with raw appended data; .pvtp with one .vtp for each stretch of faces beside it.
 ///   glTF: groups of patches as primitives, which share one accessor of indices. A vertex on the
 ///   border of two patches is in both, with the same bits. .gltf has its numbers in a .bin beside
-///   it.
+///   it. Positions of float64, and quantized ones, are relative to the translation of the node.
+///   Normals have the length 1; if one has no direction, the file has none, and `warn` says so.
 /// After an error no file is left. Removes left-overs of killed runs with the same output.
 /// Errors: those of Store::open and of PartialFile; kInvalidArgument for a name of no known format,
 /// for a level, a face or an attribute that the store does not have, for a box that no patch meets,
-/// for an attribute that the format cannot hold, and for more vertices, facets or bytes than the
-/// format can count; kCancelled; kIo, kNoSpace, kCorruption.
-/// Pinned by tests/jobs/export/.
+/// for an attribute that the format cannot hold, for a file that exists without `replace`, and for
+/// more vertices, facets or bytes than the format can count; kCancelled; kIo, kNoSpace,
+/// kCorruption. Pinned by tests/jobs/export/.
 ExportResult export_mesh(const ExportRequest& request, const BackendRegistry& backends,
                          const ExportWatch& watch = {});
 

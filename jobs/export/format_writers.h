@@ -30,6 +30,7 @@ struct ExportTask {
   const PatchSelection& patches;
   /// Throws kCancelled. `done` counts vertices and triangles.
   std::function<void(std::uint64_t done)> progress;
+  std::function<void(const std::string&)> warn;
 
   std::uint64_t vertices() const { return patches.vertex_count(); }
   std::uint64_t triangles() const { return patches.triangle_count(); }
@@ -42,12 +43,14 @@ struct ExportTask {
 struct GltfOutcome {
   std::uint64_t vertices = 0, file_bytes = 0;
   double position_error = 0;
+  bool without_normals = false;  ///< although they were asked for
 };
 
 void write_ply_level(const ExportTask& task, OutputStream& output);
 void write_obj_level(const ExportTask& task, OutputStream& output);
 void write_off_level(const ExportTask& task, OutputStream& output);
-void write_stl_level(const ExportTask& task, OutputStream& output);
+/// Returns the most that a coordinate was moved by.
+double write_stl_level(const ExportTask& task, OutputStream& output);
 void write_vtp_level(const ExportTask& task, OutputStream& output);
 /// Writes one .vtp file for each piece beside the main file, and returns the bytes of all files.
 std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files);

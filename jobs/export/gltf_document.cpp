@@ -36,7 +36,7 @@ std::string_view shape_name(std::uint32_t components) {
   return kNames[components - 1];
 }
 
-std::string numbers(const std::array<double, 3>& point) {
+std::string numbers(const GltfVector& point) {
   return fmt::format("[{},{},{}]", point[0], point[1], point[2]);
 }
 
@@ -44,9 +44,9 @@ std::size_t whole_words(std::size_t bytes) { return (bytes + 3) / 4 * 4; }
 
 }  // namespace
 
-GltfDocument::GltfDocument(const ExportTask& task, const GltfLattice* lattice)
+GltfDocument::GltfDocument(const ExportTask& task, const GltfPlacement& placement, bool normals)
     : task_(&task),
-      lattice_(lattice),
+      placement_(&placement),
       patch_vertices_(patch_vertex_count(std::int64_t{1} << task.patches.refinements())) {
   const std::uint64_t patches = task.patches.faces().size();
   if (patch_vertices_ <= kMostOf16Bits) {
@@ -55,49 +55,65 @@ GltfDocument::GltfDocument(const ExportTask& task, const GltfLattice* lattice)
   }
   group_count_ = (patches - 1) / patches_of_group_ + 1;
   total_bytes_ = whole_words(group_indices(0) * index_bytes_);
-  add_column(task.position, lattice != nullptr);
-  for (const AttributeId id : task.extras) add_column(id, lattice != nullptr);
+  add_column(task.position, normals);
+  for (const AttributeId id : task.extras) add_column(id, normals);
   if (total_bytes_ + most_text_bytes({}) > kMostBytes)
     throw Error(ErrorCode::kInvalidArgument,
                 fmt::format("export {}: level {} of {} patches takes {:.1f} GiB, but glTF files "
                             "have at most 2 GiB; take a coarser --level, a --box{}",
                             task.store.path().native(), task.level, patches,
                             static_cast<double>(total_bytes_) / (1 << 30),
-                            lattice == nullptr ? ", or --quantize" : ""));
+                            placement.lattice ? "" : ", or --quantize"));
 }
 
-void GltfDocument::add_column(AttributeId attribute, bool quantize) {
+void GltfDocument::describe_color(GltfColumn& column, ComponentType type) const {
+  const std::string& asked = task_->request.colors;
+  const bool bytes = type == ComponentType::kUint8, words = type == ComponentType::kUint16;
+  column.semantic = "COLOR_0";
+  column.srgb = asked == "srgb" || (asked.empty() && (bytes || words));
+  column.normalized = bytes || (words && !column.srgb);
+  if (!column.srgb && (bytes || words)) return;
+  // Linear numbers are close together in the dark: 8 bits would be too few of them.
+  column.conversion = GltfConversion::kColor;
+  column.component = gltf_component(bytes ? ComponentType::kUint16 : ComponentType::kFloat32);
+  column.stride = whole_words(column.components * (bytes ? sizeof(std::uint16_t) : sizeof(float)));
+}
+
+void GltfDocument::add_column(AttributeId attribute, bool normals) {
   const AttributeSchema& schema = task_->schema(attribute);
-  GltfColumn column{attribute,
-                    "_" + schema.name,
-                    GltfConversion::kCopy,
-                    gltf_component(schema.type),
-                    false,
-                    schema.components,
-                    whole_words(schema.record_bytes()),
-                    total_bytes_};
-  const bool real = schema.type == ComponentType::kFloat32;
+  GltfColumn column;
+  column.attribute = attribute;
+  column.semantic = "_" + schema.name;
+  column.component = gltf_component(schema.type);
+  column.components = schema.components;
+  column.stride = whole_words(schema.record_bytes());
+  column.offset = total_bytes_;
+  const bool wide = schema.type == ComponentType::kFloat64;
+  const bool real = schema.type == ComponentType::kFloat32 || wide;
   const bool small = schema.type == ComponentType::kUint8 || schema.type == ComponentType::kUint16;
+  const bool quantize = placement_->lattice;
+  if (wide) {
+    column.conversion = GltfConversion::kNarrow;
+    column.stride = schema.components * sizeof(float);
+  }
   if (attribute == task_->position) {
     column.semantic = "POSITION";
-    if (!real) column.conversion = GltfConversion::kToFloat;
-    column.stride = sizeof(Vector3<float>);
+    column.conversion = quantize ? GltfConversion::kLattice : GltfConversion::kPosition;
     if (quantize) {
-      column.conversion = GltfConversion::kToLattice;
       column.component = gltf_component(ComponentType::kUint16);
       column.stride = whole_words(3 * sizeof(std::uint16_t));
     }
   } else if (schema.name == "normal" && real && schema.components == 3) {
+    if (!normals) return;
     column.semantic = "NORMAL";
+    column.conversion = quantize ? GltfConversion::kUnitBytes : GltfConversion::kUnit;
     if (quantize) {
-      column.conversion = GltfConversion::kToBytes;
       column.component = gltf_component(ComponentType::kInt8);
       column.normalized = true;
       column.stride = 4;
     }
   } else if (schema.name == "color" && (real || small) && schema.components >= 3) {
-    column.semantic = "COLOR_0";
-    column.normalized = small;
+    describe_color(column, schema.type);
   } else if (schema.name == "texture" && real && schema.components == 2) {
     column.semantic = "TEXCOORD_0";
     column.conversion = GltfConversion::kTexture;
@@ -167,12 +183,11 @@ std::string GltfDocument::views() const {
 std::string GltfDocument::text(std::span<const GltfBounds> bounds, std::string_view uri) const {
   std::string node = "{\"mesh\":0";
   std::string extensions;
-  if (lattice_ != nullptr) {
-    const double step = lattice_->step;
-    const std::array<double, 3>& origin = lattice_->origin;
-    node += fmt::format(",\"translation\":{},\"scale\":{}",
-                        numbers({origin[0] * step, origin[1] * step, origin[2] * step}),
-                        numbers({step, step, step}));
+  if (placement_->moves)
+    node += fmt::format(",\"translation\":{}", numbers(placement_->translation));
+  if (placement_->lattice) {
+    const double step = placement_->step;
+    node += fmt::format(",\"scale\":{}", numbers({step, step, step}));
     extensions =
         "\"extensionsUsed\":[\"KHR_mesh_quantization\"],"
         "\"extensionsRequired\":[\"KHR_mesh_quantization\"],";
@@ -187,7 +202,7 @@ std::string GltfDocument::text(std::span<const GltfBounds> bounds, std::string_v
 }
 
 std::size_t GltfDocument::most_text_bytes(std::string_view uri) const {
-  const std::array<double, 3> point = {kLongestNumber, kLongestNumber, kLongestNumber};
+  const GltfVector point = {kLongestNumber, kLongestNumber, kLongestNumber};
   const std::vector<GltfBounds> longest(group_count_, {point, point});
   return text(longest, uri).size();
 }

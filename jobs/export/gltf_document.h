@@ -7,52 +7,21 @@
 // Source: Khronos, "glTF 2.0 specification", 2021, sections 3.6 and 3.7; KHR_mesh_quantization.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "export/format_writers.h"
+#include "export/gltf_records.h"
 #include "plait/detail/namespace.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
-/// How the records of an attribute become numbers of the file.
-enum class GltfConversion : std::uint8_t {
-  kCopy,
-  kToFloat,    ///< float64 to float32
-  kToLattice,  ///< positions to steps of the lattice
-  kToBytes,    ///< -1 to 1 as -127 to 127
-  kTexture,    ///< t counts from the lower border, in the file from the upper one
-};
-
-/// One attribute of the file.
-struct GltfColumn {
-  AttributeId attribute = 0;
-  std::string semantic;
-  GltfConversion conversion = GltfConversion::kCopy;
-  int component = 0;  ///< the number that glTF has for the type
-  bool normalized = false;
-  std::uint32_t components = 3;
-  std::size_t stride = 0;    ///< bytes from one vertex to the next, a multiple of 4
-  std::uint64_t offset = 0;  ///< of the first vertex in the numbers of the file
-};
-
-/// Positions are (origin + record) * step. The step is a power of two, so this is exact.
-struct GltfLattice {
-  std::array<double, 3> origin{};  ///< whole numbers
-  double step = 1;
-};
-
-/// Coordinates of a group in the units of its records.
-struct GltfBounds {
-  std::array<double, 3> low{}, high{};
-};
-
 class GltfDocument {
  public:
-  /// Errors: kInvalidArgument if the numbers would take more than 2 GiB.
-  GltfDocument(const ExportTask& task, const GltfLattice* lattice);
+  /// Without `normals` the file has none. Errors: kInvalidArgument if the numbers would take more
+  /// than 2 GiB.
+  GltfDocument(const ExportTask& task, const GltfPlacement& placement, bool normals);
 
   std::span<const GltfColumn> columns() const { return columns_; }
   std::uint64_t patch_vertices() const { return patch_vertices_; }
@@ -70,7 +39,8 @@ class GltfDocument {
   std::size_t most_text_bytes(std::string_view uri) const;
 
  private:
-  void add_column(AttributeId attribute, bool quantize);
+  void add_column(AttributeId attribute, bool normals);
+  void describe_color(GltfColumn& column, ComponentType type) const;
   std::uint64_t group_vertices(std::uint64_t number) const {
     return group(number).size() * patch_vertices_;
   }
@@ -85,7 +55,7 @@ class GltfDocument {
   std::string views() const;
 
   const ExportTask* task_;
-  const GltfLattice* lattice_;
+  const GltfPlacement* placement_;
   std::uint64_t patch_vertices_, patches_of_group_ = 1, group_count_;
   std::size_t index_bytes_ = 4;
   std::vector<GltfColumn> columns_;

@@ -62,8 +62,7 @@ bool holds_attribute(MeshFormat format, const AttributeSchema& schema) noexcept 
     case MeshFormat::kPly:  // has no integers of 64 bits
       return !(integer && bytes == 8);
     case MeshFormat::kObj:
-      return schema.name == "normal" && schema.type == ComponentType::kFloat32 &&
-             schema.components == 3;
+      return schema.name == "normal" && !integer && schema.components == 3;
     case MeshFormat::kStl:
     case MeshFormat::kOff:
       return false;

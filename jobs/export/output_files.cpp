@@ -22,15 +22,16 @@ bool begins_with(const std::filesystem::path& path, const std::string& mark) {
 
 }  // namespace
 
-OutputFiles::OutputFiles(const std::filesystem::path& path, Warn warn) : warn_(std::move(warn)) {
+OutputFiles::OutputFiles(const std::filesystem::path& path, Existing existing, Warn warn)
+    : existing_(existing), warn_(std::move(warn)) {
   begin(path);
   path_ = files_.front().final_path();
 }
 
 File& OutputFiles::begin(const std::filesystem::path& path) {
-  PartialFile::check(path, Existing::kReplace);
+  PartialFile::check(path, existing_);
   remove_left_overs_of(path, warn_);
-  return files_.emplace_back(path, Existing::kReplace).file();
+  return files_.emplace_back(path, existing_).file();
 }
 
 std::string OutputFiles::name_of(const std::string& ending) const {
@@ -42,7 +43,8 @@ File& OutputFiles::add(const std::string& ending) {
 }
 
 void OutputFiles::remove_older(const std::string& ending, const std::string& mark) {
-  older_.push_back({path_.parent_path() / name_of(ending), mark});
+  if (existing_ == Existing::kReplace)
+    older_.push_back({path_.parent_path() / name_of(ending), mark});
 }
 
 Error OutputFiles::named(Error error) const {

@@ -21,19 +21,20 @@ class OutputFiles {
   using Warn = std::function<void(const std::string&)>;
 
   /// Calls `warn` for each left-over of a killed run that it removes. Errors: those of PartialFile.
-  OutputFiles(const std::filesystem::path& path, Warn warn);
+  OutputFiles(const std::filesystem::path& path, Existing existing, Warn warn);
 
   File& main() noexcept { return files_.front().file(); }
   /// The final one of the main file.
   const std::filesystem::path& path() const noexcept { return path_; }
   /// A file beside the main one whose name is that of the main one with `ending` in place of its
-  /// extension: it replaces an existing one. Errors: those of PartialFile.
+  /// extension. Errors: those of PartialFile.
   File& add(const std::string& ending);
   /// The name of this file, without a directory.
   std::string name_of(const std::string& ending) const;
 
-  /// When the files have their names, the file that add(`ending`) would replace is removed if it
-  /// begins with `mark`, which only this program writes: it belongs to an earlier export.
+  /// With Existing::kReplace: when the files have their names, the file that add(`ending`) would
+  /// replace is removed if it begins with `mark`, which only this program writes: it belongs to an
+  /// earlier export.
   void remove_older(const std::string& ending, const std::string& mark);
 
   /// `error` with the final names of the files.
@@ -49,6 +50,7 @@ class OutputFiles {
     std::filesystem::path path;
     std::string mark;
   };
+  Existing existing_;
   Warn warn_;
   std::deque<PartialFile> files_;
   std::filesystem::path path_;

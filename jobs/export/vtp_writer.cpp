@@ -204,8 +204,8 @@ std::uint64_t write_pvtp_level(const ExportTask& task, OutputFiles& files) {
     const std::string ending = ending_of(piece);
     const PatchSelection part(task.store.base(), task.patches.refinements(),
                               face_stretch(task.patches.faces(), piece, pieces));
-    const ExportTask of_piece{task.store,    task.request, task.format, task.level,
-                              task.position, task.extras,  part,        task.progress};
+    ExportTask of_piece{task.store,  task.request, task.format,   task.level, task.position,
+                        task.extras, part,         task.progress, task.warn};
     OutputStream output(files.add(ending), StreamCompression::kNone);
     PieceWriter(of_piece, output, done).write(begin_piece(piece));
     output.close();

@@ -26,12 +26,27 @@ GLTF_TYPES = {5120: "|i1", 5121: "|u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5
 GLTF_SHAPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
-def export(store, out, *options, refused=False):
-    """Runs the program and returns its report, or its message."""
+def export(store, out, *options, refused=False, warning=None):
+    """Runs the program and returns its report, or its message. It warns of `warning` or of nothing."""
     done = subprocess.run([PROGRAM, "export", store, out, "--json", *options], capture_output=True,
                           text=True, check=False)
     assert done.returncode == (2 if refused else 0), done.stderr
-    return done.stderr if refused else json.loads(done.stdout)
+    if refused:
+        return done.stderr
+    assert (warning in done.stderr) if warning else not done.stderr
+    return json.loads(done.stdout)
+
+
+def linear(srgb):
+    """IEC 61966-2-1."""
+    srgb = np.asarray(srgb, float)
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def in_the_world(document, points):
+    """Positions of a glTF file as a reader with doubles has them."""
+    node, = document["nodes"]
+    return points * np.array(node.get("scale", [1, 1, 1]), float) + node.get("translation", [0, 0, 0])
 
 
 def read_vtp(path):
@@ -201,13 +216,15 @@ def test_pieces_of_pvtp_together_are_the_surface(stores, tmp_path):
 def test_pvtp_with_fewer_pieces_leaves_none_of_the_older_ones(stores, tmp_path):
     out = tmp_path / "a.pvtp"
     export(stores["ball"], out, "--pieces", "6")
-    export(stores["ball"], tmp_path / "a_4.vtp")  # no piece: the user exported it
+    export(stores["ball"], tmp_path / "a_4.vtp", "--force")  # no piece: the user exported it
     (tmp_path / "a_5.vtp").rename(tmp_path / "a_7.vtp")  # no name of this piece
     (tmp_path / "a_5.vtp").symlink_to(tmp_path / "a_3.vtp")
     export(stores["ball"], tmp_path / "b.pvtp", "--pieces", "4")
-    assert export(stores["ball"], out, "--pieces", "2", "--attribute", "nothing", refused=True)
+    assert export(stores["ball"], out, "--pieces", "2", refused=True)
+    assert export(stores["ball"], out, "--pieces", "2", "--force", "--attribute", "nothing",
+                  refused=True)
     assert (tmp_path / "a_3.vtp").exists()
-    export(stores["ball"], out, "--pieces", "2")
+    export(stores["ball"], out, "--pieces", "2", "--force")
     root = xml.etree.ElementTree.parse(out).getroot()
     assert [each.get("Source") for each in root.iter("Piece")] == ["a_0.vtp", "a_1.vtp"]
     left = ["a.pvtp", "a_0.vtp", "a_1.vtp", "a_4.vtp", "a_5.vtp", "a_7.vtp"]
@@ -228,10 +245,11 @@ def test_gltf_has_the_patches_of_the_store(stores, tmp_path, name, ending, part)
     (attributes, indices), = primitives
     assert np.array_equal(attributes["POSITION"], patches["position"].reshape(-1, 3))
     assert np.array_equal(attributes["NORMAL"], patches["normal"].reshape(-1, 3))
-    assert np.array_equal(np.round(attributes["COLOR_0"] * 255), patches["color"].reshape(-1, 3))
+    assert np.abs(attributes["COLOR_0"] - linear(patches["color"].reshape(-1, 3) / 255)).max() < 1e-5
     assert np.array_equal(attributes["_height"], patches["height"].ravel())
     same_surface(attributes["POSITION"], indices.reshape(-1, 3), mesh)
     assert report["vertices"] == len(attributes["POSITION"])
+    assert report["left_out"] == ["wide"]
     assert export(store, tmp_path / "no.glb", "--attribute", "wide", refused=True)
 
 
@@ -261,7 +279,6 @@ def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
     node, = document["nodes"]
     step = node["scale"][0]
     assert node["scale"] == [step] * 3 and np.frexp(step)[0] == 0.5
-    assert report["position_error"] == step / 2
     points = attributes["POSITION"] * step + np.array(node["translation"])
     with plait.open(stores[name]) as store:
         mesh = store.mesh()
@@ -269,7 +286,8 @@ def test_quantized_gltf_has_one_lattice(stores, tmp_path, name):
         normals = store.patches(mesh.faces, attribute="normal").records.reshape(-1, 3)
     assert attributes["POSITION"].dtype == np.uint16
     assert 32767 < attributes["POSITION"].max() <= 65535
-    assert np.abs(points - exact).max() <= step / 2
+    assert report["position_error"] == np.abs(points - exact).max()
+    assert report["position_error"] <= step / 2
     assert np.abs(attributes["NORMAL"] - normals).max() <= 0.5 / 127 + 1e-6
     # Patches have equal numbers where they meet, so they have no cracks.
     assert len(np.unique(points, axis=0)) == len(mesh.vertices)
@@ -297,6 +315,156 @@ def test_gltf_has_float32_of_wide_positions_and_texture_from_the_top(tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["w.glb", "w.plait"]
 
 
+def test_gltf_of_wide_positions_far_away_keeps_what_float32_can(tmp_path):
+    """Ground in metres of UTM: float32 would have steps of half a metre there."""
+    offset = np.array([4.5e5, 5.412345e6, 300])
+    vertices, triangles = sheet(3)
+    with make((vertices * 0.37 + offset, triangles), tmp_path / "u.plait", levels=LEVEL,
+              dtype=np.float64) as store:
+        patches = store.patches(range(len(triangles))).records.reshape(-1, 3)
+    for options, most in (([], 1e-7), (["--quantize"], 2e-5), (["--up", "z"], 1e-7)):
+        report = export(tmp_path / "u.plait", tmp_path / "u.glb", "--force", *options)
+        document, ((attributes, _),) = read_gltf(tmp_path / "u.glb")
+        points = in_the_world(document, attributes["POSITION"])
+        wanted = patches[:, [0, 2, 1]] * [1, 1, -1] if "--up" in options else patches
+        assert report["position_error"] == np.abs(points - wanted).max() < most
+        translation = document["nodes"][0]["translation"]
+        assert len(np.unique(points, axis=0)) == len(np.unique(patches, axis=0))
+        if "--quantize" not in options:  # a reader with float32 has the same place
+            assert np.array_equal(np.float32(translation), translation)
+    # Facets have float32: the report says what that costs.
+    report = export(tmp_path / "u.plait", tmp_path / "u.stl")
+    narrow = patches.astype(np.float32)
+    assert report["position_error"] == np.abs(narrow - patches).max() > 0.1
+    assert export(tmp_path / "u.plait", tmp_path / "u.ply")["position_error"] == 0
+
+
+def test_gltf_with_z_up_is_turned(stores, tmp_path):
+    for options in ([], ["--quantize"]):
+        export(stores["ball"], tmp_path / "y.glb", "--attribute", "normal", "--force", *options)
+        export(stores["ball"], tmp_path / "z.glb", "--attribute", "normal", "--force", "--up", "z",
+               *options)
+        (_, ((y, _),)), (_, ((z, _),)) = read_gltf(tmp_path / "y.glb"), read_gltf(tmp_path / "z.glb")
+        assert np.array_equal(y["NORMAL"][:, [0, 2, 1]] * [1, 1, -1], z["NORMAL"])
+        if not options:
+            assert np.array_equal(y["POSITION"][:, [0, 2, 1]] * [1, 1, -1], z["POSITION"])
+    assert "up 'x'" in export(stores["ball"], tmp_path / "x.glb", "--up", "x", refused=True)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_gltf_has_linear_colours(tmp_path, dtype):
+    """Integers are sRGB, and floats are linear, if nothing else is asked for. Alpha never changes."""
+    most = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    made = np.array([0.737, 0.02, 0.5, 0.25]) * most
+    with make(icosahedron(), tmp_path / "c.plait", levels=1) as store:
+        store.add_attribute("color", dtype, 4)
+        store.visit(lambda v: np.tile(made.astype(dtype), (len(v["position"]), 1)),
+                    reads=["position"], writes=["color"])
+        store.commit()
+    stored = made.astype(dtype) / most
+    turned = np.append(linear(stored[:3]), stored[3])
+    for options, wanted in (([], stored if dtype == np.float32 else turned),
+                            (["--colors", "srgb"], turned), (["--colors", "linear"], stored)):
+        export(tmp_path / "c.plait", tmp_path / "c.glb", "--attribute", "color", "--force", *options)
+        _, ((attributes, _),) = read_gltf(tmp_path / "c.glb")
+        assert np.abs(attributes["COLOR_0"] - wanted).max() < 1e-5
+    assert export(tmp_path / "c.plait", tmp_path / "n.glb", "--colors", "lab", refused=True)
+
+
+def test_gltf_has_colours_from_0_to_1_and_says_so(tmp_path):
+    """Radiance is often more than 1, and a file with such colours is not valid."""
+    with make(icosahedron(), tmp_path / "c.plait", levels=1) as store:
+        store.add_attribute("color", np.float32, 3)
+        store.visit(lambda v: v["position"] * 2, reads=["position"], writes=["color"])
+        store.commit()
+        colors = store.patches(range(20), attribute="color").records.reshape(-1, 3)
+    export(tmp_path / "c.plait", tmp_path / "c.glb", "--attribute", "color",
+           warning="42 of 42 vertices have a colour outside 0 to 1")
+    _, ((attributes, _),) = read_gltf(tmp_path / "c.glb")
+    assert np.array_equal(attributes["COLOR_0"], colors.clip(0, 1))
+
+
+@pytest.fixture
+def own_normals(tmp_path):
+    """A store whose normals a test writes."""
+    def make_with(change, dtype=np.float32):
+        path = tmp_path / f"n{len(os.listdir(tmp_path))}.plait"
+        with make(icosahedron(), path, levels=2) as store:
+            store.add_attribute("normal", dtype, 3)
+            store.visit(lambda v: change(v["position"].astype(dtype)), reads=["position"],
+                        writes=["normal"])
+            store.commit()
+        return path
+    return make_with
+
+
+def test_gltf_has_normals_of_length_1(own_normals, tmp_path):
+    store = own_normals(lambda p: p * np.float32(0.001))
+    with plait.open(store) as opened:
+        records = opened.patches(range(20), attribute="normal").records.reshape(-1, 3).astype(float)
+    wanted = records / np.linalg.norm(records, axis=1, keepdims=True)
+    for options, most in (([], 1e-7), (["--quantize"], 0.5 / 127 + 1e-6)):
+        export(store, tmp_path / "n.glb", "--attribute", "normal", "--force", *options,
+               warning="162 of 162 vertices have a normal of another length than 1")
+        _, ((attributes, _),) = read_gltf(tmp_path / "n.glb")
+        assert np.abs(attributes["NORMAL"] - wanted).max() <= most
+
+
+@pytest.mark.parametrize("bad", [0, np.nan, np.inf])
+def test_gltf_without_normals_where_one_has_no_direction(own_normals, tmp_path, bad):
+    def change(p):
+        p = p / np.linalg.norm(p, axis=1, keepdims=True)
+        p[np.abs(p[:, 0]) < 1e-6] = bad
+        return p
+    store = own_normals(change)
+    with plait.open(store) as opened:
+        normals = opened.mesh(attributes=["normal"]).attributes["normal"]
+    count = int((~(np.abs(np.linalg.norm(normals, axis=1) - 1) < 0.1)).sum())
+    for options in ([], ["--quantize"]):
+        report = export(store, tmp_path / "n.glb", "--attribute", "normal", "--force", *options,
+                        warning=f"{count} of 162 vertices have a normal without direction")
+        assert report["left_out"] == ["normal"]
+        _, ((attributes, _),) = read_gltf(tmp_path / "n.glb")
+        assert list(attributes) == ["POSITION"]
+    export(store, tmp_path / "n.ply", "--attribute", "normal")
+
+
+def test_normals_that_plait_made_on_faces_without_area_are_left_out(tmp_path):
+    vertices, triangles = sheet(2)
+    vertices[:, 1:] = 0  # a line
+    make((vertices, triangles), tmp_path / "l.plait", levels=2, normals=True).close()
+    export(tmp_path / "l.plait", tmp_path / "l.glb", "--attribute", "normal",
+           warning="81 of 81 vertices have a normal without direction")
+
+
+def test_attributes_of_float64_are_narrowed_on_request(own_normals, tmp_path):
+    store = own_normals(lambda p: p / np.linalg.norm(p, axis=1, keepdims=True), np.float64)
+    assert "--narrow" in export(store, tmp_path / "n.glb", "--attribute", "normal", refused=True)
+    export(store, tmp_path / "n.glb", "--attribute", "normal", "--narrow")
+    _, ((attributes, _),) = read_gltf(tmp_path / "n.glb")
+    with plait.open(store, writable=True) as opened:
+        wanted = opened.patches(range(20), attribute="normal").records.reshape(-1, 3)
+        opened.add_attribute("huge", np.float64)
+        opened.add_attribute("empty", np.float32)
+        opened.visit(lambda v: np.full(len(v["position"]), 1e300), reads=["position"],
+                     writes=["huge"])
+        opened.visit(lambda v: np.full(len(v["position"]), np.nan, np.float32), reads=["position"],
+                     writes=["empty"])
+        opened.commit()
+    assert attributes["NORMAL"].dtype == np.float32
+    assert np.array_equal(attributes["NORMAL"], wanted.astype(np.float32))
+    # OBJ has decimals, so it keeps them.
+    export(store, tmp_path / "n.obj", "--attribute", "normal")
+    lines = open(tmp_path / "n.obj", encoding="ascii").read().splitlines()
+    written = np.array([line.split()[1:] for line in lines if line.startswith("vn ")], float)
+    assert np.array_equal(np.unique(written, axis=0), np.unique(wanted, axis=0))
+    # What float32 has not, or glTF forbids, is refused.
+    for name in ("huge", "empty"):
+        message = export(store, tmp_path / "h.glb", "--attribute", name, "--narrow", refused=True)
+        assert name in message and "finite" in message and ".vtp" in message
+        export(store, tmp_path / (name + ".vtp"), "--attribute", name)
+
+
 def test_box_takes_the_patches_that_meet_it(stores, tmp_path):
     store = stores["ball"]
     export(store, tmp_path / "box.vtp", "--box", "-2,-2,0.6,2,2,2")
@@ -313,7 +481,7 @@ def test_box_takes_the_patches_that_meet_it(stores, tmp_path):
     before = sorted(os.listdir(tmp_path))
     for options in (["--box", "5,5,5,6,6,6"], ["--box", "1,1,1,0,0,0"], ["--box", "1,2,3"],
                     ["--faces", "20"], ["--faces", "3-1"], ["--faces", ""], ["--quantize"],
-                    ["--pieces", "2"]):
+                    ["--pieces", "2"], ["--narrow"], ["--up", "z"], ["--colors", "srgb"]):
         assert export(store, tmp_path / "no.vtp", *options, refused=True)
     assert sorted(os.listdir(tmp_path)) == before
 
@@ -422,6 +590,34 @@ def test_validator_of_khronos_finds_no_error(stores, tmp_path, ending, options):
     assert report["issues"]["numErrors"] == report["issues"]["numWarnings"] == 0, report["issues"]
     assert report["info"]["totalVertexCount"] == said["vertices"]
     assert report["info"]["totalTriangleCount"] == said["faces"]
+
+
+def test_validator_of_khronos_finds_no_error_in_what_was_mended(own_normals, tmp_path):
+    """Normals of other lengths or of none, colours out of range, positions of float64 far away."""
+    node = shutil.which("node")
+    if node is None or subprocess.run([node, "-e", 'require("gltf-validator")'], check=False,
+                                      capture_output=True).returncode:
+        pytest.skip("gltf-validator is not installed")
+    stores = [own_normals(lambda p: p * np.float32(3)), own_normals(lambda p: p * np.float32(0))]
+    vertices, triangles = icosahedron()
+    with make((vertices + [4.5e5, 5.4e6, 0], triangles), tmp_path / "w.plait", levels=2,
+              dtype=np.float64) as store:
+        store.add_attribute("normal", np.float64, 3)
+        store.add_attribute("color", np.float32, 4)
+        store.visit(lambda v: v["position"] - [4.5e5, 5.4e6, 0], reads=["position"], writes=["normal"])
+        store.visit(lambda v: np.tile(np.float32([2, -1, 0.5, 1]), (len(v["position"]), 1)),
+                    reads=["position"], writes=["color"])
+        store.commit()
+    names = ["normal"], ["normal"], ["normal", "color"]
+    for store, attributes in zip([*stores, tmp_path / "w.plait"], names):
+        for options in ([], ["--quantize"], ["--up", "z"]):
+            file = tmp_path / "v.glb"
+            export(store, file, "--attribute", ",".join(attributes), "--narrow", "--force", *options,
+                   warning="vertices have")
+            report = json.loads(subprocess.run([node, "-e", VALIDATE, file], capture_output=True,
+                                               text=True, check=True).stdout)
+            assert report["issues"]["numErrors"] == report["issues"]["numWarnings"] == 0, \
+                report["issues"]
 
 
 # Of each file: the coordinates of all vertices in the world, and the triangles.

@@ -161,7 +161,8 @@ TEST_CASE("Compare_StoreWithItsExport_IsTheSameSurface") {
   for (const char* level : {"1", "3"}) {
     REQUIRE(here.plait({"subdivide", "mesh.ply", "s.plait", "--levels", "3", "--force"}).status ==
             0);
-    REQUIRE(here.plait({"export", "s.plait", "level.ply", "--level", level}).status == 0);
+    REQUIRE(here.plait({"export", "s.plait", "level.ply", "--level", level, "--force"}).status ==
+            0);
     const nlohmann::json report = here.plait({"compare", "s.plait", "level.ply", "--level", level,
                                               "--samples", "5000", "--json"})
                                       .json();
