@@ -14,6 +14,8 @@ import threading
 import time
 import warnings
 
+import numpy as np
+
 from ._structures import plait_progress, plait_warning
 
 _REDRAW_SECONDS = 0.1
@@ -97,6 +99,15 @@ class Drawn:
             self._bar.end()
 
 
+def truth(value):
+    """True or False for a truth value of Python or numpy, else None."""
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype == bool:
+        return bool(value)
+    return None
+
+
 class Watch:
     """Watches one call of the library.
 
@@ -128,7 +139,7 @@ class Watch:
                 if self.raised is not None:
                     return 0
                 self._handle()
-                if function(*arguments) is False:
+                if truth(function(*arguments)) is False:
                     self._cancelled = True
                     return 0
                 return 1
