@@ -19,7 +19,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from . import _memory
-from ._reading import corners
+from ._reading import corners, three_numbers
 from .errors import Error
 from .store import open_store
 from .visits import names_of
@@ -54,8 +54,8 @@ def _numbers(box):
     """A box as two tuples of numbers, which can be compared and do not follow the arrays of the caller."""
     if box is None:
         return None
-    low, high = (tuple(float(each) for each in np.ravel(corner)) for corner in corners(box))
-    return low, high
+    return tuple(tuple(three_numbers(name, corner))
+                 for name, corner in zip(("low", "high"), corners(box)))
 
 
 class Reader(VTKPythonAlgorithmBase):
