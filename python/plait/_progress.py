@@ -124,7 +124,10 @@ class Watch:
         self._handler = None  # of Ctrl-C, outside of this call
         self._waiting = None  # the arguments with which it will be called
         self._inside = False
-        self.callback = plait_progress(self.guard(self._tell))
+        # Ctrl-C comes to the main thread. Elsewhere nobody needs the callback unless there is progress, and
+        # a daemon thread that is in one when the interpreter exits is ended in the middle of the library.
+        needed = self._told is not None or threading.current_thread() is threading.main_thread()
+        self.callback = plait_progress(self.guard(self._tell)) if needed else plait_progress()
 
     def _tell(self, phase, done, total, _):
         return None if self._told is None else self._told(phase.decode(), done, total)
