@@ -130,7 +130,7 @@ def texts(values):
     """An array of texts for the library, and how many they are."""
     if values is None:
         values = ()
-    elif isinstance(values, str):
+    elif isinstance(values, (str, int, float)):
         values = (values,)
     array = (c_char_p * max(1, len(values)))(*(text(value) for value in values))
     return array, len(values)

@@ -300,7 +300,10 @@ class Store:
             self._raw_info().face_count)
 
     def along_ray(self, origin, direction, attribute="position"):
-        """The faces whose bounds a ray meets, the nearest first: a named tuple Hits."""
+        """The faces whose bounds a ray meets, the nearest first: a named tuple Hits.
+
+        origin, direction: three numbers each; distances are in lengths of the direction.
+        """
         return Hits(*self._reader(attribute).faces_along_ray(
             _reading.three_numbers("origin", origin),
             _reading.three_numbers("direction", direction), self._raw_info().face_count))
@@ -399,8 +402,12 @@ class Store:
         return writer
 
     def add_attribute(self, name, dtype=np.float32, components=1, level=None):
-        """Adds an attribute whose records are zeros, with all levels up to `level` (default: the
-        finest one of the store)."""
+        """Adds an attribute whose records are zeros.
+
+        name: 1 to 255 characters of [A-Za-z0-9_-]. dtype: of a component: int8 to int64, uint8 to
+        uint64, float32 or float64. components: numbers in a record, 1 to 255. level: its finest one;
+        None: the finest one of the store.
+        """
         known = {name: number for number, name in types.TYPES.items()}
         wanted = _records.type_name(dtype, known)
         components = _reading.whole("components", components)
@@ -473,7 +480,13 @@ class Store:
 
     def subdivide(self, levels, scheme="loop", normals=False, limit=False, executor="auto",
                   threads=1, progress=None):
-        """Refines "position" to `levels`, and leaves the commit to the caller."""
+        """Refines "position" from its finest level to level `levels`, and leaves the commit to the caller.
+
+        scheme: "loop", "butterfly" or "midpoint". normals: also makes attribute "normal", of unit
+        length. limit: projects positions to the limit surface. executor: "auto", "fused", "sweep" or
+        "transparent". threads: 0 for all processors. progress: True for a bar, or a function of
+        (phase, done, total) whose False cancels.
+        """
         with Watch("subdivide", progress) as watch:
             options = types.plait_subdivide_options(
                 scheme=text(scheme), executor=text(executor), progress=watch.callback,
@@ -494,7 +507,7 @@ class Store:
 
     def write_bounds(self, attribute="position", progress=None):
         """Computes where the patches are, and keeps it in a file of the store, so that boxes and
-        rays need not read the surface first."""
+        rays need not read the surface first. progress: as for visit()."""
         with Watch("bounds", progress) as watch:
             self._change(LIBRARY.plait_store_write_bounds_with_progress, text(attribute),
                          watch.callback, None, keeps=True)
