@@ -23,8 +23,9 @@ constexpr int kLockAttempts = 1000;
 std::string holder_text(const File& file) {
   char text[32] = {};
   const ssize_t got = ::pread(file.descriptor(), text, sizeof(text) - 1, 0);
-  return got > 0 ? fmt::format("process {}", std::string(text, strnlen(text, sizeof(text))))
-                 : std::string("another process");
+  if (got <= 0) return "another process";
+  const std::string process(text, strnlen(text, sizeof(text)));
+  return process == std::to_string(::getpid()) ? "this process" : "process " + process;
 }
 
 /// The names of the file beside `lock`: a lock that somebody made a hard link of his own file.

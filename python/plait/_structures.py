@@ -67,6 +67,18 @@ class plait_attribute_info(Sized):
         ("index", c_uint32)]
 
 
+class plait_input_maps(Sized):
+    _fields_ = [
+        ("struct_size", c_size_t), ("input_vertices", POINTER(c_uint32)),
+        ("input_faces", POINTER(c_uint32)), ("turned", POINTER(c_uint8)),
+        ("vertices", POINTER(c_uint32)), ("faces", POINTER(c_uint32)), ("vertex_count", c_uint64),
+        ("face_count", c_uint64), ("input_vertex_count", c_uint64), ("input_face_count", c_uint64)]
+
+
+class plait_point(Structure):
+    _fields_ = [("face", c_uint32), ("i", c_int32), ("j", c_int32), ("size", c_int32)]
+
+
 class plait_paging_statistics(Sized):
     _fields_ = [
         ("struct_size", c_size_t), ("blocks_read", c_uint64), ("bytes_read", c_uint64),

@@ -36,9 +36,10 @@
 #include "plait/detail/gather_grid.h"
 #include "plait/detail/namespace.h"
 #include "plait/detail/ring_table.h"
-#include "plait/detail/vertex_rings.h"
 #include "plait/detail/visit_plan.h"
 #include "plait/extend/base_relative_level.h"
+#include "plait/vertex_rings.h"
+#include "plait/visit_options.h"
 
 PLAIT_BEGIN_NAMESPACE
 

@@ -50,16 +50,16 @@ struct StoreOptions {
   ParallelFor parallel_for = {};
 };
 
-/// Options of Store::open().
+/// Options of Store::open(). Members that StoreOptions also has are in the same order.
 struct OpenOptions {
   bool writable = false;
-  std::uint64_t budget_bytes = 256u << 20;
-  std::optional<int> io_threads = {};  ///< as in StoreOptions
   /// For writers. With kNone the store never waits for the disk, so a crash of the system may
   /// destroy the store.
   Durability durability = Durability::kCommit;
-  StoreEvents events = {};        ///< as in StoreOptions
-  ParallelFor parallel_for = {};  ///< as in StoreOptions
+  std::uint64_t budget_bytes = 256u << 20;
+  std::optional<int> io_threads = {};  ///< as in StoreOptions
+  StoreEvents events = {};             ///< as in StoreOptions
+  ParallelFor parallel_for = {};       ///< as in StoreOptions
 };
 
 PLAIT_END_NAMESPACE

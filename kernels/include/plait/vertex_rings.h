@@ -1,5 +1,4 @@
-// plait/detail/vertex_rings.h: what a kernel of visit_vertices() gets for the vertices that it
-// computes.
+// plait/vertex_rings.h: what a kernel of visit_vertices() gets for the vertices that it computes.
 #pragma once
 
 #include <cstddef>
