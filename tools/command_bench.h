@@ -11,7 +11,7 @@
 #include "backends/record.h"
 #include "backends/runner.h"
 #include "command.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 
 namespace plait {
 

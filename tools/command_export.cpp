@@ -15,6 +15,7 @@
 #include "export/output_files.h"
 #include "export/part_text.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/store.h"
 #include "progress.h"
@@ -70,7 +71,7 @@ int run_export(const ExportArguments& arguments, const CommandContext& context) 
                                          {"file_bytes", result.file_bytes},
                                          {"position_error", result.position_error},
                                          {"seconds", clock.seconds()}};
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

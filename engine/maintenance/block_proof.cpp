@@ -22,7 +22,7 @@ struct BlockProof::Model {
   static constexpr const char* kName = "sealed";
 };
 
-BlockProof::BlockProof(const RegisteredBackend& backend, PartialDirectory& scratch)
+BlockProof::BlockProof(const RegisteredBackend& backend, UnpublishedDirectory& scratch)
     : backend_(backend), scratch_(scratch) {}
 
 BlockProof::~BlockProof() = default;

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/extend/backend.h"
 #include "plait/extend/backend_registry.h"
 #include "plait/extend/pager.h"
@@ -18,7 +18,7 @@ PLAIT_BEGIN_PRIVATE_NAMESPACE
 class BlockProof {
  public:
   /// The arguments outlive this object.
-  BlockProof(const RegisteredBackend& backend, PartialDirectory& scratch);
+  BlockProof(const RegisteredBackend& backend, UnpublishedDirectory& scratch);
   ~BlockProof();
 
   const RegisteredBackend& backend() const { return backend_; }
@@ -39,7 +39,7 @@ class BlockProof {
   Model& model_of(const LevelFile& file, const AttributeSchema& schema);
 
   const RegisteredBackend& backend_;
-  PartialDirectory& scratch_;
+  UnpublishedDirectory& scratch_;
   std::unique_ptr<Model> model_;
   std::vector<std::byte> stored_;
 };

@@ -18,7 +18,7 @@ class FileRepair {
   /// The arguments outlive this object.
   FileRepair(const std::filesystem::path& store, const StoreCheck& check,
              const RepairOptions& options, MadeAgain& made, BlockProof& proof,
-             PartialDirectory& scratch, RepairReport& report)
+             UnpublishedDirectory& scratch, RepairReport& report)
       : store_(store),
         check_(check),
         options_(options),
@@ -59,7 +59,7 @@ class FileRepair {
   const RepairOptions& options_;
   MadeAgain& made_;
   BlockProof& proof_;
-  PartialDirectory& scratch_;
+  UnpublishedDirectory& scratch_;
   RepairReport& report_;
   Directory view_;  ///< not open before the first file in it
 };

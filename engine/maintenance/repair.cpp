@@ -2,6 +2,7 @@
 
 #include "format/file_names.h"
 #include "format/manifest.h"
+#include "io/machine.h"
 #include "maintenance/block_repair.h"
 #include "maintenance/file_repair.h"
 #include "maintenance/read_block.h"
@@ -125,8 +126,7 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
   refuse_shards(path);
   RepairReport report;
   // The scratch directory is named after the store, and the path "." has no name.
-  PartialDirectory scratch(std::filesystem::absolute(path), "repair", MadeProof::kMark,
-                           remove_made_files);
+  UnpublishedDirectory scratch(absolute_path(path), "repair", MadeProof::kMark, remove_made_files);
   StoreCheck check = check_store(path, backends);
   report.files = check.files;
   report.left_over = check.left_over;

@@ -34,6 +34,8 @@ class StoreLock {
   /// kBusy, kIo.
   void check_name(const Directory& store) const;
 
+  /// False if the file system has no locks: then other processes are not kept out.
+  bool protects() const noexcept { return protects_; }
   /// Writes the number of this process to the file, for the messages of other processes. REQUIRES:
   /// the purpose is kWriting or kCreating, and the directory is known to be a store. Errors: kIo,
   /// kNoSpace.
@@ -45,6 +47,7 @@ class StoreLock {
   void take(const Directory& store, bool alone);
 
   File file_;
+  bool protects_ = false;
 };
 
 /// Why no writer can use the store's lock file, which repair then makes anew; nothing if one can.

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import threading
+import warnings
 from ctypes import byref, c_uint32, c_uint64, c_void_p
 from typing import NamedTuple
 
@@ -456,7 +457,8 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
     writable: True: for one writer; False: for reading, beside a writer.
     memory: the most memory for blocks; bytes, or a text such as "64MiB".
     io_threads: threads that read ahead and write behind; None: the library chooses.
-    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open.
+    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open. Warns of
+    what this machine does not give the store: io_uring, locks.
     """
     options = types.plait_open_options(
         budget_bytes=_memory.bytes_of(memory), writable=int(writable),
@@ -468,7 +470,10 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
     except Error as error:
         error.path = error.path or os.fsdecode(path)
         raise
-    return Store(_handles.store(address.value))
+    store = Store(_handles.store(address.value))
+    for line in store._raw_info().notices.decode(errors="replace").splitlines():
+        warnings.warn(line, RuntimeWarning, stacklevel=2)
+    return store
 
 
 def create(vertices, faces, path=None, backend=None, dtype=np.float32, layout=None, pipeline=None,

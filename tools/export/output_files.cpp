@@ -28,7 +28,7 @@ OutputFiles::OutputFiles(const std::filesystem::path& path) {
 }
 
 File& OutputFiles::begin(const std::filesystem::path& path) {
-  PartialFile::check(path, Existing::kReplace);
+  UnpublishedFile::check(path, Existing::kReplace);
   remove_left_overs_of(path, report_warning);
   return files_.emplace_back(path, Existing::kReplace).file();
 }
@@ -46,7 +46,7 @@ void OutputFiles::remove_older(const std::string& ending, const std::string& mar
 }
 
 Error OutputFiles::named(Error error) const {
-  for (const PartialFile& file : files_)
+  for (const UnpublishedFile& file : files_)
     error = with_final_name(error, file.path(), file.final_path());
   return error;
 }

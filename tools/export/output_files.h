@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
 
@@ -16,14 +16,14 @@ namespace plait {
 /// For one thread. The destructor removes what was not published.
 class OutputFiles {
  public:
-  /// Errors: those of PartialFile.
+  /// Errors: those of UnpublishedFile.
   explicit OutputFiles(const std::filesystem::path& path);
 
   File& main() noexcept { return files_.front().file(); }
   /// The final one of the main file.
   const std::filesystem::path& path() const noexcept { return path_; }
   /// A file beside the main one whose name is that of the main one with `ending` in place of its
-  /// extension: it replaces an existing one. Errors: those of PartialFile.
+  /// extension: it replaces an existing one. Errors: those of UnpublishedFile.
   File& add(const std::string& ending);
   /// The name of this file, without a directory.
   std::string name_of(const std::string& ending) const;
@@ -34,7 +34,7 @@ class OutputFiles {
 
   /// `error` with the final names of the files.
   Error named(Error error) const;
-  /// Errors: those of PartialFile::publish. Only warns if an older file cannot be removed.
+  /// Errors: those of UnpublishedFile::publish. Only warns if an older file cannot be removed.
   void publish();
 
  private:
@@ -45,7 +45,7 @@ class OutputFiles {
     std::filesystem::path path;
     std::string mark;
   };
-  std::deque<PartialFile> files_;
+  std::deque<UnpublishedFile> files_;
   std::filesystem::path path_;
   std::vector<Older> older_;
 };
