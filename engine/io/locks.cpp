@@ -16,9 +16,11 @@ namespace {
 
 constexpr int kNotSupportedByKernel = 524;  // ENOTSUPP, which errno.h does not have
 
-bool means_no_locks(int error) {
-  return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP ||
-         error == kNotSupportedByKernel;
+/// NFS answers EBADF for an exclusive lock of what is not open for writing, as a directory never
+/// is.
+bool means_no_locks(int error, bool exclusive) {
+  return (error == EBADF && exclusive) || error == ENOLCK || error == ENOSYS ||
+         error == EOPNOTSUPP || error == kNotSupportedByKernel;
 }
 
 /// The file systems that several machines, or several mounts with locks of their own, can share.
@@ -52,7 +54,7 @@ bool take_lock(int descriptor, bool exclusive, const std::filesystem::path& path
     return true;
   const int error = errno;
   if (error == EWOULDBLOCK) return false;
-  if (means_no_locks(error))
+  if (means_no_locks(error, exclusive))
     throw Error(ErrorCode::kNotSupported,
                 fmt::format("lock {}: its file system has no locks (flock)", path.native()))
         .about(path);

@@ -1,5 +1,5 @@
-// tests/support/answering_operations.h: a kernel or a file system that answers one kind of operation
-// in its own way.
+// tests/support/answering_operations.h: a kernel or a file system that answers one kind of
+// operation in its own way.
 #pragma once
 
 #include <atomic>
@@ -20,9 +20,8 @@ class AnsweringOperations final : public FileOperationHook {
     set_file_operation_hook(this);
   }
   AnsweringOperations(FileOperation::Kind kind, int error)
-      : AnsweringOperations([=](const FileOperation& operation) {
-          return operation.kind == kind ? error : 0;
-        }) {}
+      : AnsweringOperations(
+            [=](const FileOperation& operation) { return operation.kind == kind ? error : 0; }) {}
   ~AnsweringOperations() { set_file_operation_hook(nullptr); }
   AnsweringOperations(const AnsweringOperations&) = delete;
   AnsweringOperations& operator=(const AnsweringOperations&) = delete;

@@ -55,8 +55,8 @@ TEST_CASE("Descriptors_WhereStandardStreamsAreClosed_AreAboveTheirNumbers") {
       File again(made.path(), OpenMode::kRead);
       const Directory above = directory.parent();
       bool right = directory.names().size() == static_cast<std::size_t>(closed);
-      for (const int descriptor : {directory.descriptor(), made.descriptor(), again.descriptor(),
-                                   above.descriptor()})
+      for (const int descriptor :
+           {directory.descriptor(), made.descriptor(), again.descriptor(), above.descriptor()})
         right = right && descriptor >= kLowestDescriptor &&
                 (::fcntl(descriptor, F_GETFD) & FD_CLOEXEC) != 0;
       {
@@ -79,6 +79,13 @@ TEST_CASE("Lock_OnAFileSystemWithoutLocks_IsToldFromOneThatAnotherHas") {
     CAPTURE(error);
     CHECK(try_lock(file, true) == LockResult::kNoLocks);
     CHECK(error_of([&] { file.lock(false); }).code() == ErrorCode::kNotSupported);
+  }
+  {
+    // NFS, for what is open only to be read, and so for every directory.
+    const AnsweringOperations hook(Kind::kLock, EBADF);
+    const Directory directory(here.path());
+    CHECK(try_lock(directory, true) == LockResult::kNoLocks);
+    CHECK(error_of([&] { file.lock(false); }).code() == ErrorCode::kIo);
   }
   {
     const AnsweringOperations hook(Kind::kLock, EIO);
