@@ -41,6 +41,19 @@ std::string hard_links_text(std::uint64_t other) {
                      other == 1 ? "" : "s");
 }
 
+}  // namespace
+
+File open_to_exclude(const Directory& store, const std::string& name) {
+  try {
+    return {store, name, OpenMode::kReadWrite};
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::kIo) throw;
+    return {store, name, OpenMode::kRead};
+  }
+}
+
+namespace {
+
 /// For a writer, who writes into the file.
 File open_to_write(const Directory& store) {
   for (int attempt = 0; attempt < kLockAttempts; ++attempt) {
@@ -79,13 +92,8 @@ File open_for(const Directory& store, LockFor purpose) {
     case LockFor::kCreating:
       return {store, kLockName, OpenMode::kCreate};
   }
-  // On NFS, only a file that is open for writing can be locked exclusively.
-  try {
-    if (purpose == LockFor::kMaintaining) return {store, kLockName, OpenMode::kReadWrite};
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kIo) throw;
-  }
-  return {store, kLockName, OpenMode::kRead};
+  return purpose == LockFor::kMaintaining ? open_to_exclude(store, kLockName)
+                                          : File(store, kLockName, OpenMode::kRead);
 }
 
 }  // namespace
@@ -145,9 +153,10 @@ std::optional<std::string> why_unusable_lock(const Directory& store) {
 void make_lock_anew(const Directory& store) {
   std::optional<File> held;
   try {
-    held = open_if_present(store, kLockName, OpenMode::kReadWrite);
+    held = open_to_exclude(store, kLockName);
   } catch (const Error& error) {
-    if (error.code() != ErrorCode::kCorruption) throw;  // no file, so nobody has locked it
+    // Nothing, or no file, is there, so nobody has locked it.
+    if (error.code() != ErrorCode::kCorruption && error.code() != ErrorCode::kNotFound) throw;
   }
   if (held && try_lock(*held, true) == LockResult::kConflict)
     throw Error(ErrorCode::kBusy,

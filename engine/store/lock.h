@@ -50,6 +50,11 @@ class StoreLock {
   bool protects_ = false;
 };
 
+/// Opens the file `name` of the store for an exclusive lock: for writing, because NFS locks no
+/// other file exclusively; for reading if the file may not be written. Errors: as File's
+/// constructor.
+File open_to_exclude(const Directory& store, const std::string& name);
+
 /// Why no writer can use the store's lock file, which repair then makes anew; nothing if one can.
 /// Errors: kIo.
 std::optional<std::string> why_unusable_lock(const Directory& store);

@@ -107,7 +107,8 @@ void remove_if_never_committed(const Directory& store) {
     if (name != kManifestName && name != kLockName && name != kBaseMeshName &&
         !is_version_file_name(name) && !is_bounds_file_name(name))
       return;
-  std::optional<File> lock = open_if_present(store, kLockName, OpenMode::kReadWrite);
+  std::optional<File> lock;
+  if (store.contains(kLockName)) lock = open_to_exclude(store, kLockName);
   if (lock && try_lock(*lock, true) == LockResult::kConflict) return;
   remove_uncommitted(store);
 }

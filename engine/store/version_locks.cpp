@@ -34,17 +34,6 @@ std::vector<std::uint64_t> versions_there(const Directory& store) {
   return versions;
 }
 
-/// For an exclusive lock. On NFS, only a file that is open for writing can have one; a file without
-/// the permission can have one elsewhere.
-File open_to_exclude(const Directory& store, const std::string& name) {
-  try {
-    return {store, name, OpenMode::kReadWrite};
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::kIo) throw;
-    return {store, name, OpenMode::kRead};
-  }
-}
-
 /// Whether a reader may have the version open. If its file is not a regular file, no reader has.
 bool is_being_read(const Directory& store, std::uint64_t version) {
   try {

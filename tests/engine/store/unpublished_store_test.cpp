@@ -203,7 +203,7 @@ TEST_CASE("ReplaceStore_KilledBetweenTwoRenames_IsPutBackByTheNextRun") {
     std::vector<std::string> told;
     remove_left_overs_of(path, [&](const std::string& what) { told.push_back(what); });
     for (const std::string& what : told)
-      put_back += what.find("put back") != std::string::npos ? 1 : 0;
+      put_back += what.find("put back") != std::string::npos ? 1u : 0u;
     const StoreUuid found = uuid_of(path);
     CHECK((killed || found != old));
   }
