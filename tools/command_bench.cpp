@@ -13,6 +13,7 @@
 #include "arguments.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
 #include "runs/workloads.h"
 
 namespace plait {
@@ -25,7 +26,7 @@ int run_list(const CommandContext& context) {
   for (const std::string& name : context.backends.names())
     backends[name] = context.backends.find(name).summary;
   if (context.json) {
-    print(nlohmann::ordered_json{{"workloads", workloads}, {"backends", backends}}.dump(2) + "\n");
+    print(json_text(nlohmann::ordered_json{{"workloads", workloads}, {"backends", backends}}));
     return kExitDone;
   }
   for (const auto& [title, entries] :

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "command.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "runs/findings.h"
 #include "runs/plan.h"
 #include "runs/read_runs.h"

@@ -15,6 +15,7 @@
 #include "command_bench.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "plait/error.h"
 
 namespace plait {
@@ -52,14 +53,12 @@ void print_bench_plan(const bench::Plan& plan, std::uint64_t limit_bytes, bool j
   std::uint64_t bytes = 0;
   for (const bench::Cell& cell : plan.cells) cells.push_back(bench::to_json(cell));
   for (const bench::PlannedDisk& disk : plan.disks) bytes += disk.needed_bytes;
-  print(nlohmann::ordered_json{{"cells", cells},
-                               {"needed_bytes", bytes},
-                               {"minutes", plan.minutes},
-                               {"auto", plan.chosen},
-                               {"left_out", plan.left_out},
-                               {"refused", bench::refusals(plan, limit_bytes)}}
-            .dump(2) +
-        "\n");
+  print(json_text(nlohmann::ordered_json{{"cells", cells},
+                                         {"needed_bytes", bytes},
+                                         {"minutes", plan.minutes},
+                                         {"auto", plan.chosen},
+                                         {"left_out", plan.left_out},
+                                         {"refused", bench::refusals(plan, limit_bytes)}}));
 }
 
 int run_cells(const BenchRunArguments& arguments, const CommandContext& context) {

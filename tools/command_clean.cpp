@@ -14,6 +14,7 @@
 #include "console.h"
 #include "instrument/memory_limit.h"
 #include "instrument/scratch_directory.h"
+#include "json_text.h"
 #include "plait/extend/directory.h"
 #include "store/left_overs.h"
 
@@ -85,7 +86,7 @@ int run_clean(const CleanArguments& arguments, const CommandContext& context) {
                                            {"left_over", list},
                                            {"count", removed_count},
                                            {"bytes", removed_bytes}};
-    print(report.dump(2) + "\n");
+    print(json_text(report));
     return status;
   }
   std::string text;
@@ -106,10 +107,10 @@ void add_clean_command(CommandLine& program, CommandContext& context) {
   command->add_flag("--dry-run", arguments->dry_run, "List the files, but remove nothing");
   add_json_option(*command, context);
   command->footer(
-      "plait makes an output in a directory NAME.partial-PID; repair works in STORE.repair-PID. "
-      "If a\n"
-      "run is killed, these directories stay. The next run with the same output removes them. "
-      "bench,\n"
+      "plait makes an output in a directory NAME.partial-HOST-START-RANDOM; repair works in\n"
+      "STORE.repair-... If a run is killed, these directories stay. The next run of this host with "
+      "the\n"
+      "same output removes them; those of other hosts are listed as in use. bench,\n"
       "tune and paper work in plait-scratch-XXXXXX and in control groups. This command removes "
       "those\n"
       "of all outputs and of all killed runs. It removes no directory that a running process has\n"

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "compare/compare.h"
 #include "console.h"
+#include "json_text.h"
 #include "measure.h"
 #include "progress.h"
 #include "scan_report.h"
@@ -38,7 +39,7 @@ int run_compare(const ComparisonRequest& request, const CommandContext& context)
                                            {"a_to_b", distances_json(found.there, found.diagonal)},
                                            {"b_to_a", distances_json(found.back, found.diagonal)},
                                            {"seconds", seconds_since_start()}};
-    print(report.dump(2) + "\n");
+    print(json_text(report));
     return kExitDone;
   }
   print(fmt::format("{}{}diagonal {:.6g}, mean edge {:.6g} of {}; {} samples in each direction\n",

@@ -17,6 +17,7 @@
 #include "conversion/conversion_job.h"
 #include "copy_arguments.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "made_blocks.h"
 #include "measure.h"
 #include "plait/extend/rounding.h"
@@ -110,7 +111,7 @@ int run_convert(const ConvertArguments& arguments, const CommandContext& context
                                    {"seconds", seconds}};
   for (const auto& [name, rounding] : done.roundings) report["max_error"][name] = to_json(rounding);
   if (!done.digest.empty()) report["digest"] = done.digest;
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -15,6 +15,7 @@
 #include "export/export_mesh.h"
 #include "export/part_text.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/store.h"
 #include "progress.h"
@@ -60,8 +61,7 @@ int run_export(const ExportRequest& request, const CommandContext& context) {
                                          {"position_error", done.position_error},
                                          {"left_out", done.left_out},
                                          {"seconds", clock.seconds()}};
-  // A path is bytes, and JSON is UTF-8.
-  print(report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -16,6 +16,7 @@
 #include "compress_arguments.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/extend/edge_index.h"
 #include "plait/extend/import_mesh.h"
@@ -119,7 +120,7 @@ int run_import(const ImportArguments& arguments, const CommandContext& context) 
     ImportWatcher watcher;
     result = import_mesh(request_of(arguments), context.backends, watcher.watch());
   }
-  print(context.json ? to_json(arguments, result).dump(2) + "\n" : import_text(arguments, result));
+  print(context.json ? json_text(to_json(arguments, result)) : import_text(arguments, result));
   return kExitDone;
 }
 

@@ -11,6 +11,7 @@
 #include "base/byte_text.h"
 #include "command.h"
 #include "console.h"
+#include "json_text.h"
 #include "measure.h"
 #include "plait/extend/parts.h"
 #include "progress.h"
@@ -46,7 +47,7 @@ int run_part(const PartArguments& arguments, const CommandContext& context) {
                                          {"digest", done.digest},
                                          {"seconds", done.seconds},
                                          {"peak_rss_bytes", peak_rss_bytes()}};
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -22,7 +22,8 @@
 #include "compress_arguments.h"
 #include "console.h"
 #include "interrupt.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
+#include "json_text.h"
 #include "measure.h"
 #include "parts_script.h"
 #include "plait/error.h"
@@ -81,7 +82,7 @@ void remove_plan_unless(const std::filesystem::path& plan, const Step& succeeds)
 int run_plan(const PlanArguments& arguments, const CommandContext& context) {
   const Stopwatch clock;
   const bool has_script = !arguments.sbatch.empty();
-  if (has_script) PartialFile::check(arguments.sbatch, Existing::kRefuse);
+  if (has_script) UnpublishedFile::check(arguments.sbatch, Existing::kRefuse);
   std::optional<SbatchScript> script;
   PartsPlan plan;
   {
@@ -183,7 +184,7 @@ int run_plan(const PlanArguments& arguments, const CommandContext& context) {
                                {"ghost_faces", part.ghosts},
                                {"bytes", part.bytes},
                                {"seconds", part.seconds}});
-  print(report.dump(2) + "\n");
+  print(json_text(report));
   return kExitDone;
 }
 

@@ -13,6 +13,7 @@
 #include "command.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "measure.h"
 #include "progress.h"
 #include "remesh/remesh.h"
@@ -137,7 +138,7 @@ int run_remesh(const RemeshRequest& request, const CommandContext& context) {
              }});
   }
   if (context.json)
-    print(report_json(request, report).dump(2) + "\n");
+    print(json_text(report_json(request, report)));
   else
     print_report(request, report);
   return kExitDone;

@@ -14,6 +14,7 @@
 #include "compress_arguments.h"
 #include "console.h"
 #include "interrupt.h"
+#include "json_text.h"
 #include "made_blocks.h"
 #include "measure.h"
 #include "plait/error.h"
@@ -159,7 +160,7 @@ int run_subdivide(const SubdivideArguments& arguments, const CommandContext& con
   report.cpu_seconds = cpu_seconds();
   report.seconds = seconds_since_start();
   if (context.json)
-    print(to_json(report).dump(2) + "\n");
+    print(json_text(to_json(report)));
   else  // the digest, if there is one, is the last line
     print(made_blocks_of(report.result.store, context.backends) + to_text(report));
   return kExitDone;

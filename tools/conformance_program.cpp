@@ -12,6 +12,7 @@
 #include "command_line/command_line.h"
 #include "conformance/suite.h"
 #include "console.h"
+#include "json_text.h"
 #include "plait/error.h"
 #include "plait/extend/plugins.h"
 #include "plait/version.h"
@@ -112,14 +113,12 @@ int run_suite(const Arguments& arguments, const Plugins& plugins) {
       print(text_of(promise, log));
   }
   if (arguments.json)
-    print(Json{{"backend", subject.label},
-               {"pipeline", subject.pipeline.to_text()},
-               {"held", held},
-               {"broken", broken},
-               {"left_out", left_out},
-               {"promises", std::move(reports)}}
-              .dump(2) +
-          "\n");
+    print(json_text(Json{{"backend", subject.label},
+                         {"pipeline", subject.pipeline.to_text()},
+                         {"held", held},
+                         {"broken", broken},
+                         {"left_out", left_out},
+                         {"promises", std::move(reports)}}));
   else
     print(fmt::format("{}, pipeline {}: {} promises kept, {} broken, {} left out\n", subject.label,
                       subject.pipeline.to_text(), held, broken, left_out));

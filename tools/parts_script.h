@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 
 namespace plait {
 
@@ -17,11 +17,11 @@ class SbatchScript {
   /// kNoSpace.
   SbatchScript(const std::filesystem::path& script, const std::filesystem::path& plan,
                std::uint32_t parts, std::uint32_t longest);
-  /// Errors: those of PartialFile::publish().
+  /// Errors: those of UnpublishedFile::publish().
   void publish() { file_.publish(); }
 
  private:
-  PartialFile file_;
+  UnpublishedFile file_;
 };
 
 }  // namespace plait

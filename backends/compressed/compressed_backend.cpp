@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/caught.h"
 #include "compressed/coder_pool.h"
 #include "compressed/extent_allocator.h"
 #include "compressed/level_coder.h"
@@ -106,7 +107,7 @@ class CompressedLevel final : public Backend {
         write_block(*coder, transfer.block, transfer.context, transfer.memory);
       }
     } catch (...) {
-      error = std::current_exception();
+      error = caught_exception();
     }
     transfer.listener->finished(transfer, error);
   }

@@ -17,6 +17,7 @@
 #include "plait/mesh_io.h"
 #include "runs/measured_store.h"
 #include "runs/workloads.h"
+#include "uring/uring_backend.h"
 
 namespace plait::bench {
 namespace {
@@ -44,6 +45,7 @@ std::vector<Subject> subjects(const PlanRequest& request, const BackendRegistry&
     }
     try {
       entry.check_machine();
+      if (entry.name == "uring") check_uring();  // pread would stand in for it
     } catch (const Error& error) {
       if (is_named) throw;
       return plan.left_out.push_back(fmt::format("{}: {}", name, error.what()));

@@ -276,11 +276,15 @@ typedef struct plait_store_info {
   int32_t writable;
   int32_t limit;                  /* 1: positions were projected to the limit surface */
   plait_component_type precision; /* of the arithmetic that made the levels */
+  /* What this machine did not give the store when it was opened, one line each: a backend that the
+   * kernel refuses, so that another one reads its files; locks that the file system does not have.
+   * Empty: nothing. */
+  const char* notices;
 } plait_store_info;
 #define PLAIT_STORE_INFO_INIT                                                                     \
   {                                                                                               \
     sizeof(plait_store_info), NULL, NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, {0}, 0, \
-        0, 0, 0, 0, 0                                                                             \
+        0, 0, 0, 0, 0, NULL                                                                       \
   }
 PLAIT_API plait_status plait_store_get_info(const plait_store* store, plait_store_info* info);
 

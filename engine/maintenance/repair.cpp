@@ -6,7 +6,8 @@
 #include "base/damage.h"
 #include "format/file_names.h"
 #include "io/copy_range.h"
-#include "io/partial_output.h"
+#include "io/machine.h"
+#include "io/unpublished.h"
 #include "maintenance/read_block.h"
 #include "maintenance/remaker.h"
 #include "maintenance/repair_files.h"
@@ -88,8 +89,7 @@ RepairReport repair(const std::filesystem::path& path, const RepairOptions& opti
                     const std::shared_ptr<const BlockMakers>& makers) {
   RepairReport report;
   // The scratch directory is named after the store, and the path "." has no name.
-  PartialDirectory scratch(std::filesystem::absolute(path), "repair", MadeProof::kMark,
-                           remove_made_files);
+  UnpublishedDirectory scratch(absolute_path(path), "repair", MadeProof::kMark, remove_made_files);
   const StoreCheck check = check_store(path, backends);
   report.files = check.files;
   report.left_over = check.left_over;

@@ -9,8 +9,11 @@
 
 #include "base/damage.h"
 #include "format/file_names.h"
+#include "io/locks.h"
 #include "plait/error.h"
 #include "plait/extend/edge_index.h"
+#include "plait/extend/notices.h"
+#include "plait/extend/store_access.h"
 #include "plait/store.h"
 #include "store/generation_volume.h"
 #include "store/parts/shard_volume.h"
@@ -60,6 +63,7 @@ Store::Implementation::~Implementation() {
     for (auto& level : attribute.levels) pager->detach(*level);
   attributes.clear();
   snapshot.reset();
+  telling = nullptr;
   volume.reset();  // its scratch memory is part of the budget, which ends with the pager
   if (!on_disk() || !writable || is_part()) return;
   // Nobody can open a store that was never committed, so all its files are removed.
@@ -69,7 +73,7 @@ Store::Implementation::~Implementation() {
                      // files
     try {
       remove_old_versions(directory);
-    } catch (...) {  // the next writer removes the files
+    } catch (const std::exception&) {  // the next writer removes the files
     }
 }
 
@@ -134,6 +138,7 @@ void Store::Implementation::fix_context_of(const LevelFile& level) const {
 
 void Store::Implementation::open_volume(int threads) {
   volume = backend.open({options.budget_bytes / kScratchShare, threads});
+  telling = dynamic_cast<const TellingVolume*>(volume.get());
   if (in_shards)
     volume = std::make_unique<ShardVolume>(std::move(volume));
   else if (is_part())
@@ -151,6 +156,28 @@ void Store::Implementation::tell(StoreEvent::Kind kind, const Stopwatch& watch) 
   event.version = sequence;
   event.duration_ns = static_cast<std::uint64_t>(1e9 * watch.seconds());
   options.events.tell(event);
+}
+
+void Store::Implementation::note_missing_locks() {
+  if (!lock.protects())
+    notices.push_back(
+        fmt::format("{}: its file system has no locks (flock): nothing keeps a second writer out, "
+                    "and files of old versions stay, because a reader may need them",
+                    path.native()));
+  else if (!locks_are_seen_by_all(directory.descriptor()))
+    notices.push_back(
+        fmt::format("{}: another machine may not see the locks of its file system: write it from "
+                    "one machine at a time; files of old versions stay, because a reader may need "
+                    "them",
+                    path.native()));
+}
+
+std::vector<std::string> notices(const Store& store) {
+  const Store::Implementation& state = StoreAccess::state(store);
+  std::vector<std::string> lines = state.notices;
+  if (state.telling)
+    for (std::string& line : state.telling->notices()) lines.push_back(std::move(line));
+  return lines;
 }
 
 void Store::Implementation::make_ready() {
@@ -200,6 +227,7 @@ Store Store::create(const std::filesystem::path& path, BaseMesh base, const Stor
     state->path = path;  // after this, the destructor removes the files
     state->lock = StoreLock(state->directory, LockFor::kCreating);
     state->lock.sign();
+    state->note_missing_locks();
     state->base_mesh_size = write_base_mesh_file(state->directory, state->base);
   }
   state->make_ready();
@@ -226,6 +254,7 @@ Store Store::open(const std::filesystem::path& path, const OpenOptions& options,
   state->writable = false;
   if (options.writable) {
     state->lock = lock_for_writing(state->directory, options.durability);
+    state->note_missing_locks();
     state->versions_read = remove_old_versions(state->directory);
   }
   StoredVersion version(state->directory, options.writable ? open_newest_version(state->directory)

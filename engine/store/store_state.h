@@ -10,6 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "base/thread_number.h"
+#include "blocks/telling_volume.h"
 #include "format/base_mesh_file.h"
 #include "format/manifest.h"
 #include "io/process.h"
@@ -77,6 +78,8 @@ struct Store::Implementation {
   /// The description of the current state, without the checksums of base records.
   VersionDescription description() const;
   void write_version();
+  /// Notes what locks do not protect this writer from.
+  void note_missing_locks();
   /// Tells options.events how long it took.
   void tell(StoreEvent::Kind kind, const Stopwatch& watch) const noexcept;
   /// Whether anything differs from the last commit. REQUIRES: the pager has written all blocks.
@@ -124,7 +127,9 @@ struct Store::Implementation {
     std::uint64_t version;
     std::vector<StoredLevel> levels;
   };
-  std::vector<HeldVersion> held;  ///< only while read_version() runs
+  std::vector<HeldVersion> held;           ///< only while read_version() runs
+  std::vector<std::string> notices;        ///< of the store itself (plait/extend/notices.h)
+  const TellingVolume* telling = nullptr;  ///< the backend's volume, if it is one
   std::vector<AttributeInfo> infos;
   std::vector<Attribute> attributes;
   std::vector<AttributeSchema> face_infos;

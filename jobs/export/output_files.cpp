@@ -29,7 +29,7 @@ OutputFiles::OutputFiles(const std::filesystem::path& path, Existing existing, W
 }
 
 File& OutputFiles::begin(const std::filesystem::path& path) {
-  PartialFile::check(path, existing_);
+  UnpublishedFile::check(path, existing_);
   remove_left_overs_of(path, warn_);
   return files_.emplace_back(path, existing_).file();
 }
@@ -48,7 +48,7 @@ void OutputFiles::remove_older(const std::string& ending, const std::string& mar
 }
 
 Error OutputFiles::named(Error error) const {
-  for (const PartialFile& file : files_)
+  for (const UnpublishedFile& file : files_)
     error = with_final_name(error, file.path(), file.final_path());
   return error;
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/detail/namespace.h"
 #include "plait/error.h"
 #include "plait/extend/file.h"
@@ -20,14 +20,15 @@ class OutputFiles {
  public:
   using Warn = std::function<void(const std::string&)>;
 
-  /// Calls `warn` for each left-over of a killed run that it removes. Errors: those of PartialFile.
+  /// Calls `warn` for each left-over of a killed run that it removes. Errors: those of
+  /// UnpublishedFile.
   OutputFiles(const std::filesystem::path& path, Existing existing, Warn warn);
 
   File& main() noexcept { return files_.front().file(); }
   /// The final one of the main file.
   const std::filesystem::path& path() const noexcept { return path_; }
   /// A file beside the main one whose name is that of the main one with `ending` in place of its
-  /// extension. Errors: those of PartialFile.
+  /// extension. Errors: those of UnpublishedFile.
   File& add(const std::string& ending);
   /// The name of this file, without a directory.
   std::string name_of(const std::string& ending) const;
@@ -39,7 +40,7 @@ class OutputFiles {
 
   /// `error` with the final names of the files.
   Error named(Error error) const;
-  /// Errors: those of PartialFile::publish. Only warns if an older file cannot be removed.
+  /// Errors: those of UnpublishedFile::publish. Only warns if an older file cannot be removed.
   void publish();
 
  private:
@@ -52,7 +53,7 @@ class OutputFiles {
   };
   Existing existing_;
   Warn warn_;
-  std::deque<PartialFile> files_;
+  std::deque<UnpublishedFile> files_;
   std::filesystem::path path_;
   std::vector<Older> older_;
 };

@@ -5,8 +5,7 @@
 
 #include "base/default_arithmetic.h"
 #include "format/manifest.h"
-#include "io/made_mark.h"
-#include "io/partial_output.h"
+#include "io/machine.h"
 #include "parts/cuts.h"
 #include "parts/pass_result.h"
 #include "parts/plan_file.h"
@@ -14,7 +13,7 @@
 #include "plait/error.h"
 #include "plait/extend/parts.h"
 #include "plait/extend/provenance.h"
-#include "store/left_overs.h"
+#include "store/new_output.h"
 #include "store/recovery.h"
 #include "store/stored_version.h"
 
@@ -55,7 +54,7 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
   file.block_bytes = at.block_bytes;
   file.layout = at.provenance.layout;
   PlannedPass& planned = plan.pass.emplace();
-  planned.store = std::filesystem::absolute(request.store).lexically_normal();
+  planned.store = absolute_path(request.store).lexically_normal();
   planned.version = version.manifest().sequence;
   planned.pass = request.pass;
   planned.pass.kernel = {};
@@ -82,12 +81,7 @@ PlanFile plan_of_version(const StoredVersion& version, const PassRequest& reques
 PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends) try {
   const DefaultArithmetic arithmetic;
   check_pass(request.pass);
-  PartialDirectory output(OutputName(request.plan).path, "partial", MadeProof::kMark, remove_plan);
-  const auto taken = [&] {
-    return Error(ErrorCode::kInvalidArgument,
-                 fmt::format("create {}: it exists already", output.final_path().native()));
-  };
-  if (const OutputName name(request.plan); name.directory.contains(name.name)) throw taken();
+  check_new_directory(request.plan);
   PlanFile file;
   PartsPlan& plan = file.plan;
   OpenOptions open;
@@ -122,12 +116,9 @@ PartsPlan plan_pass(const PassRequest& request, const BackendRegistry& backends)
   store.close();
 
   if (request.before_files) request.before_files();
-  remove_left_overs_of(request.plan,
-                       [&](const std::string& what) { plan.warnings.push_back(what); });
-  const Directory& directory = output.directory();
-  write_plan_file(directory, file);
-  directory.remove(kMadeMarkName);
-  if (!output.publish(true)) throw taken();
+  make_new_directory(
+      request.plan, [&](const std::string& what) { plan.warnings.push_back(what); }, remove_plan,
+      [&](const Directory& directory) { write_plan_file(directory, file); });
   return plan;
 } catch (const std::bad_alloc&) {
   throw out_of_memory("plan pass");

@@ -8,7 +8,7 @@
 
 #include "base/byte_text.h"
 #include "io/machine.h"
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 #include "plait/error.h"
 #include "schemes/table.h"
 #include "store/left_overs.h"

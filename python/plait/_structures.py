@@ -57,7 +57,8 @@ class plait_store_info(Sized):
         ("budget_bytes", c_uint64), ("vertex_count", c_uint64), ("edge_count", c_uint64),
         ("face_count", c_uint64), ("border_edge_count", c_uint64), ("uuid", c_uint8 * 16),
         ("attribute_count", c_uint32), ("base_level", c_int32), ("finest_level", c_int32),
-        ("writable", c_int32), ("limit", c_int32), ("precision", c_int32)]
+        ("writable", c_int32), ("limit", c_int32), ("precision", c_int32),
+        ("notices", c_char_p)]
 
 
 class plait_attribute_info(Sized):

@@ -581,7 +581,8 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
     writable: True: for one writer; False: for reading, beside a writer.
     memory: the most memory for blocks; bytes, or a text such as "64MiB".
     io_threads: threads that read ahead and write behind; None: the library chooses.
-    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open.
+    Raises NotFound, Damaged, NotSupported, and Busy if another writer has the store open. Warns of
+    what this machine does not give the store: io_uring, locks.
     """
     options = types.plait_open_options(
         budget_bytes=_memory.bytes_of(memory), writable=int(writable),
@@ -593,4 +594,7 @@ def open_store(path, writable=False, memory=types.DEFAULT_BUDGET_BYTES, io_threa
         LIBRARY.plait_store_open(_functions.path(path), byref(options), byref(address))
     except Error as error:
         raise error if error.path else error.about(os.fsdecode(path))
-    return Store(_handles.store(address.value), name, options.budget_bytes, io_threads)
+    store = Store(_handles.store(address.value), name, options.budget_bytes, io_threads)
+    for line in store._raw_info().notices.decode(errors="replace").splitlines():
+        warnings.warn(line, RuntimeWarning, stacklevel=2)
+    return store

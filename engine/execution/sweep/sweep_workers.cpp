@@ -9,6 +9,7 @@
 
 #include "base/call_workers.h"
 #include "base/default_arithmetic.h"
+#include "base/threads.h"
 
 PLAIT_BEGIN_PRIVATE_NAMESPACE
 
@@ -45,7 +46,7 @@ void SweepWorkers::run(const SweepView& view, EdgeId first, EdgeId after) {
   else if (parallel_for_)
     call_workers(parallel_for_, count_, fmt::format("sweep '{}'", pass_.name), work);
   else
-    arena_->execute([&] { tbb::parallel_for(0, count_, work); });
+    arena_->execute([&] { on_workers([&] { tbb::parallel_for(0, count_, work); }); });
 }
 
 PLAIT_END_NAMESPACE

@@ -219,8 +219,8 @@ class SubdivisionJob {
   /// Runs the plan, once. After an error only the commits of an earlier run and of kResume stay on
   /// the disk. It also removes left-overs of killed runs with the same output.
   /// Errors: the first one of plan().refusals; kBudget before it computes anything; kCancelled;
-  /// kIo, kNoSpace; those of PartialStore::publish; kBadState if the job was run before. Pinned by
-  /// tests/jobs/subdivision_job_test.cpp.
+  /// kIo, kNoSpace; those of UnpublishedStore::publish; kBadState if the job was run before. Pinned
+  /// by tests/jobs/subdivision_job_test.cpp.
   SubdivisionResult run(const SubdivisionWatch& watch = {});
 
  private:

@@ -173,7 +173,7 @@ struct JoinResult {
 
 /// Makes `store` of all parts. The files of the parts get a second name there (hard links); where
 /// that cannot be, they are copied. The plan stays as it is. After an error no store is left.
-/// Errors: those of PartialStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
+/// Errors: those of UnpublishedStore; kCorruption for a damaged plan; kCancelled; kIo, kNoSpace.
 ///
 /// The parts of a pass become the next version of `store`, which is the store of the plan. One
 /// manifest commits it; readers keep their version. After an error the store has its version. The

@@ -1,6 +1,6 @@
 // Replaces a store by another one. This must not happen while another process has the old store
 // open, and the new store must never be lost.
-#include "store/partial_store.h"
+#include "store/unpublished_store.h"
 
 #include <catch2/catch.hpp>
 #include <cerrno>
@@ -14,6 +14,7 @@
 #include "plait/registry.h"
 #include "plait/store.h"
 #include "store/left_overs.h"
+#include "store/new_output.h"
 #include "support/before_operation.h"
 #include "support/error_of.h"
 #include "support/killing_operations.h"
@@ -64,7 +65,7 @@ TEST_CASE("ReplaceStore_ThatSomebodyHasOpened_LeavesBothAndIsBusy") {
     const StoreUuid old = make_store(path);
     std::filesystem::path made;
     {
-      PartialStore output(path, Existing::kReplace);
+      UnpublishedStore output(path, Existing::kReplace, {});
       make_store(output.make());
       OpenOptions options;
       options.writable = writer;
@@ -87,7 +88,7 @@ TEST_CASE("ReplaceStore_ThatAnotherProcessReplacesMeanwhile_StaysBesideAndSaysSo
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   make_store(path);
-  PartialStore output(path, Existing::kReplace);
+  UnpublishedStore output(path, Existing::kReplace, {});
   const StoreUuid made = make_store(output.make());
   StoreUuid faster{};
   const BeforeOperation other(FileOperation::Kind::kExchange, output.path().filename(), [&] {
@@ -107,7 +108,7 @@ TEST_CASE("ReplaceStore_ThatNobodyHolds_TakesItsName") {
   const TemporaryDirectory here;
   const std::filesystem::path path = here.path() / "s.plait";
   make_store(path);
-  PartialStore output(path, Existing::kReplace);
+  UnpublishedStore output(path, Existing::kReplace, {});
   const StoreUuid made = make_store(output.make());
   output.publish(true);
   CHECK(uuid_of(path) == made);
@@ -123,7 +124,7 @@ TEST_CASE("ReplaceStore_KilledBeforeAnyOperation_LeavesTheOldStoreOrTheNew") {
     const StoreUuid old = make_store(path);
     std::ofstream(path / "notes") << "the user's";
     killed = run_and_kill_before(operations, [&] {
-      PartialStore output(path, Existing::kReplace);
+      UnpublishedStore output(path, Existing::kReplace, {});
       make_store(output.make());
       output.publish(true);
     });
@@ -147,6 +148,110 @@ TEST_CASE("ReplaceStore_KilledBeforeAnyOperation_LeavesTheOldStoreOrTheNew") {
   CHECK(old_ones > 10);
   CHECK(new_ones > 5);
   CHECK(left_overs > 10);
+}
+
+namespace {
+
+/// A file system that cannot exchange names, or refuses to rename one name.
+class OtherFileSystem final : public FileOperationHook {
+ public:
+  explicit OtherFileSystem(std::filesystem::path unmovable = {})
+      : unmovable_(std::move(unmovable)) {
+    set_file_operation_hook(this);
+  }
+  ~OtherFileSystem() { set_file_operation_hook(nullptr); }
+  Verdict before(const FileOperation& operation) noexcept override {
+    if (operation.kind == FileOperation::Kind::kExchange) return {.error = EINVAL};
+    const bool refused = operation.kind == FileOperation::Kind::kRename && !unmovable_.empty() &&
+                         operation.path == unmovable_;
+    return {.error = refused ? EXDEV : 0};
+  }
+  void after(const FileOperation&) noexcept override {}
+
+ private:
+  std::filesystem::path unmovable_;
+};
+
+}  // namespace
+
+TEST_CASE("ReplaceStore_WhereNamesCannotBeExchanged_TakesTwoRenamesAndSaysSo") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  make_store(path);
+  std::ofstream(path / "notes") << "the user's";
+  std::vector<std::string> told;
+  const OtherFileSystem hook;
+  UnpublishedStore output(path, Existing::kReplace,
+                          [&](const std::string& what) { told.push_back(what); });
+  const StoreUuid made = make_store(output.make());
+  REQUIRE(told.size() == 1);  // before the work
+  CHECK_THAT(told[0], Catch::Contains("cannot exchange two names"));
+  output.publish(true);
+  CHECK(uuid_of(path) == made);
+  CHECK(std::filesystem::exists(path / "notes"));
+  CHECK(Directory(here.path()).names() == std::vector<std::string>{"s.plait"});
+}
+
+TEST_CASE("ReplaceStore_WhoseDirectoryCannotBeRenamed_StaysBesideAndSaysSo") {
+  const TemporaryDirectory here;
+  const std::filesystem::path path = here.path() / "s.plait";
+  const StoreUuid old = make_store(path);
+  const OtherFileSystem hook(path);
+  StoreUuid made{};
+  std::filesystem::path beside;
+  {
+    UnpublishedStore output(path, Existing::kReplace, {});
+    made = make_store(output.make());
+    const Error error = error_of([&] { output.publish(true); });
+    beside = output.path();
+    CHECK_THAT(error.what(), Catch::Contains("complete and stays at " + beside.native()));
+  }
+  CHECK(uuid_of(path) == old);
+  CHECK(uuid_of(beside) == made);
+}
+
+TEST_CASE("ReplaceStore_KilledBetweenTwoRenames_IsPutBackByTheNextRun") {
+  bool killed = true;
+  std::uint64_t put_back = 0;
+  for (std::uint64_t operations = 0; killed; ++operations) {
+    const TemporaryDirectory here(Medium::kMemory);
+    const std::filesystem::path path = here.path() / "s.plait";
+    const StoreUuid old = make_store(path);
+    const auto replace = [&] {
+      UnpublishedStore output(path, Existing::kReplace, {});
+      make_store(output.make());
+      output.publish(true);
+    };
+    killed = run_and_kill_before(operations, replace, EINVAL);
+    CAPTURE(operations);
+    std::vector<std::string> told;
+    remove_left_overs_of(path, [&](const std::string& what) { told.push_back(what); });
+    for (const std::string& what : told)
+      put_back += what.find("put back") != std::string::npos ? 1u : 0u;
+    const StoreUuid found = uuid_of(path);
+    CHECK((killed || found != old));
+  }
+  CHECK(put_back > 0);
+}
+
+TEST_CASE("NewDirectory_KilledBeforeAnyOperation_LeavesNothingThatStays") {
+  bool killed = true;
+  for (std::uint64_t operations = 0; killed; ++operations) {
+    const TemporaryDirectory here(Medium::kMemory);
+    const std::filesystem::path path = here.path() / "n.plan";
+    const auto make = [&] {
+      make_new_directory(
+          path, {}, [](const Directory& made) { made.remove("plan"); },
+          [](const Directory& made) { File(made, "plan", OpenMode::kCreate).close(); });
+    };
+    killed = run_and_kill_before(operations, make);
+    CAPTURE(operations);
+    remove_left_overs_of(path, {});
+    const std::size_t there = std::filesystem::exists(path) ? 1 : 0;
+    CHECK(Directory(here.path()).names().size() == there);
+    if (there == 1) CHECK(std::filesystem::exists(path / "plan"));
+    if (!killed) CHECK(Directory(path).names() == std::vector<std::string>{"plan"});
+  }
 }
 
 TEST_CASE("LeftOver_OneOfWhoseFilesCannotBeRemoved_KeepsItsProofAndIsRemovedLater") {

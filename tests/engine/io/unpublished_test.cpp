@@ -1,5 +1,5 @@
 // What is made under a temporary name: whole or not there, whenever the process ends.
-#include "io/partial_output.h"
+#include "io/unpublished.h"
 
 #include <sys/file.h>
 
@@ -10,6 +10,7 @@
 #include <string>
 
 #include "io/made_mark.h"
+#include "io/own_machine.h"
 #include "plait/error.h"
 #include "store/left_overs.h"
 #include "support/before_operation.h"
@@ -28,7 +29,7 @@ std::string content_of(const fs::path& file) {
 }
 
 void make_file(const fs::path& path, const std::string& content, Existing existing) {
-  PartialFile output(path, existing);
+  UnpublishedFile output(path, existing);
   output.file().write_at(0, std::as_bytes(std::span(content)));
   output.publish();
 }
@@ -37,7 +38,7 @@ void remove_file_a(const Directory& directory) { directory.remove("a"); }
 
 /// A directory that holds one file.
 void make_directory(const fs::path& path) {
-  PartialDirectory output(path, "partial", MadeProof::kManifest, remove_file_a);
+  UnpublishedDirectory output(path, "partial", MadeProof::kManifest, remove_file_a);
   File(output.directory(), "a", OpenMode::kCreate).close();
   REQUIRE(output.publish(true));
 }
@@ -106,7 +107,7 @@ TEST_CASE("LeftOver_WithoutAProofThatPlaitMadeIt_IsNone") {
   CHECK(names_in(here.path()) == before);
 }
 
-TEST_CASE("PartialFile_KilledBeforeAnyOperation_LeavesTheOldFileOrTheNew") {
+TEST_CASE("UnpublishedFile_KilledBeforeAnyOperation_LeavesTheOldFileOrTheNew") {
   for (const bool replaces : {false, true}) {
     bool killed = true;
     std::uint64_t left_over = 0, operations = 0;
@@ -127,7 +128,7 @@ TEST_CASE("PartialFile_KilledBeforeAnyOperation_LeavesTheOldFileOrTheNew") {
   }
 }
 
-TEST_CASE("PartialDirectory_KilledBeforeAnyOperation_LeavesAWholeOneOrNone") {
+TEST_CASE("UnpublishedDirectory_KilledBeforeAnyOperation_LeavesAWholeOneOrNone") {
   bool killed = true;
   for (std::uint64_t operations = 0; killed; ++operations) {
     const TemporaryDirectory here(Medium::kMemory);
@@ -141,11 +142,12 @@ TEST_CASE("PartialDirectory_KilledBeforeAnyOperation_LeavesAWholeOneOrNone") {
   }
 }
 
-TEST_CASE("PartialOutput_NotPublished_LeavesNothing") {
+TEST_CASE("UnpublishedOutput_NotPublished_LeavesNothing") {
   const TemporaryDirectory here;
   {
-    PartialFile file(here.path() / "f", Existing::kRefuse);
-    PartialDirectory directory(here.path() / "d", "repair", MadeProof::kMark, remove_file_a);
+    UnpublishedFile file(here.path() / "f", Existing::kRefuse);
+    file.file();
+    UnpublishedDirectory directory(here.path() / "d", "repair", MadeProof::kMark, remove_file_a);
     File(directory.directory(), "a", OpenMode::kCreate).close();
     CHECK(names_in(here.path()).size() == 2);
     for (const LeftOver& left_over : find_left_overs(Directory(here.path()))) {
@@ -156,7 +158,7 @@ TEST_CASE("PartialOutput_NotPublished_LeavesNothing") {
   CHECK(names_in(here.path()).empty());
 }
 
-TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
+TEST_CASE("UnpublishedOutput_WhoseNameAnotherHas_LeavesTheOther") {
   const TemporaryDirectory here;
   fs::path kept;
   const auto give_away = [&](const fs::path& made) {
@@ -164,7 +166,8 @@ TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
     std::ofstream(made) << "another's";
   };
   {
-    PartialFile file(here.path() / "f", Existing::kRefuse);
+    UnpublishedFile file(here.path() / "f", Existing::kRefuse);
+    file.file();
     give_away(file.path());
     CHECK_THROWS_AS(file.publish(), Error);
     kept = file.path();
@@ -173,7 +176,8 @@ TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
   fs::remove_all(kept.parent_path());
   fs::remove(here.path() / "away");
   {
-    PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
+    UnpublishedDirectory directory(here.path() / "d", "partial", MadeProof::kManifest,
+                                   remove_file_a);
     directory.directory();
     give_away(directory.name().path());
     CHECK_THROWS_AS(directory.publish(true), Error);
@@ -187,7 +191,7 @@ TEST_CASE("PartialOutput_WhoseNameAnotherHas_LeavesTheOther") {
   CHECK(others == 1);
 }
 
-TEST_CASE("PartialOutput_WhoseLastSyncFails_SaysThatItIsCompleteUnderItsName") {
+TEST_CASE("UnpublishedOutput_WhoseLastSyncFails_SaysThatItIsCompleteUnderItsName") {
   class NoSyncOfNames final : public FileOperationHook {
    public:
     explicit NoSyncOfNames(fs::path directory) : directory_(std::move(directory)) {
@@ -214,24 +218,88 @@ TEST_CASE("PartialOutput_WhoseLastSyncFails_SaysThatItIsCompleteUnderItsName") {
     CHECK(fs::exists(here.path() / name));
   };
   is_told("f", error_of([&] { make_file(here.path() / "f", "new", Existing::kReplace); }));
-  PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
+  UnpublishedDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
   directory.directory();
   is_told("d", error_of([&] { directory.publish(true); }));
 }
 
-TEST_CASE("PartialOutput_WhoseFinalNameIsTakenMeanwhile_IsRefused") {
+TEST_CASE("UnpublishedOutput_WhoseFinalNameIsTakenMeanwhile_IsRefusedAndStaysBeside") {
   const TemporaryDirectory here;
-  PartialFile file(here.path() / "f", Existing::kRefuse);
-  PartialDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
+  UnpublishedFile file(here.path() / "f", Existing::kRefuse);
+  file.file().write_at(0, std::as_bytes(std::span("second", 6)));
+  UnpublishedDirectory directory(here.path() / "d", "partial", MadeProof::kManifest, remove_file_a);
   directory.directory();
   std::ofstream(here.path() / "f") << "first";
   fs::create_directory(here.path() / "d");
-  CHECK_THROWS_AS(file.publish(), Error);
+  const Error error = error_of([&] { file.publish(); });
+  CHECK(error.code() == ErrorCode::kInvalidArgument);
+  const std::string message = error.what();
+  const std::size_t at = message.find(" stays at ");
+  REQUIRE(at != std::string::npos);
+  const fs::path beside = message.substr(at + 10);
+  CHECK(beside.filename().native().starts_with("f.complete-"));
+  CHECK(content_of(beside) == "second");
   CHECK_FALSE(directory.publish(true));
   CHECK(content_of(here.path() / "f") == "first");
-  const fs::path kept = directory.keep_as("complete");
+  const fs::path kept = directory.keep();
   CHECK(fs::is_directory(kept));
   CHECK(kept.filename().native().starts_with("d.complete-"));
+}
+
+TEST_CASE("UnfinishedName_OfThisMachine_SaysHostAndStartAndIsReadBack") {
+  const TemporaryDirectory here;
+  for (const char* kind : {"partial", "repair", "replaced"}) {
+    UnfinishedName name(here.path() / "s.partial-3.plait", kind);
+    const std::string first = name.next();
+    const auto parts = read_unfinished_name(first);
+    REQUIRE(parts);
+    CHECK(parts->stem == "s.partial-3.plait");
+    CHECK(parts->kind == kind);
+    CHECK(parts->host == own_machine().host);
+    CHECK(parts->start == own_machine().start);
+    CHECK(name.next() != first);
+  }
+  for (const char* other : {"s.complete-h-1-2", "s.partial-x", "s.partial-x-y", ".partial-h-1-2",
+                            "partial-h-1-2", "s.partial-h-1-", "s.part-h-1-2"})
+    CHECK_FALSE(read_unfinished_name(other));
+}
+
+TEST_CASE("LeftOver_OfAnotherMachine_IsNotRemoved") {
+  const TemporaryDirectory here;
+  const OwnMachine& own = own_machine();
+  const auto leave = [&](const std::string& machine) {
+    const fs::path path = here.path() / ("f.partial-" + machine);
+    fs::create_directory(path);
+    write_made_mark(Directory(path));
+    return path;
+  };
+  const fs::path own_one = leave(own.host + "-" + own.start + "-0123"),
+                 of_other_host = leave("x" + own.host + "-" + own.start + "-0123");
+  remove_left_overs_of(here.path() / "f", {});
+  CHECK_FALSE(fs::exists(own_one));
+  CHECK(fs::exists(of_other_host / kMadeMarkName));
+  for (const LeftOver& left_over : find_left_overs(Directory(here.path()))) {
+    CHECK(left_over.in_use);
+    CHECK_FALSE(remove_left_over(Directory(here.path()), left_over));
+  }
+}
+
+TEST_CASE("UnpublishedFile_WithTheLongestNameThatADirectoryTakes_IsMade") {
+  const TemporaryDirectory here;
+  for (const std::size_t bytes : {170, 175, 176, 240, 255})
+    for (const char* letter : {"n", "\xc3\xa9"}) {
+      std::string name;
+      while (name.size() + std::string(letter).size() <= bytes) name += letter;
+      CAPTURE(bytes, letter);
+      make_file(here.path() / name, "content", Existing::kRefuse);
+      CHECK(content_of(here.path() / name) == "content");
+      CHECK(run_and_kill_before(
+          5, [&] { make_file(here.path() / name, "content", Existing::kReplace); }));
+      CHECK(names_in(here.path()).size() == 2);
+      remove_left_overs_of(here.path() / name, {});
+      CHECK(names_in(here.path()).size() == 1);
+      fs::remove(here.path() / name);
+    }
 }
 
 }  // namespace plait::test
