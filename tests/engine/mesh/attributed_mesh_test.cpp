@@ -168,6 +168,6 @@ TEST_CASE("ReadStl_TextAndBinary_WeldEqualCorners") {
   refused("solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nendloop\nendfacet\n",
           "three vertices");
   refused("solid x\nfacet normal 0 0 1\nvertex 1 2 nan\n", "a finite number");
-  refused("solid x\nfacet normal 0 0 1\nvertex 1 2 3\n", "endfacet");
-  refused("solid x\nfacets\n", "a word of STL");
+  refused("solid x\nfacet normal 0 0 1\nvertex 1 2 3\n", "three vertices, found the end");
+  refused("solid x\nfacets\n", "facet or endsolid");
 }
