@@ -165,8 +165,7 @@ TEST_CASE("ReadPolygon_TwoCornersAtOnePlace_HasOneTriangleWithoutArea") {
   for (std::size_t first = 0; first < pole.size(); ++first) {
     const IndexedMesh mesh = read("a.obj", obj_of(pole, in_order(pole.size(), first)));
     REQUIRE(mesh.faces.size() == 2);
-    const Vector3<double> sum =
-        area_vector(mesh, mesh.faces[0]) + area_vector(mesh, mesh.faces[1]);
+    const Vector3<double> sum = area_vector(mesh, mesh.faces[0]) + area_vector(mesh, mesh.faces[1]);
     CHECK(std::sqrt(dot(sum, sum)) == Approx(std::sqrt(3.0) / 2));
   }
 }
