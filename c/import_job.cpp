@@ -28,13 +28,7 @@ ImportRequest import_request_of(const plait_import_request& wanted) {
                               const AttributeSchema& schema) {
       return compression.pipeline_of(schema);
     };
-  if (wanted.precision != 0) {
-    if (wanted.precision != PLAIT_FLOAT32 && wanted.precision != PLAIT_FLOAT64)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("precision: expected PLAIT_FLOAT32 or PLAIT_FLOAT64, found {}",
-                              wanted.precision));
-    request.precision = static_cast<ComponentType>(wanted.precision);
-  }
+  request.precision = precision_of(wanted.precision);
   if (wanted.block_bytes != 0) request.block_bytes = wanted.block_bytes;
   if (wanted.max_slot_bytes != 0) request.max_slot_bytes = wanted.max_slot_bytes;
   if (wanted.budget_bytes != 0) request.budget_bytes = wanted.budget_bytes;
@@ -43,6 +37,7 @@ ImportRequest import_request_of(const plait_import_request& wanted) {
       wanted.durability == PLAIT_DURABILITY_COMMIT ? Durability::kCommit : Durability::kNone;
   request.replace = wanted.existing == PLAIT_EXISTING_REPLACE;
   request.ignore_size = wanted.ignore_size != 0;
+  request.weld = weld_of(wanted.weld, wanted.weld_tolerance);
   return request;
 }
 

@@ -1,6 +1,9 @@
 #include "job_options.h"
 
+#include <fmt/format.h>
+
 #include "guard.h"
+#include "plait/error.h"
 
 namespace plait::c {
 namespace {
@@ -27,6 +30,24 @@ ErrorBounds bounds_of(const char* const* texts, std::uint64_t count) {
   ErrorBounds bounds;
   for_each_text(texts, count, "max_errors", [&](const char* text) { bounds.add(text); });
   return bounds;
+}
+
+std::optional<double> weld_of(std::int32_t weld, double tolerance) {
+  check_choice("weld", weld, 2);
+  if (weld == 0 && tolerance != 0)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("weld_tolerance: expected weld = 1 with it, found {} and no weld", tolerance));
+  return weld != 0 ? std::optional(tolerance) : std::nullopt;
+}
+
+std::optional<ComponentType> precision_of(plait_component_type precision) {
+  if (precision == 0) return std::nullopt;
+  if (precision != PLAIT_FLOAT32 && precision != PLAIT_FLOAT64)
+    throw Error(
+        ErrorCode::kInvalidArgument,
+        fmt::format("precision: expected PLAIT_FLOAT32 or PLAIT_FLOAT64, found {}", precision));
+  return static_cast<ComponentType>(precision);
 }
 
 std::function<void(const std::string&)> warnings_by(plait_warning warn, void* user) {

@@ -33,6 +33,8 @@ RemeshRequest remesh_request_of(const plait_remesh_request& wanted) {
   request.digest = wanted.digest != 0;
   request.distances = wanted.distances != 0;
   request.ignore_size = wanted.ignore_size != 0;
+  request.weld = weld_of(wanted.weld, wanted.weld_tolerance);
+  request.precision = precision_of(wanted.precision);
   request.replace = wanted.existing == PLAIT_EXISTING_REPLACE;
   return request;
 }

@@ -49,13 +49,7 @@ SubdivisionRequest request_of(const plait_subdivision_request& wanted) {
   if (wanted.layout != nullptr) request.layout = layout_from_name(wanted.layout);
   if (wanted.scheme != nullptr) request.scheme = scheme_from_name(wanted.scheme);
   request.executor = executor_from_name(text_or(wanted.executor, to_string(request.executor)));
-  if (wanted.precision != 0) {
-    if (wanted.precision != PLAIT_FLOAT32 && wanted.precision != PLAIT_FLOAT64)
-      throw Error(ErrorCode::kInvalidArgument,
-                  fmt::format("precision: expected PLAIT_FLOAT32 or PLAIT_FLOAT64, found {}",
-                              wanted.precision));
-    request.precision = static_cast<ComponentType>(wanted.precision);
-  }
+  request.precision = precision_of(wanted.precision);
   if (wanted.block_bytes != 0) request.block_bytes = wanted.block_bytes;
   if (wanted.max_slot_bytes != 0) request.max_slot_bytes = wanted.max_slot_bytes;
   if (wanted.budget_bytes != 0) request.budget_bytes = wanted.budget_bytes;
@@ -66,6 +60,7 @@ SubdivisionRequest request_of(const plait_subdivision_request& wanted) {
   request.verify = wanted.verify != 0;
   request.digest = wanted.digest != 0;
   request.ignore_size = wanted.ignore_size != 0;
+  request.weld = weld_of(wanted.weld, wanted.weld_tolerance);
   request.durability =
       wanted.durability == PLAIT_DURABILITY_COMMIT ? Durability::kCommit : Durability::kNone;
   request.existing = static_cast<ExistingStore>(wanted.existing);

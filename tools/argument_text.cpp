@@ -91,6 +91,16 @@ std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std
   return value;
 }
 
+double parse_tolerance(std::string_view text) {
+  double number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number) ||
+      number < 0)
+    throw Error(ErrorCode::kInvalidArgument,
+                fmt::format("expected a number of 0 or more, found \"{}\"", text));
+  return number;
+}
+
 PictureSize parse_picture_size(std::string_view text) {
   PictureSize size;
   const std::size_t cross = text.find('x');

@@ -19,6 +19,9 @@ std::uint64_t parse_size(std::string_view text);
 /// if `first` is 0, or a number that does not fit 64 bits.
 std::uint64_t parse_whole_number(std::string_view text, std::uint64_t first, std::uint64_t last);
 
+/// A distance of 0 or more. Errors: kInvalidArgument for anything else.
+double parse_tolerance(std::string_view text);
+
 struct PictureSize {
   int width = 0, height = 0;  ///< pixels, 1 to 8192
 };

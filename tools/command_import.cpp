@@ -26,7 +26,7 @@ namespace plait {
 namespace {
 
 struct ImportArguments {
-  std::optional<std::string> layout, precision;
+  std::optional<std::string> layout;
   std::vector<std::string> compress;
   ImportRequest request;  ///< request_of() adds the members above
 };
@@ -35,9 +35,6 @@ ImportRequest request_of(const ImportArguments& arguments) {
   ImportRequest request = arguments.request;
   if (!arguments.compress.empty()) request.pipeline_of = pipelines_of(arguments.compress);
   if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
-  if (arguments.precision)
-    request.precision =
-        *arguments.precision == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
   return request;
 }
 
@@ -90,6 +87,8 @@ nlohmann::ordered_json to_json(const ImportArguments& arguments, const ImportRes
                                    {"store", arguments.request.store.string()},
                                    {"vertices", result.vertices},
                                    {"faces", result.faces},
+                                   {"merged_vertices", result.merged_vertices},
+                                   {"seam_vertices", result.seam_vertices},
                                    {"levels", result.levels},
                                    {"base_level", result.base_level},
                                    {"base_vertices", result.base_vertices},
@@ -144,11 +143,11 @@ void add_import_command(CommandLine& program, CommandContext& context) {
           fmt::format("So many levels, 1 to {}, or all that there are", kMaxLevel))
       ->type_name("N|all")
       ->default_str("all");
-  command
-      ->add_option("--precision", arguments->precision,
-                   "Type of the positions: float32 or float64; default: as in a PLY file, float32 "
-                   "for other files")
-      ->one_of({"float32", "float64"});
+  add_precision_option(*command, request.precision,
+                       "Type of the positions: float32, float64 or auto: as in a PLY file; for "
+                       "other files float32, unless it moves a vertex by more than a thousandth of "
+                       "the shortest edge there");
+  add_weld_option(*command, request.weld);
   command->add_option("--backend", request.backend,
                       "The backend that stores the levels (see below); default auto");
   add_compress_option(*command, arguments->compress);
@@ -171,8 +170,9 @@ void add_import_command(CommandLine& program, CommandContext& context) {
       "The triangles of FINE must be those of a coarser mesh, each split into four at the middles\n"
       "of its sides, again and again; vertices may lie anywhere, and vertices, faces and corners\n"
       "may come in any order. Corners of STL files with equal positions are one vertex.\n"
-      "The command finds the coarsest mesh, or the mesh N levels below FINE. Every number of FINE\n"
-      "keeps its bits. Vertex properties of PLY files become attributes: nx ny nz \"normal\", red\n"
+      "The command finds the coarsest mesh, or the mesh N levels below FINE. Numbers of FINE keep\n"
+      "their bits; --precision float32 narrows positions. Vertex properties of PLY files become "
+      "attributes: nx ny nz \"normal\", red\n"
       "green blue alpha \"color\", s t or u v \"texture\", NAME_0 NAME_1 ... \"NAME\", and all "
       "others\n"
       "their own names; plait export writes them again.\n"

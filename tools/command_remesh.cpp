@@ -72,6 +72,9 @@ void print_report(const RemeshRequest& request, const RemeshReport& report) {
 nlohmann::ordered_json report_json(const RemeshRequest& request, const RemeshReport& report) {
   nlohmann::ordered_json json = {{"scan", request.scan.string()},
                                  {"store", request.store.string()},
+                                 {"merged_vertices", report.merged_vertices},
+                                 {"seam_vertices", report.seam_vertices},
+                                 {"precision", to_string(report.precision)},
                                  {"repairs", repair_json(report.repairs)},
                                  {"scan_figures", figures_json(report.scan)},
                                  {"base_figures", figures_json(report.base)},
@@ -164,6 +167,10 @@ void add_remesh_command(CommandLine& program, CommandContext& context) {
   add_whole_option(*command, "--fill-holes", request->repair.fill_holes, 0, std::uint64_t{1} << 32,
                    "Fill holes of at most so many edges")
       ->default_str("0");
+  add_precision_option(*command, request->precision,
+                       "Type of the positions: float32, float64 or auto: float32, unless it moves "
+                       "a vertex of SCAN by more than a thousandth of the shortest edge there");
+  add_weld_option(*command, request->weld);
   command->add_flag("--no-foldover", request->refuse_turned,
                     "Make the base mesh anew, at most 8 times, while small faces are turned over; "
                     "refuse what is left");

@@ -29,7 +29,7 @@ namespace {
 /// Options that the command line does not give stay empty.
 struct SubdivideArguments {
   std::filesystem::path mesh;
-  std::optional<std::string> backend, layout, scheme, precision;
+  std::optional<std::string> backend, layout, scheme;
   std::string executor = "auto";
   std::vector<std::string> compress, max_errors;
   bool force = false, resume = false;
@@ -49,9 +49,6 @@ SubdivisionRequest request_of(const SubdivideArguments& arguments,
   if (chooses || (rounds && compresses)) request.pipeline_of = pipelines_of(arguments.compress);
   if (arguments.layout) request.layout = layout_from_name(*arguments.layout);
   if (arguments.scheme) request.scheme = scheme_from_name(*arguments.scheme);
-  if (arguments.precision)
-    request.precision =
-        *arguments.precision == "float64" ? ComponentType::kFloat64 : ComponentType::kFloat32;
   request.executor = executor_from_name(arguments.executor);
   if (arguments.force) request.existing = ExistingStore::kReplace;
   if (arguments.resume) request.existing = ExistingStore::kResume;
@@ -172,10 +169,10 @@ void add_surface_options(CommandLine& command, SubdivideArguments& arguments) {
       ->required();
   command.add_option("--scheme", arguments.scheme,
                      fmt::format("{}; default {}", scheme_names(), to_string(Scheme())));
-  command
-      .add_option("--precision", arguments.precision,
-                  "Type of the positions: float32 or float64; default float32")
-      ->one_of({"float32", "float64"});
+  add_precision_option(command, arguments.request.precision,
+                       "Type of the positions: float32, float64 or auto: float32, unless it moves "
+                       "a vertex of MESH by more than a thousandth of the shortest edge there");
+  add_weld_option(command, arguments.request.weld);
   command.add_flag("--normals", arguments.request.normals, "Also compute unit normals");
   command.add_flag(
       "--limit", arguments.request.limit,
@@ -238,7 +235,8 @@ void add_subdivide_command(CommandLine& program, CommandContext& context) {
   const auto arguments = std::make_shared<SubdivideArguments>();
   arguments->request.threads = default_thread_count();
   CommandLine* command = program.add_subcommand("subdivide", "Refine a mesh into a store");
-  command->add_option("MESH", arguments->mesh, "PLY, OBJ or OFF, also .gz and .zst")->required();
+  command->add_option("MESH", arguments->mesh, "PLY, OBJ, OFF or STL, also .gz and .zst")
+      ->required();
   add_output_option(*command, "STORE", arguments->request.store,
                     "The store to make, a directory; may be omitted with --backend memory");
   add_surface_options(*command, *arguments);

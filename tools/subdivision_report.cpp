@@ -57,6 +57,8 @@ Json to_json(const SubdivisionReport& report) {
   Json json = {{"mesh", report.mesh.string()},
                {"store", result.store.empty() ? Json(nullptr) : Json(result.store.string())},
                {"input", mesh_json(plan.input)},
+               {"merged_vertices", plan.merged_vertices},
+               {"seam_vertices", plan.seam_vertices},
                {"base", mesh_json(result.base)},
                {"base_level", plan.base_level},
                {"levels", plan.subdivide.levels},

@@ -797,19 +797,22 @@ typedef struct plait_subdivision_request {
   plait_progress progress; /* may be NULL; counts of one step after another */
   plait_warning warn;      /* may be NULL */
   void* user;
-  int32_t levels;                                      /* the level to reach */
-  int32_t threads;                                     /* 1 */
-  plait_component_type precision;                      /* PLAIT_FLOAT32 */
-  int32_t existing;                                    /* PLAIT_EXISTING_... */
-  int32_t durability;                                  /* PLAIT_DURABILITY_... */
+  int32_t levels;                 /* the level to reach */
+  int32_t threads;                /* 1 */
+  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as the mesh needs it */
+  int32_t existing;               /* PLAIT_EXISTING_... */
+  int32_t durability;             /* PLAIT_DURABILITY_... */
   int32_t normals, limit, verify, digest, ignore_size; /* 1: yes */
   plait_parallel_for parallel_for;                     /* as in plait_store_options */
   void* parallel_user;
+  double weld_tolerance; /* with weld: of vertices that become one; 0: of equal positions */
+  int32_t weld;          /* 1: vertices of the file at equal places become one */
+  int32_t reserved;      /* 0 */
 } plait_subdivision_request;
 #define PLAIT_SUBDIVISION_REQUEST_INIT                                                             \
   {                                                                                                \
     sizeof(plait_subdivision_request), NULL, NULL, NULL, NULL, NULL, NULL, NULL, 0, NULL, 0, 0, 0, \
-        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL                              \
+        0, NULL, NULL, NULL, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL, NULL, 0, 0, 0                     \
   }
 /* What a job did. */
 typedef struct plait_subdivision_result {
@@ -851,15 +854,18 @@ typedef struct plait_import_request {
   void* user;
   int32_t levels;                 /* so many, not more and not fewer; 0: as many as there are */
   int32_t threads;                /* 1 */
-  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as in the file */
+  plait_component_type precision; /* PLAIT_FLOAT32 or PLAIT_FLOAT64; 0: as the file needs it */
   int32_t existing;               /* PLAIT_EXISTING_REFUSE or _REPLACE */
   int32_t durability;             /* PLAIT_DURABILITY_... */
   int32_t ignore_size;            /* 1: start even if the memory seems too small */
+  double weld_tolerance;          /* as in plait_subdivision_request */
+  int32_t weld;
+  int32_t reserved; /* 0 */
 } plait_import_request;
 #define PLAIT_IMPORT_REQUEST_INIT                                                                \
   {                                                                                              \
     sizeof(plait_import_request), NULL, NULL, NULL, NULL, NULL, 0, 0, 0, 0, NULL, NULL, NULL, 0, \
-        0, 0, 0, 0, 0                                                                            \
+        0, 0, 0, 0, 0, 0, 0, 0                                                                   \
   }
 /* What the job found in the file, and what it made. Times are in seconds. */
 typedef struct plait_import_result {
@@ -904,12 +910,15 @@ typedef struct plait_remesh_request {
   int32_t digest;        /* 1: computes the digest of the store */
   int32_t ignore_size;   /* 1: start even if the memory of the machine is too small */
   int32_t distances;     /* 1: adds attribute "distance", how far the scan is from the store */
-  int32_t reserved;      /* 0 */
+  plait_component_type precision; /* as in plait_subdivision_request */
+  double weld_tolerance;          /* as in plait_subdivision_request */
+  int32_t weld;
+  int32_t reserved; /* 0 */
 } plait_remesh_request;
 #define PLAIT_REMESH_REQUEST_INIT                                                                \
   {                                                                                              \
     sizeof(plait_remesh_request), NULL, NULL, NULL, 0, 0, 0, 0, 0, NULL, NULL, NULL, 0, 0, 0, 0, \
-        0, 0, 0, 0                                                                               \
+        0, 0, 0, 0, 0, 0, 0                                                                      \
   }
 /* Distances are those of points spread over one surface to the closest points of the other. */
 typedef struct plait_remesh_result {

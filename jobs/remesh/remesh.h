@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ struct RemeshRequest {
   std::uint64_t faces = 0;      ///< of the base mesh, at most (one more for a closed surface)
   int levels = 3;               ///< 1 or more
   SurfaceRepairOptions repair = {};
+  /// float32 or float64. Not set: float32, but float64 if float32 moved a vertex of the scan by
+  /// more than a thousandth of the shortest edge there.
+  std::optional<ComponentType> precision = {};
+  /// Vertices of the scan at most so far from each other become one; 0: those of equal positions.
+  /// Not set: all stay.
+  std::optional<double> weld = {};
   /// Where small triangles stay turned over, the base mesh is made anew, with more of its faces
   /// there, up to seven times. An error if some are left.
   bool refuse_turned = false;
@@ -48,8 +55,11 @@ struct BaseShape {
 
 struct RemeshReport {
   RepairList repairs;
-  SurfaceFigures scan, base;                    ///< after the repair; of the base mesh
-  std::uint64_t vertices = 0, small_faces = 0;  ///< of the finest level
+  /// Vertices of the file that the weld merged, and those of borders whose positions others have.
+  std::uint64_t merged_vertices = 0, seam_vertices = 0;
+  ComponentType precision = ComponentType::kFloat32;  ///< of the positions
+  SurfaceFigures scan, base;                          ///< after the repair; of the base mesh
+  std::uint64_t vertices = 0, small_faces = 0;        ///< of the finest level
   /// If the base mesh has more faces than asked for: the edges left that could not collapse,
   /// because genus, borders or components would change, or because a face would turn or become a
   /// needle.
@@ -74,10 +84,10 @@ struct RemeshWatch {
   std::function<void(const std::string&)> warn = {};
 };
 
-/// Makes the store: attribute "position" (float32 x 3) on all levels, at points of the scan, and
-/// the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small triangles stay
-/// turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere. After an error
-/// there is no new store.
+/// Makes the store: attribute "position" (3 x float32 or float64) on all levels, at points of the
+/// scan, and the vertex attributes of a PLY file there (remesh/scan_attributes.h). If small
+/// triangles stay turned over, attribute "turned" (uint8) is 1 at their corners and 0 elsewhere.
+/// After an error there is no new store.
 ///
 /// The same scan and request give the same bits for any number of threads. Memory: about 200 bytes
 /// for each face of the scan and 140 for each small face, and the budget. Errors: those of

@@ -150,7 +150,8 @@ class plait_subdivision_request(Sized):
         ("levels", c_int32), ("threads", c_int32), ("precision", c_int32), ("existing", c_int32),
         ("durability", c_int32), ("normals", c_int32), ("limit", c_int32), ("verify", c_int32),
         ("digest", c_int32), ("ignore_size", c_int32), ("parallel_for", c_void_p),
-        ("parallel_user", c_void_p)]
+        ("parallel_user", c_void_p), ("weld_tolerance", c_double), ("weld", c_int32),
+        ("reserved", c_int32)]
 
 
 class plait_subdivision_result(Sized):
@@ -185,7 +186,8 @@ class plait_import_request(Sized):
         ("compress_count", c_uint64), ("block_bytes", c_uint64), ("max_slot_bytes", c_uint64),
         ("budget_bytes", c_uint64), ("progress", plait_progress), ("warn", plait_warning),
         ("user", c_void_p), ("levels", c_int32), ("threads", c_int32), ("precision", c_int32),
-        ("existing", c_int32), ("durability", c_int32), ("ignore_size", c_int32)]
+        ("existing", c_int32), ("durability", c_int32), ("ignore_size", c_int32),
+        ("weld_tolerance", c_double), ("weld", c_int32), ("reserved", c_int32)]
 
 
 class plait_import_result(Sized):
@@ -205,7 +207,8 @@ class plait_remesh_request(Sized):
         ("progress", plait_progress), ("warn", plait_warning), ("user", c_void_p),
         ("levels", c_int32), ("threads", c_int32), ("existing", c_int32),
         ("refuse_turned", c_int32), ("digest", c_int32), ("ignore_size", c_int32),
-        ("distances", c_int32), ("reserved", c_int32)]
+        ("distances", c_int32), ("precision", c_int32), ("weld_tolerance", c_double),
+        ("weld", c_int32), ("reserved", c_int32)]
 
 
 class plait_remesh_result(Sized):

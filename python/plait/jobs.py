@@ -12,7 +12,7 @@ from .store import open_store
 
 _EXISTING = {"refuse": 0, "replace": 1, "resume": 2}
 _DURABILITY = {"commit": 0, "none": 1}
-_PRECISION = {None: 0, "float32": types.FLOAT32, "float64": types.FLOAT64}
+_PRECISION = {None: 0, "auto": 0, "float32": types.FLOAT32, "float64": types.FLOAT64}
 
 
 class Subdivision(NamedTuple):
@@ -123,17 +123,25 @@ def chosen(what, value, choices):
         raise InvalidArgument(f"{what}: expected one of {known}, found {value!r}") from None
 
 
+def welded(weld):
+    """The members of a request for `weld`: None or False, True, or a tolerance."""
+    wanted = weld is not None and weld is not False
+    return {"weld": int(wanted), "weld_tolerance": 0.0 if not wanted or weld is True else weld}
+
+
 def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False, backend=None,
-              compress=(), max_error=(), layout=None, executor="auto", precision=None, block=None,
-              max_slot=None, memory=None, threads=1, existing="refuse", durability="commit",
+              compress=(), max_error=(), layout=None, executor="auto", precision=None, weld=None,
+              block=None, max_slot=None, memory=None, threads=1, existing="refuse", durability="commit",
               verify=False, digest=False, ignore_size=False, progress=None, warn=None):
     """Refines the mesh of a file into a store, as `plait subdivide` does, and returns a named tuple
     Subdivision.
 
-    mesh: a file: PLY, OBJ or OFF, also .gz and .zst. store: the directory to make.
+    mesh: a file: PLY, OBJ, OFF or STL, also .gz and .zst. store: the directory to make.
     levels: the level to reach. normals, limit: also make unit normals; project positions to the
     limit surface. backend, compress, max_error, layout, executor, precision, block, max_slot,
-    memory, threads: as the options of the program. existing: "refuse", "replace" or "resume".
+    memory, threads: as the options of the program. precision: "float32", "float64" or "auto".
+    weld: True makes vertices of equal positions one, a number those at most so far apart.
+    existing: "refuse", "replace" or "resume".
     progress: True for a bar, or a function of (phase, done, total) whose False cancels.
     warn: a function of a text, told what was changed in the mesh; None: Python warns.
 
@@ -155,7 +163,8 @@ def subdivide(mesh, store, levels, *, scheme="loop", normals=False, limit=False,
             precision=chosen("precision", precision, _PRECISION),
             existing=chosen("existing", existing, _EXISTING),
             durability=chosen("durability", durability, _DURABILITY), normals=int(normals),
-            limit=int(limit), verify=int(verify), digest=int(digest), ignore_size=int(ignore_size))
+            limit=int(limit), verify=int(verify), digest=int(digest), ignore_size=int(ignore_size),
+            **welded(weld))
         LIBRARY.plait_job_subdivide(byref(request), byref(result))
     return Subdivision(str(store), *(
         getattr(result, name).decode() if name == "digest" else getattr(result, name)
@@ -189,7 +198,7 @@ def convert(store, to, *, backend=None, compress=(), max_error=(), block=None, m
 
 
 def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=None,
-                precision=None, block=None, max_slot=None, memory=None, threads=1,
+                precision=None, weld=None, block=None, max_slot=None, memory=None, threads=1,
                 existing="refuse", durability="commit", ignore_size=False, progress=None,
                 warn=None):
     """Makes a store of a file whose triangles are those of a coarser mesh, split into four again
@@ -197,7 +206,7 @@ def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=N
     attributes with the bits of the file.
 
     mesh: a file: PLY, OBJ, OFF or STL, also .gz and .zst. levels: so many; None: all that there
-    are. precision: "float32" or "float64"; None: as in the file. The other arguments are those of
+    are. precision: "float32" or "float64"; None: as the file needs it. The other arguments are those of
     subdivide().
     """
     compress_array, compress_count = texts(compress)
@@ -212,7 +221,8 @@ def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=N
             warn=watch.warning(warn), levels=levels or 0, threads=threads,
             precision=chosen("precision", precision, _PRECISION),
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
-            durability=chosen("durability", durability, _DURABILITY), ignore_size=int(ignore_size))
+            durability=chosen("durability", durability, _DURABILITY), ignore_size=int(ignore_size),
+            **welded(weld))
         LIBRARY.plait_job_import(byref(request), byref(result))
     return Import(str(store), *(
         bool(result.had_choice) if name == "had_choice" else getattr(result, name)
@@ -220,7 +230,7 @@ def import_mesh(mesh, store, levels=None, *, backend=None, compress=(), layout=N
 
 
 def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refuse_turned=False,
-           distances=False, samples=1_000_000, backend=None, memory=None, threads=1,
+           distances=False, samples=1_000_000, precision=None, weld=None, backend=None, memory=None, threads=1,
            existing="refuse", digest=False, ignore_size=False, progress=None, warn=None):
     """Makes a store of a scan, which may be any triangle mesh, as `plait remesh` does, and returns
     a named tuple Remeshing.
@@ -241,7 +251,8 @@ def remesh(scan, store, faces, levels=3, *, min_component=0, fill_holes=0, refus
             progress=watch.callback, warn=watch.warning(warn), levels=levels, threads=threads,
             existing=chosen("existing", existing, {"refuse": 0, "replace": 1}),
             refuse_turned=int(refuse_turned), digest=int(digest), ignore_size=int(ignore_size),
-            distances=int(distances))
+            distances=int(distances), precision=chosen("precision", precision, _PRECISION),
+            **welded(weld))
         LIBRARY.plait_job_remesh(byref(request), byref(result))
     return Remeshing(str(store), *(
         result.digest.decode() if name == "digest" else getattr(result, name)
